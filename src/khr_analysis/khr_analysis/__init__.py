@@ -1,0 +1,1 @@
+"""Spectrum, outcome, recording and pendulum models for balance experiments."""

@@ -1,0 +1,1 @@
+"""Gait and feedback controllers for the KONDO KHR-3HV."""

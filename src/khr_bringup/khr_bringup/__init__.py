@@ -1,0 +1,1 @@
+"""Scenarios, launch files and the khr command."""

@@ -1,0 +1,143 @@
+"""One table per node: a frozen dataclass whose field metadata say all there is to a parameter.
+
+The table is what a node declares, what a scenario file is checked against, what
+``config/defaults.yaml`` and ``docs/parameters.md`` are generated from, and the value type that
+the node's core receives. Nothing else knows a parameter's default or range.
+
+    @dataclass(frozen=True)
+    class GyroParameters:
+        noise: float = parameter(0.05, 'White noise, standard deviation.', unit='rad/s', minimum=0.0)
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Mapping
+from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+
+from khr_common.errors import KhrError
+
+Value = bool | int | float | str | list[float] | list[str]
+Table = TypeVar('Table')
+
+
+class ParameterError(KhrError):
+    """A parameter is unknown, of the wrong type, or out of its range."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Specification:
+    """What one parameter accepts. ``minimum`` and ``maximum`` bound every element of a list."""
+
+    name: str
+    kind: type[Any]
+    element: type[Any] | None
+    default: Value
+    description: str
+    unit: str
+    minimum: float | None
+    maximum: float | None
+    choices: tuple[str, ...]
+    length: int | None
+    read_only: bool
+
+    @property
+    def accepted(self) -> str:
+        """Say in words what the parameter accepts."""
+        if self.choices:
+            return ' | '.join(self.choices)
+        kind = f'list of {_WORDS[self.element]}s' if self.element else _WORDS[self.kind]
+        if self.length is not None:
+            kind = f'{kind}, {self.length} of them'
+        if self.minimum is None and self.maximum is None:
+            return kind
+        low = '-inf' if self.minimum is None else f'{self.minimum:g}'
+        high = 'inf' if self.maximum is None else f'{self.maximum:g}'
+        return f'{kind} in [{low}, {high}]' + (f' {self.unit}' if self.unit else '')
+
+    def check(self, value: Any) -> Value:
+        """Return ``value`` if the parameter accepts it.
+
+        Raises:
+            ParameterError: with the name, the value and what is accepted, in one line.
+        """
+        kind = list if self.element else self.kind
+        if type(value) is not kind:
+            hint = f' (write {float(value)})' if kind is float and type(value) is int else ''
+            raise self._refusal(value, hint)
+        elements = value if self.element else [value]
+        if self.length is not None and len(elements) != self.length:
+            raise self._refusal(value)
+        for element in elements:
+            self._check_element(element, value)
+        return value  # type: ignore[no-any-return]
+
+    def _check_element(self, element: Any, value: Any) -> None:
+        kind = self.element or self.kind
+        if type(element) is not kind:
+            raise self._refusal(value)
+        if self.choices and element not in self.choices:
+            raise self._refusal(value)
+        if kind in (int, float):
+            if not math.isfinite(element):
+                raise self._refusal(value)
+            if self.minimum is not None and element < self.minimum:
+                raise self._refusal(value)
+            if self.maximum is not None and element > self.maximum:
+                raise self._refusal(value)
+
+    def _refusal(self, value: Any, hint: str = '') -> ParameterError:
+        return ParameterError(f'{self.name}: {value!r} is not accepted{hint}; '
+                              f'accepted: {self.accepted}')
+
+
+_WORDS: dict[type[Any] | None, str] = {
+    bool: 'bool', int: 'integer', float: 'float', str: 'text', list: 'list'}
+
+
+def parameter(default: Any, description: str, *, unit: str = '', minimum: float | None = None,
+              maximum: float | None = None, choices: tuple[str, ...] = (),
+              length: int | None = None, read_only: bool = False) -> Any:
+    """Declare a field of a parameter table (the values of a list are given as a tuple)."""
+    metadata = {'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
+                'choices': choices, 'length': length, 'read_only': read_only}
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def specifications(table: type[Any]) -> dict[str, Specification]:
+    """List the parameters of a table by name, in the order of their declaration."""
+    hints = get_type_hints(table)
+    return {field.name: _specification(field, hints[field.name])
+            for field in dataclasses.fields(table)}
+
+
+def _specification(field: dataclasses.Field[Any], hint: Any) -> Specification:
+    is_list = get_origin(hint) is tuple
+    default = list(field.default) if is_list else field.default
+    return Specification(name=field.name, kind=list if is_list else hint,
+                         element=get_args(hint)[0] if is_list else None,
+                         default=default, **field.metadata)
+
+
+def check(table: type[Any], name: str, value: Any) -> Value:
+    """Return ``value`` if ``table`` has a parameter ``name`` that accepts it.
+
+    Raises:
+        ParameterError: if there is no such parameter, or it does not accept the value.
+    """
+    known = specifications(table)
+    if name not in known:
+        raise ParameterError(f'{name}: no such parameter; accepted: {", ".join(known)}')
+    return known[name].check(value)
+
+
+def build(table: type[Table], values: Mapping[str, Any] | None = None) -> Table:
+    """Build a table from defaults and ``values``, each checked (lists become tuples).
+
+    Raises:
+        ParameterError: as :func:`check`.
+    """
+    checked = {name: check(table, name, value) for name, value in (values or {}).items()}
+    return table(**{name: tuple(value) if isinstance(value, list) else value
+                    for name, value in checked.items()})
