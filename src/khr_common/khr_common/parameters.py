@@ -6,7 +6,7 @@ the node's core receives. Nothing else knows a parameter's default or range.
 
     @dataclass(frozen=True)
     class GyroParameters:
-        noise: float = parameter(0.05, 'White noise, standard deviation.', unit='rad/s', minimum=0.0)
+        noise: float = parameter(0.05, 'Standard deviation.', unit='rad/s', minimum=0.0)
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
-from typing import Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from khr_common.errors import KhrError
 
@@ -71,7 +71,7 @@ class Specification:
             raise self._refusal(value)
         for element in elements:
             self._check_element(element, value)
-        return value  # type: ignore[no-any-return]
+        return cast(Value, value)
 
     def _check_element(self, element: Any, value: Any) -> None:
         kind = self.element or self.kind
@@ -114,7 +114,9 @@ def specifications(table: type[Any]) -> dict[str, Specification]:
 
 def _specification(field: dataclasses.Field[Any], hint: Any) -> Specification:
     is_list = get_origin(hint) is tuple
-    default = list(field.default) if is_list else field.default
+    default: Any = field.default
+    if is_list:
+        default = list(default)
     return Specification(name=field.name, kind=list if is_list else hint,
                          element=get_args(hint)[0] if is_list else None,
                          default=default, **field.metadata)

@@ -1,0 +1,238 @@
+"""The shell that every khr node wears: parameters from a table, stamps, a clean stop.
+
+The one module of this package that needs ROS.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import signal
+import sys
+from collections.abc import Callable
+from typing import Any
+
+import rclpy
+from builtin_interfaces.msg import Time
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
+from rclpy.exceptions import (
+    InvalidParameterTypeException,
+    InvalidParameterValueException,
+    ParameterUninitializedException,
+)
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.parameter import Parameter
+from rclpy.publisher import Publisher
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.signals import SignalHandlerOptions
+from rclpy.subscription import Subscription
+from std_msgs.msg import String
+
+from khr_common.errors import KhrError
+from khr_common.parameters import ParameterError, Specification, build, specifications
+
+# Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
+# ROS user matches that too); the depth lets a recorder fall two seconds behind without loss.
+DATA = QoSProfile(depth=500)
+LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+EVERY_LISTENER = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+
+
+def to_stamp(nanoseconds: int) -> Time:
+    """Convert integer nanoseconds to a message stamp."""
+    seconds, rest = divmod(nanoseconds, 1_000_000_000)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def to_nanoseconds(stamp: Time) -> int:
+    """Convert a message stamp to integer nanoseconds."""
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+class KhrNode(Node):  # type: ignore[misc]
+    """A node with one parameter table; its core is told of every accepted change.
+
+    Subclasses build their core in ``__init__`` and override :meth:`configure`.
+    """
+
+    def __init__(self, name: str, table: type[Any]) -> None:
+        super().__init__(name)
+        self.table = table
+        self.finished = False
+        self.failure: str | None = None
+        self._ready = self.create_publisher(String, 'ready', LATCHED)
+        for specification in specifications(table).values():
+            self._declare(specification)
+        self.parameters = self._build({})
+        self.add_on_set_parameters_callback(self._validate)
+        self.add_post_set_parameters_callback(self._apply)
+
+    def configure(self, parameters: Any) -> None:
+        """Take changed parameters; a core acts on them from the next control period."""
+
+    def close(self) -> None:
+        """Release what the node holds; called once, while ROS is still up."""
+
+    def publish_on(self, kind: type[Any], topic: str, qos: QoSProfile = DATA) -> Publisher:
+        """Create a publisher."""
+        return self.create_publisher(kind, topic, qos)
+
+    def listen_to(self, kind: type[Any], topic: str, callback: Callable[[Any], None],
+                  qos: QoSProfile = DATA) -> Subscription:
+        """Create a subscription."""
+        return self.create_subscription(kind, topic, callback, qos)
+
+    def announce_ready(self) -> None:
+        """Tell the simulator that this node hears all it must hear (latched)."""
+        self._ready.publish(String(data=self.get_name()))
+
+    def fail(self, reason: str) -> None:
+        """End this node with an error of one line."""
+        self.failure = reason
+
+    def _declare(self, specification: Specification) -> None:
+        try:
+            self.declare_parameter(specification.name, specification.default,
+                                   _descriptor(specification))
+        except InvalidParameterTypeException as error:
+            given = self._parameter_overrides[specification.name].value
+            specification.check(given)  # says it better, if it refuses
+            raise ParameterError(str(error)) from error
+        except (InvalidParameterValueException, ParameterUninitializedException) as error:
+            override = self._parameter_overrides.get(specification.name)
+            if override is not None:
+                specification.check(override.value)
+            raise ParameterError(str(error)) from error
+
+    def _build(self, changes: dict[str, Any]) -> Any:
+        values = {name: _plain(self.get_parameter(name).value)
+                  for name in specifications(self.table)}
+        return build(self.table, values | changes)
+
+    def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
+        own = specifications(self.table)
+        try:
+            self._build({p.name: _plain(p.value) for p in parameters if p.name in own})
+        except ParameterError as error:
+            return SetParametersResult(successful=False, reason=str(error))
+        return SetParametersResult(successful=True)
+
+    def _apply(self, parameters: list[Parameter]) -> None:
+        own = specifications(self.table)
+        changes = {p.name: _plain(p.value) for p in parameters if p.name in own}
+        if changes:
+            self.parameters = self._build(changes)
+            self.configure(self.parameters)
+
+
+def _plain(value: Any) -> Any:
+    """Undo what ROS does to lists: they come back as ``array.array``."""
+    return list(value) if not isinstance(value, str) and hasattr(value, '__iter__') else value
+
+
+def _descriptor(specification: Specification) -> ParameterDescriptor:
+    text = specification.description
+    if specification.unit:
+        text += f' [{specification.unit}]'
+    descriptor = ParameterDescriptor(
+        name=specification.name, description=text, read_only=specification.read_only,
+        additional_constraints=f'accepted: {specification.accepted}')
+    low, high = specification.minimum, specification.maximum
+    if low is not None and high is not None and specification.element is None:
+        if specification.kind is float:
+            descriptor.floating_point_range = [
+                FloatingPointRange(from_value=float(low), to_value=float(high))]
+        elif specification.kind is int:
+            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    return descriptor
+
+
+class StampJudge:
+    """Tell a new stamp from a repeated one and from a restarted run.
+
+    A simulator that misses an answer asks again with the same stamp: a node then sends its last
+    answer once more and its core does not step. A stamp that goes back is a run that starts anew.
+    """
+
+    def __init__(self, restart: Callable[[], None]) -> None:
+        self._last = -1
+        self._restart = restart
+
+    def is_new(self, stamp_ns: int) -> bool:
+        """Return whether the core should step; restart it first if time went back."""
+        if stamp_ns == self._last:
+            return False
+        if stamp_ns < self._last:
+            self._restart()
+        self._last = stamp_ns
+        return True
+
+
+class StampedSet:
+    """Gather messages of several topics until all of one stamp are there."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self._names = names
+        self._stamp = -1
+        self._values: dict[str, Any] = {}
+
+    def put(self, name: str, stamp_ns: int, value: Any) -> list[Any] | None:
+        """Take one message; return all in the order of the names once they are complete."""
+        if stamp_ns != self._stamp:
+            self._stamp, self._values = stamp_ns, {}
+        self._values[name] = value
+        if len(self._values) < len(self._names):
+            return None
+        complete = [self._values[each] for each in self._names]
+        self._values = {}
+        return complete
+
+
+@dataclasses.dataclass
+class _Stop:
+    asked: bool = False
+
+    def __call__(self, *_: object) -> None:
+        self.asked = True
+
+
+def run_node(factory: Callable[[], KhrNode], args: list[str] | None = None) -> int:
+    """Run one node in this process until it ends or is interrupted; return the exit code.
+
+    ROS's own signal handlers tear the context down before a node could say its last words, so
+    SIGINT and SIGTERM only raise a flag here, and the node closes while it can still publish.
+    """
+    stop = _Stop()
+    signal.signal(signal.SIGINT, stop)
+    signal.signal(signal.SIGTERM, stop)
+    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
+    node: KhrNode | None = None
+    try:
+        node = factory()
+        executor = EventsExecutor()
+        executor.add_node(node)
+        while not (stop.asked or node.finished or node.failure):
+            executor.spin_once(0.1)
+        node.close()
+        drain(executor)
+    except KhrError as error:
+        name = node.get_name() if node else factory.__name__
+        print(f'{name}: {error}', file=sys.stderr)
+        return 2
+    finally:
+        rclpy.try_shutdown()
+    if node.failure:
+        print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
+        return 1
+    return 0
+
+
+def drain(executor: Any) -> None:
+    """Give the middleware a moment to send what was published last."""
+    for _ in range(5):
+        executor.spin_once(0.02)
