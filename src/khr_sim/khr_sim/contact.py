@@ -1,0 +1,94 @@
+"""The feet on the ground: where they touch it, and with what force at toe and heel.
+
+Each foot touches by four small spheres, at the corners of its contact rectangle: the flat of the
+sole, or toe pad and heel pad. A rigid flat foot on a plane has no more to say, and four points
+that stay in place give the solver a steady problem, which a box on a plane does not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.robot import Robot
+
+Array = NDArray[np.float64]
+
+SIDES = ('l', 'r')
+HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads, which lie across it, m
+CORNER_RADIUS = 0.002  # of the rim, m
+SPHERES = 4
+
+
+def corners(parameters: SimulatorParameters, robot: Robot) -> Array:
+    """Return the corners of the contact rectangle in the sole's frame: (4, 3), in m."""
+    toe, heel = (robot.joints[f'l_{end}_frame'].origin[0] for end in ('toe', 'heel'))
+    if parameters.surface == 'pads':
+        toe, heel = parameters.pad_distance, -parameters.pad_distance
+    return np.array([(x, y, 0.0) for x in (toe, heel) for y in (HALF_WIDTH, -HALF_WIDTH)])
+
+
+def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
+    """Return the URDF as the physics engine is to have it.
+
+    The massless frames are left out, to which it would give a mass of 1 kg, and the feet touch
+    the ground by their corners.
+    """
+    root = ElementTree.fromstring(robot.urdf)
+    frames = {joint.child for joint in robot.joints.values() if joint.kind == 'fixed'}
+    for element in list(root):
+        if element.get('name') in frames or element.get('type') == 'fixed':
+            root.remove(element)
+    for side in SIDES:
+        foot = root.find(f"link[@name='{side}_foot']")
+        assert foot is not None
+        for box in foot.findall('collision'):
+            foot.remove(box)
+        sole = robot.joints[f'{side}_sole_frame'].origin
+        for corner in corners(parameters, robot):
+            collision = ElementTree.SubElement(foot, 'collision')
+            x, y, z = sole + corner + (0.0, 0.0, CORNER_RADIUS)
+            ElementTree.SubElement(collision, 'origin', xyz=f'{x:.6f} {y:.6f} {z:.6f}')
+            geometry = ElementTree.SubElement(collision, 'geometry')
+            ElementTree.SubElement(geometry, 'sphere', radius=str(CORNER_RADIUS))
+    return ElementTree.tostring(root, encoding='unicode')
+
+
+def toe_heel_forces(samples: Sequence[Sequence[Any]], feet: Sequence[int],
+                    sole_position: Array, sole_orientation: Array) -> Array:
+    """Return the mean forces of the ground on l_toe, l_heel, r_toe, r_heel, each in its frame.
+
+    A contact ahead of the ankle axis belongs to the toe, one behind it to the heel; the sole's
+    pose at the end of the period serves for all of it.
+
+    Args:
+        samples: the engine's contact points of the robot with the ground, one list a step.
+        feet: link indices of the left and right foot.
+        sole_position: soles in odom, m, (2, 3).
+        sole_orientation: quaternions x y z w, (2, 4).
+
+    Returns:
+        Forces (4, 3) in N.
+    """
+    points = [(c[3], c[9], c[10], c[12], *c[5], *c[7], *c[11], *c[13])
+              for sample in samples for c in sample]
+    forces = np.zeros((4, 3))
+    if not points:
+        return forces
+    table = np.array(points)
+    force = (table[:, 1:2] * table[:, 7:10] + table[:, 2:3] * table[:, 10:13]
+             + table[:, 3:4] * table[:, 13:16])
+    for side, foot in enumerate(feet):
+        to_sole = Rotation.from_quat(sole_orientation[side]).as_matrix()
+        mine = table[:, 0] == foot
+        local = force[mine] @ to_sole
+        is_toe = (table[mine, 4:7] - sole_position[side]) @ to_sole[:, 0] >= 0.0
+        forces[2 * side] = local[is_toe].sum(axis=0)
+        forces[2 * side + 1] = local[~is_toe].sum(axis=0)
+    return forces / len(samples)

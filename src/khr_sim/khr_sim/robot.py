@@ -1,0 +1,170 @@
+"""The robot description: what the URDF says, with its kinematics and mass properties."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from importlib.resources import files
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from khr_sim.errors import SimError
+
+Array = NDArray[np.float64]
+
+JOINTS = (
+    'head_yaw',
+    'l_shoulder_pitch', 'l_shoulder_roll', 'l_elbow_pitch',
+    'r_shoulder_pitch', 'r_shoulder_roll', 'r_elbow_pitch',
+    'l_hip_roll', 'l_hip_pitch', 'l_knee', 'l_ankle_pitch', 'l_ankle_roll',
+    'r_hip_roll', 'r_hip_pitch', 'r_knee', 'r_ankle_pitch', 'r_ankle_roll')
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link: mass in kg, centre of mass in m and inertia about it in kg m^2, in its frame."""
+
+    name: str
+    mass: float
+    center_of_mass: Array
+    inertia: Array
+
+
+@dataclass(frozen=True)
+class Joint:
+    """A revolute or fixed joint: origin in m in the parent's frame; limits in rad, N m, rad/s."""
+
+    name: str
+    kind: str
+    parent: str
+    child: str
+    origin: Array
+    axis: Array
+    lower: float
+    upper: float
+    effort: float
+    velocity: float
+
+
+class Robot:
+    """The links and joints of a URDF, in the order of the file.
+
+    Raises:
+        SimError: if the text is no URDF, or lacks one of the 17 joints.
+    """
+
+    def __init__(self, urdf: str):
+        try:
+            self.xml = ElementTree.fromstring(urdf)
+        except ElementTree.ParseError as error:
+            raise SimError(f'urdf: not well-formed XML: {error}') from error
+        self.urdf = urdf
+        self.links = {link.name: link for link in map(_link, self.xml.iter('link'))}
+        self.joints = {joint.name: joint for joint in map(_joint, self.xml.iter('joint'))}
+        revolute = {name for name, joint in self.joints.items() if joint.kind == 'revolute'}
+        if revolute != set(JOINTS):
+            raise SimError(f'urdf: joints {sorted(revolute ^ set(JOINTS))} are missing or unknown; '
+                           f'accepted: the 17 of the KHR-3HV')
+
+    @classmethod
+    def load(cls) -> Robot:
+        """Read the description that comes with the package."""
+        return cls((files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_text())
+
+    @property
+    def mass(self) -> float:
+        """Sum the masses of all links, in kg."""
+        return sum(link.mass for link in self.links.values())
+
+    def limits(self) -> Array:
+        """Return the joint limits, in rad: shape (17, 2), lower and upper."""
+        return np.array([(self.joints[name].lower, self.joints[name].upper) for name in JOINTS])
+
+    def poses(self, posture: Sequence[float]) -> dict[str, Array]:
+        """Return the pose (4, 4) of every link in base_link for 17 joint angles in rad."""
+        angles = dict(zip(JOINTS, posture, strict=True))
+        poses = {'base_link': np.eye(4)}
+        for joint in self.joints.values():
+            step = np.eye(4)
+            step[:3, 3] = joint.origin
+            step[:3, :3] = Rotation.from_rotvec(
+                joint.axis * angles.get(joint.name, 0.0)).as_matrix()
+            poses[joint.child] = poses[joint.parent] @ step
+        return poses
+
+    def center_of_mass(self, posture: Sequence[float]) -> Array:
+        """Return the centre of mass (3,) in base_link, in m, for 17 joint angles in rad."""
+        poses = self.poses(posture)
+        moments = [link.mass * (poses[link.name] @ (*link.center_of_mass, 1.0))[:3]
+                   for link in self.links.values()]
+        return np.asarray(np.sum(moments, axis=0) / self.mass)
+
+    def inertia(self, posture: Sequence[float], about: Array, links: Sequence[str] = ()) -> Array:
+        """Return the inertia (3, 3) about a point of base_link, in kg m^2.
+
+        Args:
+            posture: 17 joint angles in rad.
+            about: the point (3,), in m.
+            links: the links to count; all of them if empty.
+        """
+        poses = self.poses(posture)
+        total = np.zeros((3, 3))
+        for name in links or self.links:
+            link, pose = self.links[name], poses[name]
+            arm = (pose @ (*link.center_of_mass, 1.0))[:3] - about
+            total += pose[:3, :3] @ link.inertia @ pose[:3, :3].T
+            total += link.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+        return total
+
+    def descendants(self, link: str) -> list[str]:
+        """List a link and all that hangs from it."""
+        below = [link]
+        for joint in self.joints.values():
+            if joint.parent in below:
+                below.append(joint.child)
+        return below
+
+    def joint_inertia(self) -> Array:
+        """Return what each joint carries outward: shape (17,), kg m^2 about its axis, zero pose."""
+        zero = [0.0] * len(JOINTS)
+        poses = self.poses(zero)
+        inertias = []
+        for name in JOINTS:
+            joint = self.joints[name]
+            total = self.inertia(zero, poses[joint.child][:3, 3], self.descendants(joint.child))
+            inertias.append(joint.axis @ total @ joint.axis)
+        return np.array(inertias)
+
+
+def _vector(element: ElementTree.Element | None, key: str) -> Array:
+    text = '0 0 0' if element is None else element.get(key, '0 0 0')
+    return np.array([float(value) for value in text.split()])
+
+
+def _link(element: ElementTree.Element) -> Link:
+    inertial = element.find('inertial')
+    if inertial is None:
+        return Link(element.attrib['name'], 0.0, np.zeros(3), np.zeros((3, 3)))
+    mass, inertia = inertial.find('mass'), inertial.find('inertia')
+    if mass is None or inertia is None:
+        raise SimError(f'urdf: {element.get("name")}: inertial needs mass and inertia')
+    i = {key: float(value) for key, value in inertia.attrib.items()}
+    return Link(element.attrib['name'], float(mass.attrib['value']),
+                _vector(inertial.find('origin'), 'xyz'),
+                np.array([[i['ixx'], i['ixy'], i['ixz']],
+                          [i['ixy'], i['iyy'], i['iyz']],
+                          [i['ixz'], i['iyz'], i['izz']]]))
+
+
+def _joint(element: ElementTree.Element) -> Joint:
+    parent, child, limit = element.find('parent'), element.find('child'), element.find('limit')
+    if parent is None or child is None:
+        raise SimError(f'urdf: {element.get("name")}: joint needs parent and child')
+    bound = {} if limit is None else limit.attrib
+    return Joint(element.attrib['name'], element.attrib['type'],
+                 parent.attrib['link'], child.attrib['link'],
+                 _vector(element.find('origin'), 'xyz'), _vector(element.find('axis'), 'xyz'),
+                 *(float(bound.get(key, '0')) for key in ('lower', 'upper', 'effort', 'velocity')))

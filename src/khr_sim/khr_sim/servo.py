@@ -1,0 +1,119 @@
+"""The 17 servos KRS-2552RHV, each a DC motor behind a gear.
+
+Rotor and gears turn as one inertia, seen at the output shaft, where the position loop reads its
+potentiometer; the link hangs from them by the compliance of shaft, horn and bracket, which also
+holds the backlash. So the back-EMF (the linear torque-speed line) and the dry friction act on the
+rotor, where they are integrated implicitly, and the light feet see only a spring that the physics
+step resolves. The physics engine has no rotor inertia of its own, and its joint motors are rigid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import radians
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.robot import JOINTS
+
+Array = NDArray[np.float64]
+
+STALL_TORQUE = 1.373  # N m at 11.1 V (maker)
+NO_LOAD_SPEED = 7.48  # rad/s at 11.1 V (maker)
+BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, the slope of the torque-speed line
+SUPPLY = 11.1  # V
+POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assumed)
+# A spring of stiffness k on an inertia I is resolved while k h^2 / I stays below this; a
+# symplectic step is stable to 4. Only the head, which carries nothing, is softened by it.
+RESOLVED = 1.0
+
+
+class Servos:
+    """All servos at once: command and joint state in, torque on the joints out.
+
+    Args:
+        parameters: the simulator's parameters.
+        carried: what each joint carries outward, kg m^2, shape (17,).
+    """
+
+    def __init__(self, parameters: SimulatorParameters, carried: Array):
+        self._carried = carried
+        self._angle = np.zeros(len(JOINTS))  # of the rotors, seen at the output shaft
+        self._rate = np.zeros(len(JOINTS))
+        self._integral = np.zeros(len(JOINTS))
+        self._command = np.zeros(len(JOINTS))
+        self.configure(parameters)
+
+    def configure(self, parameters: SimulatorParameters) -> None:
+        """Take changed parameters without losing the state."""
+        self._step = h = parameters.physics_step
+        self._gear = np.minimum(parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2)
+        self._gear_damping = np.minimum(parameters.gear_damping,
+                                        DAMPER_LIMIT * self._carried / h)
+        self._play = radians(parameters.backlash_deg) / 2.0
+        self._stiffness = parameters.stiffness_per_stretch * stretches(parameters)
+        # (3.11): the identified gains relate armature volts to volts of potentiometer error.
+        self._kp, self._ki, self._kd = (
+            gain * POTENTIOMETER * STALL_TORQUE / SUPPLY
+            for gain in (parameters.pid_kp, parameters.pid_ki, parameters.pid_kd))
+        self._gain = h / parameters.rotor_inertia  # speed gained per N m and step
+        self._loss = 1.0 / (1.0 + self._gain * BACK_EMF)  # back-EMF, implicit
+        self._stick = self._gain * parameters.servo_friction * self._loss
+        self._drive: Callable[[Array], Array] = (
+            self._drive_pid if parameters.servo_model == 'pid' else self._drive_stretch)
+
+    def reset(self, posture: Sequence[float] | Array) -> None:
+        """Stand still at a posture of 17 angles, in rad."""
+        self._angle = np.array(posture, dtype=np.float64)
+        self._command = self._angle.copy()
+        self._rate = np.zeros(len(JOINTS))
+        self._integral = np.zeros(len(JOINTS))
+
+    def update(self, command: Array, position: Array, velocity: Array) -> Array:
+        """Advance one physics step and return the torques on the joints.
+
+        Args:
+            command: angles commanded by the board, rad, shape (17,).
+            position: joint angles, rad.
+            velocity: joint speeds, rad/s.
+
+        Returns:
+            Torques (17,) in N m to apply to the joints during the step.
+        """
+        twist = self._angle - position
+        slide = self._rate - velocity
+        if self._play:
+            twist -= np.clip(twist, -self._play, self._play)
+            slide *= twist != 0.0
+        torque = self._gear * twist + self._gear_damping * slide
+        rate = self._rate + self._gain * (self._drive(command) - torque)
+        rate *= self._loss
+        if self._stick:  # dry friction takes what speed it can, and no more
+            rate -= np.minimum(np.maximum(rate, -self._stick), self._stick)
+        self._rate = rate
+        self._angle = self._angle + self._step * rate
+        return torque
+
+    def _drive_stretch(self, command: Array) -> Array:
+        return _limited(self._stiffness * (command - self._angle))
+
+    def _drive_pid(self, command: Array) -> Array:
+        error = command - self._angle
+        error_rate = (command - self._command) / self._step - self._rate
+        self._command = command
+        self._integral = _limited(self._integral + self._ki * self._step * error)
+        return _limited(self._kp * error + self._integral + self._kd * error_rate)
+
+
+def stretches(parameters: SimulatorParameters) -> Array:
+    """Return the stretch setting of each of the 17 servos."""
+    by_joint = {'hip_roll': parameters.stretch_hip, 'hip_pitch': parameters.stretch_hip,
+                'knee': parameters.stretch_knee, 'ankle_pitch': parameters.stretch_ankle_pitch,
+                'ankle_roll': parameters.stretch_ankle_roll}
+    return np.array([float(by_joint.get(name[2:], parameters.stretch_upper)) for name in JOINTS])
+
+
+def _limited(torque: Array) -> Array:
+    return np.minimum(np.maximum(torque, -STALL_TORQUE), STALL_TORQUE)

@@ -1,0 +1,257 @@
+"""The simulated robot on its inclined ground: physics, servos and controller board together."""
+
+from __future__ import annotations
+
+import dataclasses
+import tempfile
+from collections.abc import Sequence
+from math import radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pybullet as bullet
+from khr_common import ParameterError, specifications
+from numpy.typing import NDArray
+from scipy.spatial.transform import Rotation
+
+from khr_sim import contact
+from khr_sim.board import Board
+from khr_sim.errors import SimError
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.push import Push
+from khr_sim.robot import JOINTS, Robot
+from khr_sim.servo import Servos
+from khr_sim.truth import Truth
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.80665  # m/s^2
+TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
+
+
+class World:
+    """One robot on one plane, in a physics client of its own.
+
+    Two worlds with the same parameters and targets give bit-equal trajectories, as does one world
+    after a reset.
+
+    Raises:
+        SimError: if the description of the robot is not that of the KHR-3HV.
+    """
+
+    def __init__(self, parameters: SimulatorParameters):
+        self.parameters = parameters
+        self.robot = Robot.load()
+        self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
+        self._servos = Servos(parameters, self.robot.joint_inertia())
+        self._board = Board(self.robot.limits(), parameters.steps)
+        self._step_ns = round(parameters.physics_step * 1e9)
+        self._torso_center = self.robot.links['base_link'].center_of_mass
+        self.reset([0.0] * len(JOINTS))
+
+    def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
+        """Start anew with the robot at rest, its soles on the ground.
+
+        Args:
+            posture: 17 joint angles in rad.
+            clearance: height of the soles above the ground, in m.
+        """
+        held = self._board.reset(posture)
+        self._servos.reset(held)
+        self._step = 0
+        self._inclination = radians(self.parameters.inclination_deg)
+        self._pushes: list[Push] = []
+        self._efforts = np.zeros(len(JOINTS))
+        self._load()
+        self._place(held, clearance)
+        self._rotation = Rotation.identity()
+        self._truth = self._observe([])
+        return self._truth
+
+    def advance(self, target: Sequence[float]) -> Truth:
+        """Simulate one control period, in which the board brings the servos to ``target``.
+
+        Args:
+            target: 17 joint angles in rad, reached at the end of the period.
+        """
+        samples = []
+        client, body, joints = self.client, self.body, self._joints
+        for command in self._board.update(target):
+            states = bullet.getJointStates(body, joints, client)
+            position = np.array([state[0] for state in states])
+            velocity = np.array([state[1] for state in states])
+            self._efforts = self._servos.update(command, position, velocity)
+            bullet.setJointMotorControlArray(
+                body, joints, bullet.TORQUE_CONTROL, forces=self._efforts.tolist(),
+                physicsClientId=client)
+            if self._pushes:
+                self._apply_pushes()
+            self._tilt_ground()
+            bullet.stepSimulation(client)
+            self._step += 1
+            samples.append(bullet.getContactPoints(body, self._ground, physicsClientId=client))
+        self._truth = self._observe(samples)
+        return self._truth
+
+    def push(self, push: Push) -> None:
+        """Add a push; one that is already over has no effect.
+
+        Raises:
+            SimError: if the robot has no such link.
+        """
+        if push.link not in self.robot.links:
+            raise SimError(f'link: {push.link!r} is not accepted; '
+                           f'accepted: {" | ".join(self.robot.links)}')
+        self._pushes.append(push)
+
+    def configure(self, parameters: SimulatorParameters) -> None:
+        """Take changed parameters; the ground tilts to a new inclination at 2 deg/s.
+
+        Raises:
+            ParameterError: if one has changed that is fixed for a run.
+        """
+        for name, specification in specifications(SimulatorParameters).items():
+            if (specification.read_only
+                    and getattr(parameters, name) != getattr(self.parameters, name)):
+                raise ParameterError(f'{name}: cannot change during a run; it stays '
+                                     f'{getattr(self.parameters, name)!r}')
+        self.parameters = parameters
+        self._servos.configure(parameters)
+        self._set_friction()
+
+    def close(self) -> None:
+        """Release the physics client."""
+        bullet.disconnect(self.client)
+
+    def _load(self) -> None:
+        client, p = self.client, self.parameters
+        bullet.resetSimulation(client)
+        bullet.setGravity(0.0, 0.0, -GRAVITY, client)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=p.physics_step, numSolverIterations=p.solver_iterations, numSubSteps=0,
+            deterministicOverlappingPairs=1, physicsClientId=client)
+        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+        self._ground = bullet.createMultiBody(
+            0.0, plane, baseOrientation=_pitched(self._inclination).tolist(),
+            physicsClientId=client)
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / 'robot.urdf'
+            path.write_text(contact.physics_urdf(p, self.robot))
+            self.body = bullet.loadURDF(
+                str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client)
+        infos = [bullet.getJointInfo(self.body, index, client)
+                 for index in range(bullet.getNumJoints(self.body, client))]
+        index = {info[1].decode(): info[0] for info in infos}
+        self._joints = [index[name] for name in JOINTS]
+        self._links = {info[12].decode(): info[0] for info in infos} | {'base_link': -1}
+        self._feet = [self._links['l_foot'], self._links['r_foot']]
+        for link in self._links.values():  # the engine's defaults would damp the free fall
+            bullet.changeDynamics(self.body, link, linearDamping=0.0, angularDamping=0.0,
+                                  jointDamping=0.0, physicsClientId=client)
+        bullet.setJointMotorControlArray(  # and its default motors would brake every joint
+            self.body, self._joints, bullet.VELOCITY_CONTROL, forces=[0.0] * len(JOINTS),
+            physicsClientId=client)
+        self._set_friction()
+
+    def _set_friction(self) -> None:
+        bullet.changeDynamics(self._ground, -1, lateralFriction=self.parameters.friction,
+                              physicsClientId=self.client)
+        for link in self._links.values():  # the engine multiplies the two coefficients
+            bullet.changeDynamics(self.body, link, lateralFriction=1.0,
+                                  physicsClientId=self.client)
+
+    def _place(self, posture: Array, clearance: float) -> None:
+        """Put the robot on the plane with its lower sole flat and the soles' middle at the origin."""
+        for joint, angle in zip(self._joints, posture, strict=True):
+            bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
+        poses = self.robot.poses(posture)
+        soles = [poses['l_sole'], poses['r_sole']]
+        support = min(soles, key=lambda sole: float(sole[2, 3]))
+        p = self.parameters
+        error = np.random.default_rng(p.seed).normal(0.0, radians(p.initial_tilt_deg), 2)
+        to_plane = Rotation.from_rotvec((error[0], error[1], 0.0)).as_matrix() @ support[:3, :3].T
+        spheres = contact.corners(p, self.robot)
+        heights = [to_plane @ (sole[:3, :3] @ corner + sole[:3, 3])
+                   for sole in soles for corner in spheres]
+        position = -to_plane @ (soles[0][:3, 3] + soles[1][:3, 3]) / 2.0
+        position[2] = clearance - min(point[2] for point in heights)
+        ground = Rotation.from_quat(_pitched(self._inclination)).as_matrix()
+        rotation = ground @ to_plane
+        origin = ground @ position
+        bullet.resetBasePositionAndOrientation(
+            self.body, (origin + rotation @ self._torso_center).tolist(),
+            Rotation.from_matrix(rotation).as_quat().tolist(), self.client)
+
+    def _tilt_ground(self) -> None:
+        p = self.parameters
+        rate = radians(p.inclination_rate_deg_s)
+        elapsed = (self._step + 1) * p.physics_step
+        goal = radians(p.inclination_deg) + rate * elapsed
+        most = max(TILTING_SPEED, abs(rate)) * p.physics_step * (1.0 + 1e-9)
+        if goal == self._inclination:
+            return
+        self._inclination += min(max(goal - self._inclination, -most), most)
+        bullet.resetBasePositionAndOrientation(
+            self._ground, (0.0, 0.0, 0.0), _pitched(self._inclination).tolist(), self.client)
+
+    def _apply_pushes(self) -> None:
+        for push in self._pushes:
+            start = round(push.start / self.parameters.physics_step)
+            steps = max(1, round(push.duration / self.parameters.physics_step))
+            if not start <= self._step < start + steps:
+                continue
+            link, origin, rotation = self._pose(push.link)
+            force = np.array(push.force)
+            if push.frame != 'odom':
+                force = rotation @ force
+            bullet.applyExternalForce(
+                self.body, link, force.tolist(), (origin + rotation @ push.point).tolist(),
+                bullet.WORLD_FRAME, self.client)
+
+    def _pose(self, name: str) -> tuple[int, Array, Array]:
+        """Return the engine's link that a link is or is fixed to, its origin and rotation."""
+        offset = np.zeros(3)
+        frame = self.robot.joints.get(f'{name}_frame')
+        if frame is not None:
+            name, offset = frame.parent, frame.origin
+        link = self._links[name]
+        if link == -1:
+            center, quaternion = bullet.getBasePositionAndOrientation(self.body, self.client)
+            rotation = Rotation.from_quat(quaternion).as_matrix()
+            return link, np.array(center) + rotation @ (offset - self._torso_center), rotation
+        state = bullet.getLinkState(self.body, link, 0, 1, self.client)
+        rotation = Rotation.from_quat(state[5]).as_matrix()
+        return link, np.array(state[4]) + rotation @ offset, rotation
+
+    def _observe(self, samples: Sequence[Any]) -> Truth:
+        client, body, p = self.client, self.body, self.parameters
+        center, quaternion = bullet.getBasePositionAndOrientation(body, client)
+        center_velocity, angular_velocity = map(np.array, bullet.getBaseVelocity(body, client))
+        rotation = Rotation.from_quat(quaternion)
+        arm = rotation.apply(self._torso_center)
+        turned = (self._rotation.inv() * rotation).as_rotvec() if samples else np.zeros(3)
+        self._rotation = rotation
+        states = bullet.getJointStates(body, self._joints, client)
+        feet = bullet.getLinkStates(body, self._feet, 0, 1, client)
+        sole_orientation = np.array([foot[5] for foot in feet])
+        offsets = [self.robot.joints[f'{side}_sole_frame'].origin for side in contact.SIDES]
+        sole_position = (np.array([foot[4] for foot in feet])
+                         + Rotation.from_quat(sole_orientation).apply(offsets))
+        return Truth(
+            step=self._step, stamp_ns=self._step * self._step_ns,
+            position=np.array(center) - arm, orientation=np.array(quaternion),
+            linear_velocity=center_velocity - np.cross(angular_velocity, arm),
+            angular_velocity=angular_velocity, angular_rate=turned / p.control_period,
+            joint_position=np.array([state[0] for state in states]),
+            joint_velocity=np.array([state[1] for state in states]),
+            joint_effort=self._efforts,
+            contact_force=contact.toe_heel_forces(
+                samples, self._feet, sole_position, sole_orientation),
+            sole_position=sole_position, sole_orientation=sole_orientation,
+            inclination=self._inclination)
+
+
+def _pitched(angle: float) -> Array:
+    """Return the quaternion x y z w of a rotation by ``angle`` rad about +y."""
+    return np.array([0.0, np.sin(angle / 2.0), 0.0, np.cos(angle / 2.0)])
