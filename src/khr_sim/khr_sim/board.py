@@ -25,7 +25,7 @@ class Board:
         steps: physics steps per output period.
     """
 
-    def __init__(self, limits: Array, steps: int):
+    def __init__(self, limits: Array, steps: int) -> None:
         counts = limits / COUNT
         self._lower, self._upper = np.ceil(counts[:, 0]), np.floor(counts[:, 1])
         self._fractions = np.arange(1, steps + 1)[:, np.newaxis] / steps

@@ -47,7 +47,7 @@ class SimulatorParameters:
     control_period: float = parameter(
         0.015, 'Output period of the controller board: 0.010, 0.015, 0.020 or 0.025.',
         unit='s', minimum=0.010, maximum=0.025, read_only=True)
-    gui: bool = parameter(False, 'Show the physics engine\'s own window.', read_only=True)
+    gui: bool = parameter(False, "Show the physics engine's own window.", read_only=True)
     servo_model: str = parameter(
         'stretch', 'Position loop of the servos: the stiffness set by "stretch", or the '
         'identified PID.', choices=('stretch', 'pid'), read_only=True)
@@ -73,22 +73,22 @@ class SimulatorParameters:
         2.0, 'Derivative gain of the identified servo loop.', unit='s',
         minimum=0.0, maximum=10.0)
     rotor_inertia: float = parameter(
-        0.004, 'Inertia of a servo\'s rotor and gears, seen at the output shaft.',
+        0.004, "Inertia of a servo's rotor and gears, seen at the output shaft.",
         unit='kg m^2', minimum=0.0005, maximum=0.02)
     gear_stiffness: float = parameter(
-        40.0, 'Stiffness between a servo\'s potentiometer and its link: shaft, horn, bracket.',
+        40.0, "Stiffness between a servo's potentiometer and its link: shaft, horn, bracket.",
         unit='N m/rad', minimum=1.0, maximum=200.0)
     gear_damping: float = parameter(
         0.08, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=1.0)
     servo_friction: float = parameter(
-        0.05, 'Dry friction of a servo\'s motor and gears, at the output shaft.',
+        0.05, "Dry friction of a servo's motor and gears, at the output shaft.",
         unit='N m', minimum=0.0, maximum=0.5)
     backlash_deg: float = parameter(
-        0.0, 'Free play of a servo\'s gears at the output shaft, in all.',
+        0.0, "Free play of a servo's gears at the output shaft, in all.",
         unit='deg', minimum=0.0, maximum=3.0)
     seed: int = parameter(0, 'Seed of the initial error.', minimum=0, read_only=True)
     initial_tilt_deg: float = parameter(
-        0.0, 'Standard deviation of the initial error in the robot\'s pitch and roll.',
+        0.0, "Standard deviation of the initial error in the robot's pitch and roll.",
         unit='deg', minimum=0.0, maximum=5.0)
     stop_when_tilted_deg: float = parameter(
         60.0, 'Tilt of the torso at which a run ends.', unit='deg', minimum=10.0, maximum=180.0)

@@ -56,7 +56,7 @@ class Robot:
         SimError: if the text is no URDF, or lacks one of the 17 joints.
     """
 
-    def __init__(self, urdf: str):
+    def __init__(self, urdf: str) -> None:
         try:
             self.xml = ElementTree.fromstring(urdf)
         except ElementTree.ParseError as error:
@@ -66,8 +66,8 @@ class Robot:
         self.joints = {joint.name: joint for joint in map(_joint, self.xml.iter('joint'))}
         revolute = {name for name, joint in self.joints.items() if joint.kind == 'revolute'}
         if revolute != set(JOINTS):
-            raise SimError(f'urdf: joints {sorted(revolute ^ set(JOINTS))} are missing or unknown; '
-                           f'accepted: the 17 of the KHR-3HV')
+            raise SimError(f'urdf: {sorted(revolute ^ set(JOINTS))} missing or unknown; '
+                           f'accepted: the 17 joints of the KHR-3HV')
 
     @classmethod
     def load(cls) -> Robot:
@@ -83,7 +83,7 @@ class Robot:
         """Return the joint limits, in rad: shape (17, 2), lower and upper."""
         return np.array([(self.joints[name].lower, self.joints[name].upper) for name in JOINTS])
 
-    def poses(self, posture: Sequence[float]) -> dict[str, Array]:
+    def poses(self, posture: Sequence[float] | Array) -> dict[str, Array]:
         """Return the pose (4, 4) of every link in base_link for 17 joint angles in rad."""
         angles = dict(zip(JOINTS, posture, strict=True))
         poses = {'base_link': np.eye(4)}
@@ -95,14 +95,14 @@ class Robot:
             poses[joint.child] = poses[joint.parent] @ step
         return poses
 
-    def center_of_mass(self, posture: Sequence[float]) -> Array:
+    def center_of_mass(self, posture: Sequence[float] | Array) -> Array:
         """Return the centre of mass (3,) in base_link, in m, for 17 joint angles in rad."""
         poses = self.poses(posture)
         moments = [link.mass * (poses[link.name] @ (*link.center_of_mass, 1.0))[:3]
                    for link in self.links.values()]
         return np.asarray(np.sum(moments, axis=0) / self.mass)
 
-    def inertia(self, posture: Sequence[float], about: Array, links: Sequence[str] = ()) -> Array:
+    def inertia(self, posture: Sequence[float] | Array, about: Array, links: Sequence[str] = ()) -> Array:
         """Return the inertia (3, 3) about a point of base_link, in kg m^2.
 
         Args:
@@ -128,7 +128,7 @@ class Robot:
         return below
 
     def joint_inertia(self) -> Array:
-        """Return what each joint carries outward: shape (17,), kg m^2 about its axis, zero pose."""
+        """Return the inertia each joint carries in the zero pose, kg m^2 about its axis, (17,)."""
         zero = [0.0] * len(JOINTS)
         poses = self.poses(zero)
         inertias = []

@@ -25,9 +25,10 @@ NO_LOAD_SPEED = 7.48  # rad/s at 11.1 V (maker)
 BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, the slope of the torque-speed line
 SUPPLY = 11.1  # V
 POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assumed)
-# A spring of stiffness k on an inertia I is resolved while k h^2 / I stays below this; a
-# symplectic step is stable to 4. Only the head, which carries nothing, is softened by it.
-RESOLVED = 1.0
+# A step h resolves a spring k and a damper d on an inertia I while k h^2 <= I and d h <= I / 2 (a
+# symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: the
+# spring of the head, which carries nothing, and the dampers of head, forearms and feet.
+SPRING_LIMIT, DAMPER_LIMIT = 1.0, 0.5
 
 
 class Servos:
@@ -38,7 +39,7 @@ class Servos:
         carried: what each joint carries outward, kg m^2, shape (17,).
     """
 
-    def __init__(self, parameters: SimulatorParameters, carried: Array):
+    def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
         self._carried = carried
         self._angle = np.zeros(len(JOINTS))  # of the rotors, seen at the output shaft
         self._rate = np.zeros(len(JOINTS))
@@ -87,7 +88,7 @@ class Servos:
         if self._play:
             twist -= np.clip(twist, -self._play, self._play)
             slide *= twist != 0.0
-        torque = self._gear * twist + self._gear_damping * slide
+        torque: Array = self._gear * twist + self._gear_damping * slide
         rate = self._rate + self._gain * (self._drive(command) - torque)
         rate *= self._loss
         if self._stick:  # dry friction takes what speed it can, and no more

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import tempfile
 from collections.abc import Sequence
 from math import radians
@@ -11,10 +10,10 @@ from typing import Any
 
 import numpy as np
 import pybullet as bullet
-from khr_common import ParameterError, specifications
 from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
+from khr_common import ParameterError, specifications
 from khr_sim import contact
 from khr_sim.board import Board
 from khr_sim.errors import SimError
@@ -40,7 +39,7 @@ class World:
         SimError: if the description of the robot is not that of the KHR-3HV.
     """
 
-    def __init__(self, parameters: SimulatorParameters):
+    def __init__(self, parameters: SimulatorParameters) -> None:
         self.parameters = parameters
         self.robot = Robot.load()
         self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
@@ -162,7 +161,7 @@ class World:
                                   physicsClientId=self.client)
 
     def _place(self, posture: Array, clearance: float) -> None:
-        """Put the robot on the plane with its lower sole flat and the soles' middle at the origin."""
+        """Put the lower sole flat on the plane, and the middle of both soles at the origin."""
         for joint, angle in zip(self._joints, posture, strict=True):
             bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
         poses = self.robot.poses(posture)
