@@ -8,12 +8,12 @@ that stay in place give the solver a steady problem, which a box on a plane does
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import chain
 from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
@@ -61,7 +61,7 @@ def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
 
 
 def toe_heel_forces(samples: Sequence[Sequence[Any]], feet: Sequence[int],
-                    sole_position: Array, sole_orientation: Array) -> Array:
+                    sole_position: Array, sole_rotation: Sequence[Array]) -> Array:
     """Return the mean forces of the ground on l_toe, l_heel, r_toe, r_heel, each in its frame.
 
     A contact ahead of the ankle axis belongs to the toe, one behind it to the heel; the sole's
@@ -70,25 +70,22 @@ def toe_heel_forces(samples: Sequence[Sequence[Any]], feet: Sequence[int],
     Args:
         samples: the engine's contact points of the robot with the ground, one list a step.
         feet: link indices of the left and right foot.
-        sole_position: soles in odom, m, (2, 3).
-        sole_orientation: quaternions x y z w, (2, 4).
+        sole_position: of l_sole and r_sole in odom, m, (2, 3).
+        sole_rotation: their rotation matrices, (3, 3) each.
 
     Returns:
         Forces (4, 3) in N.
     """
-    points = [(c[3], c[9], c[10], c[12], *c[5], *c[7], *c[11], *c[13])
-              for sample in samples for c in sample]
     forces = np.zeros((4, 3))
-    if not points:
-        return forces
-    table = np.array(points)
-    force = (table[:, 1:2] * table[:, 7:10] + table[:, 2:3] * table[:, 10:13]
-             + table[:, 3:4] * table[:, 13:16])
     for side, foot in enumerate(feet):
-        to_sole = Rotation.from_quat(sole_orientation[side]).as_matrix()
-        mine = table[:, 0] == foot
-        local = force[mine] @ to_sole
-        is_toe = (table[mine, 4:7] - sole_position[side]) @ to_sole[:, 0] >= 0.0
-        forces[2 * side] = local[is_toe].sum(axis=0)
-        forces[2 * side + 1] = local[~is_toe].sum(axis=0)
-    return forces / len(samples)
+        points = [(*c[5], c[9], *c[7], c[10], *c[11], c[12], *c[13])
+                  for sample in samples for c in sample if c[3] == foot]
+        if not points:
+            continue
+        table = np.fromiter(chain.from_iterable(points), np.float64).reshape(-1, 15)
+        force = (table[:, 3:4] * table[:, 4:7] + table[:, 7:8] * table[:, 8:11]
+                 + table[:, 11:12] * table[:, 12:15]) @ sole_rotation[side]
+        is_toe = (table[:, :3] - sole_position[side]) @ sole_rotation[side][:, 0] >= 0.0
+        forces[2 * side] = is_toe @ force
+        forces[2 * side + 1] = ~is_toe @ force
+    return forces / max(len(samples), 1)

@@ -79,7 +79,7 @@ class SimulatorParameters:
         40.0, "Stiffness between a servo's potentiometer and its link: shaft, horn, bracket.",
         unit='N m/rad', minimum=1.0, maximum=200.0)
     gear_damping: float = parameter(
-        0.08, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=1.0)
+        0.02, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=0.025)
     servo_friction: float = parameter(
         0.05, "Dry friction of a servo's motor and gears, at the output shaft.",
         unit='N m', minimum=0.0, maximum=0.5)

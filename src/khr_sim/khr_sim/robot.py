@@ -102,7 +102,8 @@ class Robot:
                    for link in self.links.values()]
         return np.asarray(np.sum(moments, axis=0) / self.mass)
 
-    def inertia(self, posture: Sequence[float] | Array, about: Array, links: Sequence[str] = ()) -> Array:
+    def inertia(self, posture: Sequence[float] | Array, about: Array,
+                links: Sequence[str] = ()) -> Array:
         """Return the inertia (3, 3) about a point of base_link, in kg m^2.
 
         Args:

@@ -88,24 +88,29 @@ class Servos:
         if self._play:
             twist -= np.clip(twist, -self._play, self._play)
             slide *= twist != 0.0
-        torque: Array = self._gear * twist + self._gear_damping * slide
-        rate = self._rate + self._gain * (self._drive(command) - torque)
+        twist *= self._gear
+        slide *= self._gear_damping
+        torque: Array = twist + slide
+        rate = self._drive(command)
+        rate -= torque
+        rate *= self._gain
+        rate += self._rate
         rate *= self._loss
         if self._stick:  # dry friction takes what speed it can, and no more
-            rate -= np.minimum(np.maximum(rate, -self._stick), self._stick)
+            rate -= _limited(rate, self._stick)
         self._rate = rate
         self._angle = self._angle + self._step * rate
         return torque
 
     def _drive_stretch(self, command: Array) -> Array:
-        return _limited(self._stiffness * (command - self._angle))
+        return _limited(self._stiffness * (command - self._angle), STALL_TORQUE)
 
     def _drive_pid(self, command: Array) -> Array:
         error = command - self._angle
         error_rate = (command - self._command) / self._step - self._rate
         self._command = command
-        self._integral = _limited(self._integral + self._ki * self._step * error)
-        return _limited(self._kp * error + self._integral + self._kd * error_rate)
+        self._integral = _limited(self._integral + self._ki * self._step * error, STALL_TORQUE)
+        return _limited(self._kp * error + self._integral + self._kd * error_rate, STALL_TORQUE)
 
 
 def stretches(parameters: SimulatorParameters) -> Array:
@@ -116,5 +121,5 @@ def stretches(parameters: SimulatorParameters) -> Array:
     return np.array([float(by_joint.get(name[2:], parameters.stretch_upper)) for name in JOINTS])
 
 
-def _limited(torque: Array) -> Array:
-    return np.minimum(np.maximum(torque, -STALL_TORQUE), STALL_TORQUE)
+def _limited(values: Array, most: float) -> Array:
+    return np.minimum(np.maximum(values, -most), most)

@@ -20,6 +20,7 @@ from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.robot import JOINTS, Robot
+from khr_sim.rotation import cross, matrix, pitched, turned
 from khr_sim.servo import Servos
 from khr_sim.truth import Truth
 
@@ -47,6 +48,9 @@ class World:
         self._board = Board(self.robot.limits(), parameters.steps)
         self._step_ns = round(parameters.physics_step * 1e9)
         self._torso_center = self.robot.links['base_link'].center_of_mass
+        self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin
+                              for side in contact.SIDES]
+        self._orientation = (0.0, 0.0, 0.0, 1.0)  # of base_link at the last instant
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
@@ -64,9 +68,7 @@ class World:
         self._efforts = np.zeros(len(JOINTS))
         self._load()
         self._place(held, clearance)
-        self._rotation = Rotation.identity()
-        self._truth = self._observe([])
-        return self._truth
+        return self._observe([])
 
     def advance(self, target: Sequence[float]) -> Truth:
         """Simulate one control period, in which the board brings the servos to ``target``.
@@ -90,8 +92,7 @@ class World:
             bullet.stepSimulation(client)
             self._step += 1
             samples.append(bullet.getContactPoints(body, self._ground, physicsClientId=client))
-        self._truth = self._observe(samples)
-        return self._truth
+        return self._observe(samples)
 
     def push(self, push: Push) -> None:
         """Add a push; one that is already over has no effect.
@@ -132,7 +133,7 @@ class World:
             deterministicOverlappingPairs=1, physicsClientId=client)
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
         self._ground = bullet.createMultiBody(
-            0.0, plane, baseOrientation=_pitched(self._inclination).tolist(),
+            0.0, plane, baseOrientation=pitched(self._inclination),
             physicsClientId=client)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'robot.urdf'
@@ -175,7 +176,7 @@ class World:
                    for sole in soles for corner in spheres]
         position = -to_plane @ (soles[0][:3, 3] + soles[1][:3, 3]) / 2.0
         position[2] = clearance - min(point[2] for point in heights)
-        ground = Rotation.from_quat(_pitched(self._inclination)).as_matrix()
+        ground = matrix(pitched(self._inclination))
         rotation = ground @ to_plane
         origin = ground @ position
         bullet.resetBasePositionAndOrientation(
@@ -192,7 +193,7 @@ class World:
             return
         self._inclination += min(max(goal - self._inclination, -most), most)
         bullet.resetBasePositionAndOrientation(
-            self._ground, (0.0, 0.0, 0.0), _pitched(self._inclination).tolist(), self.client)
+            self._ground, (0.0, 0.0, 0.0), pitched(self._inclination), self.client)
 
     def _apply_pushes(self) -> None:
         for push in self._pushes:
@@ -217,40 +218,33 @@ class World:
         link = self._links[name]
         if link == -1:
             center, quaternion = bullet.getBasePositionAndOrientation(self.body, self.client)
-            rotation = Rotation.from_quat(quaternion).as_matrix()
+            rotation = matrix(quaternion)
             return link, np.array(center) + rotation @ (offset - self._torso_center), rotation
         state = bullet.getLinkState(self.body, link, 0, 1, self.client)
-        rotation = Rotation.from_quat(state[5]).as_matrix()
+        rotation = matrix(state[5])
         return link, np.array(state[4]) + rotation @ offset, rotation
 
     def _observe(self, samples: Sequence[Any]) -> Truth:
-        client, body, p = self.client, self.body, self.parameters
-        center, quaternion = bullet.getBasePositionAndOrientation(body, client)
-        center_velocity, angular_velocity = map(np.array, bullet.getBaseVelocity(body, client))
-        rotation = Rotation.from_quat(quaternion)
-        arm = rotation.apply(self._torso_center)
-        turned = (self._rotation.inv() * rotation).as_rotvec() if samples else np.zeros(3)
-        self._rotation = rotation
+        client, body = self.client, self.body
+        center, orientation = bullet.getBasePositionAndOrientation(body, client)
+        center_velocity, angular_velocity = bullet.getBaseVelocity(body, client)
+        arm = matrix(orientation) @ self._torso_center
+        angle = turned(self._orientation, orientation) if samples else np.zeros(3)
+        self._orientation = orientation
         states = bullet.getJointStates(body, self._joints, client)
         feet = bullet.getLinkStates(body, self._feet, 0, 1, client)
-        sole_orientation = np.array([foot[5] for foot in feet])
-        offsets = [self.robot.joints[f'{side}_sole_frame'].origin for side in contact.SIDES]
-        sole_position = (np.array([foot[4] for foot in feet])
-                         + Rotation.from_quat(sole_orientation).apply(offsets))
+        soles = [matrix(foot[5]) for foot in feet]
+        sole_position = np.array([foot[4] + sole @ offset for foot, sole, offset
+                                  in zip(feet, soles, self._sole_offsets, strict=True)])
         return Truth(
             step=self._step, stamp_ns=self._step * self._step_ns,
-            position=np.array(center) - arm, orientation=np.array(quaternion),
-            linear_velocity=center_velocity - np.cross(angular_velocity, arm),
-            angular_velocity=angular_velocity, angular_rate=turned / p.control_period,
+            position=center - arm, orientation=np.array(orientation),
+            linear_velocity=center_velocity - cross(angular_velocity, arm),
+            angular_velocity=np.array(angular_velocity),
+            angular_rate=angle / self.parameters.control_period,
             joint_position=np.array([state[0] for state in states]),
             joint_velocity=np.array([state[1] for state in states]),
             joint_effort=self._efforts,
-            contact_force=contact.toe_heel_forces(
-                samples, self._feet, sole_position, sole_orientation),
-            sole_position=sole_position, sole_orientation=sole_orientation,
+            contact_force=contact.toe_heel_forces(samples, self._feet, sole_position, soles),
+            sole_position=sole_position, sole_orientation=np.array([foot[5] for foot in feet]),
             inclination=self._inclination)
-
-
-def _pitched(angle: float) -> Array:
-    """Return the quaternion x y z w of a rotation by ``angle`` rad about +y."""
-    return np.array([0.0, np.sin(angle / 2.0), 0.0, np.cos(angle / 2.0)])

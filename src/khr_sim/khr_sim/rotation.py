@@ -1,0 +1,53 @@
+"""The few rotations that every control period needs, without the weight of a general library.
+
+Quaternions are x y z w, as in ROS messages and the physics engine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import atan2, cos, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Quaternion = Sequence[float]
+
+
+def pitched(angle: float) -> tuple[float, float, float, float]:
+    """Return the quaternion of a rotation by ``angle`` rad about +y."""
+    return 0.0, sin(angle / 2.0), 0.0, cos(angle / 2.0)
+
+
+def matrix(quaternion: Quaternion) -> Array:
+    """Return the rotation matrix (3, 3) of a unit quaternion."""
+    x, y, z, w = quaternion
+    return np.array([
+        [1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - z * w), 2.0 * (x * z + y * w)],
+        [2.0 * (x * y + z * w), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - x * w)],
+        [2.0 * (x * z - y * w), 2.0 * (y * z + x * w), 1.0 - 2.0 * (x * x + y * y)]])
+
+
+def cross(first: Sequence[float] | Array, second: Sequence[float] | Array) -> Array:
+    """Return the vector product (3,), a tenth of the time of NumPy's general one."""
+    ax, ay, az = first
+    bx, by, bz = second
+    return np.array([ay * bz - az * by, az * bx - ax * bz, ax * by - ay * bx])
+
+
+def turned(before: Quaternion, after: Quaternion) -> Array:
+    """Return the rotation vector (3,) in rad, in the body's frame, that turns one into the other.
+
+    It is the logarithm of R_before^T R_after, of at most half a turn.
+    """
+    ax, ay, az, aw = before
+    bx, by, bz, bw = after
+    w = aw * bw + ax * bx + ay * by + az * bz
+    vector = np.array([aw * bx - ax * bw - ay * bz + az * by,
+                       aw * by - ay * bw - az * bx + ax * bz,
+                       aw * bz - az * bw - ax * by + ay * bx])
+    size = sqrt(vector @ vector)
+    if size == 0.0:
+        return vector
+    return vector * (2.0 * atan2(size, w) / size if w >= 0.0 else 2.0 * atan2(-size, -w) / size)
