@@ -126,8 +126,8 @@ class World:
 
     def _load(self) -> None:
         client, p = self.client, self.parameters
-        bullet.resetSimulation(client)
-        bullet.setGravity(0.0, 0.0, -GRAVITY, client)
+        bullet.resetSimulation(physicsClientId=client)  # its first argument is another
+        bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=p.physics_step, numSolverIterations=p.solver_iterations, numSubSteps=0,
             deterministicOverlappingPairs=1, physicsClientId=client)
