@@ -1,0 +1,128 @@
+"""The gyro KRG-4 of the robot, seen through the controller board's AD converter.
+
+The KRG-4 measures one axis. On the robot that is pitch, ``y`` of ``imu_link``; roll and yaw are
+given by two more sensors of the same kind, which the real robot lacks and no controller reads.
+
+Provenance of the numbers: the sensitivity is published (5.2); no data sheet of the KRG-4 is. Its
+sensitivity is that of the Murata ENC-03R, so that element's range of 300 deg/s is assumed. The
+bandwidth is to be calibrated; noise and offset are assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import radians, tau
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_common import parameter
+from khr_sim.errors import SimError
+from khr_sim.gyro_circuit.baseband import Baseband
+from khr_sim.gyro_circuit.circuit import KRG4
+from khr_sim.low_pass import LowPass
+
+Array = NDArray[np.float64]
+
+NOMINAL_SENSITIVITY = 0.67e-3 / radians(1.0)  # V per rad/s, (5.2)
+AD_STEP = 5.0 / 1024  # V, 10 bit over 0 to 5 V
+AD_HALF_RANGE = 512  # steps between the voltage at rest, taken at mid-range, and the rails
+
+
+@dataclass(frozen=True)
+class GyroParameters:
+    """The parameter table of the gyro."""
+
+    model: str = parameter(
+        'packaged', 'Dynamics of the sensor: "ideal" reports the true rate, "packaged" is a '
+        'first-order low-pass, "circuit" the vibratory sensor down to its circuit. Sensitivity, '
+        'offset, noise, range and converter apply to the last two.',
+        choices=('ideal', 'packaged', 'circuit'))
+    sensitivity: float = parameter(
+        0.67, 'Sensitivity of this sensor. The board reckons with the nominal 0.67, so another '
+        'value is an error of scale.', unit='mV per deg/s', minimum=0.01, maximum=10.0)
+    bandwidth: float = parameter(
+        2.0, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0)
+    noise: float = parameter(
+        0.01, 'Standard deviation of the white noise of a sample.', unit='rad/s',
+        minimum=0.0, maximum=1.0)
+    zero_offset: float = parameter(
+        0.0, 'Output at rest, after the board has subtracted its reference.', unit='rad/s',
+        minimum=-1.0, maximum=1.0)
+    saturation: float = parameter(
+        5.236, 'Largest rate that the sensor can tell.', unit='rad/s', minimum=0.1, maximum=60.0)
+    adc: bool = parameter(
+        True, "Round the output to the steps of the board's 10-bit converter over 5 V: 7.3 deg/s "
+        'at the nominal sensitivity.')
+    seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
+    control_period: float = parameter(
+        0.015, 'Period of the samples, that of the simulator.', unit='s',
+        minimum=0.001, maximum=0.1, read_only=True)
+
+
+class Gyro:
+    """Turn the true mean rate of each control period into the rate that the board reads."""
+
+    def __init__(self, parameters: GyroParameters) -> None:
+        period = parameters.control_period
+        self._low_pass = LowPass(3, period, 0.0)
+        self._circuits = [Baseband(period) for _ in range(3)]
+        self.configure(parameters)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to rest, and start the same sequence of noise again."""
+        self._low_pass.reset()
+        for circuit in self._circuits:
+            circuit.reset()
+        self._noise = np.random.Generator(np.random.PCG64(self.parameters.seed))
+
+    def configure(self, parameters: GyroParameters) -> None:
+        """Take changed parameters from the next sample on; a model keeps its state."""
+        self.parameters = parameters
+        ideal = parameters.model == 'ideal'
+        self._low_pass.configure(0.0 if ideal else 1.0 / (tau * parameters.bandwidth))
+        for circuit in self._circuits:
+            circuit.configure(replace(KRG4, bandwidth=parameters.bandwidth))
+
+    def update(self, angular_rate: Sequence[float]) -> tuple[float, float, float]:
+        """Return the rates that the board reads at the end of a control period.
+
+        Args:
+            angular_rate: true rates about x, y, z of ``imu_link``, rad/s; means over the period.
+
+        Returns:
+            Rates about x, y, z in rad/s.
+
+        Raises:
+            SimError: if the rates are not three finite numbers.
+        """
+        rate = np.asarray(angular_rate, dtype=np.float64)
+        if rate.shape != (3,) or not np.isfinite(rate).all():
+            raise SimError(f'angular_rate: {angular_rate!r} is not accepted; '
+                           f'accepted: three finite rates in rad/s')
+        # Drawn whether it is used or not: the sequence depends on nothing but the seed.
+        noise = self._noise.standard_normal(3)
+        sensed = self._sense(rate)
+        if self.parameters.model != 'ideal':
+            sensed = self._read(sensed + self.parameters.noise * noise)
+        x, y, z = sensed.tolist()
+        return x, y, z
+
+    def _sense(self, rate: Array) -> Array:
+        """Return what the three sensing elements make of the rates (3,), in rad/s."""
+        if self.parameters.model != 'circuit':
+            return self._low_pass.update(rate)
+        return np.array([circuit.update(each) for circuit, each
+                         in zip(self._circuits, rate.tolist(), strict=True)])
+
+    def _read(self, sensed: Array) -> Array:
+        """Carry what the sensors tell (3,) to the board: range, scale, offset, converter."""
+        own, limit = self.parameters, self.parameters.saturation
+        scale = own.sensitivity / 1000.0 / radians(1.0)
+        voltage = scale * np.clip(sensed, -limit, limit) + NOMINAL_SENSITIVITY * own.zero_offset
+        if own.adc:
+            steps = np.clip(np.rint(voltage / AD_STEP), -AD_HALF_RANGE, AD_HALF_RANGE - 1)
+            voltage = steps * AD_STEP
+        return voltage / NOMINAL_SENSITIVITY
