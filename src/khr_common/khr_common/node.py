@@ -8,7 +8,8 @@ from __future__ import annotations
 import dataclasses
 import signal
 import sys
-from collections.abc import Callable
+import time
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import rclpy
@@ -40,7 +41,8 @@ from khr_common.parameters import ParameterError, Specification, build, specific
 # ROS user matches that too); the depth lets a recorder fall two seconds behind without loss.
 DATA = QoSProfile(depth=500)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-EVERY_LISTENER = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
+SETTLING = 5.0  # s of wall time that a node may take to hear what is still on its way
 
 
 def to_stamp(nanoseconds: int) -> Time:
@@ -63,7 +65,6 @@ class KhrNode(Node):  # type: ignore[misc]
     def __init__(self, name: str, table: type[Any]) -> None:
         super().__init__(name)
         self.table = table
-        self.finished = False
         self.failure: str | None = None
         self._ready = self.create_publisher(String, 'ready', LATCHED)
         for specification in specifications(table).values():
@@ -74,6 +75,10 @@ class KhrNode(Node):  # type: ignore[misc]
 
     def configure(self, parameters: Any) -> None:
         """Take changed parameters; a core acts on them from the next control period."""
+
+    def settled(self) -> bool:
+        """Return whether the node may close; one that waits for stragglers overrides this."""
+        return True
 
     def close(self) -> None:
         """Release what the node holds; called once, while ROS is still up."""
@@ -201,38 +206,49 @@ class _Stop:
         self.asked = True
 
 
-def run_node(factory: Callable[[], KhrNode], args: list[str] | None = None) -> int:
-    """Run one node in this process until it ends or is interrupted; return the exit code.
+def run_node(factory: Callable[[], KhrNode]) -> int:
+    """Run one node in this process until it ends or is interrupted; return the exit code."""
+    return run_nodes([factory])
+
+
+def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
+    """Run nodes on one executor until one ends or they are interrupted; return the exit code.
 
     ROS's own signal handlers tear the context down before a node could say its last words, so
-    SIGINT and SIGTERM only raise a flag here, and the node closes while it can still publish.
+    SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
     """
-    stop = _Stop()
-    signal.signal(signal.SIGINT, stop)
-    signal.signal(signal.SIGTERM, stop)
-    rclpy.init(args=args, signal_handler_options=SignalHandlerOptions.NO)
-    node: KhrNode | None = None
+    interrupted: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda number, _: interrupted.append(number))
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    nodes: list[KhrNode] = []
     try:
-        node = factory()
         executor = EventsExecutor()
-        executor.add_node(node)
-        while not (stop.asked or node.finished or node.failure):
+        for factory in factories:
+            nodes.append(factory())
+            executor.add_node(nodes[-1])
+        while not interrupted and not any(node.failure for node in nodes):
             executor.spin_once(0.1)
-        node.close()
-        drain(executor)
+        for node in nodes:
+            _close(node, executor)
     except KhrError as error:
-        name = node.get_name() if node else factory.__name__
-        print(f'{name}: {error}', file=sys.stderr)
+        # A node that could not be built has no name yet but its class's.
+        print(f'{factory.__name__}: {error}', file=sys.stderr)
         return 2
     finally:
         rclpy.try_shutdown()
-    if node.failure:
+    failed = [node for node in nodes if node.failure]
+    for node in failed:
         print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
-        return 1
-    return 0
+    return 1 if failed else 0
 
 
-def drain(executor: Any) -> None:
-    """Give the middleware a moment to send what was published last."""
-    for _ in range(5):
+def _close(node: KhrNode, executor: EventsExecutor) -> None:
+    """Let a node hear what is on its way, close it, and send what it says last."""
+    patience = time.monotonic() + SETTLING
+    while not node.settled() and time.monotonic() < patience:
+        executor.spin_once(0.02)
+    node.close()
+    sent = time.monotonic() + LAST_WORDS
+    while time.monotonic() < sent:
         executor.spin_once(0.02)

@@ -1,0 +1,50 @@
+# make run    installs everything into .venv and runs the main job
+# make test   installs the same and runs the tests
+PYTHON ?= python3.11
+SCENARIO ?= config/walk_7.68deg_ka12.yaml
+VENV := .venv
+BIN := $(VENV)/bin
+PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup)
+SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
+             -not -path '*/__pycache__/*')
+
+.PHONY: run test install lint docs bench lock clean
+
+run: install
+	$(BIN)/khr run $(SCENARIO)
+
+test: install lint
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest
+
+install: $(VENV)/packages
+
+$(VENV)/requirements: requirements.lock
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
+	touch $@
+
+$(VENV)/packages: $(VENV)/requirements $(SOURCES)
+	rm -rf src/*/build src/*/*.egg-info
+	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation \
+	    --force-reinstall $(PACKAGES)
+	rm -rf src/*/build src/*/*.egg-info
+	touch $@
+
+lint: install
+	$(BIN)/ruff check src tests
+	$(BIN)/mypy src/khr_*/khr_*
+
+docs: install
+	$(BIN)/python -m khr_bringup.generate
+
+bench: install
+	$(BIN)/python -m tests.benchmarks
+
+lock:
+	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
+	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check -r requirements.in
+	$(VENV)-lock/bin/pip freeze --all --exclude pip | grep -v '^#' > requirements.lock
+	rm -rf $(VENV)-lock
+
+clean:
+	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info

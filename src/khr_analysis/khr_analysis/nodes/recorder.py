@@ -1,0 +1,142 @@
+"""The recorder node: every topic of the graph into a rosbag2, in simulated time."""
+
+from __future__ import annotations
+
+import importlib
+import time
+from functools import partial
+from pathlib import Path
+from typing import Any, cast
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseArray, WrenchStamped
+from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds
+from nav_msgs.msg import Odometry
+from rclpy.clock import Clock as RclpyClock
+from rclpy.clock import ClockType
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+
+from khr_analysis.errors import AnalysisError
+from khr_analysis.recording import SCENARIO_TOPIC, Recording, RecorderParameters
+
+REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
+# What flows in every control period: the run starts when each of these has been heard.
+DATA_TOPICS: dict[str, type[Any]] = {
+    '/clock': Clock, 'joint_states': JointState, 'ground_truth/odom': Odometry,
+    'ground_truth/imu': Imu, 'ground_truth/soles': PoseArray, 'imu/data_raw': Imu,
+    'joint_reference': JointState, 'ankle_controller/correction': JointState,
+    'hip_controller/correction': JointState,
+    **{f'ground_truth/contact/{region}': WrenchStamped for region in REGIONS},
+    **{f'foot_force/{region}': WrenchStamped for region in REGIONS},
+}
+DEPTH = QoSProfile(depth=5000)
+DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+SEARCH_PERIOD = 0.5  # s of wall time between looks for new topics
+QUIET = 0.2  # s of wall time without a message, after which the last one has arrived
+
+
+class RecorderNode(KhrNode):
+    """Record raw messages of all topics; stop, and say so, when the disk takes no more."""
+
+    def __init__(self) -> None:
+        super().__init__('recorder', RecorderParameters)
+        self._recording: Recording | None = Recording(Path(self.parameters.folder))
+        self._now = 0
+        self._last: dict[str, bytes] = {}
+        self._taken: set[str] = set()
+        self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
+        self._clock_topic = self.resolve_topic_name('/clock')
+        self._awaited = {self.resolve_topic_name(topic) for topic in DATA_TOPICS}
+        self._data = frozenset(self._awaited)
+        self._store_scenario()
+        for topic, kind in DATA_TOPICS.items():
+            self._record(self.resolve_topic_name(topic), kind, latched=False)
+        self.create_timer(SEARCH_PERIOD, self._search,
+                          clock=RclpyClock(clock_type=ClockType.STEADY_TIME))
+        self._last_arrival = time.monotonic()
+
+    def settled(self) -> bool:
+        """Return whether all that was on its way has arrived."""
+        return time.monotonic() - self._last_arrival > QUIET
+
+    def close(self) -> None:
+        """Finish the bag."""
+        if self._recording is not None:
+            self._attempt(self._recording.close)
+
+    def _store_scenario(self) -> None:
+        if self.parameters.scenario_file:
+            text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
+            self._attempt(lambda: self._written().write_text(SCENARIO_TOPIC, text, 0))
+
+    def _written(self) -> Recording:
+        assert self._recording is not None
+        return self._recording
+
+    def _search(self) -> None:
+        """Subscribe to what has appeared in the graph."""
+        for topic, kinds in self.get_topic_names_and_types():
+            if topic in self._taken or self._recording is None:
+                continue
+            publishers = self.get_publishers_info_by_topic(topic)
+            if publishers:
+                latched = all(p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                              for p in publishers)
+                self._record(topic, _message_class(kinds[0]), latched)
+
+    def _record(self, topic: str, kind: type[Any], latched: bool) -> None:
+        self._taken.add(topic)
+        name = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
+        try:
+            self._written().add_topic(topic, name, latched)
+        except AnalysisError as error:
+            self.get_logger().warning(str(error))
+            return
+        self.create_subscription(kind, topic, partial(self._on_message, topic),
+                                 DEPTH_LATCHED if latched else DEPTH, raw=True)
+
+    def _on_message(self, topic: str, data: bytes) -> None:
+        self._last_arrival = time.monotonic()
+        if topic == self._clock_topic:
+            self._now = to_nanoseconds(deserialize_message(data, Clock).clock)
+        if topic in self._data:
+            if self._last.get(topic) == data:
+                return  # the simulator asked again for what it missed
+            self._last[topic] = data
+            self._hear(topic)
+        if self._recording is not None:
+            self._attempt(lambda: self._written().write(topic, data, self._now))
+
+    def _hear(self, topic: str) -> None:
+        if topic in self._awaited:
+            self._awaited.discard(topic)
+            if not self._awaited:
+                self.announce_ready()
+
+    def _attempt(self, action: Any) -> None:
+        try:
+            action()
+        except OSError as error:
+            self._recording = None
+            reason = f'recording stopped: {error}'
+            self.get_logger().error(reason)
+            self._diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(
+                level=DiagnosticStatus.ERROR, name='recorder', message=reason,
+                values=[KeyValue(key='folder', value=self.parameters.folder)])]))
+
+
+def _message_class(kind: str) -> type[Any]:
+    package, _, name = kind.split('/')
+    return cast(type[Any], getattr(importlib.import_module(f'{package}.msg'), name))
+
+
+def main() -> int:
+    """Run the recorder node."""
+    return run_node(RecorderNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

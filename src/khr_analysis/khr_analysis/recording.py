@@ -1,0 +1,100 @@
+"""A rosbag2 recording (MCAP) from raw serialized messages, without ROS."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from khr_common import parameter
+from rosbags.interfaces import (
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+from rosbags.typesys import Stores, get_typestore
+
+from khr_analysis.errors import AnalysisError
+
+SCENARIO_TOPIC = '/scenario'
+_FOREVER = QosTime(2147483647, 4294967295)
+
+
+@dataclass(frozen=True)
+class RecorderParameters:
+    """The parameter table of the recorder."""
+
+    folder: str = parameter(
+        'bag', 'Folder of the rosbag2 to write; it must not exist yet.', read_only=True)
+    scenario_file: str = parameter(
+        '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True)
+
+
+class Recording:
+    """One bag that is being written.
+
+    Args:
+        folder: the bag's folder; it is created.
+
+    Raises:
+        AnalysisError: if the folder exists or cannot be made.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._store = get_typestore(Stores.ROS2_JAZZY)
+        self._connections: dict[str, object] = {}
+        self.counts: dict[str, int] = {}
+        self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+        try:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            self._writer.open()
+        except (WriterError, OSError) as error:
+            raise AnalysisError(f'folder: {str(folder)!r}: {error}; accepted: a new folder on a '
+                                'disk with room') from error
+
+    def add_topic(self, topic: str, kind: str, latched: bool = False) -> None:
+        """Add a topic of message type ``kind`` such as ``sensor_msgs/msg/Imu``.
+
+        Raises:
+            AnalysisError: if the type is not one of ROS 2 Jazzy's own.
+        """
+        if kind not in self._store.types:
+            raise AnalysisError(f'{topic}: type {kind} is not accepted; accepted: the message '
+                                'types of ROS 2 Jazzy')
+        self._connections[topic] = self._writer.add_connection(
+            topic, kind, typestore=self._store, offered_qos_profiles=[_qos(latched)])
+        self.counts[topic] = 0
+
+    def write(self, topic: str, data: bytes, time_ns: int) -> None:
+        """Write one serialized message.
+
+        Raises:
+            OSError: if the disk takes no more.
+        """
+        self._writer.write(self._connections[topic], time_ns, data)  # type: ignore[arg-type]
+        self.counts[topic] += 1
+
+    def write_text(self, topic: str, text: str, time_ns: int) -> None:
+        """Write a text as a latched std_msgs/String."""
+        kind = 'std_msgs/msg/String'
+        if topic not in self._connections:
+            self.add_topic(topic, kind, latched=True)
+        message = self._store.types[kind](data=text)
+        self.write(topic, bytes(self._store.serialize_cdr(message, kind)), time_ns)
+
+    def close(self) -> None:
+        """Finish the bag; it is readable from now on.
+
+        Raises:
+            OSError: if the disk takes no more.
+        """
+        self._writer.close()
+
+
+def _qos(latched: bool) -> Qos:
+    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
+    return Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, durability, _FOREVER, _FOREVER,
+               QosLiveliness.AUTOMATIC, _FOREVER, False)

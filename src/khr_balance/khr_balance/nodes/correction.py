@@ -1,0 +1,31 @@
+"""What the two controller nodes share: one correction, sent to the joints of both legs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from khr_common.node import KhrNode, StampJudge, to_nanoseconds
+from sensor_msgs.msg import JointState
+
+
+class CorrectionNode(KhrNode):
+    """Publish ``~/correction`` for a pair of joints, stamped as the sample that it answers."""
+
+    def __init__(self, name: str, table: type[Any], joints: tuple[str, str]) -> None:
+        super().__init__(name, table)
+        self._judge = StampJudge(self.restart)
+        self._answer = JointState(name=list(joints), position=[0.0, 0.0])
+        self._output = self.publish_on(JointState, '~/correction')
+
+    def restart(self) -> None:
+        """Forget the run so far; a controller with memory overrides this."""
+
+    def answer(self, stamp: Time, correction: Any) -> None:
+        """Publish ``correction(time)``, computed once per stamp however often it is asked for."""
+        stamp_ns = to_nanoseconds(stamp)
+        if self._judge.is_new(stamp_ns):
+            angle = correction(stamp_ns / 1e9)
+            self._answer.header.stamp = stamp
+            self._answer.position = [angle, angle]
+        self._output.publish(self._answer)

@@ -1,0 +1,49 @@
+"""The gait node: the joint reference of every control period, from the simulator's clock."""
+
+from __future__ import annotations
+
+from khr_common import KhrError
+from khr_common.node import KhrNode, run_node, to_nanoseconds
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import JointState
+
+from khr_balance.gait import Gait, GaitParameters
+from khr_balance.joints import JOINTS
+
+
+class GaitNode(KhrNode):
+    """Answer each ``/clock`` with the reference of that instant.
+
+    The clock is heard as a topic and not as a timer: a timer may skip an instant, and lockstep
+    needs an answer to each.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('gait', GaitParameters)
+        self._gait = Gait(self.parameters)
+        self._answer = JointState(name=list(JOINTS))
+        self._output = self.publish_on(JointState, 'joint_reference')
+        self.listen_to(Clock, '/clock', self._on_clock)
+
+    def configure(self, parameters: GaitParameters) -> None:
+        """Take changed parameters."""
+        self._gait = Gait(parameters)
+
+    def _on_clock(self, message: Clock) -> None:
+        try:
+            reference = self._gait.reference(to_nanoseconds(message.clock) / 1e9)
+        except KhrError as error:
+            self.fail(str(error))
+            return
+        self._answer.header.stamp = message.clock
+        self._answer.position = list(reference)
+        self._output.publish(self._answer)
+
+
+def main() -> int:
+    """Run the gait node."""
+    return run_node(GaitNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,132 @@
+"""The ``khr`` command: its verbs, each a few lines over the module that does the work."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from khr_common import KhrError
+from rich.console import Console
+
+from khr_bringup import scenario as scenarios
+from khr_bringup.errors import RunError
+
+app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
+                  help='Balance control of the KHR-3HV humanoid as a ROS 2 node graph.')
+DomainOption = Annotated[int | None, typer.Option(
+    '--domain', help='ROS domain of the run (1 to 99).')]
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
+    duration: Annotated[float | None, typer.Option(
+        help='Simulated seconds; the motion and a second by default.')] = None,
+    realtime: Annotated[bool, typer.Option(
+        '--realtime', help='Run against the wall clock instead of in lockstep.')] = False,
+    offline: Annotated[bool, typer.Option(
+        '--offline', help='The same cores without ROS: no topics, no bag, the same trajectory.',
+    )] = False,
+    one_process: Annotated[bool, typer.Option(
+        '--one-process/--processes', help='All nodes in one process, or one process each.',
+    )] = False,
+    record: Annotated[bool, typer.Option(
+        '--record/--no-record', help='Write a bag.')] = True,
+    out: Annotated[Path | None, typer.Option(
+        help='The run\'s folder; runs/SCENARIO-TIME by default.')] = None,
+    set_: Annotated[list[str] | None, typer.Option(
+        '--set', help='Change a parameter of the scenario: node.parameter=value.')] = None,
+    expect: Annotated[str | None, typer.Option(
+        help='Exit with 1 if the outcome is another: walked, stood, fell or slipped.')] = None,
+    domain: DomainOption = None,
+    network: Annotated[bool, typer.Option(
+        '--network', help='Let other machines take part (by default none can).')] = False,
+) -> None:
+    """Run a scenario and keep its recording, outcome and trajectory hash."""
+    from khr_bringup import run as runs
+
+    changes = scenarios.changes_of(set_ or [])
+    if duration is not None:
+        changes['simulator', 'duration'] = duration
+    if realtime:
+        changes['simulator', 'sync'] = 'realtime'
+    chosen = scenarios.load(scenario).changed(changes)
+    options = runs.Options(offline=offline, one_process=one_process, record=record, out=out,
+                           expect=expect, domain=domain, network=network)
+    raise typer.Exit(runs.run(chosen, options))
+
+
+@app.command(name='scenarios')
+def list_scenarios() -> None:
+    """List the scenarios that come with the project."""
+    from khr_bringup.tables_of_text import scenario_table
+
+    Console().print(scenario_table(map(scenarios.load, map(str, scenarios.shipped()))))
+
+
+@app.command(name='get')
+def get_parameter(
+    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    name: Annotated[str | None, typer.Argument(help='A parameter; all of them if left out.')] = None,
+    domain: DomainOption = None,
+) -> None:
+    """Show parameters of a running graph."""
+    from khr_bringup.live import get_parameters
+
+    for key, value in get_parameters(node, name, domain).items():
+        print(f'{key}: {value}')
+
+
+@app.command(name='set')
+def set_parameter(
+    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    name: Annotated[str, typer.Argument(help='A parameter.')],
+    value: Annotated[str, typer.Argument(help='Its new value.')],
+    domain: DomainOption = None,
+) -> None:
+    """Change a parameter of a running graph; it acts from the next control period."""
+    from khr_bringup.live import set_parameter as set_live
+
+    before, after = set_live(node, name, scenarios.parse_value(node, name, value), domain)
+    print(f'{node}.{name}: {before} -> {after}')
+
+
+@app.command()
+def doctor() -> None:
+    """Check what a run needs; each line says what to do if it is not there."""
+    from khr_bringup.doctor import examine
+
+    raise typer.Exit(examine(Console()))
+
+
+@app.command()
+def figure(
+    number: Annotated[str, typer.Argument(help='A figure of the thesis, such as 3.8.')],
+    out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
+) -> None:
+    """Draw a figure of the thesis from its models."""
+    from khr_bringup.figures import draw
+
+    for path in draw(number, out):
+        print(path)
+
+
+def main() -> None:
+    """Run the command; a user's mistake is one line on stderr and exit code 2."""
+    try:
+        app()
+    except RunError as error:
+        _leave(str(error), 1)
+    except KhrError as error:
+        _leave(str(error), 2)
+
+
+def _leave(text: str, code: int) -> None:
+    print(f'khr: {text}', file=sys.stderr)
+    sys.exit(code)
+
+
+if __name__ == '__main__':
+    main()

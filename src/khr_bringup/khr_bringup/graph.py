@@ -1,0 +1,130 @@
+"""A run as a real node graph: start it, watch it, end it, keep what it leaves."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Callable
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from khr_bringup.domain import RunEntry
+from khr_bringup.errors import RunError
+from khr_bringup.processes import Processes
+from khr_bringup.scenario import Scenario
+from khr_bringup.tables import TABLES
+
+START_TIMEOUT = 30.0  # s of wall time for nodes to appear; a loaded machine is slow, not broken
+LAST_WORDS = 5.0  # s of wall time for the outcome of a run that was interrupted
+
+
+@dataclass(frozen=True)
+class GraphResult:
+    """What a run over topics leaves.
+
+    Attributes:
+        verdict: walked, stood, fell, slipped; empty if the graph never said.
+        outcome: the monitor's figures, as texts by name.
+        trajectory_hash: SHA-256 in hex; empty if the run did not start.
+        end: why it ended: duration, tilted, stopped.
+    """
+
+    verdict: str
+    outcome: dict[str, str]
+    trajectory_hash: str
+    end: str
+
+
+def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
+    """Fill in what a graph run needs beyond its scenario: who listens, and where the bag goes."""
+    listeners = ['monitor', 'fft_analyser'] + (['recorder'] if record else [])
+    return scenario.changed({
+        ('simulator', 'listeners'): listeners,
+        ('simulator', 'start_timeout'): START_TIMEOUT,
+        ('recorder', 'folder'): str(folder / 'bag'),
+        ('recorder', 'scenario_file'): str(folder / 'scenario.yaml'),
+    })
+
+
+def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool = True,
+              one_process: bool = False,
+              show: Callable[[Any], None] = lambda _: None) -> GraphResult:
+    """Run a prepared scenario over topics until it ends or is interrupted.
+
+    Args:
+        scenario: from :func:`prepare`; it is written to ``folder/scenario.yaml``.
+        folder: the run's folder.
+        entry: the domain the run lives in.
+        record: start the recorder.
+        one_process: all nodes in one process instead of one each.
+        show: called some times a second with the :class:`~khr_bringup.watcher.View`.
+
+    Raises:
+        RunError: if a node dies, or does not appear or answer in time; it is named, the rest
+            is stopped and the bag closed.
+    """
+    parameters = folder / 'scenario.yaml'
+    parameters.write_text(scenario.to_yaml(), encoding='utf-8')
+    os.environ.update(entry.environment())
+    nodes = [node for node in TABLES if record or node != 'recorder']
+    processes = Processes(entry.environment(), folder / 'log')
+    with _interrupts() as interrupted:
+        try:
+            if one_process:
+                processes.start('graph', 'khr_bringup.one_process',
+                                [*nodes, '--ros-args', '--params-file', str(parameters)])
+            else:
+                for node in nodes:
+                    processes.start_node(node, parameters)
+            return _watch(processes, interrupted, show,
+                          'graph' if one_process else 'simulator')
+        finally:
+            processes.stop()
+
+
+def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], None],
+           simulator: str) -> GraphResult:
+    import rclpy
+    from rclpy.experimental.events_executor import EventsExecutor
+    from rclpy.signals import SignalHandlerOptions
+
+    from khr_bringup.watcher import Watcher
+
+    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    watcher = Watcher()
+    executor = EventsExecutor()
+    executor.add_node(watcher)
+    view, deadline = watcher.view, float('inf')
+    try:
+        while not view.over and time.monotonic() < deadline:
+            executor.spin_once(0.1)
+            show(view)
+            if interrupted and deadline == float('inf'):
+                deadline = time.monotonic() + LAST_WORDS
+                processes.interrupt(simulator)
+            death = None if interrupted or view.over else processes.ended()
+            if death is not None:
+                raise RunError(f'{death}; the run was stopped')
+    finally:
+        executor.remove_node(watcher)
+        watcher.destroy_node()
+        rclpy.try_shutdown()
+    values = view.state_values
+    return GraphResult(view.verdict, view.outcome, values.get('trajectory_hash', ''),
+                       values.get('end', ''))
+
+
+@contextmanager
+def _interrupts() -> Any:
+    """Collect SIGINT and SIGTERM instead of dying of them."""
+    caught: list[int] = []
+    before = {number: signal.signal(number, lambda number, _: caught.append(number))
+              for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield caught
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,80 @@
+"""Parameters of a running graph, over the ordinary parameter services."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from khr_bringup.domain import choose
+from khr_bringup.errors import BringupError
+
+PATIENCE = 5.0  # s of wall time for a service to appear, and again to answer
+
+
+def get_parameters(node: str, name: str | None, domain: int | None = None) -> dict[str, Any]:
+    """Return one parameter of a node, or all of them.
+
+    Raises:
+        BringupError: if no run, node or parameter of that name is there.
+    """
+    with _client(node, domain) as call:
+        return _get(call, node, name)
+
+
+def set_parameter(node: str, name: str, value: Any, domain: int | None = None) -> tuple[Any, Any]:
+    """Change a parameter of a node; return its value before and after.
+
+    Raises:
+        BringupError: as above, or if the node refuses the value; the text is its reason.
+    """
+    from rclpy.parameter import Parameter
+
+    with _client(node, domain) as call:
+        before = _get(call, node, name)[name]
+        parameter = Parameter(name, value=value)
+        result = call('set_parameters', [parameter]).results[0]
+        if not result.successful:
+            raise BringupError(f'{node}: {result.reason or f"{name} cannot change now"}')
+        return before, _get(call, node, name)[name]
+
+
+def _get(call: Any, node: str, name: str | None) -> dict[str, Any]:
+    from rclpy.parameter import parameter_value_to_python
+
+    names = sorted(call('list_parameters').result.names)
+    if name is not None and name not in names:
+        raise BringupError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
+    wanted = names if name is None else [name]
+    values = call('get_parameters', wanted).values
+    return dict(zip(wanted, map(parameter_value_to_python, values), strict=True))
+
+
+@contextmanager
+def _client(node: str, domain: int | None) -> Iterator[Any]:
+    """Yield a function that calls a parameter service of ``node`` in the run of ``domain``."""
+    os.environ.update(choose(domain).environment())
+    import rclpy
+    from rclpy.parameter_client import AsyncParameterClient
+
+    rclpy.init(args=[])
+    own = rclpy.create_node('khr_parameters', start_parameter_services=False)
+    try:
+        client = AsyncParameterClient(own, node)
+        if not client.wait_for_services(PATIENCE):
+            known = ', '.join(sorted(name for name in own.get_node_names()
+                                     if not name.startswith(('khr', '_'))))
+            raise BringupError(f'{node}: no such node in the running graph; accepted: {known}')
+
+        def call(service: str, *arguments: Any) -> Any:
+            future = getattr(client, service)(*arguments)
+            rclpy.spin_until_future_complete(own, future, timeout_sec=PATIENCE)
+            if not future.done():
+                raise BringupError(f'{node}: no answer within {PATIENCE:g} s')
+            return future.result()
+
+        yield call
+    finally:
+        own.destroy_node()
+        rclpy.try_shutdown()

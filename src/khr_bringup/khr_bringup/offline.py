@@ -1,0 +1,100 @@
+"""The offline twin: the same cores as the nodes', called in turn, without ROS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+from khr_analysis.outcome import Outcome, OutcomeMonitor
+from khr_balance.ankle import AnkleController
+from khr_balance.gait import Gait
+from khr_balance.hip import HipController
+from khr_sim.foot_force import FootForce
+from khr_sim.gyro import Gyro
+from khr_sim.plant import Plant, mix
+from khr_sim.truth import Truth
+
+from khr_bringup.scenario import Scenario
+
+ANKLES = ('l_ankle_pitch', 'r_ankle_pitch')
+HIPS = ('l_hip_pitch', 'r_hip_pitch')
+REST = 1.0  # s of standing that a run shows after the motion
+
+
+@dataclass(frozen=True)
+class OfflineResult:
+    """How a run ended: the monitor's outcome, the trajectory hash and the last instant in s."""
+
+    outcome: Outcome
+    trajectory_hash: str
+    time: float
+    end: str
+
+
+def duration(scenario: Scenario) -> float:
+    """Return how long the scenario's run lasts in s: its own duration, or the motion's."""
+    own = scenario.table('simulator').duration
+    return float(own or Gait(scenario.table('gait')).duration + REST)
+
+
+class Controllers:
+    """The sensing and control side of one scenario: from a truth to the target it asks for."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.gait = Gait(scenario.table('gait'))
+        self.gyro = Gyro(scenario.table('gyro'))
+        self.foot_force = FootForce(scenario.table('foot_force'))
+        self.ankle = AnkleController(scenario.table('ankle_controller'))
+        self.hip = HipController(scenario.table('hip_controller'))
+        self._ankle_source = scenario.table('ankle_controller').source
+        self.pitch_rate = 0.0
+
+    def reference(self, time: float) -> list[float]:
+        """Return the gait's 17 joint angles in rad at ``time`` s."""
+        return list(self.gait.reference(time))
+
+    def answer(self, truth: Truth) -> list[float]:
+        """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
+        time = truth.stamp_ns / 1e9
+        self.pitch_rate = self.gyro.update(truth.angular_rate.tolist())[1]
+        forces = self.foot_force.update(truth.contact_force.tolist())
+        if self._ankle_source == 'gyro':
+            ankle = self.ankle.update(time, pitch_rate=self.pitch_rate)
+        else:
+            ankle = self.ankle.update(time, foot_forces=forces)
+        hip = self.hip.update(time, self.pitch_rate)
+        return mix(self.reference(time), [dict.fromkeys(ANKLES, ankle), dict.fromkeys(HIPS, hip)])
+
+
+def run_offline(scenario: Scenario,
+                watch: Callable[[Truth, Controllers], Any] | None = None) -> OfflineResult:
+    """Run a scenario as fast as the physics goes.
+
+    Args:
+        scenario: what to run.
+        watch: called with the truth and the controllers of each instant.
+    """
+    parameters = replace(scenario.table('simulator'), duration=duration(scenario))
+    plant = Plant(parameters)
+    try:
+        return _run(scenario, plant, Controllers(scenario), watch)
+    finally:
+        plant.world.close()
+
+
+def _run(scenario: Scenario, plant: Plant, controllers: Controllers,
+         watch: Callable[[Truth, Controllers], Any] | None) -> OfflineResult:
+    monitor = OutcomeMonitor(scenario.table('monitor'))
+    delayed = plant.parameters.control_delay > 0
+    due = controllers.reference(0.0)  # what the board holds before the first answer
+    truth = plant.start(due)
+    while True:
+        answer = controllers.answer(truth)
+        outcome = monitor.update(truth)
+        if watch is not None:
+            watch(truth, controllers)
+        if plant.end:
+            return OfflineResult(outcome, plant.trajectory_hash, truth.stamp_ns / 1e9, plant.end)
+        truth = plant.advance(due if delayed else answer)
+        due = answer

@@ -1,0 +1,89 @@
+"""The processes of a run: started together, watched, stopped in order, none left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from khr_bringup.tables import PACKAGES
+
+LAST = 'recorder'  # stopped after the others, so that it hears their last words
+GRACE = 6.0  # s of wall time before a process that does not stop is killed
+
+
+class Processes:
+    """Child processes by name, each in a session of its own, so that Ctrl-C is ours to handle.
+
+    Args:
+        environment: added to this process's environment.
+        log: folder for one log file per process.
+    """
+
+    def __init__(self, environment: dict[str, str], log: Path) -> None:
+        # One thread per process: linear algebra here is small, and nine pools fight for cores.
+        single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
+        self._environment = {**os.environ, **single, **environment, 'ROS_LOG_DIR': str(log)}
+        self._log = log
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        log.mkdir(parents=True, exist_ok=True)
+
+    def start(self, name: str, module: str, arguments: list[str]) -> None:
+        """Start ``python -m module`` with its output in ``name.log``."""
+        with (self._log / f'{name}.log').open('wb') as log:
+            self._children[name] = subprocess.Popen(
+                [sys.executable, '-m', module, *arguments], env=self._environment,
+                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
+                start_new_session=True)
+
+    def start_node(self, node: str, parameters: Path) -> None:
+        """Start one node of the graph with a parameter file."""
+        self.start(node, f'{PACKAGES[node]}.nodes.{node}',
+                   ['--ros-args', '--params-file', str(parameters)])
+
+    def ended(self) -> str | None:
+        """Describe a process that has ended, if one has."""
+        for name, child in self._children.items():
+            code = child.poll()
+            if code is not None:
+                return self._obituary(name, code)
+        return None
+
+    def _obituary(self, name: str, code: int) -> str:
+        how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with {code}'
+        lines = self._log.joinpath(f'{name}.log').read_text(errors='replace').strip().splitlines()
+        reason = f': {lines[-1]}' if lines else ''
+        return f'{name} {how}{reason}'
+
+    def interrupt(self, name: str) -> None:
+        """Ask one process to stop."""
+        child = self._children[name]
+        if child.poll() is None:
+            child.send_signal(signal.SIGINT)
+
+    def stop(self) -> None:
+        """Stop all processes, the recorder last; kill what does not obey."""
+        for names in ([name for name in self._children if name != LAST], [LAST]):
+            children = [self._children[name] for name in names if name in self._children]
+            for name in names:
+                if name in self._children:
+                    self.interrupt(name)
+            _wait(children)
+
+    @property
+    def pids(self) -> dict[str, int]:
+        """Return the process ids by name."""
+        return {name: child.pid for name, child in self._children.items()}
+
+
+def _wait(children: list[subprocess.Popen[bytes]]) -> None:
+    end = time.monotonic() + GRACE
+    for child in children:
+        try:
+            child.wait(max(0.0, end - time.monotonic()))
+        except subprocess.TimeoutExpired:
+            child.kill()
+            child.wait()

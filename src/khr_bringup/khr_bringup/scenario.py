@@ -1,0 +1,213 @@
+"""Scenarios: ROS 2 parameter files, read strictly, thin over the defaults of the tables."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+import yaml
+from khr_common import ParameterError, build, check, specifications
+
+from khr_bringup.errors import BringupError
+from khr_bringup.tables import TABLES
+
+CONFIG = Path(str(files('khr_bringup') / 'config'))
+Values = dict[str, dict[str, Any]]
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """The parameters of every node of a run.
+
+    Attributes:
+        name: the stem of its file.
+        values: what the scenario says itself, by node and key; the rest are defaults.
+        title: the first comment line of its file.
+    """
+
+    name: str
+    values: Values
+    title: str = ''
+
+    def table(self, node: str) -> Any:
+        """Build the parameter table of one node.
+
+        Raises:
+            ParameterError: if a value is not accepted (scenarios read from files are checked).
+        """
+        return build(TABLES[node], self.values.get(node))
+
+    def changed(self, changes: Mapping[tuple[str, str], Any]) -> Scenario:
+        """Return a scenario with values replaced; they are checked.
+
+        Args:
+            changes: values by (node, key).
+
+        Raises:
+            BringupError: if a node or key is unknown or a value is not accepted.
+        """
+        values = {node: dict(keys) for node, keys in self.values.items()}
+        for (node, key), value in changes.items():
+            values.setdefault(node, {})[key] = _checked(self.name, node, key, value)
+        return Scenario(self.name, _consistent(self.name, values), self.title)
+
+    def to_yaml(self, prefix: str = '') -> str:
+        """Write the whole scenario, defaults included, as a ROS 2 parameter file.
+
+        Args:
+            prefix: before each node's name: ``/**/`` for nodes in whatever namespace.
+        """
+        document = {prefix + node: {'ros__parameters': {
+            key: self.values.get(node, {}).get(key, specification.default)
+            for key, specification in specifications(table).items()}}
+            for node, table in TABLES.items()}
+        return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
+
+
+def load(name: str) -> Scenario:
+    """Read a scenario by path, or by name from the current config folder or the installed one.
+
+    Raises:
+        BringupError: if there is none, or it does not read; the text names file, node, key, value
+            and what is accepted.
+    """
+    path = find(name)
+    return parse(path.read_text(encoding='utf-8'), str(path), path.stem)
+
+
+def parse(text: str, file: str, name: str) -> Scenario:
+    """Read a scenario from the text of a ROS 2 parameter file.
+
+    Raises:
+        BringupError: as :func:`load`; ``file`` is what its text calls the file.
+    """
+    document = _read(text, file)
+    if not isinstance(document, dict):
+        raise BringupError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
+    values: Values = {}
+    for node, body in document.items():
+        values[_known_node(file, node)] = _node_values(file, node, body)
+    first = text.lstrip().splitlines()[0] if text.strip() else ''
+    title = first.lstrip('# ').strip() if first.startswith('#') else ''
+    return Scenario(name, _consistent(file, values), title)
+
+
+def find(name: str) -> Path:
+    """Return the file of a scenario given by path or name.
+
+    Raises:
+        BringupError: if there is none.
+    """
+    for path in (Path(name), Path('config') / f'{name}.yaml', CONFIG / f'{name}.yaml',
+                 CONFIG / Path(name).name):
+        if path.is_file():
+            return path
+    raise BringupError(f'{name}: no such scenario; accepted: a file, or one of '
+                       f'{", ".join(path.stem for path in shipped())}')
+
+
+def shipped() -> list[Path]:
+    """List the scenario files that come with the project."""
+    return sorted((path for path in CONFIG.glob('*.yaml') if path.stem != 'defaults'),
+                  key=lambda path: _natural(path.stem))
+
+
+def parse_change(text: str) -> tuple[tuple[str, str], Any]:
+    """Read ``node.key=value`` as on a command line.
+
+    Raises:
+        BringupError: if it is not of that form, or the value is not YAML.
+    """
+    match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
+    if not match:
+        raise BringupError(f'{text!r} is not accepted; accepted: node.parameter=value')
+    node, key, value = match.groups()
+    return (node, key), parse_value(node, key, value)
+
+
+def parse_value(node: str, key: str, text: str) -> Any:
+    """Read a value as typed; an integer for a float parameter is taken as that float.
+
+    Raises:
+        BringupError: if it is not a YAML value.
+    """
+    value = _read(text, f'{node}.{key}')
+    table = TABLES.get(node)
+    known = specifications(table).get(key) if table else None
+    if known and known.kind is float and type(value) is int:
+        return float(value)
+    if known and known.kind is str and not isinstance(value, str):
+        return text
+    return value
+
+
+def _natural(stem: str) -> list[Any]:
+    return [float(part) if re.fullmatch(r'[\d.]+', part) else part
+            for part in re.split(r'(\d+(?:\.\d+)?)', stem)]
+
+
+def _known_node(file: str, node: Any) -> str:
+    name = str(node).rsplit('/', 1)[-1]
+    if name not in TABLES:
+        raise BringupError(f'{file}: {node}: no such node; accepted: {", ".join(TABLES)}')
+    return name
+
+
+def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
+    if not isinstance(body, dict) or list(body) != ['ros__parameters']:
+        raise BringupError(f'{file}: {node}: accepted: one key ros__parameters')
+    keys = body['ros__parameters']
+    if not isinstance(keys, dict):
+        raise BringupError(f'{file}: {node}: ros__parameters: accepted: a mapping of parameters')
+    return {key: _checked(file, _known_node(file, node), key, value)
+            for key, value in keys.items()}
+
+
+def _checked(file: str, node: str, key: str, value: Any) -> Any:
+    _known_node(file, node)
+    try:
+        return check(TABLES[node], key, value)
+    except ParameterError as error:
+        raise BringupError(f'{file}: {node}: {error}') from error
+
+
+def _consistent(file: str, values: Values) -> Values:
+    for node, keys in values.items():
+        try:
+            build(TABLES[node], keys)
+        except ParameterError as error:
+            raise BringupError(f'{file}: {node}: {error}') from error
+    return values
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """Refuse a key given twice, which YAML readers otherwise let win silently."""
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if key in seen:
+                raise yaml.constructor.ConstructorError(
+                    None, None, f'key {key!r} is given twice', key_node.start_mark)
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+def _read(text: str, file: str) -> Any:
+    try:
+        return yaml.load(text, _StrictLoader)  # noqa: S506 - a SafeLoader
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
+        problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
+        raise BringupError(f'{file}:{where} {problem}; accepted: YAML') from error
+
+
+def changes_of(texts: Iterable[str]) -> dict[tuple[str, str], Any]:
+    """Read several ``node.key=value``."""
+    return dict(map(parse_change, texts))

@@ -1,0 +1,36 @@
+"""Tables that people read: the scenarios, in a terminal and in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from rich.table import Table
+
+from khr_bringup.scenario import Scenario
+
+COLUMNS = ('scenario', 'motion', 'inclination', 'surface', 'ankle', 'hip', 'push')
+
+
+def scenario_row(scenario: Scenario) -> tuple[str, ...]:
+    """Return what tells a scenario from the others, in the order of COLUMNS."""
+    simulator, ankle, hip = (scenario.table(node) for node in
+                             ('simulator', 'ankle_controller', 'hip_controller'))
+    return (scenario.name, scenario.table('gait').motion, f'{simulator.inclination_deg:g} deg',
+            simulator.surface,
+            f'{ankle.gain:g} ({ankle.source})' if ankle.enabled else 'off',
+            f'{hip.gain:g}' if hip.enabled else 'off',
+            '; '.join(push for push in simulator.pushes if push) or '-')
+
+
+def scenario_table(scenarios: Iterable[Scenario]) -> Table:
+    """Return the table that ``khr scenarios`` prints."""
+    table = Table(*COLUMNS)
+    for scenario in scenarios:
+        table.add_row(*scenario_row(scenario))
+    return table
+
+
+def scenario_markdown(scenarios: Iterable[Scenario]) -> str:
+    """Return the same table for a document."""
+    rows = [COLUMNS, tuple('---' for _ in COLUMNS), *map(scenario_row, scenarios)]
+    return ''.join(f'| {" | ".join(row)} |\n' for row in rows)

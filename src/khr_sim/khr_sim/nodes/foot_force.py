@@ -1,0 +1,54 @@
+"""The foot-force node: a resistive sensor under toe and heel of each foot."""
+
+from __future__ import annotations
+
+from functools import partial
+
+from geometry_msgs.msg import WrenchStamped
+from khr_common.node import KhrNode, StampedSet, StampJudge, run_node, to_nanoseconds
+
+from khr_sim.foot_force import FootForce, FootForceParameters
+
+REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
+
+
+class FootForceNode(KhrNode):
+    """Turn ``ground_truth/contact/*`` into ``foot_force/*``, normal forces in the same frames."""
+
+    def __init__(self) -> None:
+        super().__init__('foot_force', FootForceParameters)
+        self._sensors = FootForce(self.parameters)
+        self._judge = StampJudge(self._sensors.reset)
+        self._contacts = StampedSet(REGIONS)
+        self._answers = [WrenchStamped() for _ in REGIONS]
+        self._outputs = [self.publish_on(WrenchStamped, f'foot_force/{name}') for name in REGIONS]
+        for name in REGIONS:
+            self.listen_to(WrenchStamped, f'ground_truth/contact/{name}',
+                           partial(self._on_contact, name))
+
+    def configure(self, parameters: FootForceParameters) -> None:
+        """Pass changed parameters to the sensors."""
+        self._sensors.configure(parameters)
+
+    def _on_contact(self, name: str, contact: WrenchStamped) -> None:
+        stamp_ns = to_nanoseconds(contact.header.stamp)
+        contacts = self._contacts.put(name, stamp_ns, contact)
+        if contacts is None:
+            return
+        if self._judge.is_new(stamp_ns):
+            forces = [(c.wrench.force.x, c.wrench.force.y, c.wrench.force.z) for c in contacts]
+            for answer, truth, normal in zip(
+                    self._answers, contacts, self._sensors.update(forces), strict=True):
+                answer.header = truth.header
+                answer.wrench.force.z = normal
+        for output, answer in zip(self._outputs, self._answers, strict=True):
+            output.publish(answer)
+
+
+def main() -> int:
+    """Run the foot-force node."""
+    return run_node(FootForceNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,42 @@
+"""The gyro node: the KRG-4 in the backpack, from the torso's true rates."""
+
+from __future__ import annotations
+
+from khr_common.node import KhrNode, StampJudge, run_node, to_nanoseconds
+from sensor_msgs.msg import Imu
+
+from khr_sim.gyro import Gyro, GyroParameters
+
+
+class GyroNode(KhrNode):
+    """Turn ``ground_truth/imu`` into ``imu/data_raw`` (REP 145), rates only."""
+
+    def __init__(self) -> None:
+        super().__init__('gyro', GyroParameters)
+        self._gyro = Gyro(self.parameters)
+        self._judge = StampJudge(self._gyro.reset)
+        self._answer = Imu()
+        self._answer.orientation_covariance[0] = -1.0
+        self._answer.linear_acceleration_covariance[0] = -1.0
+        self._output = self.publish_on(Imu, 'imu/data_raw')
+        self.listen_to(Imu, 'ground_truth/imu', self._on_truth)
+
+    def configure(self, parameters: GyroParameters) -> None:
+        """Pass changed parameters to the sensor."""
+        self._gyro.configure(parameters)
+
+    def _on_truth(self, truth: Imu) -> None:
+        if self._judge.is_new(to_nanoseconds(truth.header.stamp)):
+            true, rate = truth.angular_velocity, self._answer.angular_velocity
+            rate.x, rate.y, rate.z = self._gyro.update((true.x, true.y, true.z))
+            self._answer.header = truth.header
+        self._output.publish(self._answer)
+
+
+def main() -> int:
+    """Run the gyro node."""
+    return run_node(GyroNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,260 @@
+"""The simulator node: it stands for the hardware, and it owns time."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import WrenchStamped
+from khr_common import KhrError
+from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds, to_stamp
+from rclpy.clock import Clock, ClockType
+from rclpy.qos import DurabilityPolicy, QoSProfile
+from sensor_msgs.msg import JointState
+from std_msgs.msg import String
+from std_srvs.srv import SetBool, Trigger
+
+from khr_sim.lockstep import Barrier
+from khr_sim.nodes.truth_publisher import TruthPublisher
+from khr_sim.plant import Plant, mix
+from khr_sim.push import Push
+from khr_sim.robot import JOINTS
+from khr_sim.run_parameters import RunParameters
+
+TOPICS = {'gait': 'joint_reference', 'ankle_controller': 'ankle_controller/correction',
+          'hip_controller': 'hip_controller/correction'}
+CORRECTIONS = ('ankle_controller', 'hip_controller')
+ASK_AGAIN = 0.1  # s of wall time without an answer
+REPORT_PERIOD = 1.0  # s of wall time between diagnostics
+
+
+class SimulatorNode(KhrNode):
+    """Publish the truth of each control period, take the answers, step the physics.
+
+    States: ``waiting`` (for the first reference, the first answers and the listeners),
+    ``running``, ``paused``, ``finished``.
+    """
+
+    parameters: RunParameters
+
+    def __init__(self) -> None:
+        super().__init__('simulator', RunParameters)
+        self.plant = Plant(self.parameters)
+        self._period_ns = round(self.parameters.control_period * 1e9)
+        self._output = TruthPublisher(self, self.plant.world.robot.urdf)
+        self._state_out = self.publish_on(DiagnosticStatus, 'simulator/state', LATCHED)
+        self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
+        self._heard: set[str] = set()
+        for source, topic in TOPICS.items():
+            self.listen_to(JointState, topic, partial(self._on_answer, source))
+        self.listen_to(String, 'ready', self._on_ready, QoSProfile(
+            depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.listen_to(WrenchStamped, 'push', self._on_push)
+        self.create_service(Trigger, '~/reset', self._on_reset)
+        self.create_service(SetBool, '~/pause', self._on_pause)
+        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(ASK_AGAIN, self._on_watch, clock=self._steady)
+        self._restart()
+        if not self._lockstep:
+            self.create_timer(self.parameters.control_period / self.parameters.realtime_factor,
+                              self._on_tick, clock=self._steady)
+
+    @property
+    def _lockstep(self) -> bool:
+        return self.parameters.sync == 'lockstep'
+
+    def configure(self, parameters: RunParameters) -> None:
+        """Pass changed parameters to the physics; they act from the next control period."""
+        self.plant.configure(parameters)
+
+    def close(self) -> None:
+        """Say how far the run got, and release the physics."""
+        if self.state != 'finished':
+            self._enter('finished', end='stopped')
+        self.plant.world.close()
+
+    # ---- the course of a run ----
+
+    def _restart(self) -> None:
+        self._barrier: Barrier[JointState] = Barrier([s for s in self.parameters.answers if s])
+        self._barrier.open(0)
+        self._now = 0
+        self._started = False
+        self._progress = self._born = self._reported = time.monotonic()
+        self._stale = self._missed = 0
+        self._last_tick = 0.0
+        self._enter('waiting')
+        if 'gait' not in self.parameters.answers:
+            self._begin([0.0] * len(JOINTS))
+        else:
+            self._output.tick(0)
+
+    def _begin(self, posture: list[float]) -> None:
+        self._held = posture
+        self._started = True
+        self._output.publish(self.plant.start(posture))
+
+    def _pump(self) -> None:
+        """Go as far as the answers allow."""
+        if not self._started:
+            reference = self._barrier.at(0).get('gait')
+            if reference is None:
+                return
+            self._begin(list(reference.position))
+        if self.state == 'waiting' and not self._waiting_for():
+            self._enter('running')
+        while self.state == 'running' and self._lockstep and not self._barrier.missing(self._due):
+            self._advance(self._barrier.at(self._due))
+
+    @property
+    def _due(self) -> int:
+        """The instant whose answers act in the coming period."""
+        return max(0, self._now - self.parameters.control_delay * self._period_ns)
+
+    def _waiting_for(self) -> list[str]:
+        absent = [name for name in self.parameters.listeners if name and name not in self._heard]
+        return self._barrier.missing(0) + absent
+
+    def _advance(self, answers: dict[str, JointState]) -> None:
+        # With a delay the first period has no answer yet: the board holds the first reference.
+        held = self._now == 0 and self.parameters.control_delay > 0
+        if 'gait' in answers:
+            self._held = list(answers['gait'].position)
+        corrections = [] if held else [
+            dict(zip(answers[source].name, answers[source].position, strict=True))
+            for source in CORRECTIONS if source in answers]
+        try:
+            truth = self.plant.advance(mix(self._held, corrections))
+        except KhrError as error:
+            self.fail(str(error))
+            self._enter('finished', end='error')
+            return
+        self._now = truth.stamp_ns
+        self._barrier.open(self._now)
+        self._progress = time.monotonic()
+        self._output.publish(truth)
+        if self.plant.end:
+            self._enter('finished', end=self.plant.end)
+
+    # ---- what arrives ----
+
+    def _on_answer(self, source: str, message: JointState) -> None:
+        if not self._barrier.put(source, to_nanoseconds(message.header.stamp), message):
+            return
+        try:
+            self._pump()
+        except KhrError as error:
+            self.fail(str(error))
+
+    def _on_ready(self, message: String) -> None:
+        self._heard.add(message.data)
+        self._pump()
+
+    def _on_push(self, message: WrenchStamped) -> None:
+        p, force = self.parameters, message.wrench.force
+        frame = message.header.frame_id or 'odom'
+        start = max(to_nanoseconds(message.header.stamp), self._now) / 1e9
+        try:
+            self.plant.world.push(Push(
+                start=start, duration=p.push_duration, frame=frame,
+                link=p.push_link if frame == 'odom' else frame,
+                force=(force.x, force.y, force.z), point=p.push_point))
+        except KhrError as error:
+            self.get_logger().error(f'push: {error}')
+
+    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
+        self._restart()
+        response.success, response.message = True, 'the robot is back at time 0'
+        return response
+
+    def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
+        able = self.state in ('running', 'paused')
+        if able:
+            self._enter('paused' if request.data else 'running')
+            self._progress = time.monotonic()
+            self._pump()
+        response.success, response.message = able, self.state
+        return response
+
+    # ---- wall time ----
+
+    def _on_tick(self) -> None:
+        """Advance one period in realtime mode, with whatever answers are fresh."""
+        if self.state != 'running':
+            return
+        now = time.monotonic()
+        period = self.parameters.control_period / self.parameters.realtime_factor
+        self._missed += int(self._last_tick > 0.0 and now - self._last_tick > 1.5 * period)
+        self._last_tick = now
+        answers = self._barrier.newest()
+        oldest = self._now - round(self.parameters.command_timeout * 1e9)
+        fresh = {source: answer for source, answer in answers.items()
+                 if source == 'gait' or to_nanoseconds(answer.header.stamp) >= oldest}
+        self._stale += len(answers) - len(fresh)
+        self._advance(fresh)
+
+    def _on_watch(self) -> None:
+        """Ask again for what is missing, and give up on it after its time."""
+        now = time.monotonic()
+        silent = now - self._progress
+        if self.state == 'waiting':
+            self._wait(now)
+        elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN:
+            if silent > self.parameters.lockstep_timeout:
+                self.fail(f'no answer from {", ".join(self._barrier.missing(self._due))} for '
+                          f't = {self._due / 1e9:.3f} s within '
+                          f'{self.parameters.lockstep_timeout:g} s of wall time')
+                self._enter('finished', end='error')
+            else:
+                self._output.repeat()
+        if now - self._reported > REPORT_PERIOD:
+            self._reported = now
+            self._report()
+
+    def _wait(self, now: float) -> None:
+        absent = self._waiting_for()
+        limit = self.parameters.start_timeout
+        if limit and now - self._born > limit:
+            self.fail(f'{", ".join(absent)} did not appear within {limit:g} s')
+            self._enter('finished', end='error')
+        elif self._started:
+            self._output.repeat()
+        else:
+            self._output.tick(0)
+        if absent != self._absent:
+            self._enter('waiting')
+
+    def _enter(self, state: str, end: str = '') -> None:
+        self.state = state
+        self._absent = self._waiting_for() if state == 'waiting' else []
+        values = {'time_ns': str(self._now), 'end': end, 'waiting_for': ', '.join(self._absent)}
+        if state == 'finished':
+            values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
+        self._state_out.publish(DiagnosticStatus(
+            name='simulator', message=state, values=_pairs(values),
+            level=DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK))
+
+    def _report(self) -> None:
+        late = self._stale + self._missed
+        status = DiagnosticStatus(
+            name='simulator', message=self.state, hardware_id='khr3hv',
+            level=DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
+            values=_pairs({'sync': self.parameters.sync, 'missed_periods': str(self._missed),
+                           'stale_corrections': str(self._stale)}))
+        message = DiagnosticArray(status=[status])
+        message.header.stamp = to_stamp(self._now)
+        self._diagnostics.publish(message)
+
+
+def _pairs(values: dict[str, str]) -> list[KeyValue]:
+    return [KeyValue(key=key, value=value) for key, value in values.items()]
+
+
+def main() -> int:
+    """Run the simulator node."""
+    return run_node(SimulatorNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())
