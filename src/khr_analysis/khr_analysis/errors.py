@@ -1,0 +1,7 @@
+"""The error that khr_analysis raises."""
+
+from khr_common.errors import KhrError
+
+
+class AnalysisError(KhrError):
+    """An argument is outside what the analysis accepts."""
