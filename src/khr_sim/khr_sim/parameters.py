@@ -65,7 +65,7 @@ class SimulatorParameters:
         30, 'Stretch of the ankle-roll servos.', minimum=1, maximum=127)
     pid_kp: float = parameter(
         69.0, 'Proportional gain of the identified servo loop: armature volts per volt of '
-        'potentiometer error.', minimum=0.0, maximum=1000.0)
+        'potentiometer error.', minimum=1.0, maximum=1000.0)
     pid_ki: float = parameter(
         40.0, 'Integral gain of the identified servo loop.', unit='1/s',
         minimum=0.0, maximum=1000.0)

@@ -5,13 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from importlib.resources import files
+from math import cos, sin
 from xml.etree import ElementTree
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from khr_sim.errors import SimError
+from khr_sim.rotation import matrix
 
 Array = NDArray[np.float64]
 
@@ -90,28 +91,26 @@ class Robot:
         for joint in self.joints.values():
             step = np.eye(4)
             step[:3, 3] = joint.origin
-            step[:3, :3] = Rotation.from_rotvec(
-                joint.axis * angles.get(joint.name, 0.0)).as_matrix()
+            half = angles.get(joint.name, 0.0) / 2.0
+            step[:3, :3] = matrix((*(sin(half) * joint.axis), cos(half)))
             poses[joint.child] = poses[joint.parent] @ step
         return poses
 
-    def center_of_mass(self, posture: Sequence[float] | Array) -> Array:
-        """Return the centre of mass (3,) in base_link, in m, for 17 joint angles in rad."""
-        poses = self.poses(posture)
+    def center_of_mass(self, poses: dict[str, Array]) -> Array:
+        """Return the centre of mass (3,) in base_link, in m, for the poses of the links."""
         moments = [link.mass * (poses[link.name] @ (*link.center_of_mass, 1.0))[:3]
                    for link in self.links.values()]
         return np.asarray(np.sum(moments, axis=0) / self.mass)
 
-    def inertia(self, posture: Sequence[float] | Array, about: Array,
+    def inertia(self, poses: dict[str, Array], about: Array,
                 links: Sequence[str] = ()) -> Array:
         """Return the inertia (3, 3) about a point of base_link, in kg m^2.
 
         Args:
-            posture: 17 joint angles in rad.
+            poses: of the links in base_link.
             about: the point (3,), in m.
             links: the links to count; all of them if empty.
         """
-        poses = self.poses(posture)
         total = np.zeros((3, 3))
         for name in links or self.links:
             link, pose = self.links[name], poses[name]
@@ -130,12 +129,11 @@ class Robot:
 
     def joint_inertia(self) -> Array:
         """Return the inertia each joint carries in the zero pose, kg m^2 about its axis, (17,)."""
-        zero = [0.0] * len(JOINTS)
-        poses = self.poses(zero)
+        poses = self.poses([0.0] * len(JOINTS))
         inertias = []
         for name in JOINTS:
             joint = self.joints[name]
-            total = self.inertia(zero, poses[joint.child][:3, 3], self.descendants(joint.child))
+            total = self.inertia(poses, poses[joint.child][:3, 3], self.descendants(joint.child))
             inertias.append(joint.axis @ total @ joint.axis)
         return np.array(inertias)
 

@@ -9,7 +9,7 @@ step resolves. The physics engine has no rotor inertia of its own, and its joint
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from math import radians
 
 import numpy as np
@@ -62,15 +62,27 @@ class Servos:
         self._gain = h / parameters.rotor_inertia  # speed gained per N m and step
         self._loss = 1.0 / (1.0 + self._gain * BACK_EMF)  # back-EMF, implicit
         self._stick = self._gain * parameters.servo_friction * self._loss
+        self._pid = parameters.servo_model == 'pid'
         self._drive: Callable[[Array], Array] = (
-            self._drive_pid if parameters.servo_model == 'pid' else self._drive_stretch)
+            self._drive_pid if self._pid else self._drive_stretch)
 
-    def reset(self, posture: Sequence[float] | Array) -> None:
-        """Stand still at a posture of 17 angles, in rad."""
-        self._angle = np.array(posture, dtype=np.float64)
-        self._command = self._angle.copy()
+    def reset(self, command: Array, torque: Array) -> Array:
+        """Stand still under a load.
+
+        Args:
+            command: angles commanded by the board, rad, shape (17,).
+            torque: what each servo has to hold, N m, shape (17,).
+
+        Returns:
+            The joint angles (17,) in rad at which the servos hold it.
+        """
+        self._command = command
         self._rate = np.zeros(len(JOINTS))
-        self._integral = np.zeros(len(JOINTS))
+        held = _limited(torque, STALL_TORQUE)
+        self._integral = held if self._pid and self._ki else np.zeros(len(JOINTS))
+        sag = (held - self._integral) / (self._kp if self._pid else self._stiffness)
+        self._angle = command - sag
+        return np.asarray(self._angle - held / self._gear)
 
     def update(self, command: Array, position: Array, velocity: Array) -> Array:
         """Advance one physics step and return the torques on the joints.

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.spatial.transform import Rotation
 
 from khr_common import ParameterError, specifications
-from khr_sim import contact
+from khr_sim import contact, statics
 from khr_sim.board import Board
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
@@ -26,7 +26,7 @@ from khr_sim.truth import Truth
 
 Array = NDArray[np.float64]
 
-GRAVITY = 9.80665  # m/s^2
+SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
 
 
@@ -54,20 +54,19 @@ class World:
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
-        """Start anew with the robot at rest, its soles on the ground.
+        """Start anew with the robot at rest, its soles on the ground, its servos loaded.
 
         Args:
             posture: 17 joint angles in rad.
             clearance: height of the soles above the ground, in m.
         """
-        held = self._board.reset(posture)
-        self._servos.reset(held)
+        command = self._board.reset(posture)
         self._step = 0
         self._inclination = radians(self.parameters.inclination_deg)
         self._pushes: list[Push] = []
         self._efforts = np.zeros(len(JOINTS))
         self._load()
-        self._place(held, clearance)
+        self._place(command, clearance)
         return self._observe([])
 
     def advance(self, target: Sequence[float]) -> Truth:
@@ -127,7 +126,7 @@ class World:
     def _load(self) -> None:
         client, p = self.client, self.parameters
         bullet.resetSimulation(physicsClientId=client)  # its first argument is another
-        bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+        bullet.setGravity(0.0, 0.0, -statics.GRAVITY, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=p.physics_step, numSolverIterations=p.solver_iterations, numSubSteps=0,
             deterministicOverlappingPairs=1, physicsClientId=client)
@@ -161,27 +160,30 @@ class World:
             bullet.changeDynamics(self.body, link, lateralFriction=1.0,
                                   physicsClientId=self.client)
 
-    def _place(self, posture: Array, clearance: float) -> None:
+    def _place(self, command: Array, clearance: float) -> None:
         """Put the lower sole flat on the plane, and the middle of both soles at the origin."""
+        p = self.parameters
+        ground = matrix(pitched(self._inclination))
+        error = np.random.default_rng(p.seed).normal(0.0, radians(p.initial_tilt_deg), 2)
+        tilt = Rotation.from_rotvec((error[0], error[1], 0.0)).as_matrix()
+        load = 0.0 if clearance > 0.0 else 1.0
+        posture = command
+        for _ in range(SETTLING):
+            poses = self.robot.poses(posture)
+            to_plane = tilt @ statics.footing(poses)[0].T
+            rotation = ground @ to_plane
+            posture = self._servos.reset(
+                command, load * statics.holding_torques(self.robot, poses, -rotation[2]))
+        soles = [poses['l_sole'], poses['r_sole']]
+        heights = [(to_plane @ (sole[:3, :3] @ corner + sole[:3, 3]))[2]
+                   for sole in soles for corner in contact.corners(p, self.robot)]
+        position = -to_plane @ (soles[0][:3, 3] + soles[1][:3, 3]) / 2.0
+        position[2] = clearance - min(heights)
+        bullet.resetBasePositionAndOrientation(
+            self.body, (ground @ position + rotation @ self._torso_center).tolist(),
+            Rotation.from_matrix(rotation).as_quat().tolist(), self.client)
         for joint, angle in zip(self._joints, posture, strict=True):
             bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
-        poses = self.robot.poses(posture)
-        soles = [poses['l_sole'], poses['r_sole']]
-        support = min(soles, key=lambda sole: float(sole[2, 3]))
-        p = self.parameters
-        error = np.random.default_rng(p.seed).normal(0.0, radians(p.initial_tilt_deg), 2)
-        to_plane = Rotation.from_rotvec((error[0], error[1], 0.0)).as_matrix() @ support[:3, :3].T
-        spheres = contact.corners(p, self.robot)
-        heights = [to_plane @ (sole[:3, :3] @ corner + sole[:3, 3])
-                   for sole in soles for corner in spheres]
-        position = -to_plane @ (soles[0][:3, 3] + soles[1][:3, 3]) / 2.0
-        position[2] = clearance - min(point[2] for point in heights)
-        ground = matrix(pitched(self._inclination))
-        rotation = ground @ to_plane
-        origin = ground @ position
-        bullet.resetBasePositionAndOrientation(
-            self.body, (origin + rotation @ self._torso_center).tolist(),
-            Rotation.from_matrix(rotation).as_quat().tolist(), self.client)
 
     def _tilt_ground(self) -> None:
         p = self.parameters
