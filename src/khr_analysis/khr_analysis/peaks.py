@@ -1,0 +1,108 @@
+"""Windows and peaks: how high a tone stands, and at which frequency between two bins.
+
+Each window is a cosine sum whose transform about a tone is known in closed form, so a tone is
+read between the bins by inverting that form, not by fitting a parabola to it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.signal import find_peaks, get_window
+
+Array = NDArray[np.float64]
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Window:
+    """One window function.
+
+    Attributes:
+        slope: factor of the interpolation (see :func:`offset`).
+        lobe: transform over its largest value at a distance of so many bins, at most 1/2.
+        name: what SciPy calls it.
+    """
+
+    name: str
+    slope: float
+    lobe: Callable[[float], float]
+
+    def weights(self, size: int) -> Array:
+        """Return the periodic window (size,), scaled to a sum of 1."""
+        weights: Array = get_window(self.name, size, fftbins=True)
+        weights /= weights.sum()
+        return weights
+
+
+WINDOWS = {
+    'rectangular': Window('boxcar', 1.0, lambda x: float(np.sinc(x))),
+    'hann': Window('hann', 2.0, lambda x: float(np.sinc(x)) / (1.0 - x * x)),
+}
+
+
+@dataclass(frozen=True)
+class Peak:
+    """One tone: ``amplitude * cos(2 pi frequency (t - start) + phase)``, in Hz and rad.
+
+    ``label`` is ``f_0``, ``harmonic n`` or ``other``.
+    """
+
+    frequency: float
+    amplitude: float
+    phase: float
+    label: str
+
+
+def find_tones(transform: ComplexArray, window: Window, spacing: float, center: float,
+               count: int, floor: float, fundamental: float) -> tuple[Peak, ...]:
+    """Return the largest local maxima of a spectrum, read between the bins.
+
+    Args:
+        transform: (n,) from 0 Hz on, scaled so that a tone's modulus is its amplitude.
+        window: that it was made with.
+        spacing: of the bins, Hz.
+        center: of the window's weight from the first sample on, in window lengths.
+        count: largest number of peaks.
+        floor: smallest amplitude of a peak.
+        fundamental: f_0, Hz.
+    """
+    amplitude = np.abs(transform)
+    bins, _ = find_peaks(amplitude, height=floor)
+    largest = bins[np.argsort(-amplitude[bins], kind='stable')][:count]
+    return tuple(_tone(transform, int(k), window, spacing, center, fundamental)
+                 for k in largest)
+
+
+def _tone(transform: ComplexArray, k: int, window: Window, spacing: float, center: float,
+          fundamental: float) -> Peak:
+    delta = offset(transform[k - 1:k + 2], window)
+    frequency = (k + delta) * spacing
+    # A tone delta bins above the bin turns by 2 pi delta over the window, and the bin tells its
+    # phase at the center of the window's weight.
+    phase = float(np.angle(transform[k])) - 2.0 * np.pi * delta * center
+    return Peak(frequency, float(abs(transform[k])) / window.lobe(delta),
+                float(np.angle(np.exp(1j * phase))), label(frequency, fundamental, spacing))
+
+
+def offset(neighbours: Sequence[complex] | ComplexArray, window: Window) -> float:
+    """Return how many bins a single tone lies above the middle one of three bins.
+
+    With the transform's lobe W(x) of the rectangular window, sin(pi x)/(pi x), the expression is
+    the tone's distance itself (Jacobsen's estimator), and twice it with the Hann window's,
+    W(x)/(1 - x^2). It is limited to half a bin, which only noise or further tones exceed.
+    """
+    below, at, above = (complex(value) for value in neighbours)
+    ratio = (below - above) / (2.0 * at - below - above)
+    return max(-0.5, min(0.5, window.slope * ratio.real))
+
+
+def label(frequency: float, fundamental: float, spacing: float) -> str:
+    """Name a frequency by the nearest multiple of f_0, if within half a bin (all in Hz)."""
+    n = round(frequency / fundamental)
+    if n < 1 or abs(frequency - n * fundamental) > 0.5 * spacing:
+        return 'other'
+    return 'f_0' if n == 1 else f'harmonic {n}'

@@ -1,0 +1,184 @@
+"""The amplitude and phase spectrum of the pitch rate over a sliding window."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_analysis.errors import AnalysisError
+from khr_analysis.peaks import WINDOWS, Peak, find_tones
+from khr_common import ParameterError, parameter
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class FftAnalyserParameters:
+    """The parameter table of the spectrum analyser.
+
+    Raises:
+        ParameterError: if the window holds fewer than eight samples.
+    """
+
+    window_length: float = parameter(
+        2.31, 'Length of the window, rounded to whole control periods; the default is one gait '
+        'cycle.', unit='s', minimum=0.1, maximum=60.0)
+    window: str = parameter(
+        'rectangular', 'Window function. Over whole gait cycles "rectangular" puts every line of '
+        'the gait on a bin of its own; for other lengths take "hann".',
+        choices=('rectangular', 'hann'))
+    remove_mean: bool = parameter(True, 'Subtract the mean of the window first.')
+    rate: float = parameter(
+        5.0, 'Spectra per second, once the window is full; rounded to whole control periods.',
+        unit='Hz', minimum=0.01, maximum=100.0)
+    max_frequency: float = parameter(
+        15.0, 'Highest frequency given.', unit='Hz', minimum=0.5, maximum=500.0)
+    phase_threshold: float = parameter(
+        0.33, 'Amplitude from which on a phase is given, over the largest.',
+        minimum=0.0, maximum=1.0)
+    peak_count: int = parameter(8, 'Largest number of peaks.', minimum=1, maximum=50)
+    peak_threshold: float = parameter(
+        0.1, 'Smallest peak given, over the largest amplitude.', minimum=0.0, maximum=1.0)
+    fundamental: float = parameter(
+        4.0 / 2.31, 'f_0, four peaks per gait cycle; names the peaks.', unit='Hz',
+        minimum=0.1, maximum=20.0)
+    control_period: float = parameter(
+        0.015, 'Period of the samples, that of the simulator.', unit='s',
+        minimum=0.001, maximum=0.1, read_only=True)
+
+    def __post_init__(self) -> None:
+        if self.size < 8:
+            raise ParameterError(
+                f'window_length: {self.window_length!r} is not accepted; accepted: at least '
+                f'{8 * self.control_period:g} s, eight control periods')
+
+    @property
+    def size(self) -> int:
+        """Count the samples in a window."""
+        return round(self.window_length / self.control_period)
+
+
+@dataclass(frozen=True, eq=False)
+class Spectrum:
+    """One window's spectrum.
+
+    Attributes:
+        start: time of the window's first sample, s.
+        end: time of its last sample, s.
+        frequency: of the bins, Hz, (n,).
+        amplitude: of the bins, in the unit of the signal, (n,): a sine of amplitude A on a bin
+            reads A. The first bin is the mean.
+        phase: of the bins, rad, (n,): that of a cosine that starts with the window; NaN where
+            the amplitude is below the threshold.
+        peaks: the largest first.
+    """
+
+    start: float
+    end: float
+    frequency: Array
+    amplitude: Array
+    phase: Array
+    peaks: tuple[Peak, ...]
+
+
+def spectrum(samples: Sequence[float] | Array, parameters: FftAnalyserParameters,
+             start: float = 0.0) -> Spectrum:
+    """Return the spectrum of one window of any length.
+
+    Args:
+        samples: (N,), one per control period.
+        parameters: all but ``window_length`` and ``rate``.
+        start: time of the first sample, s.
+
+    Raises:
+        AnalysisError: if there are fewer than eight samples or one is not finite.
+    """
+    signal = np.asarray(samples, dtype=np.float64)
+    if signal.ndim != 1 or signal.size < 8 or not np.isfinite(signal).all():
+        raise AnalysisError(f'samples: shape {signal.shape} is not accepted; '
+                            f'accepted: (N,) finite numbers, N >= 8')
+    if parameters.remove_mean:
+        signal = signal - signal.mean()
+    window, size = WINDOWS[parameters.window], signal.size
+    weights = window.weights(size)
+    transform = 2.0 * np.fft.rfft(weights * signal)
+    transform[0] /= 2.0  # 0 Hz and the Nyquist frequency have no mirror image
+    if size % 2 == 0:
+        transform[-1] /= 2.0
+    spacing = 1.0 / (size * parameters.control_period)
+    kept = min(transform.size, int(parameters.max_frequency / spacing + 1e-9) + 1)
+    amplitude: Array = np.abs(transform[:kept])
+    largest = float(amplitude.max())
+    phase: Array = np.angle(transform[:kept])
+    phase[(amplitude < parameters.phase_threshold * largest) | (amplitude == 0.0)] = np.nan
+    peaks = find_tones(
+        transform[:kept + 1], window, spacing, float(weights @ np.arange(size)) / size,
+        parameters.peak_count, parameters.peak_threshold * largest, parameters.fundamental)
+    return Spectrum(start, start + (size - 1) * parameters.control_period,
+                    spacing * np.arange(kept), amplitude, phase, peaks)
+
+
+class SpectrumAnalyser:
+    """Give the spectrum of the last window, several times a second.
+
+    Attributes:
+        reason: why the window was emptied last, empty if it never was.
+    """
+
+    def __init__(self, parameters: FftAnalyserParameters) -> None:
+        self.parameters = parameters
+        self.reset()
+
+    def reset(self) -> None:
+        """Forget all samples."""
+        self._samples: deque[float] = deque(maxlen=self.parameters.size)
+        self._last: float | None = None
+        self._wait = 0
+        self.reason = ''
+
+    def configure(self, parameters: FftAnalyserParameters) -> None:
+        """Take changed parameters from the next sample on, keeping the samples that fit."""
+        self.parameters = parameters
+        self._samples = deque(self._samples, maxlen=parameters.size)
+
+    def add(self, time: float, value: float) -> Spectrum | None:
+        """Take a sample; return a spectrum if the window is full and the next one is due.
+
+        A repeated time is ignored. A gap, or a time that goes back, empties the window and says
+        so in ``reason``: a spectrum over a gap would be one of another signal.
+
+        Args:
+            time: s; one control period after the last.
+            value: in any unit.
+
+        Raises:
+            AnalysisError: if the value is not finite.
+        """
+        if not isfinite(value):
+            raise AnalysisError(f'value: {value!r} is not accepted; accepted: finite')
+        if time == self._last:
+            return None
+        self._check_gap(time)
+        self._last = time
+        self._samples.append(float(value))
+        self._wait -= 1
+        if len(self._samples) < self.parameters.size or self._wait > 0:
+            return None
+        self._wait = max(1, round(1.0 / (self.parameters.rate * self.parameters.control_period)))
+        start = time - (len(self._samples) - 1) * self.parameters.control_period
+        return spectrum(self._samples, self.parameters, start)
+
+    def _check_gap(self, time: float) -> None:
+        if self._last is None:
+            return
+        step, period = time - self._last, self.parameters.control_period
+        if abs(step - period) > 0.1 * period:
+            self.reason = (f'{step:.4f} s between the samples at {self._last:.4f} s and '
+                           f'{time:.4f} s, not the control period of {period:.4f} s')
+            self._samples.clear()
+            self._wait = 0
