@@ -1,6 +1,8 @@
 import cmath
 import dataclasses
 import math
+import subprocess
+import sys
 
 import numpy as np
 import pytest
@@ -27,8 +29,20 @@ def test_both_levels_agree_within_one_percent(frequency, sample_period, held):
     assert disagreement(frequency, sample_period, held=held) < 0.01
 
 
-def test_the_levels_disagree_where_sampling_loses_the_rate():
+@pytest.mark.parametrize('frequency', [0.0, 1.0, 5.0, 20.0, 50.0])
+def test_a_narrow_low_pass_forgives_the_sampling(frequency):
+    circuit = dataclasses.replace(KRG4, bandwidth=2.0)
+    assert disagreement(frequency, PERIOD, held=False, circuit=circuit) < 0.01
+
+
+def test_a_wide_one_does_not():
     assert disagreement(50.0, PERIOD, held=False) > 0.5
+
+
+def test_a_node_need_not_load_scipy():
+    code = ('import sys, khr_sim.gyro_circuit.baseband as _; '
+            'sys.exit(any(name.startswith("scipy") for name in sys.modules))')
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
 
 
 def test_agreement_refuses_a_bad_period():

@@ -7,9 +7,10 @@ import math
 import numpy as np
 
 from khr_sim.gyro_circuit.baseband import Baseband
-from khr_sim.gyro_circuit.carrier import Array, simulate
+from khr_sim.gyro_circuit.carrier import simulate
 from khr_sim.gyro_circuit.checks import check_positive
 from khr_sim.gyro_circuit.circuit import KRG4, Circuit
+from khr_sim.gyro_circuit.motion import Array
 
 POWER_UP = 0.03  # s, not compared: the drive starts only in the full model
 DURATION = 0.4  # s

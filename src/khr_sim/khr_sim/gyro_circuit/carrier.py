@@ -11,14 +11,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.signal import cont2discrete, lfilter
 
 from khr_sim.errors import SimError
 from khr_sim.gyro_circuit.checks import check_positive
 from khr_sim.gyro_circuit.circuit import BOLTZMANN, KRG4, Circuit
+from khr_sim.gyro_circuit.motion import Array, move
 
-Array = NDArray[np.float64]
 STEPS_PER_CYCLE = 16
 SETTLING = 20.0  # time constants: the rest is 2e-9
 
@@ -65,10 +64,10 @@ def simulate(rate: Callable[[Array], Array], duration: float, circuit: Circuit =
                        'accepted: (-inf, inf) rad/s')
     tone = circuit.carrier
     force = circuit.drive_force * _cosine(count, steps_per_cycle, 0.0)
-    _, drive_velocity = circuit.drive.move(force, step, tone)
+    _, drive_velocity = move(circuit.drive, force, step, tone)
     force = 2.0 * circuit.mass * drive_velocity * turning  # Coriolis
     force += _thermal_force(circuit, temperature, step, count, seed)
-    sense, _ = circuit.sense.move(force, step, tone)
+    sense, _ = move(circuit.sense, force, step, tone)
     carrier = circuit.pickoff * sense
     reference = _cosine(count, steps_per_cycle, circuit.reference_phase)
     product = 2.0 * circuit.gain * reference * carrier
