@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from khr_common import KhrError
 from rich.console import Console
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.errors import RunError
+from khr_common import KhrError
 
 app = typer.Typer(add_completion=False, no_args_is_help=True, pretty_exceptions_enable=False,
                   help='Balance control of the KHR-3HV humanoid as a ROS 2 node graph.')
@@ -35,7 +35,7 @@ def run(
     record: Annotated[bool, typer.Option(
         '--record/--no-record', help='Write a bag.')] = True,
     out: Annotated[Path | None, typer.Option(
-        help='The run\'s folder; runs/SCENARIO-TIME by default.')] = None,
+        help="The run's folder; runs/SCENARIO-TIME by default.")] = None,
     set_: Annotated[list[str] | None, typer.Option(
         '--set', help='Change a parameter of the scenario: node.parameter=value.')] = None,
     expect: Annotated[str | None, typer.Option(

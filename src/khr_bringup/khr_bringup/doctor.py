@@ -71,8 +71,9 @@ def discovery() -> Finding:
 
 def _discover() -> float:
     import rclpy
-    from khr_common.node import DATA
     from std_msgs.msg import String
+
+    from khr_common.node import DATA
     contexts = [rclpy.Context(), rclpy.Context()]
     for context in contexts:
         rclpy.init(args=[], context=context)

@@ -9,11 +9,11 @@ import textwrap
 from pathlib import Path
 
 import yaml
-from khr_common import specifications
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.tables import PACKAGES, TABLES
 from khr_bringup.tables_of_text import scenario_markdown
+from khr_common import specifications
 
 START, END = '<!-- {0}: written by make docs -->', '<!-- end of {0} -->'
 
@@ -28,7 +28,7 @@ def defaults_yaml() -> str:
             text = f'{specification.description} {specification.accepted}'
             lines += [f'    # {line}' for line in textwrap.wrap(text, 90)]
             value = yaml.safe_dump(specification.default, default_flow_style=True, width=1000)
-            lines.append(f'    {specification.name}: {value.removesuffix("...\n").strip()}')
+            lines.append(f'    {specification.name}: {value.splitlines()[0]}')
     return '\n'.join(lines) + '\n'
 
 

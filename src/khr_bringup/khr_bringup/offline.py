@@ -10,16 +10,15 @@ from khr_analysis.outcome import Outcome, OutcomeMonitor
 from khr_balance.ankle import AnkleController
 from khr_balance.gait import Gait
 from khr_balance.hip import HipController
+from khr_bringup.scenario import Scenario
 from khr_sim.foot_force import FootForce
 from khr_sim.gyro import Gyro
 from khr_sim.plant import Plant, mix
 from khr_sim.truth import Truth
 
-from khr_bringup.scenario import Scenario
-
 ANKLES = ('l_ankle_pitch', 'r_ankle_pitch')
 HIPS = ('l_hip_pitch', 'r_hip_pitch')
-REST = 1.0  # s of standing that a run shows after the motion
+
 
 
 @dataclass(frozen=True)
@@ -35,7 +34,7 @@ class OfflineResult:
 def duration(scenario: Scenario) -> float:
     """Return how long the scenario's run lasts in s: its own duration, or the motion's."""
     own = scenario.table('simulator').duration
-    return float(own or Gait(scenario.table('gait')).duration + REST)
+    return float(own or Gait(scenario.table('gait')).duration)
 
 
 class Controllers:

@@ -6,9 +6,8 @@ import importlib
 import sys
 from typing import Any
 
-from khr_common.node import KhrNode, run_nodes
-
 from khr_bringup.tables import PACKAGES
+from khr_common.node import KhrNode, run_nodes
 
 
 def node_class(node: str) -> type[Any]:

@@ -115,7 +115,7 @@ def _graph(scenario: Scenario, folder: Path, options: Options, console: Console,
 
 def _offline(scenario: Scenario, folder: Path, _: Options, console: Console,
              start: float) -> Result:
-    from khr_analysis.outcome import figures
+    from khr_analysis.outcome_text import figures
 
     with _progress(console, scenario.table('simulator').duration) as show:
         def watch(truth: Any, controllers: Any) -> None:

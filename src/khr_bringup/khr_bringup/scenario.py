@@ -10,10 +10,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from khr_common import ParameterError, build, check, specifications
 
 from khr_bringup.errors import BringupError
 from khr_bringup.tables import TABLES
+from khr_common import ParameterError, build, check, specifications
 
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 Values = dict[str, dict[str, Any]]
@@ -200,7 +200,7 @@ class _StrictLoader(yaml.SafeLoader):
 
 def _read(text: str, file: str) -> Any:
     try:
-        return yaml.load(text, _StrictLoader)  # noqa: S506 - a SafeLoader
+        return yaml.load(text, _StrictLoader)
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
         where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''

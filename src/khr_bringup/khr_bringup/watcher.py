@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from khr_common.node import DATA, LATCHED
 from rclpy.node import Node
+
+from khr_common.node import DATA, LATCHED
 
 
 def pairs(status: DiagnosticStatus) -> dict[str, str]:

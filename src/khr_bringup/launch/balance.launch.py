@@ -3,13 +3,14 @@
 from pathlib import Path
 from tempfile import mkdtemp
 
-from khr_bringup.graph import prepare
-from khr_bringup.scenario import load
-from khr_bringup.tables import PACKAGES
 from launch import LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+
+from khr_bringup.graph import prepare
+from khr_bringup.scenario import load
+from khr_bringup.tables import PACKAGES
 
 
 def _nodes(context):

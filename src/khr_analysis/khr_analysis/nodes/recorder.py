@@ -10,7 +10,6 @@ from typing import Any, cast
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseArray, WrenchStamped
-from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds
 from nav_msgs.msg import Odometry
 from rclpy.clock import Clock as RclpyClock
 from rclpy.clock import ClockType
@@ -20,7 +19,8 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.recording import SCENARIO_TOPIC, Recording, RecorderParameters
+from khr_analysis.recording import SCENARIO_TOPIC, RecorderParameters, Recording
+from khr_common.node import KhrNode, run_node, to_nanoseconds
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 # What flows in every control period: the run starts when each of these has been heard.
@@ -43,7 +43,8 @@ class RecorderNode(KhrNode):
 
     def __init__(self) -> None:
         super().__init__('recorder', RecorderParameters)
-        self._recording: Recording | None = Recording(Path(self.parameters.folder))
+        recording = Recording(Path(self.parameters.folder))
+        self._recording: Recording | None = recording
         self._now = 0
         self._last: dict[str, bytes] = {}
         self._taken: set[str] = set()
@@ -51,9 +52,11 @@ class RecorderNode(KhrNode):
         self._clock_topic = self.resolve_topic_name('/clock')
         self._awaited = {self.resolve_topic_name(topic) for topic in DATA_TOPICS}
         self._data = frozenset(self._awaited)
-        self._store_scenario()
+        if self.parameters.scenario_file:
+            text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
+            self._attempt(lambda: recording.write_text(SCENARIO_TOPIC, text, 0))
         for topic, kind in DATA_TOPICS.items():
-            self._record(self.resolve_topic_name(topic), kind, latched=False)
+            self._record(recording, self.resolve_topic_name(topic), kind, latched=False)
         self.create_timer(SEARCH_PERIOD, self._search,
                           clock=RclpyClock(clock_type=ClockType.STEADY_TIME))
         self._last_arrival = time.monotonic()
@@ -65,33 +68,28 @@ class RecorderNode(KhrNode):
     def close(self) -> None:
         """Finish the bag."""
         if self._recording is not None:
-            self._attempt(self._recording.close)
-
-    def _store_scenario(self) -> None:
-        if self.parameters.scenario_file:
-            text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
-            self._attempt(lambda: self._written().write_text(SCENARIO_TOPIC, text, 0))
-
-    def _written(self) -> Recording:
-        assert self._recording is not None
-        return self._recording
+            recording, self._recording = self._recording, None
+            self._attempt(recording.close)
 
     def _search(self) -> None:
         """Subscribe to what has appeared in the graph."""
+        if self._recording is None:
+            return
         for topic, kinds in self.get_topic_names_and_types():
-            if topic in self._taken or self._recording is None:
+            if topic in self._taken:
                 continue
             publishers = self.get_publishers_info_by_topic(topic)
             if publishers:
                 latched = all(p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
                               for p in publishers)
-                self._record(topic, _message_class(kinds[0]), latched)
+                self._record(self._recording, topic, _message_class(kinds[0]), latched)
 
-    def _record(self, topic: str, kind: type[Any], latched: bool) -> None:
+    def _record(self, recording: Recording, topic: str, kind: type[Any],
+                latched: bool) -> None:
         self._taken.add(topic)
         name = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
         try:
-            self._written().add_topic(topic, name, latched)
+            recording.add_topic(topic, name, latched)
         except AnalysisError as error:
             self.get_logger().warning(str(error))
             return
@@ -107,8 +105,9 @@ class RecorderNode(KhrNode):
                 return  # the simulator asked again for what it missed
             self._last[topic] = data
             self._hear(topic)
-        if self._recording is not None:
-            self._attempt(lambda: self._written().write(topic, data, self._now))
+        recording = self._recording
+        if recording is not None:
+            self._attempt(lambda: recording.write(topic, data, self._now))
 
     def _hear(self, topic: str) -> None:
         if topic in self._awaited:

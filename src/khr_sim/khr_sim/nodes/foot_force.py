@@ -5,8 +5,8 @@ from __future__ import annotations
 from functools import partial
 
 from geometry_msgs.msg import WrenchStamped
-from khr_common.node import KhrNode, StampedSet, StampJudge, run_node, to_nanoseconds
 
+from khr_common.node import KhrNode, StampedSet, StampJudge, run_node, to_nanoseconds
 from khr_sim.foot_force import FootForce, FootForceParameters
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from khr_common.node import KhrNode, StampJudge, run_node, to_nanoseconds
 from sensor_msgs.msg import Imu
 
+from khr_common.node import KhrNode, StampJudge, run_node, to_nanoseconds
 from khr_sim.gyro import Gyro, GyroParameters
 
 

@@ -7,14 +7,14 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
-from khr_common import KhrError
-from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds, to_stamp
 from rclpy.clock import Clock, ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
+from khr_common import KhrError
+from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds, to_stamp
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix

@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Pose, PoseArray, WrenchStamped
-from khr_common.node import LATCHED, KhrNode, to_stamp
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
+from khr_common.node import LATCHED, KhrNode, to_stamp
 from khr_sim.robot import JOINTS
 from khr_sim.truth import Truth
 

@@ -1,0 +1,75 @@
+"""The FFT analyser node: the spectrum of the torso's pitch rate while the robot moves."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from sensor_msgs.msg import Imu
+from std_msgs.msg import Float64MultiArray, MultiArrayDimension
+
+from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
+from khr_common.node import KhrNode, StampJudge, run_node, to_nanoseconds
+
+
+class FftAnalyserNode(KhrNode):
+    """Turn ``imu/data_raw`` into ``spectrum`` and ``spectrum/peaks``.
+
+    ``spectrum`` holds three rows (its first dimension): frequency in Hz, amplitude in rad/s, phase
+    in rad (not a number where the amplitude is too small to have one). ``spectrum/peaks`` holds
+    one status per peak, the strongest first, named by its label.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('fft_analyser', FftAnalyserParameters)
+        self._analyser = SpectrumAnalyser(self.parameters)
+        self._judge = StampJudge(self._analyser.reset)
+        self._spectrum = self.publish_on(Float64MultiArray, 'spectrum')
+        self._peaks = self.publish_on(DiagnosticArray, 'spectrum/peaks')
+        self._silent = True
+        self.listen_to(Imu, 'imu/data_raw', self._on_imu)
+
+    def configure(self, parameters: FftAnalyserParameters) -> None:
+        """Pass changed parameters to the analyser."""
+        self._analyser.configure(parameters)
+
+    def _on_imu(self, imu: Imu) -> None:
+        if self._silent:
+            self._silent = False
+            self.announce_ready()
+        stamp_ns = to_nanoseconds(imu.header.stamp)
+        if not self._judge.is_new(stamp_ns):
+            return
+        spectrum = self._analyser.add(stamp_ns / 1e9, imu.angular_velocity.y)
+        if spectrum is not None:
+            self._spectrum.publish(_array(spectrum))
+            peaks = _peaks(spectrum)
+            peaks.header.stamp = imu.header.stamp
+            self._peaks.publish(peaks)
+
+
+def _array(spectrum: Spectrum) -> Float64MultiArray:
+    rows = (spectrum.frequency, spectrum.amplitude, spectrum.phase)
+    lines = len(spectrum.frequency)
+    message = Float64MultiArray()
+    message.layout.dim = [
+        MultiArrayDimension(label='frequency_hz,amplitude_rad_s,phase_rad', size=3,
+                            stride=3 * lines),
+        MultiArrayDimension(label='line', size=lines, stride=lines)]
+    message.data = [value for row in rows for value in row.tolist()]
+    return message
+
+
+def _peaks(spectrum: Spectrum) -> DiagnosticArray:
+    return DiagnosticArray(status=[DiagnosticStatus(
+        name=peak.label, message=f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f} rad/s',
+        values=[KeyValue(key='frequency_hz', value=repr(peak.frequency)),
+                KeyValue(key='amplitude_rad_s', value=repr(peak.amplitude))])
+        for peak in spectrum.peaks])
+
+
+def main() -> int:
+    """Run the FFT analyser node."""
+    return run_node(FftAnalyserNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,144 @@
+"""The monitor node: what comes of the run, and how it is going."""
+
+from __future__ import annotations
+
+import time
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from geometry_msgs.msg import PoseArray, WrenchStamped
+from nav_msgs.msg import Odometry
+from numpy.typing import NDArray
+from rclpy.clock import Clock, ClockType
+from sensor_msgs.msg import Imu
+
+from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome_text import figures
+from khr_common.node import LATCHED, KhrNode, StampedSet, StampJudge, run_node, to_nanoseconds
+
+Array = NDArray[np.float64]
+REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
+INPUTS: dict[str, type[Any]] = {
+    'ground_truth/odom': Odometry, 'ground_truth/imu': Imu, 'ground_truth/soles': PoseArray,
+    **{f'ground_truth/contact/{region}': WrenchStamped for region in REGIONS}}
+REPORT_PERIOD = 0.5  # s of wall time
+
+
+class Heard(NamedTuple):
+    """One instant, put together from the messages of its stamp."""
+
+    stamp_ns: int
+    position: Array
+    orientation: Array
+    angular_rate: Array
+    contact_force: Array
+    sole_position: Array
+    sole_orientation: Array
+
+
+class MonitorNode(KhrNode):
+    """Publish ``outcome`` (latched, on every change of verdict) and ``/diagnostics``.
+
+    The outcome is final when the simulator has finished and its last instant has been judged.
+    """
+
+    def __init__(self) -> None:
+        super().__init__('monitor', MonitorParameters)
+        self._monitor = OutcomeMonitor(self.parameters)
+        self._judge = StampJudge(self._restart)
+        self._inputs = StampedSet(tuple(INPUTS))
+        self._outcome_out = self.publish_on(DiagnosticStatus, 'outcome', LATCHED)
+        self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
+        self._silent = True
+        self._restart()
+        for topic, kind in INPUTS.items():
+            self.listen_to(kind, topic, partial(self._on_input, topic))
+        self.listen_to(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
+        self.listen_to(DiagnosticArray, 'spectrum/peaks', self._on_peaks)
+        self.create_timer(REPORT_PERIOD, self._report, clock=Clock(
+            clock_type=ClockType.STEADY_TIME))
+
+    def configure(self, parameters: MonitorParameters) -> None:
+        """Pass changed parameters to the judge."""
+        self._monitor.configure(parameters)
+
+    def _restart(self) -> None:
+        self._monitor.reset()
+        self._outcome: Outcome | None = None
+        self._now = -1
+        self._end = -1
+        self._pitch_rate = 0.0
+        self._peak = ''
+        self._mark = (time.monotonic(), 0)
+
+    def _on_input(self, topic: str, message: Any) -> None:
+        stamp_ns = to_nanoseconds(message.header.stamp)
+        inputs = self._inputs.put(topic, stamp_ns, message)
+        if inputs is None:
+            return
+        if self._silent:
+            self._silent = False
+            self.announce_ready()
+        if not self._judge.is_new(stamp_ns):
+            return
+        odometry, imu, soles, *contacts = inputs
+        before = self._outcome
+        pose = odometry.pose.pose
+        self._pitch_rate = imu.angular_velocity.y
+        self._outcome = self._monitor.update(Heard(
+            stamp_ns, _xyz(pose.position), _xyzw(pose.orientation), _xyz(imu.angular_velocity),
+            np.array([_xyz(contact.wrench.force) for contact in contacts]),
+            np.array([_xyz(sole.position) for sole in soles.poses]),
+            np.array([_xyzw(sole.orientation) for sole in soles.poses])))
+        self._now = stamp_ns
+        if self._now == self._end or before is None or before.verdict != self._outcome.verdict:
+            self._publish(self._outcome)
+
+    def _on_state(self, status: DiagnosticStatus) -> None:
+        values = {pair.key: pair.value for pair in status.values}
+        self._end = int(values['time_ns']) if status.message == 'finished' else -1
+        if self._outcome is not None and self._end == self._now:
+            self._publish(self._outcome)
+
+    def _on_peaks(self, peaks: DiagnosticArray) -> None:
+        self._peak = peaks.status[0].message if peaks.status else ''
+
+    def _publish(self, outcome: Outcome) -> None:
+        values = {**figures(outcome), 'final': str(self._now == self._end).lower()}
+        self._outcome_out.publish(DiagnosticStatus(
+            name='outcome', message=outcome.verdict, values=_pairs(values)))
+
+    def _report(self) -> None:
+        if self._now < 0:
+            return
+        wall, simulated = self._mark
+        now = time.monotonic()
+        factor = (self._now - simulated) / 1e9 / (now - wall)
+        self._mark = (now, self._now)
+        self._diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(
+            name='monitor', message=self._outcome.verdict if self._outcome else '',
+            values=_pairs({'time': f'{self._now / 1e9:.3f}', 'real_time_factor': f'{factor:.2f}',
+                           'pitch_rate': f'{self._pitch_rate:.3f}', 'peak': self._peak}))]))
+
+
+def _pairs(values: dict[str, str]) -> list[KeyValue]:
+    return [KeyValue(key=key, value=value) for key, value in values.items()]
+
+
+def _xyz(vector: Any) -> Array:
+    return np.array((vector.x, vector.y, vector.z))
+
+
+def _xyzw(turn: Any) -> Array:
+    return np.array((turn.x, turn.y, turn.z, turn.w))
+
+
+def main() -> int:
+    """Run the monitor node."""
+    return run_node(MonitorNode)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

@@ -1,0 +1,20 @@
+"""An outcome as texts by name, each with its unit, for a topic, a table or a file."""
+
+from __future__ import annotations
+
+from math import degrees
+
+from khr_analysis.outcome import Outcome
+
+
+def figures(outcome: Outcome) -> dict[str, str]:
+    """Return the figures of an outcome; ``fell_at_s`` is there only after a fall."""
+    values = {'time_s': f'{outcome.time:.3f}'}
+    if outcome.fell_at is not None:
+        values['fell_at_s'] = f'{outcome.fell_at:.3f}'
+    return values | {
+        'distance_m': f'{outcome.distance:.4f}',
+        'lateral_drift_m': f'{outcome.lateral_drift:.4f}',
+        'largest_pitch_deg': f'{degrees(outcome.largest_pitch):.2f}',
+        'slip_distance_m': f'{outcome.slip_distance:.4f}',
+        'vibration_rad_s': f'{outcome.vibration:.4f}'}
