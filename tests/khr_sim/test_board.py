@@ -15,7 +15,7 @@ anything = st.tuples(st.floats(-1e3, 1e3), st.floats(-1e3, 1e3))
 
 
 def test_a_count_is_the_servos():
-    assert COUNT * 8000 == pytest.approx(radians(270.0))
+    assert pytest.approx(radians(270.0)) == COUNT * 8000
 
 
 @given(inside)

@@ -83,7 +83,7 @@ def test_a_push_lasts_as_long_as_it_says(world, duration):
 
 
 def test_an_unknown_link_is_refused_with_those_there_are(world):
-    with pytest.raises(SimError, match='l_ankel.*l_ankle'):
+    with pytest.raises(SimError, match=r'l_ankel.*l_ankle'):
         world.push(Push(0.0, 0.1, 'l_ankel', 'odom', (1.0, 0.0, 0.0)))
 
 
