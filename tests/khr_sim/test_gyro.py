@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from khr_common import ParameterError, build
 
+from khr_common import ParameterError, build
 from khr_sim.errors import SimError
 from khr_sim.gyro import AD_STEP, Gyro, GyroParameters
 
@@ -149,5 +149,5 @@ def test_refuses_what_is_no_rate(rate):
 
 
 def test_unknown_model_is_refused_by_name():
-    with pytest.raises(ParameterError, match='ideal | packaged | circuit'):
+    with pytest.raises(ParameterError, match=r'ideal \| packaged \| circuit'):
         build(GyroParameters, {'model': 'magic'})

@@ -157,7 +157,8 @@ class OutcomeMonitor:
         own, time = self.parameters, seen.stamp_ns / 1e9
         fallen = (upright < cos(radians(own.fall_tilt_deg))
                   or height < own.fall_height * start.height)
-        forward, leftward, _ = (np.subtract(seen.position, start.position) @ start.surface).tolist()
+        way = np.subtract(seen.position, start.position)
+        forward, leftward, _ = (way @ start.surface).tolist()
         slip = sum(sole.slip for sole in self._soles)
         verdict: Verdict = ('fell' if fallen
                             else 'slipped' if slip > own.slip_distance

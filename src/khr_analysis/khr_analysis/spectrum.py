@@ -75,7 +75,11 @@ class Spectrum:
             reads A. The first bin is the mean.
         phase: of the bins, rad, (n,): that of a cosine that starts with the window; NaN where
             the amplitude is below the threshold.
-        peaks: the largest first.
+        peaks: the largest first. A pure tone reads true on a bin; between bins, from the fourth
+            bin on, within 8 % in amplitude and 0.01 bins in frequency with the rectangular
+            window, within 0.2 % and 0.001 bins with the Hann window (found by sweeping tones over
+            frequency and phase). The rest is the tone's mirror image below 0 Hz, whose lobe falls
+            off slowly without a window.
     """
 
     start: float
@@ -120,7 +124,7 @@ def spectrum(samples: Sequence[float] | Array, parameters: FftAnalyserParameters
         transform[:kept + 1], window, spacing, float(weights @ np.arange(size)) / size,
         parameters.peak_count, parameters.peak_threshold * largest, parameters.fundamental)
     return Spectrum(start, start + (size - 1) * parameters.control_period,
-                    spacing * np.arange(kept), amplitude, phase, peaks)
+                    spacing * np.arange(kept, dtype=np.float64), amplitude, phase, peaks)
 
 
 class SpectrumAnalyser:
