@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_sim.board import COUNT, Board
+from khr_sim.errors import SimError
 
 LIMITS = np.array([(-1.0, 2.0), (0.0, 2.6)])
 inside = st.tuples(st.floats(-1.0, 2.0), st.floats(0.0, 2.6))
@@ -50,3 +51,9 @@ def test_goes_on_from_where_it_was():
     board.reset((0.0, 0.5))
     last = board.update((1.0, 1.0))[-1]
     assert (board.update((1.0, 1.0)) == last).all()
+
+
+@pytest.mark.parametrize('target', [(0.0,), (0.0, 0.0, 0.0), (0.0, float('nan')), ()])
+def test_refuses_what_is_no_posture(target):
+    with pytest.raises(SimError, match='2 finite angles'):
+        Board(LIMITS, 10).update(target)

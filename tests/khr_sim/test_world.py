@@ -302,6 +302,15 @@ def test_the_ground_tilts_to_a_new_inclination(world_with):
     assert normal_error(world.advance(STANCE)) == pytest.approx((0.0, 0.0), abs=radians(0.2))
 
 
+def test_a_changed_rate_acts_from_now_on(world_with):
+    world = world_with(surface='rubber')
+    world.reset(STANCE)
+    for _ in range(10):
+        world.advance(STANCE)
+    world.configure(replace(world.parameters, inclination_rate_deg_s=1.0))
+    assert degrees(world.advance(STANCE).inclination) == pytest.approx(0.015, abs=1e-9)
+
+
 def test_the_ground_tilts_steadily(world_with):
     world = world_with(inclination_deg=1.0, inclination_rate_deg_s=-3.0)
     world.reset(STANCE)
@@ -321,6 +330,7 @@ def test_what_is_fixed_for_a_run_stays(world_with, name, value):
 
 @pytest.mark.parametrize(('values', 'says'), [
     ({'control_period': 0.012}, '0.015'), ({'physics_step': 0.0007}, '0.015'),
+    ({'physics_step': 0.015 / 17}, 'nanoseconds'),
     ({'inclination_deg': 31.0}, '[-30, 30] deg'), ({'surface': 'ice'}, 'rubber')])
 def test_parameters_out_of_range_are_refused_in_one_line(values, says):
     with pytest.raises(ParameterError) as refusal:

@@ -8,6 +8,8 @@ from math import radians
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_sim.errors import SimError
+
 Array = NDArray[np.float64]
 
 COUNT = radians(0.03375)  # of the servo KRS-2552RHV, rad (maker)
@@ -32,8 +34,15 @@ class Board:
         self._last = np.zeros(len(limits))
 
     def quantise(self, target: Sequence[float] | Array) -> Array:
-        """Return the angles (n,) in rad that the servo counts nearest to ``target`` stand for."""
+        """Return the angles (n,) in rad that the servo counts nearest to ``target`` stand for.
+
+        Raises:
+            SimError: if the target is not n finite numbers.
+        """
         counts = np.rint(np.asarray(target, dtype=np.float64) / COUNT)
+        if counts.shape != self._lower.shape or not np.isfinite(counts).all():
+            raise SimError(f'target: {list(target)} is not accepted; '
+                           f'accepted: {len(self._lower)} finite angles in rad')
         return np.asarray(np.clip(counts, self._lower, self._upper) * COUNT)
 
     def reset(self, posture: Sequence[float]) -> Array:

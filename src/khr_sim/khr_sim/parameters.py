@@ -97,10 +97,10 @@ class SimulatorParameters:
         if self.control_period not in CONTROL_PERIODS:
             raise ParameterError(f'control_period: {self.control_period!r} is not accepted; '
                                  f'accepted: {" | ".join(map(str, CONTROL_PERIODS))} s')
-        if abs(self.steps * self.physics_step - self.control_period) > 1e-12:
+        if self.steps * round(self.physics_step * 1e9) != round(self.control_period * 1e9):
             raise ParameterError(f'physics_step: {self.physics_step!r} is not accepted; accepted: '
-                                 f'a whole fraction of the control period, '
-                                 f'{self.control_period} s')
+                                 f'whole nanoseconds, a whole fraction of the control '
+                                 f'period, {self.control_period} s')
 
     @property
     def steps(self) -> int:

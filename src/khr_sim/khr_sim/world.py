@@ -28,10 +28,14 @@ Array = NDArray[np.float64]
 
 SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
+STEEPEST = radians(30.0)  # either way, where the growing inclination ends, rad
 
 
 class World:
     """One robot on one plane, in a physics client of its own.
+
+    The feet touch the ground by their corners, torso and arms by boxes, the legs not at all; the
+    robot's parts pass through one another.
 
     Two worlds with the same parameters and targets give bit-equal trajectories, as does one world
     after a reset.
@@ -43,6 +47,7 @@ class World:
     def __init__(self, parameters: SimulatorParameters) -> None:
         self.parameters = parameters
         self.robot = Robot.load()
+        self._urdf = contact.physics_urdf(parameters, self.robot)
         self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
         self._servos = Servos(parameters, self.robot.joint_inertia())
         self._board = Board(self.robot.limits(), parameters.steps)
@@ -58,11 +63,14 @@ class World:
 
         Args:
             posture: 17 joint angles in rad.
-            clearance: height of the soles above the ground, in m.
+            clearance: height of the soles above the ground, in m; in the air nothing is loaded.
+
+        Raises:
+            SimError: if the angles are not 17 finite numbers.
         """
         command = self._board.reset(posture)
         self._step = 0
-        self._inclination = radians(self.parameters.inclination_deg)
+        self._inclination = self._goal = radians(self.parameters.inclination_deg)
         self._pushes: list[Push] = []
         self._efforts = np.zeros(len(JOINTS))
         self._load()
@@ -74,6 +82,9 @@ class World:
 
         Args:
             target: 17 joint angles in rad, reached at the end of the period.
+
+        Raises:
+            SimError: if they are not 17 finite numbers.
         """
         samples = []
         client, body, joints = self.client, self.body, self._joints
@@ -115,6 +126,8 @@ class World:
                     and getattr(parameters, name) != getattr(self.parameters, name)):
                 raise ParameterError(f'{name}: cannot change during a run; it stays '
                                      f'{getattr(self.parameters, name)!r}')
+        if parameters.inclination_deg != self.parameters.inclination_deg:
+            self._goal = radians(parameters.inclination_deg)
         self.parameters = parameters
         self._servos.configure(parameters)
         self._set_friction()
@@ -136,7 +149,7 @@ class World:
             physicsClientId=client)
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'robot.urdf'
-            path.write_text(contact.physics_urdf(p, self.robot))
+            path.write_text(self._urdf)
             self.body = bullet.loadURDF(
                 str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client)
         infos = [bullet.getJointInfo(self.body, index, client)
@@ -188,12 +201,12 @@ class World:
     def _tilt_ground(self) -> None:
         p = self.parameters
         rate = radians(p.inclination_rate_deg_s)
-        elapsed = (self._step + 1) * p.physics_step
-        goal = radians(p.inclination_deg) + rate * elapsed
-        most = max(TILTING_SPEED, abs(rate)) * p.physics_step * (1.0 + 1e-9)
-        if goal == self._inclination:
+        goal = self._goal + rate * p.physics_step
+        self._goal = min(max(goal, -STEEPEST), STEEPEST)
+        if self._goal == self._inclination:
             return
-        self._inclination += min(max(goal - self._inclination, -most), most)
+        most = (TILTING_SPEED + abs(rate)) * p.physics_step
+        self._inclination += min(max(self._goal - self._inclination, -most), most)
         bullet.resetBasePositionAndOrientation(
             self._ground, (0.0, 0.0, 0.0), pitched(self._inclination), self.client)
 
