@@ -14,6 +14,7 @@ ringing frequency rises with K_A. A negative gain is the feedback that opposes t
 
 from __future__ import annotations
 
+import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -38,7 +39,7 @@ Discretisation = Literal['euler', 'zoh', 'bilinear']
 GYRO_SENSITIVITY = 0.67e-3  # V per deg/s, (5.2)
 ADC_STEP = 5.0 / 1024.0  # V per count of the board's 10-bit converter
 SERVO_STEP_DEG = 0.03375  # deg per count of a servo's target
-SAME_POLE = 1e-6  # 1/s; closer poles are one multiple pole
+SAME_POLE = 1e-6  # relative; poles closer than this are one double pole
 
 
 def gain_of_board(setting: float) -> float:
@@ -158,28 +159,42 @@ def response_by_residues(loop: ServoLoop, tones: Sequence[Tone], time: Array) ->
     """Return the response from rest to a sum of tones by inverse Laplace transform.
 
     One tone is (5.10)-(5.11), the three of (5.21) are (5.22): every pole p of G_f times the
-    tone's transform adds its residue times exp(p t).
+    tone's transform adds its residue times exp(p t), a double pole its two residues.
     """
-    system = loop.transfer_function()
-    total = np.zeros_like(time)
-    for tone in tones:
-        angular = 2.0 * math.pi * tone.frequency
-        numerator = np.polymul(system.num, [tone.amplitude * math.cos(tone.phase),
-                                            -tone.amplitude * angular * math.sin(tone.phase)])
-        denominator = np.polymul(system.den, [1.0, 0.0, angular ** 2])
-        total += _inverse_laplace(numerator, denominator, time)
-    return total
+    return np.asarray(sum((_tone_response(loop, tone, time) for tone in tones),
+                          start=np.zeros_like(time)))
 
 
-def _inverse_laplace(numerator: Array, denominator: Array, time: Array) -> Array:
-    residues, poles, _ = signal.residue(numerator, denominator, tol=SAME_POLE)
-    total = np.zeros_like(time)
-    order = 1
-    for index, (residue, pole) in enumerate(zip(residues, poles, strict=True)):
-        order = order + 1 if index and pole == poles[index - 1] else 1
-        power = time ** (order - 1) / math.factorial(order - 1)
-        total += (residue * power * np.exp(pole * time)).real
-    return total
+def _tone_response(loop: ServoLoop, tone: Tone, time: Array) -> Array:
+    angular = 2.0 * math.pi * tone.frequency
+    transform = tone.amplitude * np.array([math.cos(tone.phase), -angular * math.sin(tone.phase)])
+    numerator = np.polymul(loop.transfer_function().num, transform)
+    poles = np.array([*_poles(loop), complex(0.0, angular), complex(0.0, -angular)])
+    total = np.zeros(time.shape, dtype=np.complex128)
+    for index in range(poles.size):
+        same = np.abs(poles - poles[index]) <= SAME_POLE * np.abs(poles[index])
+        if np.argmax(same) == index:  # the first of a double pole stands for both
+            total += _residue_terms(numerator, poles[same], poles[~same], time)
+    return np.asarray(total.real)
+
+
+def _residue_terms(numerator: Array, same: Any, others: Any, time: Array) -> Any:
+    """Return what a simple or double pole adds, the denominator's leading coefficient 1."""
+    pole = np.mean(same)
+    gap = np.prod(pole - others)
+    value = np.polyval(numerator, pole)
+    if same.size == 1:
+        return value / gap * np.exp(pole * time)
+    slope = np.polyval(np.polyder(numerator), pole) - value * np.sum(1.0 / (pole - others))
+    return (value * time + slope) / gap * np.exp(pole * time)
+
+
+def _poles(loop: ServoLoop) -> tuple[complex, complex]:
+    """Return the poles of G_f; their product K/J gives the one that would cancel."""
+    half = loop.feedback_damping / (2.0 * loop.inertia)
+    product = loop.stiffness / loop.inertia
+    fast = -(half + math.copysign(1.0, half) * cmath.sqrt(half ** 2 - product))
+    return fast, product / fast
 
 
 def response_by_simulation(loop: ServoLoop, tones: Sequence[Tone], time: Array) -> Array:
@@ -222,7 +237,7 @@ def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
 
 
 def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -> Any:
-    """Return G_f sampled at a period (s), as a discrete scipy.signal.TransferFunction.
+    """Return G_f sampled at a period (s), as a discrete scipy.signal.StateSpace.
 
     Raises:
         AnalysisError: if the loop itself is unstable (its gain at or above the limit), or the
@@ -238,4 +253,4 @@ def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -
     if method == 'euler' and period >= longest:
         raise AnalysisError(f'period: {period!r} makes the Euler discretisation unstable; '
                             f'accepted: (0, {longest:.6g})')
-    return system.to_discrete(period, method=method)
+    return system.to_ss().to_discrete(period, method=method)
