@@ -1,4 +1,4 @@
-"""Scenario files: those shipped are sound, and mistakes are one line that says how to mend them."""
+"""Scenario files: those shipped are sound, and a mistake is one line that says how to mend it."""
 
 import pytest
 import yaml

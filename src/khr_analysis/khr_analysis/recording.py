@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from khr_common import parameter
 from rosbags.interfaces import (
+    Connection,
     Qos,
     QosDurability,
     QosHistory,
@@ -18,6 +18,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.errors import AnalysisError
+from khr_common import parameter
 
 SCENARIO_TOPIC = '/scenario'
 _FOREVER = QosTime(2147483647, 4294967295)
@@ -45,7 +46,7 @@ class Recording:
 
     def __init__(self, folder: Path) -> None:
         self._store = get_typestore(Stores.ROS2_JAZZY)
-        self._connections: dict[str, object] = {}
+        self._connections: dict[str, Connection] = {}
         self.counts: dict[str, int] = {}
         self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
         try:
@@ -74,7 +75,7 @@ class Recording:
         Raises:
             OSError: if the disk takes no more.
         """
-        self._writer.write(self._connections[topic], time_ns, data)  # type: ignore[arg-type]
+        self._writer.write(self._connections[topic], time_ns, data)
         self.counts[topic] += 1
 
     def write_text(self, topic: str, text: str, time_ns: int) -> None:

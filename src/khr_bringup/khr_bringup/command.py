@@ -69,7 +69,8 @@ def list_scenarios() -> None:
 @app.command(name='get')
 def get_parameter(
     node: Annotated[str, typer.Argument(help='A node of the running graph.')],
-    name: Annotated[str | None, typer.Argument(help='A parameter; all of them if left out.')] = None,
+    name: Annotated[str | None, typer.Argument(
+        help='A parameter; all of them if left out.')] = None,
     domain: DomainOption = None,
 ) -> None:
     """Show parameters of a running graph."""

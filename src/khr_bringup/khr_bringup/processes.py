@@ -12,7 +12,7 @@ from pathlib import Path
 from khr_bringup.tables import PACKAGES
 
 LAST = 'recorder'  # stopped after the others, so that it hears their last words
-GRACE = 6.0  # s of wall time before a process that does not stop is killed
+GRACE = 25.0  # s of wall time before a process that does not stop is killed
 
 
 class Processes:

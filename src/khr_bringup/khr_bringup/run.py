@@ -69,8 +69,8 @@ def run(scenario: Scenario, options: Options) -> int:
     if result.end == 'stopped':
         return INTERRUPTED
     if options.expect is not None and result.verdict != options.expect:
-        console.print(f'khr: expected {options.expect}, the robot {result.verdict or "did nothing"}',
-                      highlight=False)
+        console.print(f'khr: expected {options.expect}, the outcome is '
+                      f'{result.verdict or "unknown"}', highlight=False)
         return 1
     return 0
 

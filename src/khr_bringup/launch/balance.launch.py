@@ -3,7 +3,7 @@
 from pathlib import Path
 from tempfile import mkdtemp
 
-from launch import LaunchDescription
+from launch import LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
@@ -13,7 +13,7 @@ from khr_bringup.scenario import load
 from khr_bringup.tables import PACKAGES
 
 
-def _nodes(context):
+def _nodes(context: LaunchContext) -> list[Node]:
     scenario = load(LaunchConfiguration('scenario').perform(context))
     record = LaunchConfiguration('record').perform(context).lower() == 'true'
     out = LaunchConfiguration('out').perform(context)
@@ -26,7 +26,7 @@ def _nodes(context):
             for node, package in PACKAGES.items() if record or node != 'recorder']
 
 
-def generate_launch_description():
+def generate_launch_description() -> LaunchDescription:
     """Describe the launch: arguments, then one process per node."""
     return LaunchDescription([
         DeclareLaunchArgument('scenario', default_value='walk_7.68deg_ka12',

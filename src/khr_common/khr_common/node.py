@@ -42,7 +42,7 @@ from khr_common.parameters import ParameterError, Specification, build, specific
 DATA = QoSProfile(depth=500)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
-SETTLING = 5.0  # s of wall time that a node may take to hear what is still on its way
+SETTLING = 20.0  # s of wall time that a node may take to hear what is still on its way
 
 
 def to_stamp(nanoseconds: int) -> Time:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_common import parameter
-
 from khr_sim.parameters import SimulatorParameters
 
 SOURCES = ('gait', 'ankle_controller', 'hip_controller')

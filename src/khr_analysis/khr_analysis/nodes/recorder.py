@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import importlib
-import time
 from functools import partial
 from pathlib import Path
 from typing import Any, cast
@@ -35,7 +34,7 @@ DATA_TOPICS: dict[str, type[Any]] = {
 DEPTH = QoSProfile(depth=5000)
 DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SEARCH_PERIOD = 0.5  # s of wall time between looks for new topics
-QUIET = 0.2  # s of wall time without a message, after which the last one has arrived
+IDLE_SPINS = 10  # of 20 ms without a message, after which the last one has arrived
 
 
 class RecorderNode(KhrNode):
@@ -59,11 +58,12 @@ class RecorderNode(KhrNode):
             self._record(recording, self.resolve_topic_name(topic), kind, latched=False)
         self.create_timer(SEARCH_PERIOD, self._search,
                           clock=RclpyClock(clock_type=ClockType.STEADY_TIME))
-        self._last_arrival = time.monotonic()
+        self._idle_spins = 0
 
     def settled(self) -> bool:
-        """Return whether all that was on its way has arrived."""
-        return time.monotonic() - self._last_arrival > QUIET
+        """Return whether all that was on its way has arrived: nothing came for some spins."""
+        self._idle_spins += 1
+        return self._idle_spins > IDLE_SPINS
 
     def close(self) -> None:
         """Finish the bag."""
@@ -97,7 +97,7 @@ class RecorderNode(KhrNode):
                                  DEPTH_LATCHED if latched else DEPTH, raw=True)
 
     def _on_message(self, topic: str, data: bytes) -> None:
-        self._last_arrival = time.monotonic()
+        self._idle_spins = 0
         if topic == self._clock_topic:
             self._now = to_nanoseconds(deserialize_message(data, Clock).clock)
         if topic in self._data:

@@ -5,12 +5,12 @@ from __future__ import annotations
 from functools import partial
 
 from geometry_msgs.msg import WrenchStamped
-from khr_common.node import StampedSet, run_node, to_nanoseconds
 from rclpy.subscription import Subscription
 from sensor_msgs.msg import Imu
 
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.nodes.correction import CorrectionNode
+from khr_common.node import StampedSet, run_node, to_nanoseconds
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 

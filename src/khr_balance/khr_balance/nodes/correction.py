@@ -5,8 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from builtin_interfaces.msg import Time
-from khr_common.node import KhrNode, StampJudge, to_nanoseconds
 from sensor_msgs.msg import JointState
+
+from khr_common.node import KhrNode, StampJudge, to_nanoseconds
 
 
 class CorrectionNode(KhrNode):

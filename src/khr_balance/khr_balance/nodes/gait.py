@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from khr_common import KhrError
-from khr_common.node import KhrNode, run_node, to_nanoseconds
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
 from khr_balance.gait import Gait, GaitParameters
 from khr_balance.joints import JOINTS
+from khr_common import KhrError
+from khr_common.node import KhrNode, run_node, to_nanoseconds
 
 
 class GaitNode(KhrNode):

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from khr_common.node import run_node
 from sensor_msgs.msg import Imu
 
 from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.nodes.correction import CorrectionNode
+from khr_common.node import run_node
 
 
 class HipControllerNode(CorrectionNode):

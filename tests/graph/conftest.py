@@ -1,0 +1,90 @@
+"""Real runs of the real command, shared by the tests that look at what they leave."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections import defaultdict
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+STORE = get_typestore(Stores.ROS2_JAZZY)
+KHR = [sys.executable, '-m', 'khr_bringup.command']
+
+
+@dataclass
+class Finished:
+    """A run of khr that has ended: its exit code, what it printed, its folder."""
+
+    code: int
+    out: str
+    err: str
+    folder: Path
+
+    @property
+    def hash(self):
+        return self.out.strip().splitlines()[-1].removeprefix('trajectory hash ')
+
+    def bag(self):
+        return read_bag(self.folder / 'bag')
+
+
+def read_bag(folder):
+    """Return the messages of a bag by topic, each with its time in ns."""
+    messages = defaultdict(list)
+    with Reader(folder) as reader:
+        for connection, time_ns, data in reader.messages():
+            messages[connection.topic].append(
+                (time_ns, STORE.deserialize_cdr(data, connection.msgtype)))
+    return messages
+
+
+def start_khr(*arguments):
+    """Start khr in the background, in a session of its own."""
+    return subprocess.Popen(
+        [*KHR, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1', 'COLUMNS': '200'},
+        start_new_session=True)
+
+
+def finish(process, folder, timeout=90):
+    try:
+        out, err = process.communicate(timeout=timeout)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGTERM)
+        out, err = process.communicate(timeout=20)
+        pytest.fail(f'khr did not end within {timeout} s\n{out}\n{err}')
+    return Finished(process.returncode, out, err, folder)
+
+
+def khr(*arguments, folder=None, timeout=90):
+    """Run khr to its end."""
+    return finish(start_khr(*arguments), folder, timeout)
+
+
+@pytest.fixture(scope='session')
+def standing(tmp_path_factory):
+    """Two seconds of standing on the flat, one process per node, recorded."""
+    folder = tmp_path_factory.mktemp('runs') / 'standing'
+    return khr('run', 'stand_0deg', '--processes', '--duration', 2, '--out', folder,
+               '--expect', 'stood', folder=folder)
+
+
+@pytest.fixture
+def in_background():
+    """Start runs that a test does not wait for; none is left behind."""
+    processes = []
+
+    def start(*arguments):
+        processes.append(start_khr(*arguments))
+        return processes[-1]
+
+    yield start
+    for process in processes:
+        if process.poll() is None:
+            process.send_signal(signal.SIGTERM)
+            process.communicate(timeout=30)

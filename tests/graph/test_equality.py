@@ -1,0 +1,32 @@
+"""One scenario, three ways to run it, one trajectory."""
+
+import pytest
+
+from tests.graph.conftest import khr
+
+SCENARIOS = ['walk_8.88deg_ka18', 'lift_7.6deg_ka12']
+
+
+@pytest.mark.parametrize('scenario', SCENARIOS)
+def test_offline_one_process_and_nine_give_the_same_bits(scenario, tmp_path):
+    hashes = {}
+    for way in ('--offline', '--one-process', '--processes'):
+        folder = tmp_path / way.strip('-')
+        result = khr('run', scenario, way, '--no-record', '--duration', '3', '--out', folder)
+        assert result.code == 0, result.err
+        hashes[way] = result.hash
+    assert len(set(hashes.values())) == 1, hashes
+
+
+def test_another_gain_gives_another_trajectory(tmp_path):
+    hashes = {khr('run', 'walk_8.88deg_ka18', '--offline', '--duration', '3', '--set',
+                  f'ankle_controller.gain={gain}', '--out', tmp_path / gain).hash
+              for gain in ('12.0', '18.0')}
+    assert len(hashes) == 2
+
+
+def test_without_delay_graph_and_offline_agree_too(tmp_path):
+    hashes = {khr('run', 'walk_0deg', way, '--no-record', '--duration', '1', '--set',
+                  'simulator.control_delay=0', '--out', tmp_path / way.strip('-')).hash
+              for way in ('--offline', '--one-process')}
+    assert len(hashes) == 1

@@ -1,0 +1,151 @@
+"""What happens to a graph while it runs: gains, deaths, interrupts."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+
+import psutil
+import pytest
+
+from tests.graph.conftest import finish, khr, read_bag
+
+LONG = 600  # s of simulated time: longer than any test waits
+
+
+def wait_for(condition, what, seconds=40.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.05)  # polls a condition; the deadline is what fails
+    pytest.fail(f'{what} did not come within {seconds} s')
+
+
+@pytest.fixture
+def run(in_background, tmp_path):
+    """A long walk in processes, one node each, in a domain of its own."""
+    folder = tmp_path / 'run'
+    process = in_background('run', 'walk_7.68deg_ka12', '--processes', '--duration', LONG,
+                            '--out', folder)
+    process.folder = folder
+    process.domain = wait_for(lambda: domain_of(folder), 'the run')
+    wait_for(lambda: is_running(process.domain), 'the graph')
+    return process
+
+
+def domain_of(folder):
+    from khr_bringup.domain import running
+    return next((entry.domain for entry in running() if entry.folder == str(folder)), None)
+
+
+def is_running(domain):
+    return khr('get', 'ankle_controller', 'gain', '--domain', domain).code == 0
+
+
+def children(process):
+    return {child.cmdline()[2].rsplit('.', 1)[-1]: child
+            for child in psutil.Process(process.pid).children() if len(child.cmdline()) > 2}
+
+
+def interrupt(process, number=signal.SIGINT):
+    process.send_signal(number)
+    return finish(process, process.folder)
+
+
+def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
+    changed = khr('set', 'ankle_controller', 'gain', '18.0', '--domain', run.domain)
+    assert changed.code == 0, changed.err
+    assert changed.out.strip() == 'ankle_controller.gain: 12.0 -> 18.0'
+    refused = khr('set', 'ankle_controller', 'gain', '99.0', '--domain', run.domain)
+    assert refused.code == 2
+    assert '99.0' in refused.err and '60.0' in refused.err
+    assert 'Traceback' not in refused.err
+    fixed = khr('set', 'simulator', 'control_delay', '0', '--domain', run.domain)
+    assert fixed.code == 2
+    unknown = khr('set', 'ankle_controller', 'gian', '1.0', '--domain', run.domain)
+    assert unknown.code == 2 and 'gain' in unknown.err
+    assert khr('get', 'ankle_controller', 'gain', '--domain', run.domain).out == 'gain: 18.0\n'
+
+    assert interrupt(run).code == 130
+    bag = read_bag(run.folder / 'bag')
+    events = [(time_ns, each) for time_ns, message in bag['/parameter_events']
+              for each in message.changed_parameters if each.name == 'gain']
+    assert [each.value.double_value for _, each in events] == [18.0]
+    assert ratio_changes_once(bag, 12.0, 18.0)
+
+
+def ratio_changes_once(bag, before, after):
+    """Correction by rate tells the gain of every period; it must jump from one to the other."""
+    rates = {message.header.stamp.sec * 10**9 + message.header.stamp.nanosec:
+             message.angular_velocity.y for _, message in bag['/imu/data_raw']}
+    unit = None
+    gains = []
+    for _, message in bag['/ankle_controller/correction']:
+        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        if abs(rates.get(stamp, 0.0)) > 0.01:
+            ratio = message.position[0] / rates[stamp]
+            unit = unit or ratio / before
+            gains.append(round(ratio / unit, 6))
+    changes = [(a, b) for a, b in zip(gains, gains[1:], strict=False) if a != b]
+    return changes == [(before, after)]
+
+
+def test_a_dead_node_is_named_the_rest_stops_and_the_bag_is_readable(run):
+    children(run)['hip_controller'].kill()
+    start = time.monotonic()
+    others = [child.pid for name, child in children(run).items() if name != 'hip_controller']
+    ended = finish(run, run.folder)
+    assert ended.code == 1
+    assert 'hip_controller was killed by SIGKILL' in ended.err
+    assert time.monotonic() - start < 30.0
+    assert not any(psutil.pid_exists(pid) for pid in others)
+    assert read_bag(run.folder / 'bag')['/imu/data_raw']
+
+
+def test_a_silent_node_is_named(run):
+    os.kill(children(run)['ankle_controller'].pid, signal.SIGSTOP)
+    ended = finish(run, run.folder)
+    assert ended.code == 1
+    assert 'no answer from ankle_controller' in ended.err
+    assert read_bag(run.folder / 'bag')['/imu/data_raw']
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
+    pids = [child.pid for child in children(run).values()]
+    assert len(pids) == 9
+    ended = interrupt(run, number)
+    assert ended.code == 130
+    assert re.fullmatch('[0-9a-f]{64}', ended.hash)
+    assert not any(psutil.pid_exists(pid) for pid in pids)
+    bag = read_bag(run.folder / 'bag')
+    assert bag['/outcome'][-1][1].message
+    assert json.loads((run.folder / 'outcome.json').read_text())['end'] == 'stopped'
+
+
+def test_two_runs_do_not_meet(in_background, tmp_path):
+    runs = [in_background('run', 'stand_0deg', '--one-process', '--duration', LONG, '--no-record',
+                          '--out', tmp_path / name) for name in 'ab']
+    domains = [wait_for(lambda name=name: domain_of(tmp_path / name), 'a run') for name in 'ab']
+    assert len(set(domains)) == 2
+    for domain in domains:
+        wait_for(lambda domain=domain: is_running(domain), 'its graph')
+    for process in runs:
+        process.send_signal(signal.SIGINT)
+    for process in runs:
+        process.communicate(timeout=40)
+        assert process.returncode == 130
+
+
+def test_set_without_a_run_says_so(tmp_path):
+    result = subprocess.run(
+        [sys.executable, '-m', 'khr_bringup.command', 'set', 'gait', 'stride', '0.05'],
+        env={**os.environ, 'XDG_RUNTIME_DIR': str(tmp_path)}, capture_output=True, text=True,
+        check=False)
+    assert result.returncode == 2
+    assert 'no run is going on' in result.stderr

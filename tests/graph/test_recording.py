@@ -1,0 +1,83 @@
+"""The bag of a run: every topic of the graph, at its rate, with scenario and outcome."""
+
+import math
+
+import pytest
+
+from khr_bringup import scenario as scenarios
+
+PERIOD_NS = 15_000_000
+EACH_PERIOD = [
+    '/clock', '/joint_states', '/joint_reference', '/ground_truth/odom', '/ground_truth/imu',
+    '/ground_truth/soles', '/imu/data_raw', '/ankle_controller/correction',
+    '/hip_controller/correction',
+    *(f'/{group}/{side}_{part}' for group in ('ground_truth/contact', 'foot_force')
+      for side in ('left', 'right') for part in ('toe', 'heel'))]
+WEIGHT = 1.5 * 9.80665
+
+
+@pytest.fixture(scope='module')
+def bag(standing):
+    assert standing.code == 0, standing.err
+    return standing.bag()
+
+
+def stamp_ns(message):
+    stamp = message.clock if hasattr(message, 'clock') else message.header.stamp
+    return stamp.sec * 10**9 + stamp.nanosec
+
+
+@pytest.mark.parametrize('topic', EACH_PERIOD)
+def test_every_period_is_there_once(bag, topic):
+    stamps = [stamp_ns(message) for _, message in bag[topic]]
+    instants = list(range(0, 2_010_000_000 + 1, PERIOD_NS))
+    assert stamps == instants
+
+
+@pytest.mark.parametrize('topic', ['/outcome', '/simulator/state', '/robot_description',
+                                   '/diagnostics', '/scenario'])
+def test_topics_without_a_rate_are_there(bag, topic):
+    assert bag[topic]
+
+
+def test_feet_carry_the_weight(bag):
+    sensors = [bag[f'/foot_force/{side}_{part}'] for side in ('left', 'right')
+               for part in ('toe', 'heel')]
+    sums = [sum(message.wrench.force.z for _, message in instant)
+            for instant in zip(*sensors, strict=False)]
+    settled = sums[len(sums) // 2:]
+    assert sum(settled) / len(settled) == pytest.approx(WEIGHT, rel=0.02)
+
+
+def test_imu_says_what_it_does_not_measure(bag):
+    _, message = bag['/imu/data_raw'][-1]
+    assert message.orientation_covariance[0] == -1.0
+    assert message.linear_acceleration_covariance[0] == -1.0
+    assert message.header.frame_id == 'imu_link'
+
+
+def test_scenario_in_the_bag_is_the_one_that_ran(bag, standing):
+    (_, message), = bag['/scenario']
+    assert message.data == (standing.folder / 'scenario.yaml').read_text()
+    stored = scenarios.parse(message.data, 'bag', 'stored')
+    assert stored.table('gait').motion == 'stand'
+    assert stored.table('simulator').duration == 2.0
+
+
+def test_outcome_in_the_bag_is_final(bag, standing):
+    _, outcome = bag['/outcome'][-1]
+    values = {pair.key: pair.value for pair in outcome.values}
+    assert outcome.message == 'stood'
+    assert values['final'] == 'true'
+    assert math.isclose(float(values['time_s']), 2.01, abs_tol=0.02)
+
+
+def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
+    _, state = bag['/simulator/state'][-1]
+    values = {pair.key: pair.value for pair in state.values}
+    assert len(standing.hash) == 64
+    assert values['trajectory_hash'] == standing.hash
+
+
+def test_bag_is_in_simulated_time(bag):
+    assert all(time_ns <= 2_100_000_000 for messages in bag.values() for time_ns, _ in messages)
