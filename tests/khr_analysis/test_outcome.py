@@ -105,10 +105,12 @@ def test_walking_counts_the_way_along_the_surface_and_no_slip(phi_deg):
     assert outcome.slip_distance == pytest.approx(0.0, abs=1e-12)
 
 
-@pytest.mark.parametrize(('slide', 'verdict'), [(0.002, 'walked'), (0.004, 'slipped')])
+@pytest.mark.parametrize(('slide', 'verdict'), [(0.013, 'walked'), (0.016, 'slipped')])
 def test_sliding_of_the_stance_foot_adds_up_over_the_steps(slide, verdict):
     outcome = judged(walk(phi=radians(8.88), slide=slide))[-1]
-    assert outcome.slip_distance == pytest.approx(8 * slide, abs=1e-9)
+    # Of the 20 parts of a slide, the last counts half: the other foot has taken half the load.
+    assert outcome.slip_distance == pytest.approx(8 * slide * 19.5 / 20, abs=1e-9)
+    assert outcome.largest_slip == pytest.approx(slide * 19.5 / 20, abs=1e-9)
     assert outcome.verdict == verdict
 
 
@@ -118,14 +120,23 @@ def test_sliding_down_without_a_step_is_a_slip_and_no_walk():
     outcome = judged(run)[-1]
     assert outcome.verdict == 'slipped'
     assert outcome.distance == pytest.approx(0.3)
-    assert outcome.slip_distance == pytest.approx(0.6)  # both feet
+    assert outcome.slip_distance == pytest.approx(0.3)
+    assert outcome.largest_slip == pytest.approx(0.15)  # half the load
+
+
+@given(st.floats(1.5, 12.5))
+def test_a_sliding_foot_counts_by_its_share_of_the_load(load):
+    run = [Seen(feet=((s, 0.04, 0.0), (0.0, -0.04, 0.0)), load=(load, 14.0 - load))
+           for s in np.linspace(0.0, 0.01, 10)]
+    assert judged(run)[-1].slip_distance == pytest.approx(0.01 * load / 14.0)
 
 
 @settings(max_examples=30)
 @given(st.floats(0.0, 0.2), st.floats(-pi, pi))
 def test_slip_is_seen_in_every_direction_of_the_surface(phi, direction):
-    run = [Seen(phi=phi, feet=((s * cos(direction), 0.04 + s * sin(direction), 0.0),
-                               (0.0, -0.04, 0.0))) for s in np.linspace(0.0, 0.01, 10)]
+    run = [Seen(phi=phi, load=(14.0, 0.0), feet=(
+        (s * cos(direction), 0.04 + s * sin(direction), 0.0), (0.0, -0.04, 0.0)))
+        for s in np.linspace(0.0, 0.01, 10)]
     assert judged(run)[-1].slip_distance == pytest.approx(0.01, abs=1e-9)
 
 
@@ -168,7 +179,7 @@ def test_sinking_to_the_ground_is_a_fall_and_walking_downhill_is_not():
 
 
 def test_a_fall_outranks_a_slip_and_keeps_both_figures():
-    run = list(walk(slide=0.01))
+    run = list(walk(slide=0.02))
     run += [replace(run[-1], lean=1.0), replace(run[-1], forward=9.0, lean=3.0, rate=50.0)]
     outcomes = judged(run)
     assert outcomes[-3].verdict == 'slipped'
@@ -209,16 +220,16 @@ def test_vibration_is_the_root_mean_square_above_the_corner(frequency, gain):
 
 def test_reset_starts_anew():
     monitor = OutcomeMonitor(MonitorParameters())
-    first = [monitor.update(seen) for seen in walk(slide=0.01)]
+    first = [monitor.update(seen) for seen in walk(slide=0.02)]
     monitor.reset()
-    assert [monitor.update(seen) for seen in walk(slide=0.01)] == first
+    assert [monitor.update(seen) for seen in walk(slide=0.02)] == first
 
 
 def test_thresholds_change_at_runtime():
     monitor = OutcomeMonitor(MonitorParameters())
-    for seen in walk(slide=0.002):
+    for seen in walk(slide=0.01):
         assert monitor.update(seen).verdict in ('stood', 'walked')
-    monitor.configure(MonitorParameters(slip_distance=0.01))
+    monitor.configure(MonitorParameters(step_slip=0.005))
     assert monitor.update(seen).verdict == 'slipped'
 
 

@@ -32,9 +32,9 @@ class MonitorParameters:
     walk_distance: float = parameter(
         0.1, 'Way along the surface from which on the robot has walked.', unit='m',
         minimum=0.001, maximum=10.0)
-    slip_distance: float = parameter(
-        0.02, 'Way that loaded soles slide, added up over both feet and all steps, from which on '
-        'the robot has slipped.', unit='m', minimum=0.0001, maximum=1.0)
+    step_slip: float = parameter(
+        0.014, 'Slide of one sole in one time on the ground from which on the robot has slipped; '
+        'the default is a quarter of its step of 56 mm.', unit='m', minimum=0.0001, maximum=1.0)
     load_threshold: float = parameter(
         1.0, 'Normal force on a sole from which on it is loaded.', unit='N',
         minimum=0.0, maximum=100.0)
@@ -91,8 +91,10 @@ class Outcome:
             start, m; negative if backward.
         lateral_drift: of the torso across that direction, to the left, m.
         largest_pitch: largest angle of the torso from the vertical, in pitch, either way, rad.
-        slip_distance: way that the soles slid while loaded: net of each time on the ground, added
-            up over both feet, m.
+        slip_distance: way that the loaded soles slid, over both feet and all steps, m. A sole
+            counts by its share of the load, so a robot that slides on both feet has slid as far
+            as they did, and a foot dragged along before it lifts off counts next to nothing.
+        largest_slip: largest part of it of one sole in one time on the ground, m.
         vibration: root mean square of the pitch rate above the corner frequency, rad/s.
         final: whether it can no longer change: after a fall everything stays as it was.
     """
@@ -104,6 +106,7 @@ class Outcome:
     lateral_drift: float
     largest_pitch: float
     slip_distance: float
+    largest_slip: float
     vibration: float
     final: bool
 
@@ -146,10 +149,11 @@ class OutcomeMonitor:
                                  Rotation.from_quat(seen.sole_orientation[0]).as_matrix())
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
         self._vibration.add(rate)
+        forces = [float(seen.contact_force[i][2] + seen.contact_force[i + 1][2]) for i in (0, 2)]
         for i, sole in enumerate(self._soles):
-            force = seen.contact_force[2 * i][2] + seen.contact_force[2 * i + 1][2]
+            loaded = forces[i] > self.parameters.load_threshold
             sole.follow(seen.sole_position[i], _up(seen.sole_orientation[i]),
-                        bool(force > self.parameters.load_threshold))
+                        forces[i] / sum(forces) if loaded else 0.0)
         self._outcome = self._judge(seen, self._start, up[2], height)
         return self._outcome
 
@@ -159,12 +163,13 @@ class OutcomeMonitor:
                   or height < own.fall_height * start.height)
         way = np.subtract(seen.position, start.position)
         forward, leftward, _ = (way @ start.surface).tolist()
-        slip = sum(sole.slip for sole in self._soles)
+        slip = max(sole.largest for sole in self._soles)
         verdict: Verdict = ('fell' if fallen
-                            else 'slipped' if slip > own.slip_distance
+                            else 'slipped' if slip > own.step_slip
                             else 'walked' if abs(forward) > own.walk_distance else 'stood')
         return Outcome(verdict, time, time if fallen else None, forward, leftward,
-                       self._largest_pitch, slip, self._vibration.rms, final=fallen)
+                       self._largest_pitch, sum(sole.slip for sole in self._soles), slip,
+                       self._vibration.rms, final=fallen)
 
 
 @dataclass(frozen=True, eq=False)
@@ -189,18 +194,22 @@ class _Sole:
         self._normal: Vector = (0.0, 0.0, 1.0)
         self._slide: Vector = (0.0, 0.0, 0.0)  # since the sole was loaded
         self._past = 0.0  # of earlier times on the ground
+        self.largest = 0.0
 
     @property
     def slip(self) -> float:
         return self._past + hypot(*self._slide)
 
-    def follow(self, place: Any, normal: Vector, loaded: bool) -> None:
+    def follow(self, place: Any, normal: Vector, share: float) -> None:
+        """Take the pose of an instant, and the share of the load since the last; 0 is unloaded."""
         now = (float(place[0]), float(place[1]), float(place[2]))
-        if loaded and self._place is not None:
-            self._slide = _add(self._slide, _across(self._place, now, self._normal, normal))
-        elif not loaded:
+        if share and self._place is not None:
+            step = _across(self._place, now, self._normal, normal)
+            self._slide = _sum(self._slide, (share * step[0], share * step[1], share * step[2]))
+            self.largest = max(self.largest, hypot(*self._slide))
+        elif not share:
             self._past, self._slide = self.slip, (0.0, 0.0, 0.0)
-        self._place, self._normal = (now if loaded else None), normal
+        self._place, self._normal = (now if share else None), normal
 
 
 # A few plain numbers take a fifth of the time of three-element arrays, 67 times a second.
@@ -212,7 +221,7 @@ def _up(quaternion: Any) -> Vector:
     return 2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)
 
 
-def _add(first: Vector, second: Vector) -> Vector:
+def _sum(first: Vector, second: Vector) -> Vector:
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
@@ -222,7 +231,7 @@ def _dot(first: Vector, second: Vector) -> float:
 
 def _across(before: Vector, now: Vector, normal_before: Vector, normal: Vector) -> Vector:
     """Return the part of a step that is normal to the mean of two normals."""
-    mean = _add(normal_before, normal)
+    mean = _sum(normal_before, normal)
     step = now[0] - before[0], now[1] - before[1], now[2] - before[2]
     along = _dot(step, mean) / _dot(mean, mean)
     return step[0] - along * mean[0], step[1] - along * mean[1], step[2] - along * mean[2]
