@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from khr_sim.errors import SimError
 
-Vector = tuple[float, float, float]
+Vector = tuple[float, ...]
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def _triple(key: str, text: str) -> Vector:
     numbers = [_number(key, part) for part in text.split(',')]
     if len(numbers) != 3:
         _refuse(key, text, 'three numbers, x,y,z')
-    return numbers[0], numbers[1], numbers[2]
+    return tuple(numbers)
 
 
 def _refuse(name: str, value: object, accepted: str) -> NoReturn:
