@@ -59,7 +59,7 @@ def _arm_and_leg(side: str) -> dict[str, Part]:
             (-0.001, s * 0.02, -0.016))}
 
 
-TORSO_MASS, TORSO_CENTRE = 0.4665, (-0.0195, 0.0, 0.0555)
+TORSO_MASS, TORSO_CENTRE = 0.4665, (-0.03, 0.0, 0.0555)
 PARTS: dict[str, Part] = {
     'head_yaw': Part('', 2, (0.0, 0.0, 0.1215), 0.0149, (0.003, 0.0, 0.022)),
     **_arm_and_leg('l'), **_arm_and_leg('r')}

@@ -20,6 +20,7 @@ __all__ = ['Gait', 'GaitParameters']
 
 _GRID = 0.005  # s; the splines through this grid stay within 1e-5 rad of the exact solution
 _TOLERANCE = 1e-7  # m, of the centre of mass
+_RELAXATION = 1.3  # the feet stay behind when the torso moves, so a whole move is too little
 
 
 class Gait:
@@ -68,8 +69,7 @@ class Gait:
 def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
     """Find the (N, 17) angles that carry the centre of mass along its planned path.
 
-    The torso's place follows from the centre of mass by iteration: the legs, whose mass the
-    torso's move carries only in part, make each step fall short by a fifth or so.
+    The torso's place follows from the centre of mass by iteration.
     """
     centre, attitude = plan.centre_of_mass(time), plan.torso(time)
     torso = np.column_stack([centre, plan.torso_height(time)])
@@ -88,7 +88,7 @@ def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
         miss = centre - found[:, :2]
         if np.max(np.abs(miss)) < _TOLERANCE:
             return angles
-        torso[:, :2] += miss
+        torso[:, :2] += _RELAXATION * miss
 
 
 def _to_torso(attitude: Array, vector: Array) -> Array:

@@ -9,7 +9,15 @@ from khr_common import parameter
 
 @dataclass(frozen=True)
 class GaitParameters:
-    """What the robot plays back. "Ahead" and lengths are in the plane that it stands on."""
+    """What the robot plays back; lengths are in the plane that it stands on.
+
+    The maker's slow walk has these figures: timing, stride 56 mm, lift 18 to 22 mm, centre of
+    mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
+    and 24 to 31 mm at touchdown, hips 118 mm above the ankles, torso pitched -2 to 7 deg.
+    The paths between them are ours. Fitted within their ranges, with the default servos, so that
+    the robot falls beyond 5.55 deg downhill: ``com_lifted`` and ``com_touchdown``. Assumed:
+    ``heel_off``, the stance and the arms; the hips are 3 mm lower, or the rear leg is too short.
+    """
 
     motion: str = parameter('walk', 'What to do.', choices=('stand', 'walk', 'leg_lift'))
     start_delay: float = parameter(
@@ -18,10 +26,10 @@ class GaitParameters:
         1.0, 'Stance after the motion has ended.', unit='s', minimum=0.0, maximum=600.0)
 
     hip_height: float = parameter(
-        0.118, 'Hip-pitch axes above the ankle-pitch axes of flat feet.', unit='m',
+        0.115, 'Hip-pitch axes above the ankle-pitch axes of flat feet.', unit='m',
         minimum=0.06, maximum=0.13)
     torso_pitch: float = parameter(
-        0.05, 'Forward lean of the torso.', unit='rad', minimum=-0.3, maximum=0.5)
+        0.1, 'Forward lean of the torso.', unit='rad', minimum=-0.3, maximum=0.5)
     foot_spread: float = parameter(
         0.084, 'Distance between the centre lines of the soles.', unit='m',
         minimum=0.08, maximum=0.14)
@@ -35,9 +43,12 @@ class GaitParameters:
     com_stance: float = parameter(
         0.0, "Centre of mass ahead of the soles' centres in the stance.", unit='m',
         minimum=-0.05, maximum=0.05)
-    com_ahead: float = parameter(
-        0.013, "Walk: centre of mass ahead of the stance sole's centre halfway through single "
-        'support; it moves on at a steady speed.', unit='m', minimum=-0.05, maximum=0.05)
+    com_lifted: float = parameter(
+        0.014, "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
+        'fully lifted.', unit='m', minimum=-0.05, maximum=0.05)
+    com_touchdown: float = parameter(
+        0.030, "Walk: centre of mass ahead of the stance sole's centre when the other foot "
+        'touches down.', unit='m', minimum=-0.05, maximum=0.08)
     sway: float = parameter(
         0.025, 'Walk: largest sideways distance of the centre of mass from the midline.',
         unit='m', minimum=0.0, maximum=0.06)
@@ -48,7 +59,7 @@ class GaitParameters:
         0.020, 'Height to which a swinging or lifted foot rises.', unit='m',
         minimum=0.0, maximum=0.05)
     heel_off: float = parameter(
-        0.2, 'Walk: how far the rear foot tips on its toe before it lifts off; a flat one would '
+        0.25, 'Walk: how far the rear foot tips on its toe before it lifts off; a flat one would '
         'stretch the leg beyond its length.', unit='rad', minimum=0.0, maximum=0.6)
     cycle_period: float = parameter(
         2.31, "Walk: two steps. The maker's slow walk takes 154 frames of 15 ms.", unit='s',

@@ -158,49 +158,73 @@ def _unless_empty(start: float, end: float, place: float) -> list[Key]:
 
 
 def _walk(p: GaitParameters) -> Plan:
-    """Walk straight: half a cycle, the whole cycles, half a cycle, stance to stance.
+    """Walk straight: half a cycle, the whole cycles, half a cycle, stance to stance."""
+    walk = _Walk(p)
+    for number in range(walk.steps):
+        walk.take_step(number)
+    return walk.plan()
 
-    Half a cycle is one step. The first step takes one foot a stride ahead, every other step takes
-    the rear foot past the front one, and the last brings it alongside.
+
+class _Walk:
+    """The keys of a walk, gathered step by step; half a cycle is one step.
+
+    The first step takes one foot a stride ahead, every other step takes the rear foot past the
+    front one, and the last brings it alongside.
     """
-    steps = 2 * p.cycles + 2
-    step_time = p.cycle_period / 2.0
-    ends = step_time * np.cumsum(p.phases) / sum(p.phases)
-    lift_off, high, over, down = ends[:4].tolist()
-    middle = (lift_off + down) / 2.0
-    speed = p.stride / step_time
-    half = p.foot_spread / 2.0
-    place = {'l': 0.0, 'r': 0.0}
-    forward = {side: [Key(0.0, 0.0)] for side in place}
-    upward = {side: [Key(0.0, 0.0)] for side in place}
-    tipping = {side: [Key(0.0, 0.0)] for side in place}
-    com_x, com_y = [Key(p.start_delay, p.com_stance)], [Key(p.start_delay, 0.0)]
-    swing = p.first_foot[0]
-    for step in range(steps):
-        start = p.start_delay + step * step_time
-        stance = 'r' if swing == 'l' else 'l'
-        last = step == steps - 1
-        here, before = place[stance], place[swing]
-        place[swing] = here + (0.0 if last else p.stride)
-        forward[swing] += [Key(start + lift_off, before), Key(start + down, place[swing])]
-        upward[swing] += [Key(start + lift_off, 0.0), Key(start + high, p.lift),
-                          Key(start + over, p.lift), Key(start + down, 0.0)]
-        com_x += [Key(start + at, here + p.com_ahead + (at - middle) * speed)
-                  for at in (lift_off, middle, down)[step == 0:1 if last else 3]]
-        if step > 0:
-            tipping[swing] += [Key(start, 0.0), Key(start + lift_off, p.heel_off),
-                               Key(start + over, 0.0)]
-        side = 1.0 if stance == 'l' else -1.0
-        com_y += [Key(start + at, side * p.sway * np.sin(np.pi * at / step_time))
-                  for at in (lift_off, middle, down)] + [Key(start + step_time, 0.0)]
-        swing = stance
-    finish = p.start_delay + steps * step_time
-    com_x.append(Key(finish, place['l'] + p.com_stance))
-    return Plan(
-        duration=finish + p.end_pause,
-        sole={'l': Sole(half, *(_rests(keys['l']) for keys in (forward, upward, tipping))),
-              'r': Sole(-half, *(_rests(keys['r']) for keys in (forward, upward, tipping)))},
-        com=(_flows(com_x), _flows(com_y)), torso_roll=_still(0.0),
-        torso_pitch=p.torso_pitch, hip_height=p.hip_height,
-        cycles=tuple((p.start_delay + (2 * cycle + 1) * step_time,
-                      p.start_delay + (2 * cycle + 3) * step_time) for cycle in range(p.cycles)))
+
+    def __init__(self, p: GaitParameters) -> None:
+        self._p = p
+        self.steps = 2 * p.cycles + 2
+        self._step_time = p.cycle_period / 2.0
+        ends = self._step_time * np.cumsum(p.phases) / sum(p.phases)
+        self._lift_off, self._high, self._over, self._down = ends[:4].tolist()
+        self._place = {'l': 0.0, 'r': 0.0}
+        self._forward, self._upward, self._tipping = (
+            {side: [Key(0.0, 0.0)] for side in self._place} for _ in range(3))
+        self._com_x = [Key(p.start_delay, p.com_stance)]
+        self._com_y = [Key(p.start_delay, 0.0)]
+
+    def take_step(self, number: int) -> None:
+        """Add the keys of one step, the first being number 0."""
+        p, start = self._p, self._start(number)
+        last = number == self.steps - 1
+        swing, stance = (p.first_foot[0], _other(p.first_foot[0]))[::1 - 2 * (number % 2)]
+        here, before = self._place[stance], self._place[swing]
+        self._place[swing] = here if last else here + p.stride
+        self._forward[swing] += [Key(start + self._lift_off, before),
+                                 Key(start + self._down, self._place[swing])]
+        self._upward[swing] += [Key(start + self._lift_off, 0.0), Key(start + self._high, p.lift),
+                                Key(start + self._over, p.lift), Key(start + self._down, 0.0)]
+        if number > 0:
+            self._tipping[swing] += [Key(start, 0.0), Key(start + self._lift_off, p.heel_off),
+                                     Key(start + self._over, 0.0)]
+        if not last:
+            self._com_x += [Key(start + self._high, here + p.com_lifted),
+                            Key(start + self._down, here + p.com_touchdown)]
+        self._sway(start, p.sway if stance == 'l' else -p.sway)
+
+    def plan(self) -> Plan:
+        """Give the plan of the steps taken."""
+        p, finish = self._p, self._start(self.steps)
+        com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance)]
+        sole = {side: Sole(y, *(_rests(keys[side]) for keys in (
+                    self._forward, self._upward, self._tipping)))
+                for side, y in (('l', p.foot_spread / 2.0), ('r', -p.foot_spread / 2.0))}
+        return Plan(
+            duration=finish + p.end_pause, sole=sole, com=(_flows(com_x), _flows(self._com_y)),
+            torso_roll=_still(0.0), torso_pitch=p.torso_pitch, hip_height=p.hip_height,
+            cycles=tuple((self._start(2 * cycle + 1), self._start(2 * cycle + 3))
+                         for cycle in range(p.cycles)))
+
+    def _start(self, number: int) -> float:
+        return self._p.start_delay + number * self._step_time
+
+    def _sway(self, start: float, sway: float) -> None:
+        """Follow half a sine towards the stance foot, through the ends of single support."""
+        for time in (self._lift_off, (self._lift_off + self._down) / 2.0, self._down):
+            self._com_y.append(Key(start + time, sway * np.sin(np.pi * time / self._step_time)))
+        self._com_y.append(Key(start + self._step_time, 0.0))
+
+
+def _other(side: str) -> str:
+    return 'r' if side == 'l' else 'l'
