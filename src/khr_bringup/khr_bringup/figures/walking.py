@@ -1,0 +1,95 @@
+"""Walking, chapter 5: Figure 5.11's theory, harmonics, and the joint's stiffness."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from khr_analysis.models.harmonics import GAIT_FREQUENCY, growth
+from khr_analysis.models.pendulum import Pendulum
+from khr_analysis.models.servo_loop import Tone, gain_of_board
+from khr_analysis.models.stiffness import sweep_stiffness
+from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, PEAKS, identified_servo
+from khr_bringup.figures.layout import panels
+
+# Inclinations at which the thesis walked with each gain, deg
+WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
+SWING = math.radians(3.0)  # rad, amplitude of the pitch at f_0
+
+
+def dominant_frequencies() -> Figure:
+    """Draw the frequencies that theory expects over the inclination, and those identified."""
+    figure, (axis,) = panels('', height=4.0)
+    for line in range(1, 13):
+        axis.axhline(line / GAIT_PERIOD, color='0.85', linewidth=0.6)
+    for order in (1, 2, 3):
+        axis.plot([0.0, 10.2], [order * GAIT_FREQUENCY] * 2,
+                  label='f_0 = 4 per gait cycle' if order == 1 else f'{order} f_0')
+    servo = identified_servo()
+    for setting, (low, high) in WALKED.items():
+        found = servo.predict(gain_of_board(setting))
+        middle = 0.5 * (low + high)
+        axis.plot([low, high], [found.frequency] * 2, color='black', linestyle='-', linewidth=1.0,
+                  label=f'inclinations walked at K_A = {setting:g}')
+        axis.plot([middle] * 2, [found.low, found.high], color='black', linestyle='-', marker='_',
+                  label=f'95 % interval at K_A = {setting:g}')
+        kind = 'identified' if setting in GAINS else 'predicted'
+        axis.plot([middle], [found.frequency], 'ko' if kind == 'identified' else 'ks',
+                  markerfacecolor='black' if kind == 'identified' else 'white',
+                  label=f'f_A0 at K_A = {setting:g}, {kind}: {found.frequency:.2f} Hz')
+    axis.set(xlabel='inclination φ (°)', ylabel='frequency (Hz)', xlim=(0.0, 10.4), ylim=(0.0, 6))
+    axis.grid(False)
+    shown = [line for line in axis.lines if 'f_' in str(line.get_label())]
+    axis.legend(handles=shown, loc='lower left', ncols=2, fontsize=7, frameon=True,
+                framealpha=1.0, edgecolor='white')
+    figure.suptitle('Figure 5.11, theory: tones of the gait and f_A0 of the servo loop, from '
+                    f'{PEAKS[0]:g} and {PEAKS[1]:g} Hz\n'
+                    f'bars: 95 % and where it walked; grey: lines n/{GAIT_PERIOD:g} s of the gait')
+    return figure
+
+
+def harmonics() -> Figure:
+    """Draw how the harmonics that gravity makes grow with the inclination."""
+    inclination = np.radians(np.linspace(0.25, 10.0, 40))
+    curve = growth(Pendulum(), SWING, inclination)
+    degrees = np.degrees(inclination)
+    figure, (left, right) = panels('carried through, rad over rad of f_0',
+                                   'coefficients as printed, 1/s² over rad of f_0')
+    left.semilogy(degrees, curve.second_series / SWING, label='2 f_0, series')
+    left.semilogy(degrees, curve.third_series / SWING, label='3 f_0, series')
+    left.semilogy(degrees[::4], curve.second_integrated[::4] / SWING, 'o', color='0.3',
+                  label='2 f_0, integrated')
+    left.semilogy(degrees[::4], curve.third_integrated[::4] / SWING, 's', color='0.3',
+                  label='3 f_0, integrated', markerfacecolor='white')
+    right.plot(degrees, curve.second_published / SWING, label='a_2/a_0 for 2 f_0, (5.20)')
+    right.plot(degrees, curve.third_published / SWING, label='a_1/a_0 for 3 f_0, (5.19)')
+    left.set(xlabel='inclination φ (°)', ylabel='amplitude over that of f_0')
+    right.set(xlabel='inclination φ (°)', ylabel='coefficient (1/s²)', ylim=(0.0, None))
+    left.legend()
+    right.legend()
+    figure.suptitle('Harmonics of f_0 from gravity alone, pitch swinging ±3° at f_0')
+    return figure
+
+
+def stiffness() -> Figure:
+    """Draw how the joint's stiffness acts on the loop's vibration."""
+    servo = identified_servo()
+    figure, axes = panels('ringing frequency', 'ringing rate, rms over a gait cycle')
+    for setting in (0.0, 12.0, 18.0):
+        loop = servo.loop(gain_of_board(setting))
+        stiff = np.linspace(0.1, 2.0, 191) * loop.stiffness
+        sweep = sweep_stiffness(loop, stiff, Tone(SWING, GAIT_FREQUENCY))
+        stable = np.isfinite(sweep.ringing_rate)
+        share = stiff / loop.stiffness
+        axes[0].plot(share[stable], sweep.ringing_frequency[stable], label=f'K_A = {setting:g}')
+        axes[1].semilogy(share[stable], np.degrees(sweep.ringing_rate[stable]),
+                         label=f'K_A = {setting:g}')
+    for axis in axes:
+        axis.set(xlabel='joint stiffness over the identified one')
+        axis.legend()
+    axes[0].set(ylabel='f_A0 (Hz)')
+    axes[1].set(ylabel='rms pitch rate (°/s)')
+    figure.suptitle('Joint stiffness and vibration: curves end where the loop turns unstable')
+    return figure
