@@ -28,9 +28,10 @@ def wait_for(condition, what, seconds=40.0):
 
 @pytest.fixture
 def run(in_background, tmp_path):
-    """A long walk in processes, one node each, in a domain of its own."""
+    """Long standing in processes, one node each, in a domain of its own."""
     folder = tmp_path / 'run'
-    process = in_background('run', 'walk_7.68deg_ka12', '--processes', '--duration', LONG,
+    process = in_background('run', 'stand_0deg', '--processes', '--duration', LONG,
+                            '--set', 'ankle_controller.enabled=true', '--set', 'gyro.adc=false',
                             '--out', folder)
     process.folder = folder
     process.domain = wait_for(lambda: domain_of(folder), 'the run')

@@ -9,11 +9,11 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from khr_common import ParameterError, build
+from khr_common.rotation import matrix, pitched
 from khr_sim.camera import render
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.robot import JOINTS
-from khr_sim.rotation import matrix, pitched
 from khr_sim.statics import GRAVITY
 from khr_sim.world import World
 from tests.khr_sim.mechanics import momenta

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, cos, hypot, isfinite, radians, sqrt
+from math import atan2, cos, hypot, isfinite, pi, radians, sqrt, tan
 from typing import Any, Literal, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import butter
-from scipy.spatial.transform import Rotation
 
 from khr_analysis.errors import AnalysisError
 from khr_common import parameter
+from khr_common.rotation import matrix
 
 Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
@@ -146,7 +145,7 @@ class OutcomeMonitor:
                                 f'pitch rate {rate} rad/s are not accepted; accepted: finite')
         if self._start is None:
             self._start = _Start(np.array(seen.position), height,
-                                 Rotation.from_quat(seen.sole_orientation[0]).as_matrix())
+                                 matrix(seen.sole_orientation[0]))
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
         self._vibration.add(rate)
         forces = [float(seen.contact_force[i][2] + seen.contact_force[i + 1][2]) for i in (0, 2)]
@@ -241,8 +240,12 @@ class _Vibration:
     """Root mean square of a rate above a corner frequency: a Butterworth of second order."""
 
     def __init__(self, parameters: MonitorParameters) -> None:
-        self._b, self._a = butter(2, parameters.vibration_frequency, 'highpass',
-                                  fs=1.0 / parameters.control_period)
+        # The bilinear transform in closed form: to import SciPy's filters takes a second.
+        warped = tan(pi * parameters.vibration_frequency * parameters.control_period)
+        scale = 1.0 / (1.0 + sqrt(2.0) * warped + warped * warped)
+        self._b = (scale, -2.0 * scale, scale)
+        self._a = (1.0, 2.0 * (warped * warped - 1.0) * scale,
+                   (1.0 - sqrt(2.0) * warped + warped * warped) * scale)
         self._first = self._second = self._sum = 0.0
         self._count = 0
 

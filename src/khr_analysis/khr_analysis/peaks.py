@@ -11,7 +11,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.signal import find_peaks, get_window
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
@@ -24,23 +23,22 @@ class Window:
     Attributes:
         slope: factor of the interpolation (see :func:`offset`).
         lobe: transform over its largest value at a distance of so many bins, at most 1/2.
-        name: what SciPy calls it.
+        ripple: of its cosine over its mean.
     """
 
-    name: str
+    ripple: float
     slope: float
     lobe: Callable[[float], float]
 
     def weights(self, size: int) -> Array:
         """Return the periodic window (size,), scaled to a sum of 1."""
-        weights: Array = get_window(self.name, size, fftbins=True)
-        weights /= weights.sum()
-        return weights
+        weights = 1.0 - self.ripple * np.cos(2.0 * np.pi * np.arange(size) / size)
+        return np.asarray(weights / weights.sum())
 
 
 WINDOWS = {
-    'rectangular': Window('boxcar', 1.0, lambda x: float(np.sinc(x))),
-    'hann': Window('hann', 2.0, lambda x: float(np.sinc(x)) / (1.0 - x * x)),
+    'rectangular': Window(0.0, 1.0, lambda x: float(np.sinc(x))),
+    'hann': Window(1.0, 2.0, lambda x: float(np.sinc(x)) / (1.0 - x * x)),
 }
 
 
@@ -71,7 +69,9 @@ def find_tones(transform: ComplexArray, window: Window, spacing: float, center: 
         fundamental: f_0, Hz.
     """
     amplitude = np.abs(transform)
-    bins, _ = find_peaks(amplitude, height=floor)
+    inner = amplitude[1:-1]
+    is_peak = (inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner >= floor)
+    bins = 1 + np.flatnonzero(is_peak)
     largest = bins[np.argsort(-amplitude[bins], kind='stable')][:count]
     return tuple(_tone(transform, int(k), window, spacing, center, fundamental)
                  for k in largest)

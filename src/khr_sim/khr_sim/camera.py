@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import pybullet as bullet
 from numpy.typing import NDArray
 
+from khr_sim.engine import bullet
 from khr_sim.world import World
 
 FIELD_OF_VIEW = 30.0  # deg, vertical

@@ -27,6 +27,9 @@ class SimulatorParameters:
     surface: str = parameter(
         'smooth', 'What the robot stands on: its soles on a smooth board, rubber soles, or the '
         'pads of its force sensors.', choices=('smooth', 'rubber', 'pads'), read_only=True)
+    friction: float = parameter(
+        0.0, 'Friction coefficient of feet and ground; 0 takes the one of the surface.',
+        minimum=0.0, maximum=2.0)
     friction_smooth: float = parameter(
         0.18, 'Friction coefficient of the bare sole on the smooth board.',
         minimum=0.0, maximum=2.0)
@@ -108,7 +111,8 @@ class SimulatorParameters:
         return round(self.control_period / self.physics_step)
 
     @property
-    def friction(self) -> float:
+    def sole_friction(self) -> float:
         """Return the friction coefficient between the feet and the ground."""
-        return {'smooth': self.friction_smooth, 'rubber': self.friction_rubber,
-                'pads': self.friction_pads}[self.surface]
+        of_surface = {'smooth': self.friction_smooth, 'rubber': self.friction_rubber,
+                      'pads': self.friction_pads}
+        return self.friction or of_surface[self.surface]

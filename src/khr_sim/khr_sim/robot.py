@@ -11,8 +11,8 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_common.rotation import matrix
 from khr_sim.errors import SimError
-from khr_sim.rotation import matrix
 
 Array = NDArray[np.float64]
 

@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_common.rotation import cross
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.rotation import cross
 
 Array = NDArray[np.float64]
 

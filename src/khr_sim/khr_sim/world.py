@@ -9,18 +9,17 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pybullet as bullet
 from numpy.typing import NDArray
-from scipy.spatial.transform import Rotation
 
 from khr_common import ParameterError, specifications
+from khr_common.rotation import cross, matrix, pitched, quaternion, rotated, turned
 from khr_sim import contact, statics
 from khr_sim.board import Board
+from khr_sim.engine import bullet
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.rotation import cross, matrix, pitched, turned
 from khr_sim.servo import Servos
 from khr_sim.truth import Truth
 
@@ -167,7 +166,7 @@ class World:
         self._set_friction()
 
     def _set_friction(self) -> None:
-        bullet.changeDynamics(self._ground, -1, lateralFriction=self.parameters.friction,
+        bullet.changeDynamics(self._ground, -1, lateralFriction=self.parameters.sole_friction,
                               physicsClientId=self.client)
         for link in self._links.values():  # the engine multiplies the two coefficients
             bullet.changeDynamics(self.body, link, lateralFriction=1.0,
@@ -178,7 +177,7 @@ class World:
         p = self.parameters
         ground = matrix(pitched(self._inclination))
         error = np.random.default_rng(p.seed).normal(0.0, radians(p.initial_tilt_deg), 2)
-        tilt = Rotation.from_rotvec((error[0], error[1], 0.0)).as_matrix()
+        tilt = matrix(rotated((error[0], error[1], 0.0)))
         load = 0.0 if clearance > 0.0 else 1.0
         posture = command
         for _ in range(SETTLING):
@@ -194,7 +193,7 @@ class World:
         position[2] = clearance - min(heights)
         bullet.resetBasePositionAndOrientation(
             self.body, (ground @ position + rotation @ self._torso_center).tolist(),
-            Rotation.from_matrix(rotation).as_quat().tolist(), self.client)
+            quaternion(rotation).tolist(), self.client)
         for joint, angle in zip(self._joints, posture, strict=True):
             bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
 

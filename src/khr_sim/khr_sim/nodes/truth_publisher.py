@@ -8,11 +8,11 @@ import numpy as np
 from geometry_msgs.msg import Pose, PoseArray, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
-from scipy.spatial.transform import Rotation
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
 from khr_common.node import LATCHED, KhrNode, to_stamp
+from khr_common.rotation import matrix
 from khr_sim.robot import JOINTS
 from khr_sim.truth import Truth
 
@@ -84,10 +84,10 @@ def _odometry(truth: Truth) -> Odometry:
     message = Odometry()
     message.header.frame_id, message.child_frame_id = 'odom', 'base_link'
     _fill_pose(message.pose.pose, truth.position, truth.orientation)
-    to_body = Rotation.from_quat(truth.orientation).inv()
+    to_body = matrix(truth.orientation).T
     linear, angular = message.twist.twist.linear, message.twist.twist.angular
-    linear.x, linear.y, linear.z = to_body.apply(truth.linear_velocity).tolist()
-    angular.x, angular.y, angular.z = to_body.apply(truth.angular_velocity).tolist()
+    linear.x, linear.y, linear.z = (to_body @ truth.linear_velocity).tolist()
+    angular.x, angular.y, angular.z = (to_body @ truth.angular_velocity).tolist()
     return message
 
 

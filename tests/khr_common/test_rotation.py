@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from khr_sim.rotation import cross, matrix, pitched, turned
+from khr_common.rotation import cross, matrix, pitched, quaternion, rotated, turned
 
 
 @pytest.mark.parametrize('seed', range(20))
@@ -21,3 +21,21 @@ def test_agrees_with_scipy(seed):
 @pytest.mark.parametrize('angle', [0.0, 1e-12, 1e-7, 0.3, 3.0])
 def test_keeps_small_angles(angle):
     assert turned(pitched(0.0), pitched(angle)) == pytest.approx((0.0, angle, 0.0), rel=1e-12)
+
+
+@pytest.mark.parametrize('seed', range(20))
+def test_quaternions_of_matrices_and_vectors_agree_with_scipy(seed):
+    rotation = Rotation.random(random_state=seed)
+    assert matrix(quaternion(rotation.as_matrix())) == pytest.approx(rotation.as_matrix(),
+                                                                     abs=1e-14)
+    assert matrix(rotated(rotation.as_rotvec())) == pytest.approx(rotation.as_matrix(), abs=1e-14)
+
+
+@pytest.mark.parametrize('axis', range(3))
+def test_half_turns_have_quaternions(axis):
+    half = np.diag([1.0 if i == axis else -1.0 for i in range(3)])
+    assert abs(quaternion(half)[axis]) == pytest.approx(1.0)
+
+
+def test_no_rotation():
+    assert rotated((0.0, 0.0, 0.0)) == (0.0, 0.0, 0.0, 1.0)
