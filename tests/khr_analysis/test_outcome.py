@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import cos, hypot, pi, radians, sin, sqrt, tau
+from math import cos, hypot, pi, radians, sin, sqrt, tan, tau
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
 
 from khr_analysis.errors import AnalysisError
@@ -201,21 +202,32 @@ def test_drift_is_to_the_left():
     assert (outcome.distance, outcome.lateral_drift) == pytest.approx((0.05, 0.03))
 
 
-@pytest.mark.parametrize(('frequency', 'gain'), [(1.73, None), (4.0, sqrt(0.5)), (12.0, None)])
-def test_vibration_is_the_root_mean_square_above_the_corner(frequency, gain):
-    still, monitor = Seen(), OutcomeMonitor(MonitorParameters())
+def vibration(rates, parameters=None):
+    still, monitor = Seen(), OutcomeMonitor(parameters or MonitorParameters())
     names = ('stamp_ns', 'position', 'orientation', 'contact_force', 'sole_position',
              'sole_orientation')
     seen = SimpleNamespace(**{name: getattr(still, name) for name in names})
-    for k in range(5000):
-        seen.angular_rate = (0.0, sin(tau * frequency * 0.015 * k), 0.0)
-        vibration = monitor.update(seen).vibration
+    for rate in rates:
+        seen.angular_rate = (0.0, rate, 0.0)
+        outcome = monitor.update(seen)
+    return outcome.vibration
+
+
+@pytest.mark.parametrize('frequency', [1.73, 4.0, 12.0])
+def test_vibration_is_the_root_mean_square_above_the_corner(frequency):
     # Butterworth, second order, through the bilinear transform: |H|^2 = 1/(1 + (wc/w)^4).
-    warped = [np.tan(pi * f * 0.015) for f in (4.0, frequency)]
-    expected = 1.0 / hypot(1.0, (warped[0] / warped[1])**2)
-    assert vibration * sqrt(2.0) == pytest.approx(expected, rel=0.01)
-    if gain:
-        assert expected == pytest.approx(gain)
+    corner, own = (tan(pi * f * 0.015) for f in (4.0, frequency))
+    expected = 1.0 / hypot(1.0, (corner / own)**2) / sqrt(2.0)
+    rates = np.sin(tau * frequency * 0.015 * np.arange(4000))
+    assert vibration(rates) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize('frequency', [2.0, 4.0, 9.0])
+def test_vibration_agrees_with_scipy(frequency):
+    rates = np.random.default_rng(0).normal(size=300)
+    high = lfilter(*butter(2, frequency, 'highpass', fs=1.0 / 0.015), rates)
+    assert vibration(rates, MonitorParameters(vibration_frequency=frequency)) == pytest.approx(
+        np.sqrt(np.mean(high**2)), rel=1e-12)
 
 
 def test_reset_starts_anew():

@@ -63,6 +63,15 @@ def test_a_sine_between_bins_reads_within_the_stated_bounds(window, amplitude, b
     assert turn(peak.phase - phase) < radians
 
 
+@BOTH
+def test_phase_between_bins_has_no_bias(window):
+    """Averaged over all phases the mirror image cancels, and nothing is left."""
+    phases = np.linspace(0.0, tau, 12, endpoint=False)
+    told = [spectrum(tone(20.4 * LINE, 1.0, phase), WINDOWS[window]).peaks[0].phase
+            for phase in phases]
+    assert np.angle(np.exp(1j * (told - phases)).mean()) == pytest.approx(0.0, abs=1e-3)
+
+
 def test_without_interpolation_a_sine_between_bins_would_read_low():
     """Scalloping, in closed form: what the peaks mend and the bins show."""
     half = tone(30.5 * LINE)

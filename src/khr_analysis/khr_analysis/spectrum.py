@@ -185,4 +185,3 @@ class SpectrumAnalyser:
             self.reason = (f'{step:.4f} s between the samples at {self._last:.4f} s and '
                            f'{time:.4f} s, not the control period of {period:.4f} s')
             self._samples.clear()
-            self._wait = 0
