@@ -1,9 +1,15 @@
-"""The physics engine, imported without the line that it prints on standard output."""
+"""The physics engine, imported without the line that its C code prints on standard error."""
 
-from contextlib import redirect_stdout
-from io import StringIO
+import os
 
-with redirect_stdout(StringIO()):
+_kept = os.dup(2)
+_nowhere = os.open(os.devnull, os.O_WRONLY)
+os.dup2(_nowhere, 2)
+try:
     import pybullet as bullet
+finally:
+    os.dup2(_kept, 2)
+    os.close(_kept)
+    os.close(_nowhere)
 
 __all__ = ['bullet']
