@@ -1,0 +1,91 @@
+"""Time the models: a table, then JSON, into the file named on the command line if there is one."""
+
+from __future__ import annotations
+
+import json
+import math
+import statistics
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from khr_analysis.models.ankle_servo import Pid, simulate_servo
+from khr_analysis.models.friction import SlidingFoot, simulate_sliding
+from khr_analysis.models.harmonics import GAIT_FREQUENCY, integrated_harmonics, series_harmonics
+from khr_analysis.models.identification import identify
+from khr_analysis.models.pendulum import Pendulum, critical_inclination, simulate
+from khr_analysis.models.push import largest_push, simulate_push
+from khr_analysis.models.servo_loop import (
+    Tone,
+    gain_of_board,
+    response_by_residues,
+    response_by_simulation,
+)
+from khr_analysis.models.thesis import GAINS, PEAKS, identified_servo
+from khr_analysis.models.tipping import Push, PushLoop
+
+REPEATS = 15
+ROBOT, TIME = Pendulum(), np.linspace(0.0, 5.0, 5001)
+LEANS = np.linspace(-0.05, 0.05, 1000)
+TONES = [Tone(0.05, order * GAIT_FREQUENCY) for order in (1, 2, 3)]
+GAINS_S = [gain_of_board(setting) for setting in GAINS]
+PUSHED = PushLoop(gain=gain_of_board(12.0))
+
+CASES: dict[str, tuple[Callable[[], object], float | None]] = {  # what, and its limit in ms
+    'phi_cr curve, 1,000 points': (lambda: critical_inclination(ROBOT, LEANS, 'published'), 50.0),
+    'pendulum (3.6), 5 s, published': (
+        lambda: simulate(ROBOT, initial_lean=0.05, inclination=0.1, form='published'), 50.0),
+    'pendulum (3.6), 5 s, physical, foot reacting': (
+        lambda: simulate(ROBOT, initial_lean=0.01, inclination=0.05,
+                         difference=lambda _t, lean, rate: 400.0 * lean + 30.0 * rate), 50.0),
+    'servo (3.11), 5 s': (lambda: simulate_servo(ROBOT, Pid(), target=-0.05, inclination=0.1),
+                          50.0),
+    'sliding foot, 5 s, sliding': (
+        lambda: simulate_sliding(ROBOT, SlidingFoot(), Pid(), inclination=math.radians(11.0)),
+        50.0),
+    'three tones (5.22), 5 s, residues': (
+        lambda: response_by_residues(identified_servo().loop(0.07), TONES, TIME), None),
+    'three tones (5.22), 5 s, integrated': (
+        lambda: response_by_simulation(identified_servo().loop(0.07), TONES, TIME), None),
+    'identification with 4,000 samples': (lambda: identify(GAINS_S, PEAKS), None),
+    'harmonics by series': (lambda: series_harmonics(ROBOT, 0.05, 0.15), None),
+    'harmonics by integration': (lambda: integrated_harmonics(ROBOT, 0.05, 0.15), None),
+    'push, 3 s': (lambda: simulate_push(PUSHED, Push(2.5, 0.1)), None),
+    'largest push': (lambda: largest_push(PUSHED), None),
+}
+
+
+def measure() -> list[dict[str, float | str | None]]:
+    """Return name, median and largest processor time of each case, ms, after a run to warm up."""
+    results: list[dict[str, float | str | None]] = []
+    for name, (run, limit) in CASES.items():
+        run()
+        times = []
+        for _ in range(REPEATS):
+            start = time.process_time()
+            run()
+            times.append(1e3 * (time.process_time() - start))
+        results.append({'case': name, 'median_ms': statistics.median(times),
+                        'largest_ms': max(times), 'limit_ms': limit})
+    return results
+
+
+def main() -> None:
+    """Measure, print the table, and write the JSON."""
+    results = measure()
+    print(f'{"case":48s}{"median ms":>11s}{"largest ms":>12s}{"limit ms":>10s}')
+    for row in results:
+        limit = '' if row['limit_ms'] is None else f'{row["limit_ms"]:.0f}'
+        print(f'{row["case"]:48s}{row["median_ms"]:11.2f}{row["largest_ms"]:12.2f}{limit:>10s}')
+    text = json.dumps(results, indent=2)
+    if len(sys.argv) > 1:
+        Path(sys.argv[1]).write_text(text + '\n', encoding='utf-8')
+    else:
+        print(text)
+
+
+if __name__ == '__main__':
+    main()
