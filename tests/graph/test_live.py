@@ -97,14 +97,14 @@ def ratio_changes_once(bag, before, after):
 
 
 def test_a_dead_node_is_named_the_rest_stops_and_the_bag_is_readable(run):
-    children(run)['hip_controller'].kill()
+    nodes = children(run)
+    nodes['hip_controller'].kill()
     start = time.monotonic()
-    others = [child.pid for name, child in children(run).items() if name != 'hip_controller']
     ended = finish(run, run.folder)
     assert ended.code == 1
     assert 'hip_controller was killed by SIGKILL' in ended.err
     assert time.monotonic() - start < 30.0
-    assert not any(psutil.pid_exists(pid) for pid in others)
+    assert not any(psutil.pid_exists(node.pid) for node in nodes.values())
     assert read_bag(run.folder / 'bag')['/imu/data_raw']
 
 

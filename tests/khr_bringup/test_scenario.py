@@ -109,3 +109,12 @@ def test_change_takes_an_integer_for_a_float():
     changed = scenarios.load('walk_0deg').changed(
         scenarios.changes_of(['ankle_controller.gain=18']))
     assert changed.table('ankle_controller').gain == 18.0
+
+
+def test_all_nodes_share_the_control_period():
+    changed = scenarios.load('walk_0deg').changed(
+        scenarios.changes_of(['simulator.control_period=0.02']))
+    again = scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')
+    for scenario in (changed, again):
+        for node in ('simulator', 'gyro', 'foot_force', 'fft_analyser', 'monitor'):
+            assert scenario.table(node).control_period == 0.02

@@ -17,6 +17,7 @@ from khr_common import ParameterError, build, check, specifications
 
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 Values = dict[str, dict[str, Any]]
+PERIOD = 'control_period'
 
 
 @dataclass(frozen=True)
@@ -39,7 +40,15 @@ class Scenario:
         Raises:
             ParameterError: if a value is not accepted (scenarios read from files are checked).
         """
-        return build(TABLES[node], self.values.get(node))
+        return build(TABLES[node], self.of(node))
+
+    def of(self, node: str) -> dict[str, Any]:
+        """Return what the scenario says of a node; all nodes share the simulator's period."""
+        own = dict(self.values.get(node, {}))
+        period = self.values.get('simulator', {}).get(PERIOD)
+        if period is not None and PERIOD in specifications(TABLES[node]):
+            own.setdefault(PERIOD, period)
+        return own
 
     def changed(self, changes: Mapping[tuple[str, str], Any]) -> Scenario:
         """Return a scenario with values replaced; they are checked.
@@ -62,7 +71,7 @@ class Scenario:
             prefix: before each node's name: ``/**/`` for nodes in whatever namespace.
         """
         document = {prefix + node: {'ros__parameters': {
-            key: self.values.get(node, {}).get(key, specification.default)
+            key: self.of(node).get(key, specification.default)
             for key, specification in specifications(table).items()}}
             for node, table in TABLES.items()}
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)

@@ -38,7 +38,10 @@ class FftAnalyserNode(KhrNode):
         stamp_ns = to_nanoseconds(imu.header.stamp)
         if not self._judge.is_new(stamp_ns):
             return
+        before = self._analyser.reason
         spectrum = self._analyser.add(stamp_ns / 1e9, imu.angular_velocity.y)
+        if self._analyser.reason != before:
+            self.get_logger().warning(f'window emptied: {self._analyser.reason}')
         if spectrum is not None:
             self._spectrum.publish(_array(spectrum))
             peaks = _peaks(spectrum)
