@@ -11,7 +11,7 @@ SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.
 .PHONY: run test install lint docs bench lock clean
 
 run: install
-	$(BIN)/khr run $(SCENARIO)
+	$(BIN)/khr run --processes $(SCENARIO)
 
 test: install lint
 	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 import time
+from itertools import pairwise
 
 import psutil
 import pytest
@@ -92,7 +93,7 @@ def ratio_changes_once(bag, before, after):
             ratio = message.position[0] / rates[stamp]
             unit = unit or ratio / before
             gains.append(round(ratio / unit, 6))
-    changes = [(a, b) for a, b in zip(gains, gains[1:], strict=False) if a != b]
+    changes = [(a, b) for a, b in pairwise(gains) if a != b]
     return changes == [(before, after)]
 
 

@@ -31,7 +31,7 @@ def run(
     )] = False,
     one_process: Annotated[bool, typer.Option(
         '--one-process/--processes', help='All nodes in one process, or one process each.',
-    )] = False,
+    )] = True,
     record: Annotated[bool, typer.Option(
         '--record/--no-record', help='Write a bag.')] = True,
     out: Annotated[Path | None, typer.Option(
