@@ -205,6 +205,10 @@ def test_a_falling_body_ends_on_the_surface():
     (lambda: simulate(Pendulum(), form='printed'), 'form', 'printed'),
     (lambda: critical_inclination(Pendulum(), 0.0, 'sine'), 'form', 'sine'),
     (lambda: critical_inclination(Pendulum(), 1.6, 'tangent'), 'initial_lean', '1.6'),
+    (lambda: critical_inclination(Pendulum(), -0.8, 'published'), 'initial_lean', '-0.8'),
+    (lambda: simulate(Pendulum(), difference=math.inf), 'difference', 'inf'),
+    (lambda: simulate(Pendulum(), difference=lambda _t, _lean, _rate: math.nan), 'derivative',
+     '(0.0, 0.0)'),
     (lambda: inclination_from_force_difference(Pendulum(), 1e4), 'difference', '10000.0'),
     (lambda: foot_forces(10.0, 0.2, 0.05), 'zmp_to_toe', '0.2'),
 ])

@@ -173,3 +173,12 @@ def test_a_finer_step_changes_little():
 def test_refusals_name_the_argument(call, name):
     with pytest.raises(AnalysisError, match=f'^{name}.*accepted: '):
         call()
+
+
+def test_without_an_integral_term_the_gain_has_nothing_to_win():
+    """The toe already carries everything; the gain only damps what the integral winds up."""
+    plain, held = (largest_push(PushLoop(pid=Pid(integral=0.0), gain=gain))
+                   for gain in (0.0, 0.0556))
+    assert held == pytest.approx(plain, abs=0.02)
+    wound = simulate_push(PushLoop(), Push(3.05, 0.1))
+    assert wound.fell and wound.x_com[-1] < -2.0 * P.half_foot  # over the heel, coming back

@@ -30,7 +30,13 @@ def integrate(derivative: Derivative, initial: Sequence[float], times: Array) ->
             states = odeint(derivative, initial, times, tfirst=True, rtol=TOLERANCE,
                             atol=TOLERANCE, mxstep=20_000)
         except ODEintWarning as failure:
-            raise AnalysisError(f'parameters: {initial!r} cannot be integrated '
-                                f'({str(failure).split(".")[0]}); accepted: a bounded, '
-                                'continuous derivative') from failure
-    return np.asarray(states, dtype=np.float64).T
+            raise _refusal(initial, str(failure).split('.')[0]) from failure
+    states = np.asarray(states, dtype=np.float64).T
+    if not np.isfinite(states).all():
+        raise _refusal(initial, 'it leaves the finite numbers')
+    return states
+
+
+def _refusal(initial: Sequence[float], why: str) -> AnalysisError:
+    return AnalysisError(f'derivative: the motion from {tuple(initial)} cannot be integrated '
+                         f'({why}); accepted: bounded, continuous derivatives')

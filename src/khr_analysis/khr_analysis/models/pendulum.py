@@ -169,17 +169,23 @@ def critical_inclination(pendulum: Pendulum, initial_lean: Value,
     """
     one_of('form', form, CRITICAL_FORMS)
     ratio = pendulum.half_foot / pendulum.length
-    lowest = {'published': -2.0 * math.atan((1.0 - ratio) / (1.0 + ratio)) + 1e-12,
-              'exact': math.asin(ratio) - RIGHT_ANGLE, 'tangent': -RIGHT_ANGLE + 1e-9}[form]
-    within('initial_lean', initial_lean, lowest, RIGHT_ANGLE - 1e-9)
+    within('initial_lean', initial_lean, *_tippable(ratio, form))
     if form == 'exact':
         return _plain(math.asin(ratio) - initial_lean, initial_lean)
     argument = (ratio - np.sin(initial_lean)) / np.cos(initial_lean)
     if form == 'tangent':
         return _plain(np.arctan(argument), initial_lean)
-    within('(half_foot - length sin(initial_lean)) / (length cos(initial_lean))', argument,
-           -1.0, 1.0)
-    return _plain(np.arcsin(argument), initial_lean)
+    return _plain(np.arcsin(np.clip(argument, -1.0, 1.0)), initial_lean)
+
+
+def _tippable(ratio: float, form: CriticalForm) -> tuple[float, float]:
+    """Return the leans that have a critical inclination within +-90 deg, rad."""
+    if form == 'exact':
+        return math.asin(ratio) - RIGHT_ANGLE, math.asin(ratio) + RIGHT_ANGLE
+    if form == 'tangent':
+        return -RIGHT_ANGLE + 1e-9, RIGHT_ANGLE - 1e-9
+    edge = math.asin(ratio / math.sqrt(2.0))  # |b - l sin th| = l cos th
+    return edge - RIGHT_ANGLE / 2.0, edge + RIGHT_ANGLE / 2.0
 
 
 def inclination_from_force_difference(pendulum: Pendulum, difference: Value,
@@ -216,6 +222,8 @@ def simulate(pendulum: Pendulum, *, inclination: float = 0.0, initial_lean: floa
     one_of('form', form, FORMS)
     within('initial_lean', initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
     finite('initial_rate', initial_rate)
+    if not callable(difference):
+        finite('difference', difference)
     times = time_grid(duration, step)
     sign = 1.0 if form == 'physical' else -1.0
     gravity = sign * pendulum.gravity_moment / pendulum.inertia
