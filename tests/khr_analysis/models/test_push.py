@@ -175,10 +175,16 @@ def test_refusals_name_the_argument(call, name):
         call()
 
 
-def test_without_an_integral_term_the_gain_has_nothing_to_win():
+def test_on_the_flat_without_an_integral_term_the_gain_has_nothing_to_win():
     """The toe already carries everything; the gain only damps what the integral winds up."""
     plain, held = (largest_push(PushLoop(pid=Pid(integral=0.0), gain=gain))
                    for gain in (0.0, 0.0556))
     assert held == pytest.approx(plain, abs=0.02)
     wound = simulate_push(PushLoop(), Push(3.05, 0.1))
     assert wound.fell and wound.x_com[-1] < -2.0 * P.half_foot  # over the heel, coming back
+
+
+def test_against_a_push_uphill_the_gain_damps_the_swing_back():
+    uphill = [largest_push(PushLoop(pid=Pid(integral=0.0), gain=gain, inclination=0.035),
+                           direction='front') for gain in (0.0, 0.0556)]
+    assert uphill[1] > 1.2 * uphill[0]
