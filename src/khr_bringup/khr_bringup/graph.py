@@ -113,6 +113,8 @@ def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], N
         watcher.destroy_node()
         rclpy.try_shutdown()
     values = view.state_values
+    if values.get('end') == 'error':
+        raise RunError(f'{values["reason"]}; the run was stopped')
     return GraphResult(view.verdict, view.outcome, values.get('trajectory_hash', ''),
                        values.get('end', ''))
 

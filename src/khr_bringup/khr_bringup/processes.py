@@ -11,8 +11,9 @@ from pathlib import Path
 
 from khr_bringup.tables import PACKAGES
 
-LAST = 'recorder'  # stopped after the others, so that it hears their last words
-GRACE = 25.0  # s of wall time before a process that does not stop is killed
+LAST = ('recorder', 'graph')  # what writes the bag: stopped last, to hear the others' last words
+GRACE = 5.0  # s of wall time before a process that does not stop is killed
+CLOSING = 25.0  # the same for what may have a bag to finish
 
 
 class Processes:
@@ -65,25 +66,20 @@ class Processes:
             child.send_signal(signal.SIGINT)
 
     def stop(self) -> None:
-        """Stop all processes, the recorder last; kill what does not obey."""
-        for names in ([name for name in self._children if name != LAST], [LAST]):
-            children = [self._children[name] for name in names if name in self._children]
+        """Stop all processes, what writes the bag last; kill what does not obey."""
+        last = [name for name in self._children if name in LAST]
+        others = [name for name in self._children if name not in LAST]
+        for names, patience in ((others, GRACE), (last, CLOSING)):
             for name in names:
-                if name in self._children:
-                    self.interrupt(name)
-            _wait(children)
-
-    @property
-    def pids(self) -> dict[str, int]:
-        """Return the process ids by name."""
-        return {name: child.pid for name, child in self._children.items()}
+                self.interrupt(name)
+            end = time.monotonic() + patience
+            for name in names:
+                _wait(self._children[name], end)
 
 
-def _wait(children: list[subprocess.Popen[bytes]]) -> None:
-    end = time.monotonic() + GRACE
-    for child in children:
-        try:
-            child.wait(max(0.0, end - time.monotonic()))
-        except subprocess.TimeoutExpired:
-            child.kill()
-            child.wait()
+def _wait(child: subprocess.Popen[bytes], end: float) -> None:
+    try:
+        child.wait(max(0.0, end - time.monotonic()))
+    except subprocess.TimeoutExpired:
+        child.kill()
+        child.wait()

@@ -127,8 +127,7 @@ class SimulatorNode(KhrNode):
         try:
             truth = self.plant.advance(mix(self._held, corrections))
         except KhrError as error:
-            self.fail(str(error))
-            self._enter('finished', end='error')
+            self._abort(str(error))
             return
         self._now = truth.stamp_ns
         self._barrier.open(self._now)
@@ -145,7 +144,7 @@ class SimulatorNode(KhrNode):
         try:
             self._pump()
         except KhrError as error:
-            self.fail(str(error))
+            self._abort(str(error))
 
     def _on_ready(self, message: String) -> None:
         self._heard.add(message.data)
@@ -155,11 +154,12 @@ class SimulatorNode(KhrNode):
         p, force = self.parameters, message.wrench.force
         frame = message.header.frame_id or 'odom'
         start = max(to_nanoseconds(message.header.stamp), self._now) / 1e9
+        x, y, z = p.push_point
         try:
             self.plant.world.push(Push(
                 start=start, duration=p.push_duration, frame=frame,
                 link=p.push_link if frame == 'odom' else frame,
-                force=(force.x, force.y, force.z), point=p.push_point))
+                force=(force.x, force.y, force.z), point=(x, y, z)))
         except KhrError as error:
             self.get_logger().error(f'push: {error}')
 
@@ -202,10 +202,9 @@ class SimulatorNode(KhrNode):
             self._wait(now)
         elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN:
             if silent > self.parameters.lockstep_timeout:
-                self.fail(f'no answer from {", ".join(self._barrier.missing(self._due))} for '
-                          f't = {self._due / 1e9:.3f} s within '
-                          f'{self.parameters.lockstep_timeout:g} s of wall time')
-                self._enter('finished', end='error')
+                self._abort(f'no answer from {", ".join(self._barrier.missing(self._due))} for '
+                            f't = {self._due / 1e9:.3f} s within '
+                            f'{self.parameters.lockstep_timeout:g} s of wall time')
             else:
                 self._output.repeat()
         if now - self._reported > REPORT_PERIOD:
@@ -216,8 +215,7 @@ class SimulatorNode(KhrNode):
         absent = self._waiting_for()
         limit = self.parameters.start_timeout
         if limit and now - self._born > limit:
-            self.fail(f'{", ".join(absent)} did not appear within {limit:g} s')
-            self._enter('finished', end='error')
+            self._abort(f'{", ".join(absent)} did not appear within {limit:g} s')
         elif self._started:
             self._output.repeat()
         else:
@@ -225,10 +223,16 @@ class SimulatorNode(KhrNode):
         if absent != self._absent:
             self._enter('waiting')
 
-    def _enter(self, state: str, end: str = '') -> None:
+    def _abort(self, reason: str) -> None:
+        """End the run with an error that watchers can read."""
+        self.fail(reason)
+        self._enter('finished', end='error', reason=reason)
+
+    def _enter(self, state: str, end: str = '', reason: str = '') -> None:
         self.state = state
         self._absent = self._waiting_for() if state == 'waiting' else []
-        values = {'time_ns': str(self._now), 'end': end, 'waiting_for': ', '.join(self._absent)}
+        values = {'time_ns': str(self._now), 'end': end, 'reason': reason,
+                  'waiting_for': ', '.join(self._absent)}
         if state == 'finished':
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
         self._state_out.publish(DiagnosticStatus(
