@@ -114,6 +114,65 @@ def figure(
         print(path)
 
 
+@app.command()
+def critical(
+    walk: Annotated[bool, typer.Option(
+        '--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.')] = True,
+    ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
+    kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
+    surface: Annotated[str, typer.Option(help='Under a walk: smooth or rubber.')] = 'smooth',
+    seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    set_: Annotated[list[str] | None, typer.Option(
+        '--set', help='Change a parameter: node.parameter=value.')] = None,
+) -> None:
+    """Measure the critical inclination, in deg, by bisection over seeds."""
+    from khr_bringup.critical import Condition, report
+
+    changes = tuple(scenarios.changes_of(set_ or []).items())
+    print(report(Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes),
+                 seeds, tolerance, jobs))
+
+
+@app.command()
+def film(
+    run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
+    out: Annotated[Path | None, typer.Option(
+        help='The file without suffix (with --still: the PNG); in the run folder if left out.',
+    )] = None,
+    still: Annotated[float | None, typer.Option(
+        help='Only the picture at this time, in s.')] = None,
+    start: Annotated[float, typer.Option(help='Where the film starts, in s.')] = 0.0,
+    end: Annotated[float | None, typer.Option(help='Where it ends, in s.')] = None,
+    width: Annotated[int, typer.Option(help='Of the pictures, in px.')] = 640,
+    height: Annotated[int, typer.Option(help='Of the pictures, in px.')] = 480,
+    rate: Annotated[float, typer.Option(help='Pictures per simulated second.')] = 25.0,
+) -> None:
+    """Render a run to MP4 and GIF, or one picture of it to PNG."""
+    from khr_bringup.film import render_run
+
+    for path in render_run(run, out, still, (start, end), (width, height, rate)):
+        print(path)
+
+
+@app.command()
+def sweep(
+    specification: Annotated[Path, typer.Argument(help='A sweep file.')],
+    out: Annotated[Path | None, typer.Option(
+        help='Folder of the results; what it holds is not repeated; runs/NAME by default.',
+    )] = None,
+    workers: Annotated[int | None, typer.Option(
+        help='Processes on this machine; one per core by default.')] = None,
+    scheduler: Annotated[str | None, typer.Option(
+        help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')] = None,
+) -> None:
+    """Run a scenario over a grid of parameters or at random, on one or many machines."""
+    from khr_bringup.sweeps import sweep as run_sweep
+
+    raise typer.Exit(run_sweep(specification, out, workers, scheduler))
+
+
 def main() -> None:
     """Run the command; a user's mistake is one line on stderr and exit code 2."""
     try:
