@@ -1,0 +1,99 @@
+"""Where a sweep's runs are computed: processes of this machine, or a Dask cluster."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from itertools import islice
+from typing import Any, TypeVar
+
+import dask
+from distributed import Client, KilledWorker, LocalCluster, as_completed
+
+from khr_bringup.errors import BringupError, RunError
+from khr_common import KhrError
+
+CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
+AHEAD = 4  # runs handed out per worker thread, so that none waits for the next
+LEAST_AHEAD = 64  # as few as this go unnoticed, and let later workers join in
+
+Task = TypeVar('Task')
+Result = TypeVar('Result')
+
+
+@contextmanager
+def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
+    """Connect to a scheduler, or start a cluster of single-threaded processes on this machine.
+
+    Args:
+        workers: number of processes to start; without meaning for a scheduler.
+        scheduler: address such as ``tcp://host:8786``.
+
+    Raises:
+        BringupError: if no scheduler answers there.
+    """
+    for name in ('distributed', 'tornado', 'asyncio'):
+        logging.getLogger(name).setLevel(logging.CRITICAL)
+    if scheduler is None:
+        with (LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
+                           dashboard_address=None, memory_limit=0,
+                           silence_logs=logging.CRITICAL) as cluster,
+              Client(cluster) as client):
+            yield client
+        return
+    with (dask.config.set({'distributed.comm.timeouts.connect': CONNECT_TIMEOUT}),
+          _join(scheduler) as client):
+        yield client
+
+
+def compute(client: Client, function: Callable[[Task], Result],
+            tasks: Iterable[tuple[str, Task]]) -> Iterator[list[tuple[str, Result | None]]]:
+    """Apply a function to tasks on the cluster; yield their results in batches, as they come.
+
+    Only a window of the tasks is handed out at a time, however many there are.
+
+    Args:
+        client: from :func:`connected`.
+        function: importable by the workers.
+        tasks: each with a key; equal keys are taken for equal tasks.
+
+    Yields:
+        Keys with results; None for a task whose workers died again and again.
+
+    Raises:
+        RunError: if the function raised, or the scheduler is gone.
+    """
+    remaining = iter(tasks)
+
+    def hand_out(count: int) -> list[Any]:
+        return [client.submit(function, task, key=key, pure=True)
+                for key, task in islice(remaining, count)]
+
+    ahead = max(LEAST_AHEAD, AHEAD * sum(client.nthreads().values()))
+    waiting = as_completed(hand_out(ahead), loop=client.loop, with_results=True,
+                           raise_errors=False)
+    for batch in waiting.batches():
+        waiting.update(hand_out(len(batch)))
+        yield [(future.key, _result(future, result)) for future, result in batch]
+
+
+def _join(scheduler: str) -> Client:
+    try:
+        return Client(scheduler, timeout=CONNECT_TIMEOUT, name='khr-sweep')
+    except (OSError, ValueError, TypeError) as error:
+        raise BringupError(f'--scheduler: {scheduler!r}: no scheduler answers there; accepted: '
+                           'the address of a running "dask scheduler", such as '
+                           'tcp://127.0.0.1:8786') from error
+
+
+def _result(future: Any, result: Any) -> Any:
+    if future.status == 'finished':
+        return result
+    if future.status != 'error':
+        raise RunError('the scheduler is gone; start it and repeat the command to go on')
+    error = result[1]
+    if isinstance(error, KilledWorker):
+        return None
+    text = str(error) if isinstance(error, KhrError) else f'{type(error).__name__}: {error}'
+    raise RunError(' '.join(text.split())) from error

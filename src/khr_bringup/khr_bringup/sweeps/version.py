@@ -1,0 +1,33 @@
+"""Which version of the project a trajectory comes from."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+# What decides a trajectory and its outcome: whole packages, and single modules of the others.
+SOURCES = (('khr_common', '**/*.py'), ('khr_sim', '**/*.py'), ('khr_sim', '**/*.urdf'),
+           ('khr_balance', '**/*.py'), ('khr_analysis', 'outcome.py'),
+           ('khr_bringup', 'offline.py'))
+LIBRARIES = ('numpy', 'pybullet')
+
+
+@cache
+def code_version() -> str:
+    """Return a short digest of all code that decides what a run gives.
+
+    It changes with every change of that code, of the robot's description, of NumPy and of the
+    physics engine; it does not depend on where the project is installed.
+    """
+    digest = hashlib.sha256()
+    for package, pattern in SOURCES:
+        folder = Path(str(files(package)))
+        for path in sorted(folder.glob(pattern)):
+            digest.update(f'{package}/{path.relative_to(folder).as_posix()}\n'.encode())
+            digest.update(path.read_bytes())
+    for library in LIBRARIES:
+        digest.update(f'{library} {version(library)}\n'.encode())
+    return digest.hexdigest()[:16]
