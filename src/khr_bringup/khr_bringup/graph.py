@@ -30,12 +30,16 @@ class GraphResult:
         outcome: the monitor's figures, as texts by name.
         trajectory_hash: SHA-256 in hex; empty if the run did not start.
         end: why it ended: duration, tilted, stopped.
+        started: when the first period began, s of ``time.monotonic``.
+        ended: when the last one was over.
     """
 
     verdict: str
     outcome: dict[str, str]
     trajectory_hash: str
     end: str
+    started: float
+    ended: float
 
 
 def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
@@ -115,8 +119,9 @@ def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], N
     values = view.state_values
     if values.get('end') == 'error':
         raise RunError(f'{values["reason"]}; the run was stopped')
+    ended = view.entered.get('finished', time.monotonic())
     return GraphResult(view.verdict, view.outcome, values.get('trajectory_hash', ''),
-                       values.get('end', ''))
+                       values.get('end', ''), view.entered.get('running', ended), ended)
 
 
 @contextmanager

@@ -46,7 +46,13 @@ class Result:
     figures: dict[str, str]
     trajectory_hash: str
     end: str
-    wall_time: float
+    startup: float  # s of wall time to the first control period
+    wall_time: float  # s of wall time from there to the last
+
+    @property
+    def real_time_factor(self) -> float:
+        """Return simulated by wall time."""
+        return float(self.figures.get('time_s', 0.0)) / max(self.wall_time, 1e-9)
 
 
 def run(scenario: Scenario, options: Options) -> int:
@@ -110,22 +116,26 @@ def _graph(scenario: Scenario, folder: Path, options: Options, console: Console,
                                record=options.record, one_process=options.one_process,
                                show=show_view)
     return Result(result.verdict, result.outcome, result.trajectory_hash, result.end,
-                  time.monotonic() - start)
+                  result.started - start, result.ended - result.started)
 
 
 def _offline(scenario: Scenario, folder: Path, _: Options, console: Console,
              start: float) -> Result:
     from khr_analysis.outcome_text import figures
 
+    began = start
     with _progress(console, scenario.table('simulator').duration) as show:
         def watch(truth: Any, controllers: Any) -> None:
+            nonlocal began
             seconds = truth.stamp_ns / 1e9
-            show(seconds, 'offline', f'{seconds / (time.monotonic() - start):.2f}',
+            if truth.step == 0:
+                began = time.monotonic()
+            show(seconds, 'offline', f'{seconds / (time.monotonic() - began + 1e-9):.2f}',
                  f'{controllers.pitch_rate:.3f}', None)
         result = run_offline(scenario, watch)
     (folder / 'scenario.yaml').write_text(scenario.to_yaml(), encoding='utf-8')
     return Result(result.outcome.verdict, figures(result.outcome), result.trajectory_hash,
-                  result.end, time.monotonic() - start)
+                  result.end, began - start, time.monotonic() - began)
 
 
 @contextmanager
@@ -154,7 +164,9 @@ def _progress(console: Console, seconds: float) -> Iterator[Callable[..., None]]
 def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
     (folder / 'outcome.json').write_text(json.dumps({
         'scenario': scenario.name, 'verdict': result.verdict, **result.figures,
-        'end': result.end, 'trajectory_hash': result.trajectory_hash}, indent=2) + '\n')
+        'end': result.end, 'startup_s': round(result.startup, 3),
+        'real_time_factor': round(result.real_time_factor, 3),
+        'trajectory_hash': result.trajectory_hash}, indent=2) + '\n')
 
 
 def _summarise(scenario: Scenario, folder: Path, result: Result, options: Options) -> None:
@@ -164,7 +176,8 @@ def _summarise(scenario: Scenario, folder: Path, result: Result, options: Option
         if name not in ('final', 'verdict') and value:
             table.add_row(name.replace('_', ' '), value)
     table.add_row('ended by', result.end)
-    table.add_row('wall time', f'{result.wall_time:.1f} s')
+    table.add_row('real-time factor', f'{result.real_time_factor:.2f}')
+    table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
     table.add_row('folder', str(folder))
     if options.record and not options.offline:
         table.add_row('bag', str(folder / 'bag'))

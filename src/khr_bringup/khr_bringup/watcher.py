@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, field
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
@@ -21,6 +22,7 @@ class View:
 
     state: str = 'starting'
     state_values: dict[str, str] = field(default_factory=dict)
+    entered: dict[str, float] = field(default_factory=dict)  # wall time by state, s
     progress: dict[str, str] = field(default_factory=dict)
     verdict: str = ''
     outcome: dict[str, str] = field(default_factory=dict)
@@ -44,6 +46,7 @@ class Watcher(Node):  # type: ignore[misc]
 
     def _on_state(self, status: DiagnosticStatus) -> None:
         self.view.state, self.view.state_values = status.message, pairs(status)
+        self.view.entered.setdefault(status.message, time.monotonic())
 
     def _on_outcome(self, status: DiagnosticStatus) -> None:
         self.view.verdict, self.view.outcome = status.message, pairs(status)

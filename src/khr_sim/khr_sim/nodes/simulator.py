@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections import deque
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -26,6 +27,7 @@ TOPICS = {'gait': 'joint_reference', 'ankle_controller': 'ankle_controller/corre
           'hip_controller': 'hip_controller/correction'}
 CORRECTIONS = ('ankle_controller', 'hip_controller')
 ASK_AGAIN = 0.1  # s of wall time without an answer
+LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
 
@@ -46,6 +48,7 @@ class SimulatorNode(KhrNode):
         self._state_out = self.publish_on(DiagnosticStatus, 'simulator/state', LATCHED)
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
         self._heard: set[str] = set()
+        self._latencies: deque[float] = deque(maxlen=LATENCIES)
         for source, topic in TOPICS.items():
             self.listen_to(JointState, topic, partial(self._on_answer, source))
         self.listen_to(String, 'ready', self._on_ready, QoSProfile(
@@ -139,8 +142,11 @@ class SimulatorNode(KhrNode):
     # ---- what arrives ----
 
     def _on_answer(self, source: str, message: JointState) -> None:
-        if not self._barrier.put(source, to_nanoseconds(message.header.stamp), message):
+        stamp_ns = to_nanoseconds(message.header.stamp)
+        if not self._barrier.put(source, stamp_ns, message):
             return
+        if source in CORRECTIONS and stamp_ns == self._now:
+            self._latencies.append(time.monotonic() - self._progress)
         try:
             self._pump()
         except KhrError as error:
@@ -245,10 +251,17 @@ class SimulatorNode(KhrNode):
             name='simulator', message=self.state, hardware_id='khr3hv',
             level=DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
             values=_pairs({'sync': self.parameters.sync, 'missed_periods': str(self._missed),
-                           'stale_corrections': str(self._stale)}))
+                           'stale_corrections': str(self._stale),
+                           'latency_p50_ms': self._latency(0.50),
+                           'latency_p99_ms': self._latency(0.99)}))
         message = DiagnosticArray(status=[status])
         message.header.stamp = to_stamp(self._now)
         self._diagnostics.publish(message)
+
+    def _latency(self, share: float) -> str:
+        """Return the time in ms within which this share of corrections came after its sample."""
+        ordered = sorted(self._latencies)
+        return f'{1e3 * ordered[int(share * (len(ordered) - 1))]:.3f}' if ordered else ''
 
 
 def _pairs(values: dict[str, str]) -> list[KeyValue]:
