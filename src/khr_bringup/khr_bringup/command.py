@@ -173,6 +173,31 @@ def sweep(
     raise typer.Exit(run_sweep(specification, out, workers, scheduler))
 
 
+@app.command(name='map')
+def draw_stability_map(
+    folder: Annotated[Path, typer.Argument(help='The folder of a sweep.')],
+    x: Annotated[str, typer.Option('--x', help='Swept parameter, NODE.PARAMETER.')],
+    y: Annotated[str, typer.Option('--y', help='Another one.')],
+    out: Annotated[Path | None, typer.Option(
+        help='The PNG; in the folder by default. Its CSVs lie beside it.')] = None,
+) -> None:
+    """Draw where the runs of a sweep survive, with confidence bounds."""
+    from khr_bringup.stability_map import draw_map
+
+    for path in draw_map(folder, x, y, out):
+        print(path)
+
+
+@app.command(name='verify')
+def verify_bag(
+    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
+) -> None:
+    """Repeat the run of a bag; exit with 1 if the trajectory is another."""
+    from khr_bringup.verify import verify
+
+    raise typer.Exit(verify(bag))
+
+
 def main() -> None:
     """Run the command; a user's mistake is one line on stderr and exit code 2."""
     try:

@@ -1,0 +1,152 @@
+"""``khr verify``: repeat the run of a bag offline and compare the trajectories."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import Progress
+from rosbags.rosbag2 import Reader
+from rosbags.typesys import Stores, get_typestore
+
+from khr_analysis.recording import SCENARIO_TOPIC
+from khr_bringup import scenario as scenarios
+from khr_bringup.errors import BringupError
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario import Scenario
+from khr_bringup.tables import TABLES
+from khr_common import specifications
+
+STATE_TOPIC, EVENT_TOPIC, PUSH_TOPIC = '/simulator/state', '/parameter_events', '/push'
+Messages = dict[str, list[Any]]
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a bag says of its run: how to repeat it, and what must come of that.
+
+    Attributes:
+        scenario: as it ran, every parameter stated.
+        trajectory_hash: SHA-256 in hex.
+        time_ns: simulated time at the end.
+        end: why it ended: duration, tilted, stopped.
+        interventions: what acted on the run besides its scenario, in words.
+    """
+
+    scenario: Scenario
+    trajectory_hash: str
+    time_ns: int
+    end: str
+    interventions: tuple[str, ...]
+
+
+def verify(bag: Path) -> int:
+    """Repeat the run of a bag, print both trajectory hashes; return 0 if they are the same.
+
+    Args:
+        bag: the bag, or the folder of the run that holds it.
+
+    Raises:
+        BringupError: if it is no readable bag of a run, or the run does not follow from its
+            scenario alone: it was changed from outside, or ran against the wall clock.
+    """
+    recorded = read(bag)
+    if recorded.scenario.table('simulator').sync != 'lockstep':
+        raise BringupError(f'{bag}: the run followed the wall clock, so it cannot be repeated; '
+                           'accepted: a run in lockstep')
+    if recorded.interventions:
+        raise BringupError(f'{bag}: the run cannot be repeated from its scenario alone; while it '
+                           f'ran: {"; ".join(recorded.interventions)}')
+    repeated = _repeat(recorded)
+    same = repeated == recorded.trajectory_hash
+    print(f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
+          f'ended by {recorded.end}')
+    print(f'recorded {recorded.trajectory_hash}')
+    print(f'repeated {repeated}')
+    print('same' if same else 'different')
+    return 0 if same else 1
+
+
+def read(bag: Path) -> Recorded:
+    """Read what a bag says of its run.
+
+    Raises:
+        BringupError: if it is no bag, is damaged, has no scenario or end of a run, or was made
+            by another version of the project.
+    """
+    messages = _messages(bag / 'bag' if (bag / 'bag').is_dir() else bag)
+    if not messages[SCENARIO_TOPIC]:
+        raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
+    finished = [message for message in messages[STATE_TOPIC] if message.message == 'finished']
+    state = {pair.key: pair.value for pair in finished[-1].values} if finished else {}
+    if not state.get('trajectory_hash') or not int(state['time_ns']):
+        raise BringupError(f'{bag}: its run has no end, or ended before it began; accepted: the '
+                           'bag of a run that ended or was interrupted')
+    return Recorded(_scenario(bag, messages[SCENARIO_TOPIC][-1].data), state['trajectory_hash'],
+                    int(state['time_ns']), state['end'],
+                    tuple(_changes(messages[EVENT_TOPIC]))
+                    + (('a push over its topic',) if messages[PUSH_TOPIC] else ()))
+
+
+def _messages(bag: Path) -> Messages:
+    """Return the messages of the topics that matter here."""
+    store = get_typestore(Stores.ROS2_JAZZY)
+    messages: Messages = {topic: [] for topic in (SCENARIO_TOPIC, STATE_TOPIC, EVENT_TOPIC,
+                                                  PUSH_TOPIC)}
+    try:
+        with Reader(bag) as reader:
+            chosen = [each for each in reader.connections if each.topic in messages]
+            for connection, _, data in reader.messages(chosen) if chosen else ():
+                messages[connection.topic].append(
+                    store.deserialize_cdr(data, connection.msgtype))
+    except Exception as error:  # a damaged file fails in many ways inside the reader
+        text = ' '.join(str(error).split()) or type(error).__name__
+        raise BringupError(f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
+                           'the folder of a run') from error
+    return messages
+
+
+def _scenario(bag: Path, text: str) -> Scenario:
+    """Read the stored scenario; it states every parameter of the version that wrote it."""
+    title = f'{bag}: made by another version of the project'
+    try:
+        scenario = scenarios.parse(text, 'its scenario', bag.name)
+    except BringupError as error:
+        raise BringupError(f'{title}: {error}') from error
+    for node, table in TABLES.items():
+        missing = set(specifications(table)) - set(scenario.values.get(node, {}))
+        if missing:
+            raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
+    return scenario
+
+
+def _changes(events: list[Any]) -> list[str]:
+    """Tell the changes of the nodes' own parameters that were made after they had started."""
+    changes = []
+    for event in events:
+        node = event.node.rsplit('/', 1)[-1]
+        known = specifications(TABLES[node]) if node in TABLES else {}
+        changes += [f'{node}.{parameter.name} was set to {_value(parameter.value)}'
+                    for parameter in event.changed_parameters if parameter.name in known]
+    return changes
+
+
+def _value(value: Any) -> Any:
+    """Return the value of a rcl_interfaces/ParameterValue: the member that its type names."""
+    members = ('', 'bool_value', 'integer_value', 'double_value', 'string_value',
+               'byte_array_value', 'bool_array_value', 'integer_array_value',
+               'double_array_value', 'string_array_value')
+    held = getattr(value, members[value.type], None)
+    return held if isinstance(held, bool | int | float | str | None) else list(held)
+
+
+def _repeat(recorded: Recorded) -> str:
+    """Run the scenario for the time it ran; return the trajectory hash."""
+    seconds = recorded.time_ns / 1e9
+    scenario = recorded.scenario.changed({('simulator', 'duration'): seconds})
+    with Progress(console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task('repeating', total=seconds)
+        return run_offline(scenario, lambda truth, _: progress.update(
+            task, completed=truth.stamp_ns / 1e9)).trajectory_hash
