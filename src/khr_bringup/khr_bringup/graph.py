@@ -32,6 +32,7 @@ class GraphResult:
         end: why it ended: duration, tilted, stopped.
         started: when the first period began, s of ``time.monotonic``.
         ended: when the last one was over.
+        warnings: what nodes complained of in /diagnostics.
     """
 
     verdict: str
@@ -40,6 +41,7 @@ class GraphResult:
     end: str
     started: float
     ended: float
+    warnings: tuple[str, ...]
 
 
 def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
@@ -121,7 +123,8 @@ def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], N
         raise RunError(f'{values["reason"]}; the run was stopped')
     ended = view.entered.get('finished', time.monotonic())
     return GraphResult(view.verdict, view.outcome, values.get('trajectory_hash', ''),
-                       values.get('end', ''), view.entered.get('running', ended), ended)
+                       values.get('end', ''), view.entered.get('running', ended), ended,
+                       tuple(view.warnings))
 
 
 @contextmanager

@@ -115,6 +115,8 @@ def _graph(scenario: Scenario, folder: Path, options: Options, console: Console,
             result = run_graph(prepare(scenario, folder, options.record), folder, entry,
                                record=options.record, one_process=options.one_process,
                                show=show_view)
+    for warning in result.warnings:
+        console.print(f'khr: {warning}', highlight=False)
     return Result(result.verdict, result.outcome, result.trajectory_hash, result.end,
                   result.started - start, result.ended - result.started)
 

@@ -55,5 +55,6 @@ class Watcher(Node):  # type: ignore[misc]
         for status in array.status:
             if status.name == 'monitor':
                 self.view.progress = pairs(status)
-            elif status.level != DiagnosticStatus.OK and status.message not in self.view.warnings:
-                self.view.warnings.append(f'{status.name}: {status.message}')
+            elif status.level == DiagnosticStatus.ERROR:
+                text = f'{status.name}: {status.message}'
+                self.view.warnings += [text] if text not in self.view.warnings else []

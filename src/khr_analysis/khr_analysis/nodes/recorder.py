@@ -10,12 +10,14 @@ from typing import Any, cast
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseArray, WrenchStamped
 from nav_msgs.msg import Odometry
+from rcl_interfaces.msg import ParameterEvent
 from rclpy.clock import Clock as RclpyClock
 from rclpy.clock import ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
+from std_msgs.msg import Float64MultiArray
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.recording import SCENARIO_TOPIC, RecorderParameters, Recording
@@ -31,6 +33,10 @@ DATA_TOPICS: dict[str, type[Any]] = {
     **{f'ground_truth/contact/{region}': WrenchStamped for region in REGIONS},
     **{f'foot_force/{region}': WrenchStamped for region in REGIONS},
 }
+# What comes now and then, and must not be missed while the recorder searches for new topics.
+EVENT_TOPICS: dict[str, type[Any]] = {
+    'push': WrenchStamped, '/parameter_events': ParameterEvent, '/diagnostics': DiagnosticArray,
+    'spectrum': Float64MultiArray, 'spectrum/peaks': DiagnosticArray}
 DEPTH = QoSProfile(depth=5000)
 DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SEARCH_PERIOD = 0.5  # s of wall time between looks for new topics
@@ -54,7 +60,7 @@ class RecorderNode(KhrNode):
         if self.parameters.scenario_file:
             text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
             self._attempt(lambda: recording.write_text(SCENARIO_TOPIC, text, 0))
-        for topic, kind in DATA_TOPICS.items():
+        for topic, kind in (DATA_TOPICS | EVENT_TOPICS).items():
             self._record(recording, self.resolve_topic_name(topic), kind, latched=False)
         self.create_timer(SEARCH_PERIOD, self._search,
                           clock=RclpyClock(clock_type=ClockType.STEADY_TIME))

@@ -1,0 +1,113 @@
+"""Reset, pause and push over ROS, as any ROS user would call them."""
+
+import os
+import signal
+
+import pytest
+
+from tests.graph.conftest import finish, khr, read_bag
+from tests.graph.test_live import domain_of, is_running, wait_for
+
+
+@pytest.fixture
+def client(monkeypatch):
+    """Give a function that joins a run's domain and returns a node there."""
+    import rclpy
+
+    contexts = []
+
+    def join(entry):
+        for key, value in entry.environment().items():
+            monkeypatch.setenv(key, value)
+        context = rclpy.Context()
+        rclpy.init(args=[], context=context)
+        contexts.append(context)
+        return rclpy.create_node('test_client', context=context)
+
+    yield join
+    for context in contexts:
+        rclpy.try_shutdown(context=context)
+
+
+def entry_of(folder):
+    from khr_bringup.domain import running
+    return next(entry for entry in running() if entry.folder == str(folder))
+
+
+def call(node, kind, name, request):
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    service = node.create_client(kind, name)
+    assert service.wait_for_service(20.0)
+    executor = SingleThreadedExecutor(context=node.context)
+    future = service.call_async(request)
+    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=20.0)
+    assert future.done()
+    return future.result()
+
+
+def start(in_background, folder, *options):
+    process = in_background('run', 'stand_0deg', '--one-process', '--out', folder, *options)
+    wait_for(lambda: domain_of(folder), 'the run')
+    wait_for(lambda: is_running(domain_of(folder)), 'the graph')
+    return process
+
+
+def test_reset_is_a_fresh_run(in_background, client, tmp_path):
+    from std_srvs.srv import Trigger
+    duration = ('--duration', '20')
+    process = start(in_background, tmp_path / 'run', *duration, '--no-record')
+    node = client(entry_of(tmp_path / 'run'))
+    assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
+    ended = finish(process, tmp_path / 'run')
+    assert ended.code == 0, ended.err
+    fresh = khr('run', 'stand_0deg', '--offline', *duration, '--out', tmp_path / 'fresh')
+    assert ended.hash == fresh.hash
+
+
+def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(
+        in_background, client, tmp_path):
+    from geometry_msgs.msg import WrenchStamped
+    from std_srvs.srv import SetBool
+    folder = tmp_path / 'run'
+    process = start(in_background, folder, '--duration', '600')
+    node = client(entry_of(folder))
+    assert call(node, SetBool, 'simulator/pause', SetBool.Request(data=True)).message == 'paused'
+    publisher = node.create_publisher(WrenchStamped, 'push', 10)
+    wait_for(lambda: publisher.get_subscription_count() > 0, 'the simulator')
+    push = WrenchStamped()
+    push.header.frame_id = 'odom'
+    push.wrench.force.x = -30.0
+    publisher.publish(push)
+    resumed = call(node, SetBool, 'simulator/pause', SetBool.Request(data=False))
+    assert resumed.message == 'running'
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+    bag = read_bag(folder / 'bag')
+    _, outcome = bag['/outcome'][-1]
+    assert outcome.message == 'fell', 'a push of 30 N for 0.1 s topples the robot'
+    (pushed_at, message), = bag['/push']
+    assert message.wrench.force.x == -30.0
+    rates = [(time_ns, m.angular_velocity.y) for time_ns, m in bag['/ground_truth/imu']]
+    before = max(abs(rate) for time_ns, rate in rates if 0.5e9 < time_ns <= pushed_at)
+    after = [rate for time_ns, rate in rates if pushed_at < time_ns < pushed_at + 0.3e9]
+    assert min(after) < -10 * before, 'a push from the front makes it lean backward'
+
+
+def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background, tmp_path):
+    from tests.graph.test_live import children
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', '--processes', '--realtime', '--out', folder,
+                            '--duration', '12', '--set', 'ankle_controller.enabled=true')
+    wait_for(lambda: domain_of(folder), 'the run')
+    wait_for(lambda: is_running(domain_of(folder)), 'the graph')
+    os.kill(children(process)['ankle_controller'].pid, signal.SIGSTOP)
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+    bag = read_bag(folder / 'bag')
+    values = {pair.key: pair.value for _, array in bag['/diagnostics'] for status in array.status
+              if status.name == 'simulator' for pair in status.values}
+    assert values['sync'] == 'realtime'
+    assert int(values['stale_corrections']) > 100
+    assert '"end": "duration"' in (folder / 'outcome.json').read_text()
+    assert float(ended.out.split('real-time factor')[1].split()[1]) < 1.05
