@@ -14,7 +14,7 @@ run: install
 	$(BIN)/khr run --processes $(SCENARIO)
 
 test: install lint
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest
+	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
 
 install: $(VENV)/packages
 
