@@ -81,11 +81,11 @@ def read(bag: Path) -> Recorded:
         raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
     finished = [message for message in messages[STATE_TOPIC] if message.message == 'finished']
     state = {pair.key: pair.value for pair in finished[-1].values} if finished else {}
-    if not state.get('trajectory_hash') or not int(state['time_ns']):
+    if not state.get('trajectory_hash') or not int(state.get('time_ns', 0)):
         raise BringupError(f'{bag}: its run has no end, or ended before it began; accepted: the '
                            'bag of a run that ended or was interrupted')
     return Recorded(_scenario(bag, messages[SCENARIO_TOPIC][-1].data), state['trajectory_hash'],
-                    int(state['time_ns']), state['end'],
+                    int(state['time_ns']), state.get('end', ''),
                     tuple(_changes(messages[EVENT_TOPIC]))
                     + (('a push over its topic',) if messages[PUSH_TOPIC] else ()))
 

@@ -67,7 +67,8 @@ def checked(where: str, specification: Specification, value: Any) -> Any:
     try:
         return specification.check(value)
     except ParameterError as error:
-        raise BringupError(f'{where}: {error}') from error
+        text = str(error).removeprefix(f'{specification.name}: ')
+        raise BringupError(f'{where}: {text}') from error
 
 
 def grid_axis(where: str, specification: Specification, given: Any) -> Axis:

@@ -172,7 +172,7 @@ def _scenario(file: str, given: dict[str, Any]) -> Scenario:
                for name, value in fixed.items()}
     if 'duration' in given:
         changes['simulator.duration'] = checked(
-            file, parameter_named(file, 'simulator.duration'), given['duration'])
+            f'{file}: duration', parameter_named(file, 'simulator.duration'), given['duration'])
     try:
         return scenarios.load(name).changed(
             {(node, key): value for node, keys in _by_node(changes).items()
