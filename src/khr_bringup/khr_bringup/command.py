@@ -136,6 +136,19 @@ def critical(
 
 
 @app.command()
+def scoreboard(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
+    seeds: Annotated[int, typer.Option(help='Seeds of every measurement.')] = 3,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+) -> None:
+    """Measure every row of the thesis on the simulated robot and write the scoreboard."""
+    from khr_bringup.scoreboard import write
+
+    print(f'{out}: {write(out, seeds, tolerance, jobs)}')
+
+
+@app.command()
 def film(
     run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
     out: Annotated[Path | None, typer.Option(

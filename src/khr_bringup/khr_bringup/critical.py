@@ -10,24 +10,30 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
-from math import inf, sqrt
+from dataclasses import dataclass, replace
+from math import degrees, inf, sqrt
 from multiprocessing import get_context
 
 import numpy as np
 from scipy import stats
 
-from khr_analysis.outcome import Outcome
+from khr_analysis.outcome import Outcome, OutcomeMonitor
 from khr_bringup.errors import BringupError
-from khr_bringup.offline import run_offline
+from khr_bringup.offline import Controllers, duration, run_offline
 from khr_bringup.scenario import Scenario
+from khr_sim.plant import Plant
+from khr_sim.truth import Truth
+from khr_sim.world import TILTING_SPEED
 
 LOWEST, HIGHEST = 0.0, 20.0  # deg, where a search ends
 STEP = 0.8  # deg, by which a search looks for the two sides of a limit
 START = 6.0  # deg, where the first seed's search begins
+SETTLING = 2.0  # s on the tilted board before the robot lifts a leg
 INITIAL_TILT_DEG = 0.3  # assumed: how exactly a robot is put on its board by hand
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice what the walk without control has
 LARGEST_JOBS = 64
+
+Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 
 
 @dataclass(frozen=True)
@@ -45,7 +51,7 @@ class Condition:
     ankle_gain: float = 0.0
     hip_gain: float = 0.0
     surface: str = 'smooth'
-    changes: tuple[tuple[tuple[str, str], object], ...] = ()
+    changes: Changes = ()
 
     @property
     def title(self) -> str:
@@ -157,8 +163,41 @@ class Limit:
 
 def attempt(condition: Condition, inclination_deg: float, seed: int) -> Trial:
     """Run one trial."""
-    result = run_offline(condition.scenario(inclination_deg, seed))
-    return Trial(inclination_deg, seed, result.outcome)
+    return Trial(inclination_deg, seed, run(condition, inclination_deg, seed))
+
+
+def run(condition: Condition, inclination_deg: float, seed: int,
+        watch: Callable[[Truth, Controllers], object] | None = None) -> Outcome:
+    """Run one trial and return how it ended.
+
+    A walk starts on the inclined ground. For a leg lift the board is tilted under the standing
+    robot, as in the thesis, so that a controller that leans it back can do so in time.
+    """
+    scenario = condition.scenario(inclination_deg, seed)
+    if condition.motion == 'walk':
+        return run_offline(scenario, watch).outcome
+    scenario = scenario.changed({('gait', 'start_delay'): start_of_lift(inclination_deg)})
+    tilted = replace(scenario.table('simulator'), duration=duration(scenario))
+    plant, controllers = Plant(replace(tilted, inclination_deg=0.0)), Controllers(scenario)
+    monitor = OutcomeMonitor(scenario.table('monitor'))
+    try:
+        due = controllers.reference(0.0)
+        truth = plant.start(due)
+        plant.configure(tilted)
+        while True:
+            answer, outcome = controllers.answer(truth), monitor.update(truth)
+            if watch is not None:
+                watch(truth, controllers)
+            if plant.end:
+                return outcome
+            truth, due = plant.advance(due), answer
+    finally:
+        plant.world.close()
+
+
+def start_of_lift(inclination_deg: float) -> float:
+    """Return when the robot of a leg lift begins to move, s: the board is tilted, and at rest."""
+    return inclination_deg / degrees(TILTING_SPEED) + SETTLING
 
 
 def bisect(survives: Callable[[float], bool], start: float, tolerance: float) -> float:

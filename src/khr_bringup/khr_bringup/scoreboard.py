@@ -1,0 +1,152 @@
+"""``khr scoreboard``: every row of the thesis against the simulated robot, measured anew.
+
+Every number on the simulation's side is measured when the page is written; every number on the
+thesis's side comes from :mod:`khr_bringup.scoreboard_rows`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+from khr_bringup.critical import Changes, Condition, Limit, workers
+from khr_bringup.errors import BringupError
+from khr_bringup.scoreboard_compare import (
+    limit_rows,
+    order_rows,
+    standing_rows,
+    theory_row,
+    trend_row,
+    walk_row,
+)
+from khr_bringup.scoreboard_page import (
+    HEAD,
+    LIMITS_TEXT,
+    MISSES_TEXT,
+    STANDING_TEXT,
+    TRENDS_TEXT,
+    WALKING_TEXT,
+    head,
+    table,
+)
+from khr_bringup.scoreboard_rows import (
+    LIMITS,
+    STAGE_1,
+    STAGE_1_GRID,
+    STAGE_1_READ,
+    STAGE_2,
+    STAGE_2_GRID,
+    STAGE_3,
+    STAGE_3_GRID,
+    TOLERANCE_DEG,
+    TRENDS,
+    WALKS,
+    LimitRow,
+)
+from khr_bringup.scoreboard_runs import Bench, lift, walk
+
+# What may explain a limit that misses: one change each, the same for every row.
+EXPERIMENTS: tuple[tuple[str, Changes], ...] = (
+    ('more friction, 0.25', ((('simulator', 'friction'), 0.25),)),
+    ('rubber, 0.8', ((('simulator', 'friction'), 0.8),)),
+    ('servos twice as stiff', ((('simulator', 'stretch_hip'), 120),
+                               (('simulator', 'stretch_knee'), 127),
+                               (('simulator', 'stretch_ankle_pitch'), 90),
+                               (('simulator', 'stretch_ankle_roll'), 60))),
+    ('centre of mass 5 mm back', ((('gait', 'com_lifted'), 0.009),
+                                  (('gait', 'com_touchdown'), 0.025))),
+    ('gyro with twice the bandwidth', ((('gyro', 'bandwidth'), 4.0),)),
+    ('gyro without quantisation', ((('gyro', 'adc'), False),)),
+)
+
+
+def write(out: Path, seeds: int, tolerance: float, jobs: int) -> str:
+    """Measure everything, write the page, and return its summary.
+
+    Raises:
+        BringupError: if an argument is not accepted or the file cannot be written.
+    """
+    if not 2 <= seeds <= 100:
+        raise BringupError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
+    with workers(jobs) as pool:
+        page, summary = board(Bench(pool, seeds, tolerance))
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        out.write_text(page, encoding='utf-8')
+    except OSError as error:
+        raise BringupError(f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be '
+                           'written') from error
+    return summary
+
+
+def board(bench: Bench) -> tuple[str, str]:
+    """Return the page and its one-line summary."""
+    _ask_all(bench)
+    limits = {row.condition: bench.limit(row.condition, row.thesis_deg) for row in LIMITS}
+    sections = (
+        ('Critical inclinations', LIMITS_TEXT, ('chapter', 'condition', 'thesis', 'simulation'),
+         [*limit_rows(limits), theory_row(), *order_rows(limits)]),
+        ('Standing on one leg (chapter 3)', STANDING_TEXT, ('what', 'thesis', 'simulation'),
+         standing_rows(bench, limits[STAGE_1])),
+        ('Walking (chapter 5)', WALKING_TEXT,
+         ('phi, deg', 'control', 'thesis', 'falls', 'slip, mm', 'vibration, rad/s',
+          'largest peaks, Hz'), [walk_row(row, bench.walks(row.condition, row.inclination_deg))
+                                 for row in WALKS]),
+        ('Trends', TRENDS_TEXT, ('what', 'at phi, deg', 'simulation'),
+         [trend_row(row, bench) for row in TRENDS]))
+    rows = [row for *_, section in sections for row in section]
+    judged = [row for row in rows if row.passed is not None]
+    summary = (f'{sum(bool(row.passed) for row in judged)} of {len(judged)} rows pass, '
+               f'{len(rows) - len(judged)} have no published number')
+    parts = [HEAD.format(seeds=bench.seeds), f'{summary}.\n']
+    for title, text, heads, section in sections:
+        parts += [f'## {title}\n', f'{text}\n', table(heads, section)]
+    parts += ['## What moves a limit that misses\n', f'{MISSES_TEXT}\n',
+              experiments(bench, limits)]
+    return '\n'.join(parts), summary
+
+
+def experiments(bench: Bench, limits: dict[Condition, Limit]) -> str:
+    """Return a table of what each experiment does to each walking limit that misses."""
+    missed = [row for row in LIMITS
+              if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
+              and row.condition.motion == 'walk']
+    if not missed:
+        return 'No walking limit misses.\n'
+    for row in missed:
+        for _, changes in EXPERIMENTS:
+            bench.ask_limit(*_experiment(row, limits, changes))
+    lines = []
+    for row in missed:
+        base = limits[row.condition].of_seeds[0]
+        moved = [bench.limit(*_experiment(row, limits, changes)).mean - base
+                 for _, changes in EXPERIMENTS]
+        best = max(range(len(moved)), key=lambda index: moved[index])
+        verdict = (f'{EXPERIMENTS[best][0]} ({moved[best]:+.2f})' if moved[best] > 0.0
+                   else 'none of them')
+        lines.append('| ' + ' | '.join((row.condition.title, f'{row.thesis_deg:g}', f'{base:.2f}',
+                                        *(f'{move:+.2f}' for move in moved), verdict)) + ' |')
+    heads = ('condition', 'thesis, deg', 'seed 0, deg', *(name for name, _ in EXPERIMENTS),
+             'raises it most')
+    return '\n'.join((head(heads), *lines)) + '\n'
+
+
+def _ask_all(bench: Bench) -> None:
+    for row in LIMITS:
+        bench.ask_limit(row.condition, row.thesis_deg)
+    for walked in WALKS:
+        bench.ask(walk, walked.condition, walked.inclination_deg)
+    for trend in TRENDS:
+        for condition in trend.conditions:
+            bench.ask(walk, condition, trend.inclination_deg)
+    for condition, grid in ((STAGE_1, STAGE_1_GRID + STAGE_1_READ), (STAGE_2, STAGE_2_GRID),
+                            (STAGE_3, STAGE_3_GRID)):
+        for phi in grid:
+            bench.ask(lift, condition, phi)
+
+
+def _experiment(row: LimitRow, limits: dict[Condition, Limit],
+                changes: Changes) -> tuple[Condition, float, int]:
+    """Return what to measure, where to begin, and with how many seeds."""
+    return (replace(row.condition, changes=changes),
+            round(limits[row.condition].of_seeds[0], 1), 1)
