@@ -146,7 +146,8 @@ def _repeat(recorded: Recorded) -> str:
     """Run the scenario for the time it ran; return the trajectory hash."""
     seconds = recorded.time_ns / 1e9
     scenario = recorded.scenario.changed({('simulator', 'duration'): seconds})
-    with Progress(console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task('repeating', total=seconds)
         return run_offline(scenario, lambda truth, _: progress.update(
             task, completed=truth.stamp_ns / 1e9)).trajectory_hash

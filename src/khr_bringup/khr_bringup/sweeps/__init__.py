@@ -72,7 +72,9 @@ def _run(specification: Specification, folder: Folder, total: int, workers: int,
     columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
                TimeElapsedColumn(), TextColumn('left'), TimeRemainingColumn(),
                TextColumn('{task.fields[text]}'))
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    console = Console(stderr=True)
+    with Progress(*columns, console=console, transient=True,
+                  disable=not console.is_terminal) as progress:
         bar = progress.add_task('starting', total=total, completed=len(finished), text='')
         try:
             with connected(workers, scheduler) as client:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import signal
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
@@ -36,10 +37,7 @@ def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
     for name in ('distributed', 'tornado', 'asyncio'):
         logging.getLogger(name).setLevel(logging.CRITICAL)
     if scheduler is None:
-        with (LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
-                           dashboard_address=None, memory_limit=0,
-                           silence_logs=logging.CRITICAL) as cluster,
-              Client(cluster) as client):
+        with _local(workers) as cluster, Client(cluster) as client:
             yield client
         return
     with (dask.config.set({'distributed.comm.timeouts.connect': CONNECT_TIMEOUT}),
@@ -76,6 +74,17 @@ def compute(client: Client, function: Callable[[Task], Result],
     for batch in waiting.batches():
         waiting.update(hand_out(len(batch)))
         yield [(future.key, _result(future, result)) for future, result in batch]
+
+
+def _local(workers: int) -> LocalCluster:
+    """Start workers that do not hear a terminal's SIGINT: it is for the command alone."""
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # processes inherit it
+    try:
+        return LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
+                            dashboard_address=None, memory_limit=0,
+                            silence_logs=logging.CRITICAL)
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _join(scheduler: str) -> Client:
