@@ -136,6 +136,20 @@ def critical(
 
 
 @app.command()
+def calibrate(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
+    seed: Annotated[int, typer.Option(help='First of the seeds.')] = 0,
+    seeds: Annotated[int, typer.Option(help='Seeds of every fit.')] = 5,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+) -> None:
+    """Fit the constants that are fitted, and write what all of them rest on."""
+    from khr_bringup.calibrate import calibrate as fit
+
+    for found in fit(out, seed, seeds, jobs):
+        print(f'{found.fit.node}.{found.fit.key}: {found.value:g} +- {found.half_width:.1g}')
+
+
+@app.command()
 def scoreboard(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
     seeds: Annotated[int, typer.Option(help='Seeds of every measurement.')] = 3,

@@ -1,0 +1,188 @@
+"""``khr calibrate``: find the fitted constants, and write down what all constants rest on.
+
+A row of the thesis is an inclination that the robot just survives. So the inclination is held
+there, and the constant is halved in between a value with which the robot survives and one with
+which it falls; each seed gives one value, and their mean is the constant. The same seeds give the
+same constants.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass, replace
+from math import sqrt
+from pathlib import Path
+
+import numpy as np
+import yaml
+from scipy import stats
+
+from khr_bringup.calibration import CONSTANTS, FITS, Fit
+from khr_bringup.critical import Changes, attempt, workers
+from khr_bringup.errors import BringupError, RunError
+from khr_bringup.tables import TABLES
+from khr_common import specifications
+
+HALVINGS = 6  # to a 64th of the range
+Values = dict[tuple[str, str], float]
+
+
+@dataclass(frozen=True)
+class Found:
+    """What one fit came to: the value of each seed."""
+
+    fit: Fit
+    of_seeds: tuple[float, ...]
+
+    @property
+    def value(self) -> float:
+        """Return the constant."""
+        return round(float(np.mean(self.of_seeds)), self.fit.decimals)
+
+    @property
+    def half_width(self) -> float:
+        """Return half the 95 % confidence interval of the mean over the seeds."""
+        count = len(self.of_seeds)
+        return float(stats.t.ppf(0.975, count - 1) * np.std(self.of_seeds, ddof=1) / sqrt(count))
+
+
+def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[Found]:
+    """Fit all constants one after the other; write ``out`` (Markdown) and its YAML.
+
+    Args:
+        out: the page; the constants go into a file of the same name, with the suffix ``.yaml``.
+        seed: the first of the seeds.
+        seeds: how many.
+        jobs: processes.
+
+    Raises:
+        BringupError: if an argument is not accepted or a file cannot be written.
+        RunError: if a row cannot be met with any value of its constant.
+    """
+    if not 2 <= seeds <= 100:
+        raise BringupError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
+    if seed < 0:
+        raise BringupError(f'--seed: {seed} is not accepted; accepted: integer >= 0')
+    found: list[Found] = []
+    values: Values = {}
+    with workers(jobs) as pool:
+        for fit in FITS:
+            one = fit_constant(fit, values, range(seed, seed + seeds), pool)
+            values[fit.node, fit.key] = one.value
+            found.append(one)
+    try:
+        out.write_text(page(found, seed, seeds), encoding='utf-8')
+        out.with_suffix('.yaml').write_text(constants_file(found), encoding='utf-8')
+    except OSError as error:
+        raise BringupError(f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be '
+                           'written') from error
+    return found
+
+
+def fit_constant(fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecutor) -> Found:
+    """Find the value of one constant, the earlier ones being given.
+
+    Raises:
+        RunError: if the robot survives, or falls, at both ends of the range.
+    """
+    fixed = tuple((key, value) for key, value in values.items())
+    count = len(seeds)
+    return Found(fit, tuple(pool.map(boundary_of_seed, [fit] * count, [fixed] * count, seeds)))
+
+
+def boundary_of_seed(fit: Fit, fixed: Changes, seed: int) -> float:
+    """Return the value of a constant at which one seed is just about to fall."""
+    def survives(value: float) -> bool:
+        condition = replace(fit.condition,
+                            changes=(*fixed, ((fit.node, fit.key), float(value))))
+        trial = attempt(condition, fit.inclination_deg, seed)
+        print(f'{fit.node}.{fit.key} {value:.6f}  {trial.text}', file=sys.stderr, flush=True)
+        return trial.survived
+
+    return boundary(survives, fit)
+
+
+def boundary(survives: Callable[[float], bool], fit: Fit) -> float:
+    """Halve the range of a constant between survival and fall.
+
+    Raises:
+        RunError: if both ends give the same.
+    """
+    low, high = fit.low, fit.high
+    at_low = survives(low)
+    if survives(high) == at_low:
+        raise RunError(f'{fit.node}.{fit.key}: the robot {"survives" if at_low else "falls"} at '
+                       f'{fit.inclination_deg:g} deg with both {low:g} and {high:g}')
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        if survives(middle) == at_low:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2.0
+
+
+def constants_file(found: list[Found]) -> str:
+    """Return the fitted constants as a ROS 2 parameter file."""
+    nodes: dict[str, dict[str, dict[str, float]]] = {}
+    for one in found:
+        nodes.setdefault(one.fit.node, {'ros__parameters': {}})['ros__parameters'][
+            one.fit.key] = one.value
+    return ('# The fitted constants, written by khr calibrate; the defaults of the parameter '
+            'tables hold them.\n' + yaml.safe_dump(nodes, sort_keys=False))
+
+
+def differences(fitted: Mapping[str, Mapping[str, Mapping[str, float]]]) -> list[str]:
+    """Return the fitted constants that the defaults of the tables do not hold, in words."""
+    return [f'{node}.{key}: fitted {value:g}, the default is {_default(node, key)}'
+            for node, body in fitted.items() for key, value in body['ros__parameters'].items()
+            if _default(node, key) != value]
+
+
+def page(found: list[Found], seed: int, seeds: int) -> str:
+    """Return the documentation of all constants."""
+    fitted = [f'| `{one.fit.node}.{one.fit.key}` | {one.value:g}{_unit(one.fit.node, one.fit.key)}'
+              f' | {one.half_width:.1g} | {one.fit.low:g} to {one.fit.high:g} | {one.fit.row} |'
+              for one in found]
+    others = [f'| `{c.node}.{c.key}` | {_default(c.node, c.key)}{_unit(c.node, c.key)} | '
+              f'{c.kind} | {c.source} |' for c in CONSTANTS]
+    return '\n'.join((
+        _HEAD.format(count=len(found), seed=seed, seeds=seeds, halvings=HALVINGS), *fitted,
+        _OTHERS, *others, ''))
+
+
+def _default(node: str, key: str) -> object:
+    return specifications(TABLES[node])[key].default
+
+
+def _unit(node: str, key: str) -> str:
+    unit = specifications(TABLES[node])[key].unit
+    return f' {unit}' if unit else ''
+
+
+_HEAD = """# Calibration
+
+Written by `khr calibrate --seed {seed} --seeds {seeds}`; do not edit. {count} constants are
+fitted, each on one row of Dutta (2021). Every other result is a prediction; the
+[scoreboard](scoreboard.md) tells them apart.
+
+## Fitted
+
+The row's inclination is held, and the constant is halved in between survival and fall, {halvings}
+times for each seed, with another small error of the posture and other sensor noise. The constant
+is the mean, rounded; beside it half of its 95 % confidence interval. A later fit uses the earlier
+ones.
+
+| constant | value | +- | searched | fitted on |
+|---|---|---|---|---|"""
+_OTHERS = """
+## Not fitted
+
+Masses, lengths and inertias of the robot are measured: they come from its CAD models and the
+maker's data. The servo's torque, speed and resolution are the maker's. The meaning of a gain in
+rad per rad/s is derived from the data of board, gyro and servo. Of the rest, these matter most:
+
+| constant | value | kind | source |
+|---|---|---|---|"""
