@@ -46,6 +46,23 @@ def call(node, kind, name, request):
     return future.result()
 
 
+def wait_until(node, seconds):
+    """Wait until the simulated time is past ``seconds``."""
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from rosgraph_msgs.msg import Clock
+    executor = SingleThreadedExecutor(context=node.context)
+    reached = rclpy.Future(executor=executor)
+
+    def on_clock(message):
+        if message.clock.sec + message.clock.nanosec / 1e9 > seconds and not reached.done():
+            reached.set_result(True)
+    subscription = node.create_subscription(Clock, '/clock', on_clock, 10)
+    rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
+    assert reached.done()
+    node.destroy_subscription(subscription)
+
+
 def start(in_background, folder, *options):
     process = in_background('run', 'stand_0deg', '--one-process', '--out', folder, *options)
     wait_for(lambda: domain_of(folder), 'the run')
@@ -55,9 +72,12 @@ def start(in_background, folder, *options):
 
 def test_reset_is_a_fresh_run(in_background, client, tmp_path):
     from std_srvs.srv import Trigger
-    duration = ('--duration', '20')
-    process = start(in_background, tmp_path / 'run', *duration, '--no-record')
+    duration = ('--duration', '6')
+    process = in_background('run', 'stand_0deg', '--one-process', '--no-record', *duration,
+                            '--out', tmp_path / 'run')
+    wait_for(lambda: domain_of(tmp_path / 'run'), 'the run')
     node = client(entry_of(tmp_path / 'run'))
+    wait_until(node, seconds=0.5)
     assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
     ended = finish(process, tmp_path / 'run')
     assert ended.code == 0, ended.err

@@ -73,7 +73,7 @@ def test_colcon_builds_and_a_node_runs_from_the_overlay(tmp_path):
     for name in NAMES:
         check_prefix(tmp_path / 'install' / name, name)
     gait = subprocess.run(
-        ['bash', '-c', '. install/setup.bash && timeout -s INT 5 install/khr_balance/lib/'
+        ['bash', '-c', '. install/setup.bash && timeout -s INT 90 install/khr_balance/lib/'
          'khr_balance/gait --ros-args -p motion:=run'],
         cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
     assert gait.returncode == 2

@@ -23,7 +23,7 @@ DomainOption = Annotated[int | None, typer.Option(
 def run(
     scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
     duration: Annotated[float | None, typer.Option(
-        help='Simulated seconds; the motion and a second by default.')] = None,
+        help='Simulated seconds; the length of the motion by default.')] = None,
     realtime: Annotated[bool, typer.Option(
         '--realtime', help='Run against the wall clock instead of in lockstep.')] = False,
     offline: Annotated[bool, typer.Option(
