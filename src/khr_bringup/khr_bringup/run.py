@@ -71,6 +71,8 @@ def run(scenario: Scenario, options: Options) -> int:
     start = time.monotonic()
     result = (_offline if options.offline else _graph)(scenario, folder, options, console, start)
     _keep(folder, scenario, result)
+    if options.record and not options.offline:
+        _draw(folder, scenario, console)
     _summarise(scenario, folder, result, options)
     if result.end == 'stopped':
         return INTERRUPTED
@@ -169,6 +171,15 @@ def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
         'end': result.end, 'startup_s': round(result.startup, 3),
         'real_time_factor': round(result.real_time_factor, 3),
         'trajectory_hash': result.trajectory_hash}, indent=2) + '\n')
+
+
+def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
+    from khr_bringup.run_figure import draw_run
+
+    try:
+        draw_run(folder / 'bag', scenario, folder / 'overview.png')
+    except BringupError as error:  # the run itself is done and kept
+        console.print(f'khr: no overview: {error}', highlight=False)
 
 
 def _summarise(scenario: Scenario, folder: Path, result: Result, options: Options) -> None:
