@@ -1,5 +1,8 @@
 """One scenario, three ways to run it, one trajectory."""
 
+import subprocess
+import sys
+
 import pytest
 
 from tests.graph.conftest import khr
@@ -29,4 +32,22 @@ def test_without_delay_graph_and_offline_agree_too(tmp_path):
     hashes = {khr('run', 'walk_0deg', way, '--no-record', '--duration', '1', '--set',
                   'simulator.control_delay=0', '--out', tmp_path / way.strip('-')).hash
               for way in ('--offline', '--one-process')}
+    assert len(hashes) == 1
+
+
+@pytest.fixture
+def busy_cores():
+    """Keep every core busy twice over."""
+    loads = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(4)]
+    yield
+    for load in loads:
+        load.kill()
+        load.wait()
+
+
+def test_a_loaded_machine_changes_nothing(busy_cores, tmp_path):
+    hashes = {khr('run', 'push_behind', *way, '--no-record', '--duration', '1', '--set',
+                  'simulator.pushes=["t=0.2 duration=0.2 link=base_link frame=odom force=4,0,0"]',
+                  '--out', tmp_path / str(number)).hash
+              for number, way in enumerate([['--offline'], ['--processes'], ['--one-process']])}
     assert len(hashes) == 1
