@@ -7,12 +7,14 @@ slipping and vibrating are told apart: only a fall ends what the robot survives.
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from math import degrees, inf, sqrt
-from multiprocessing import get_context
+from multiprocessing import get_context, parent_process
 
 import numpy as np
 from scipy import stats
@@ -269,7 +271,20 @@ def workers(jobs: int) -> ProcessPoolExecutor:
     if not 1 <= jobs <= LARGEST_JOBS:
         raise BringupError(f'--jobs: {jobs} is not accepted; '
                            f'accepted: integer in [1, {LARGEST_JOBS}]')
-    return ProcessPoolExecutor(jobs, mp_context=get_context('spawn'))
+    return ProcessPoolExecutor(jobs, mp_context=get_context('spawn'),
+                               initializer=_end_with_parent)
+
+
+def _end_with_parent() -> None:
+    """Let no worker outlive a parent that is killed."""
+    parent = parent_process()
+    assert parent is not None
+
+    def wait() -> None:
+        parent.join()
+        os._exit(1)
+
+    threading.Thread(target=wait, daemon=True).start()
 
 
 def report(condition: Condition, seeds: int, tolerance: float, jobs: int) -> str:
