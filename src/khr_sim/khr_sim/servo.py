@@ -9,7 +9,6 @@ step resolves. The physics engine has no rotor inertia of its own, and its joint
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import radians
 
 import numpy as np
@@ -45,11 +44,14 @@ class Servos:
         self._rate = np.zeros(len(JOINTS))
         self._integral = np.zeros(len(JOINTS))
         self._command = np.zeros(len(JOINTS))
+        self._torque = np.zeros(len(JOINTS))
+        self._drive = np.zeros(len(JOINTS))
+        self._spare = np.zeros(len(JOINTS))
         self.configure(parameters)
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Take changed parameters without losing the state."""
-        self._step = h = parameters.physics_step
+        h = parameters.physics_step
         self._gear = np.minimum(parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2)
         self._gear_damping = np.minimum(parameters.gear_damping,
                                         DAMPER_LIMIT * self._carried / h)
@@ -59,12 +61,14 @@ class Servos:
         self._kp, self._ki, self._kd = (
             gain * POTENTIOMETER * STALL_TORQUE / SUPPLY
             for gain in (parameters.pid_kp, parameters.pid_ki, parameters.pid_kd))
-        self._gain = h / parameters.rotor_inertia  # speed gained per N m and step
-        self._loss = 1.0 / (1.0 + self._gain * BACK_EMF)  # back-EMF, implicit
-        self._stick = self._gain * parameters.servo_friction * self._loss
+        gain = h / parameters.rotor_inertia  # speed gained per N m and step
+        loss = 1.0 / (1.0 + gain * BACK_EMF)  # back-EMF, implicit
+        # NumPy is faster with an array of equal numbers than with the number.
+        self._step, self._gain, self._loss, self._most, self._stick = (
+            np.full(len(JOINTS), each)
+            for each in (h, gain, loss, STALL_TORQUE, gain * parameters.servo_friction * loss))
+        self._least, self._stick_back = -self._most, -self._stick
         self._pid = parameters.servo_model == 'pid'
-        self._drive: Callable[[Array], Array] = (
-            self._drive_pid if self._pid else self._drive_stretch)
 
     def reset(self, command: Array, torque: Array) -> Array:
         """Stand still under a load.
@@ -93,29 +97,37 @@ class Servos:
             velocity: joint speeds, rad/s.
 
         Returns:
-            Torques (17,) in N m to apply to the joints during the step.
+            Torques (17,) in N m to apply to the joints during the step; the next update
+            overwrites them.
         """
-        twist = self._angle - position
-        slide = self._rate - velocity
+        # A third of the time of all that is not physics goes by here: every result has its place.
+        torque, rate, spare = self._torque, self._rate, self._spare
+        np.subtract(self._angle, position, out=torque)  # twist
+        np.subtract(rate, velocity, out=spare)  # slide
         if self._play:
-            twist -= np.clip(twist, -self._play, self._play)
-            slide *= twist != 0.0
-        twist *= self._gear
-        slide *= self._gear_damping
-        torque: Array = twist + slide
-        rate = self._drive(command)
-        rate -= torque
-        rate *= self._gain
-        rate += self._rate
-        rate *= self._loss
-        if self._stick:  # dry friction takes what speed it can, and no more
-            rate -= _limited(rate, self._stick)
-        self._rate = rate
-        self._angle = self._angle + self._step * rate
+            torque -= _limited(torque, self._play)
+            spare *= torque != 0.0
+        torque *= self._gear
+        spare *= self._gear_damping
+        torque += spare
+        drive = self._drive_pid(command) if self._pid else self._drive_stretch(command)
+        drive -= torque
+        drive *= self._gain
+        drive += rate
+        np.multiply(drive, self._loss, out=rate)
+        np.maximum(rate, self._stick_back, out=spare)  # dry friction takes what speed it can,
+        np.minimum(spare, self._stick, out=spare)      # and no more
+        rate -= spare
+        np.multiply(self._step, rate, out=spare)
+        self._angle += spare
         return torque
 
     def _drive_stretch(self, command: Array) -> Array:
-        return _limited(self._stiffness * (command - self._angle), STALL_TORQUE)
+        drive = self._drive
+        np.subtract(command, self._angle, out=drive)
+        drive *= self._stiffness
+        np.maximum(drive, self._least, out=drive)
+        return np.minimum(drive, self._most, out=drive)
 
     def _drive_pid(self, command: Array) -> Array:
         error = command - self._angle

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from math import radians
 from pathlib import Path
+from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,7 @@ Array = NDArray[np.float64]
 SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
 STEEPEST = radians(30.0)  # either way, where the growing inclination ends, rad
+_PACK = Struct(f'{2 * len(JOINTS)}d').pack_into  # many floats into an array in half NumPy's time
 
 
 class World:
@@ -55,6 +57,8 @@ class World:
         self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin
                               for side in contact.SIDES]
         self._orientation = (0.0, 0.0, 0.0, 1.0)  # of base_link at the last instant
+        self._joint_state = np.zeros((2, len(JOINTS)))
+        self._position, self._velocity = self._joint_state  # views, rad and rad/s
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
@@ -74,6 +78,7 @@ class World:
         self._efforts = np.zeros(len(JOINTS))
         self._load()
         self._place(command, clearance)
+        self._read_joints()
         return self._observe([])
 
     def advance(self, target: Sequence[float]) -> Truth:
@@ -86,21 +91,21 @@ class World:
             SimError: if they are not 17 finite numbers.
         """
         samples = []
-        client, body, joints = self.client, self.body, self._joints
+        client, body, joints, ground = self.client, self.body, self._joints, self._ground
         for command in self._board.update(target):
-            states = bullet.getJointStates(body, joints, client)
-            position = np.array([state[0] for state in states])
-            velocity = np.array([state[1] for state in states])
-            self._efforts = self._servos.update(command, position, velocity)
+            torques = self._servos.update(command, self._position, self._velocity)
             bullet.setJointMotorControlArray(
-                body, joints, bullet.TORQUE_CONTROL, forces=self._efforts.tolist(),
+                body, joints, bullet.TORQUE_CONTROL, forces=torques.tolist(),
                 physicsClientId=client)
             if self._pushes:
                 self._apply_pushes()
-            self._tilt_ground()
+            if self._goal != self._inclination or self.parameters.inclination_rate_deg_s:
+                self._tilt_ground()
             bullet.stepSimulation(client)
             self._step += 1
-            samples.append(bullet.getContactPoints(body, self._ground, physicsClientId=client))
+            samples.append(bullet.getContactPoints(body, ground, physicsClientId=client))
+            self._read_joints()
+        self._efforts = torques.copy()
         return self._observe(samples)
 
     def push(self, push: Push) -> None:
@@ -238,6 +243,11 @@ class World:
         rotation = matrix(state[5])
         return link, np.array(state[4]) + rotation @ offset, rotation
 
+    def _read_joints(self) -> None:
+        position, velocity, _, _ = zip(
+            *bullet.getJointStates(self.body, self._joints, self.client), strict=True)
+        _PACK(self._joint_state, 0, *position, *velocity)
+
     def _observe(self, samples: Sequence[Any]) -> Truth:
         client, body = self.client, self.body
         center, orientation = bullet.getBasePositionAndOrientation(body, client)
@@ -245,7 +255,6 @@ class World:
         arm = matrix(orientation) @ self._torso_center
         angle = turned(self._orientation, orientation) if samples else np.zeros(3)
         self._orientation = orientation
-        states = bullet.getJointStates(body, self._joints, client)
         feet = bullet.getLinkStates(body, self._feet, 0, 1, client)
         soles = [matrix(foot[5]) for foot in feet]
         sole_position = np.array([foot[4] + sole @ offset for foot, sole, offset
@@ -256,8 +265,7 @@ class World:
             linear_velocity=center_velocity - cross(angular_velocity, arm),
             angular_velocity=np.array(angular_velocity),
             angular_rate=angle / self.parameters.control_period,
-            joint_position=np.array([state[0] for state in states]),
-            joint_velocity=np.array([state[1] for state in states]),
+            joint_position=self._position.copy(), joint_velocity=self._velocity.copy(),
             joint_effort=self._efforts,
             contact_force=contact.toe_heel_forces(samples, self._feet, sole_position, soles),
             sole_position=sole_position, sole_orientation=np.array([foot[5] for foot in feet]),
