@@ -64,8 +64,9 @@ def toe_heel_forces(samples: Sequence[Sequence[Any]], feet: Sequence[int],
                     sole_position: Array, sole_rotation: Sequence[Array]) -> Array:
     """Return the mean forces of the ground on l_toe, l_heel, r_toe, r_heel, each in its frame.
 
-    A contact ahead of the ankle axis belongs to the toe, one behind it to the heel; the sole's
-    pose at the end of the period serves for all of it.
+    A contact ahead of the ankle axis belongs to the toe, one behind it to the heel. The poses of
+    soles and ground at the end of the period serve for all of it. All contacts share the ground's
+    normal, from which alone the engine takes the two directions of friction.
 
     Args:
         samples: the engine's contact points of the robot with the ground, one list a step.
@@ -77,15 +78,19 @@ def toe_heel_forces(samples: Sequence[Sequence[Any]], feet: Sequence[int],
         Forces (4, 3) in N.
     """
     forces = np.zeros((4, 3))
+    last = next((sample[0] for sample in reversed(samples) if sample), None)
+    if last is None:
+        return forces
+    contacts = np.fromiter(chain.from_iterable(
+        [(c[3], *c[5], c[9], c[10], c[12]) for sample in samples for c in sample]), np.float64)
+    contacts.shape = -1, 7
+    links, places, impulses = contacts[:, 0], contacts[:, 1:4], contacts[:, 4:]
+    axes = np.array((last[7], last[11], last[13]))
     for side, foot in enumerate(feet):
-        points = [(*c[5], c[9], *c[7], c[10], *c[11], c[12], *c[13])
-                  for sample in samples for c in sample if c[3] == foot]
-        if not points:
-            continue
-        table = np.fromiter(chain.from_iterable(points), np.float64).reshape(-1, 15)
-        force = (table[:, 3:4] * table[:, 4:7] + table[:, 7:8] * table[:, 8:11]
-                 + table[:, 11:12] * table[:, 12:15]) @ sole_rotation[side]
-        is_toe = (table[:, :3] - sole_position[side]) @ sole_rotation[side][:, 0] >= 0.0
-        forces[2 * side] = is_toe @ force
-        forces[2 * side + 1] = ~is_toe @ force
-    return forces / max(len(samples), 1)
+        forward = sole_rotation[side][:, 0]
+        mine = links == foot
+        toe = mine & (places @ forward >= sole_position[side] @ forward)
+        to_sole = axes @ sole_rotation[side]
+        forces[2 * side] = toe @ impulses @ to_sole
+        forces[2 * side + 1] = (mine ^ toe) @ impulses @ to_sole
+    return forces / len(samples)
