@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from khr_bringup.errors import BringupError, RunError
-from khr_bringup.film import Look, Stage, frames, render_run
+from khr_bringup.film import HALF_HEIGHT, Look, Stage, frames, render_run
 from khr_bringup.offline import Controllers
 from khr_bringup.scenario import load
 from khr_common.rotation import matrix
@@ -39,7 +39,7 @@ def test_stage_shows_what_the_world_of_the_run_would_show():
     stage = Stage(scenario, look)
     middle = truth.sole_position.mean(axis=0)
     live = render(plant.world, 96, 80, yaw=look.yaw, pitch=look.pitch, distance=look.distance,
-                  target=(float(middle[0]), 0.0, float(middle[2]) + 0.19))
+                  target=(float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT))
     shown = stage.picture(truth)
     plant.world.close()
     stage.close()

@@ -35,6 +35,7 @@ MARGIN, FONT_SIZE = 12, 17  # px at a height of 480
 FULL_SCALE = 1.0  # rad/s, of the pitch rate's trace
 TRACE = 2.31  # s shown of it, one gait cycle
 GIF_COLORS = 48
+HALF_HEIGHT = 0.17  # m, from the feet to where the camera looks
 
 
 @dataclass(frozen=True)
@@ -53,7 +54,7 @@ class Look:
     rate: float = 25.0
     yaw: float = 2.15
     pitch: float = -0.16
-    distance: float = 0.95
+    distance: float = 1.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -130,7 +131,7 @@ class Stage:
             self._ground, (0.0, 0.0, 0.0), pitched(truth.inclination), client)
         # The camera follows the feet over the ground, not every move of the torso.
         middle = truth.sole_position.mean(axis=0)
-        target = (float(middle[0]), 0.0, float(middle[2]) + 0.19)
+        target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
         return render(self._world, look.width, look.height, yaw=look.yaw, pitch=look.pitch,
                       distance=look.distance, target=target)
 
