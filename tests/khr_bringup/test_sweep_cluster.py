@@ -7,6 +7,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
+from dataclasses import dataclass
 
 import psutil
 import pytest
@@ -101,30 +102,56 @@ def test_a_sweep_killed_midway_goes_on_without_losing_or_repeating_a_run(tmp_pat
     assert 'other axes' in refused.stderr and refused.stderr.count('\n') == 1
 
 
-def test_a_worker_killed_midway_loses_nothing(tmp_path, start):
-    dask = (sys.executable, '-m', 'dask')
-    contact = tmp_path / 'scheduler.json'
-    start(*dask, 'scheduler', '--host', '127.0.0.1', '--port', 0, '--no-dashboard',
-          '--no-jupyter', '--scheduler-file', contact)
+@dataclass
+class Cluster:
+    address: str
+    scheduler: subprocess.Popen
+    workers: dict[str, subprocess.Popen]
+
+
+@pytest.fixture
+def dask(tmp_path, start):
+    """A scheduler and two workers, as a user would start them on three machines."""
+    command, contact = (sys.executable, '-m', 'dask'), tmp_path / 'scheduler.json'
+    scheduler = start(*command, 'scheduler', '--host', '127.0.0.1', '--port', 0,
+                      '--no-dashboard', '--no-jupyter', '--scheduler-file', contact)
     wait_for(contact.is_file, 'the scheduler')
     address = wait_for(lambda: contact.read_text() and json.loads(contact.read_text()),
                        'its address')['address']
-    workers = [start(*dask, 'worker', address, '--no-nanny', '--nthreads', 1, '--no-dashboard',
-                     '--name', f'w{number}', '--local-directory', tmp_path)
-               for number in range(2)]
+    return Cluster(address, scheduler, {
+        name: start(*command, 'worker', address, '--no-nanny', '--nthreads', 1,
+                    '--no-dashboard', '--name', name, '--local-directory', tmp_path)
+        for name in ('first', 'second')})
+
+
+def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
     file, folder = specification(tmp_path, 24, 0.3), tmp_path / 'out'
-    with Client(address, timeout=PATIENCE) as client:
+    with Client(dask.address, timeout=PATIENCE) as client:
         client.wait_for_workers(2, timeout=PATIENCE)
         names = {each['name']: where
                  for where, each in client.scheduler_info(n_workers=-1)['workers'].items()}
-        command = start(*KHR, 'sweep', file, '--out', folder, '--scheduler', address)
-        wait_for(lambda: written(folder, 4) and client.processing()[names['w0']],
+        command = start(*KHR, 'sweep', file, '--out', folder, '--scheduler',
+                        dask.address)
+        wait_for(lambda: written(folder, 4) and client.processing()[names['first']],
                  'a run on the first worker')
-        workers[0].kill()
+        dask.workers['first'].kill()
         out, err = command.communicate(timeout=PATIENCE)
-        assert set(client.scheduler_info(n_workers=-1)['workers']) == {names['w1']}
+        assert set(client.scheduler_info(n_workers=-1)['workers']) == {names['second']}
     assert (command.returncode, err) == (0, '')
     assert '24 of 24' in out
+    check_complete(file, folder)
+
+
+def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_path, start, dask):
+    file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
+    command = start(*KHR, 'sweep', file, '--out', folder, '--scheduler', dask.address)
+    wait_for(lambda: written(folder, 1) or command.poll() is not None, 'the first run')
+    dask.scheduler.kill()
+    _, err = command.communicate(timeout=PATIENCE)
+    assert command.returncode == 1
+    assert 'the scheduler is gone' in err and err.count('\n') == 1
+    again = khr('sweep', file, '--out', folder)
+    assert again.returncode == 0, again.stderr
     check_complete(file, folder)
 
 

@@ -34,8 +34,7 @@ def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
     Raises:
         BringupError: if no scheduler answers there.
     """
-    for name in ('distributed', 'tornado', 'asyncio'):
-        logging.getLogger(name).setLevel(logging.CRITICAL)
+    _silence()
     if scheduler is None:
         with _local(workers) as cluster, Client(cluster) as client:
             yield client
@@ -74,6 +73,13 @@ def compute(client: Client, function: Callable[[Task], Result],
     for batch in waiting.batches():
         waiting.update(hand_out(len(batch)))
         yield [(future.key, _result(future, result)) for future, result in batch]
+
+
+def _silence() -> None:
+    """Keep Dask from telling at length on stderr what is told here in one line."""
+    for name in [*logging.root.manager.loggerDict, 'distributed']:
+        if name.split('.')[0] in ('distributed', 'tornado', 'asyncio'):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _local(workers: int) -> LocalCluster:
