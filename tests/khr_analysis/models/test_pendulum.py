@@ -211,6 +211,7 @@ def test_a_falling_body_ends_on_the_surface():
      '(0.0, 0.0)'),
     (lambda: inclination_from_force_difference(Pendulum(), 1e4), 'difference', '10000.0'),
     (lambda: foot_forces(10.0, 0.2, 0.05), 'zmp_to_toe', '0.2'),
+    (lambda: foot_forces(-1.0, 0.01, 0.05), 'normal_force', '-1.0'),
 ])
 def test_a_refusal_names_argument_value_and_range_in_one_line(call, name, value):
     with pytest.raises(AnalysisError) as refusal:

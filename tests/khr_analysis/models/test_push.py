@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from khr_analysis.errors import AnalysisError
 from khr_analysis.models.ankle_servo import Pid
 from khr_analysis.models.pendulum import GRAVITY, Pendulum
-from khr_analysis.models.push import largest_push, simulate_push
+from khr_analysis.models.push import capture_force, largest_push, simulate_push
 from khr_analysis.models.tipping import (
     Push,
     PushLoop,
@@ -52,6 +52,26 @@ def test_the_published_tipping_agrees_with_another_integrator():  # (4.4)
     assert ours.fell
     assert np.allclose(ours.x_com, length * np.sin(theirs.y[0]), atol=1e-9)
     assert np.allclose(ours.rate, theirs.y[1], atol=1e-9)
+
+
+@pytest.mark.parametrize('duration', [0.02, 0.1, 0.5])
+def test_the_closed_form_is_the_published_tipping_s_limit(duration):
+    found = largest_push(PushLoop(form='published'), duration=duration, watch=2.0,
+                         tolerance=1e-3)
+    about_toe = P.mass * (P.length ** 2 + P.half_foot ** 2)
+    # Linear in the lean of at most atan(b/l) = 5.7 deg.
+    assert found == pytest.approx(capture_force(P, about_toe, duration), rel=0.01)
+
+
+def test_the_closed_form_has_its_limits():
+    # A lasting push is survived up to the force that lifts the heel, a short one up to the
+    # impulse that brings the capture point to the toe.
+    assert capture_force(P, P.inertia, 100.0) == pytest.approx(tipping_force(P))
+    omega = 2.0 * math.pi * P.natural_frequency
+    assert 1e-6 * capture_force(P, P.inertia, 1e-6) == pytest.approx(
+        P.mass * omega * P.half_foot, rel=1e-4)
+    # More inertia about the edge: slower to tip, so a short push may be larger.
+    assert capture_force(P, 1.2 * P.inertia, 0.1) > 1.05 * capture_force(P, P.inertia, 0.1)
 
 
 @pytest.mark.parametrize('form', FORMS)
@@ -169,6 +189,8 @@ def test_a_finer_step_changes_little():
     (lambda: PushLoop(form='printed'), 'form'),
     (lambda: simulate_push(PushLoop(), Push(1.0), duration=-1.0), 'duration'),
     (lambda: largest_push(PushLoop(), direction='left'), 'direction'),
+    (lambda: capture_force(P, 0.0, 0.1), 'inertia'),
+    (lambda: capture_force(P, 0.1, 0.0), 'duration'),
 ])
 def test_refusals_name_the_argument(call, name):
     with pytest.raises(AnalysisError, match=f'^{name}.*accepted: '):

@@ -102,9 +102,11 @@ def foot_forces(normal_force: Value, zmp_to_toe: Value, half_foot: float) -> tup
     """Share the normal force between toe and heel: F_T and F_H of (3.2), (3.3), N.
 
     Raises:
-        AnalysisError: if half_foot is not positive or the ZMP lies outside the foot.
+        AnalysisError: if half_foot is not positive, the normal force negative (ground does not
+            pull), or the ZMP outside the foot.
     """
     positive('half_foot', half_foot)
+    within('normal_force', normal_force, 0.0, math.inf)
     within('zmp_to_toe', zmp_to_toe, 0.0, 2.0 * half_foot)
     heel = normal_force * zmp_to_toe / (2.0 * half_foot)  # (3.2)
     return normal_force * (2.0 * half_foot - zmp_to_toe) / (2.0 * half_foot), heel  # (3.3)

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 
 from khr_analysis.models.checks import Array, one_of, positive
+from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.tipping import Physical, Published, Push, PushLoop, tipping_force
 
 Gyro = Callable[[float], float]  # pitch rate to measured pitch rate, rad/s, once a period
@@ -106,3 +107,24 @@ def largest_push(loop: PushLoop, *, duration: float = 0.1, direction: Direction 
         else:
             survived = middle
     return survived
+
+
+def capture_force(pendulum: Pendulum, inertia: float, duration: float) -> float:
+    """Return the largest push that a body on the edge of its foot survives, in closed form, N.
+
+    Linear tipping, J q'' = m g (l q - b) + F l, is led by one unstable motion; it decides by
+    F = (m g b/l) / (1 - exp(-omega T)) with omega^2 = m g l/J. A short push so has the impulse
+    m g b/(l omega), which of a point mass is v < omega b, its capture point within the foot.
+
+    Args:
+        pendulum: mass, height over the sole, distance from the edge.
+        inertia: J about the edge, kg m^2; m l^2 is that of a point mass.
+        duration: T, s.
+
+    Raises:
+        AnalysisError: if inertia or duration is not positive.
+    """
+    positive('inertia', inertia)
+    positive('duration', duration)
+    omega = math.sqrt(pendulum.gravity_moment / inertia)
+    return tipping_force(pendulum) / -math.expm1(-omega * duration)
