@@ -127,7 +127,8 @@ class Servos:
         np.subtract(command, self._angle, out=drive)
         drive *= self._stiffness
         np.maximum(drive, self._least, out=drive)
-        return np.minimum(drive, self._most, out=drive)
+        np.minimum(drive, self._most, out=drive)
+        return drive
 
     def _drive_pid(self, command: Array) -> Array:
         error = command - self._angle

@@ -57,8 +57,9 @@ class World:
         self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin
                               for side in contact.SIDES]
         self._orientation = (0.0, 0.0, 0.0, 1.0)  # of base_link at the last instant
-        self._joint_state = np.zeros((2, len(JOINTS)))
-        self._position, self._velocity = self._joint_state  # views, rad and rad/s
+        joint_state = np.zeros((2, len(JOINTS)))
+        self._joint_state = joint_state.data
+        self._position, self._velocity = joint_state  # views, rad and rad/s
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
