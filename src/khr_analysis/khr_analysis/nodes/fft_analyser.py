@@ -7,7 +7,8 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
-from khr_common.node import KhrNode, StampJudge, run_node, to_nanoseconds
+from khr_common import wire
+from khr_common.node import KhrNode, StampJudge, restamp, run_node
 
 
 class FftAnalyserNode(KhrNode):
@@ -25,27 +26,27 @@ class FftAnalyserNode(KhrNode):
         self._spectrum = self.publish_on(Float64MultiArray, 'spectrum')
         self._peaks = self.publish_on(DiagnosticArray, 'spectrum/peaks')
         self._silent = True
-        self.listen_to(Imu, 'imu/data_raw', self._on_imu)
+        self.listen_to_bytes(Imu, 'imu/data_raw', self._on_imu)
 
     def configure(self, parameters: FftAnalyserParameters) -> None:
         """Pass changed parameters to the analyser."""
         self._analyser.configure(parameters)
 
-    def _on_imu(self, imu: Imu) -> None:
+    def _on_imu(self, imu: bytes) -> None:
         if self._silent:
             self._silent = False
             self.announce_ready()
-        stamp_ns = to_nanoseconds(imu.header.stamp)
+        stamp_ns = wire.clock(imu)
         if not self._judge.is_new(stamp_ns):
             return
         before = self._analyser.reason
-        spectrum = self._analyser.add(stamp_ns / 1e9, imu.angular_velocity.y)
+        spectrum = self._analyser.add(stamp_ns / 1e9, wire.angular_velocity(imu)[1])
         if self._analyser.reason != before:
             self.get_logger().warning(f'window emptied: {self._analyser.reason}')
         if spectrum is not None:
             self._spectrum.publish(_array(spectrum))
             peaks = _peaks(spectrum)
-            peaks.header.stamp = imu.header.stamp
+            restamp(peaks.header.stamp, stamp_ns)
             self._peaks.publish(peaks)
 
 

@@ -3,26 +3,28 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from functools import partial
 from typing import Any, NamedTuple
 
-import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import PoseArray, WrenchStamped
 from nav_msgs.msg import Odometry
-from numpy.typing import NDArray
 from rclpy.clock import Clock, ClockType
 from sensor_msgs.msg import Imu
 
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import figures
-from khr_common.node import LATCHED, KhrNode, StampedSet, StampJudge, run_node, to_nanoseconds
+from khr_common import wire
+from khr_common.node import LATCHED, KhrNode, StampedSet, StampJudge, run_node
+from khr_common.wire import Floats
 
-Array = NDArray[np.float64]
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
-INPUTS: dict[str, type[Any]] = {
-    'ground_truth/odom': Odometry, 'ground_truth/imu': Imu, 'ground_truth/soles': PoseArray,
-    **{f'ground_truth/contact/{region}': WrenchStamped for region in REGIONS}}
+INPUTS: dict[str, tuple[type[Any], Callable[[bytes], Any]]] = {
+    'ground_truth/odom': (Odometry, wire.pose),
+    'ground_truth/imu': (Imu, wire.angular_velocity),
+    'ground_truth/soles': (PoseArray, wire.poses),
+    **{f'ground_truth/contact/{region}': (WrenchStamped, wire.force) for region in REGIONS}}
 REPORT_PERIOD = 0.5  # s of wall time
 
 
@@ -30,12 +32,12 @@ class Heard(NamedTuple):
     """One instant, put together from the messages of its stamp."""
 
     stamp_ns: int
-    position: Array
-    orientation: Array
-    angular_rate: Array
-    contact_force: Array
-    sole_position: Array
-    sole_orientation: Array
+    position: Floats
+    orientation: Floats
+    angular_rate: Floats
+    contact_force: list[Floats]
+    sole_position: list[Floats]
+    sole_orientation: list[Floats]
 
 
 class MonitorNode(KhrNode):
@@ -53,8 +55,8 @@ class MonitorNode(KhrNode):
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
         self._silent = True
         self._restart()
-        for topic, kind in INPUTS.items():
-            self.listen_to(kind, topic, partial(self._on_input, topic))
+        for topic, (kind, read) in INPUTS.items():
+            self.listen_to_bytes(kind, topic, partial(self._on_input, topic, read))
         self.listen_to(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
         self.listen_to(DiagnosticArray, 'spectrum/peaks', self._on_peaks)
         self.create_timer(REPORT_PERIOD, self._report, clock=Clock(
@@ -73,9 +75,9 @@ class MonitorNode(KhrNode):
         self._peak = ''
         self._mark = (time.monotonic(), 0)
 
-    def _on_input(self, topic: str, message: Any) -> None:
-        stamp_ns = to_nanoseconds(message.header.stamp)
-        inputs = self._inputs.put(topic, stamp_ns, message)
+    def _on_input(self, topic: str, read: Callable[[bytes], Any], message: bytes) -> None:
+        stamp_ns = wire.clock(message)
+        inputs = self._inputs.put(topic, stamp_ns, read(message))
         if inputs is None:
             return
         if self._silent:
@@ -83,15 +85,12 @@ class MonitorNode(KhrNode):
             self.announce_ready()
         if not self._judge.is_new(stamp_ns):
             return
-        odometry, imu, soles, *contacts = inputs
+        torso, rate, soles, *contacts = inputs
         before = self._outcome
-        pose = odometry.pose.pose
-        self._pitch_rate = imu.angular_velocity.y
+        self._pitch_rate = rate[1]
         self._outcome = self._monitor.update(Heard(
-            stamp_ns, _xyz(pose.position), _xyzw(pose.orientation), _xyz(imu.angular_velocity),
-            np.array([_xyz(contact.wrench.force) for contact in contacts]),
-            np.array([_xyz(sole.position) for sole in soles.poses]),
-            np.array([_xyzw(sole.orientation) for sole in soles.poses])))
+            stamp_ns, torso[:3], torso[3:], rate, contacts,
+            [sole[:3] for sole in soles], [sole[3:] for sole in soles]))
         self._now = stamp_ns
         if self._now == self._end or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
@@ -125,14 +124,6 @@ class MonitorNode(KhrNode):
 
 def _pairs(values: dict[str, str]) -> list[KeyValue]:
     return [KeyValue(key=key, value=value) for key, value in values.items()]
-
-
-def _xyz(vector: Any) -> Array:
-    return np.array((vector.x, vector.y, vector.z))
-
-
-def _xyzw(turn: Any) -> Array:
-    return np.array((turn.x, turn.y, turn.z, turn.w))
 
 
 def main() -> int:

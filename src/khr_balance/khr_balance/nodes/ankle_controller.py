@@ -10,7 +10,8 @@ from sensor_msgs.msg import Imu
 
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.nodes.correction import CorrectionNode
-from khr_common.node import StampedSet, run_node, to_nanoseconds
+from khr_common import wire
+from khr_common.node import StampedSet, run_node
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 
@@ -43,20 +44,23 @@ class AnkleControllerNode(CorrectionNode):
         for subscription in self._subscriptions_in_use:
             self.destroy_subscription(subscription)
         if self._source == 'gyro':
-            self._subscriptions_in_use = [self.listen_to(Imu, 'imu/data_raw', self._on_imu)]
+            self._subscriptions_in_use = [
+                self.listen_to_bytes(Imu, 'imu/data_raw', self._on_imu)]
         else:
             self._subscriptions_in_use = [
-                self.listen_to(WrenchStamped, f'foot_force/{name}', partial(self._on_force, name))
+                self.listen_to_bytes(WrenchStamped, f'foot_force/{name}',
+                                     partial(self._on_force, name))
                 for name in REGIONS]
 
-    def _on_imu(self, imu: Imu) -> None:
-        self.answer(imu.header.stamp, lambda time: self._controller.update(
-            time, pitch_rate=imu.angular_velocity.y))
+    def _on_imu(self, imu: bytes) -> None:
+        self.answer(wire.clock(imu), lambda time: self._controller.update(
+            time, pitch_rate=wire.angular_velocity(imu)[1]))
 
-    def _on_force(self, name: str, force: WrenchStamped) -> None:
-        forces = self._forces.put(name, to_nanoseconds(force.header.stamp), force.wrench.force.z)
+    def _on_force(self, name: str, force: bytes) -> None:
+        stamp_ns = wire.clock(force)
+        forces = self._forces.put(name, stamp_ns, wire.force(force)[2])
         if forces is not None:
-            self.answer(force.header.stamp, lambda time: self._controller.update(
+            self.answer(stamp_ns, lambda time: self._controller.update(
                 time, foot_forces=forces))
 
 

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
-from builtin_interfaces.msg import Time
 from sensor_msgs.msg import JointState
 
-from khr_common.node import KhrNode, StampJudge, to_nanoseconds
+from khr_common.node import KhrNode, StampJudge, restamp
 
 
 class CorrectionNode(KhrNode):
@@ -22,11 +22,10 @@ class CorrectionNode(KhrNode):
     def restart(self) -> None:
         """Forget the run so far; a controller with memory overrides this."""
 
-    def answer(self, stamp: Time, correction: Any) -> None:
+    def answer(self, stamp_ns: int, correction: Callable[[float], float]) -> None:
         """Publish ``correction(time)``, computed once per stamp however often it is asked for."""
-        stamp_ns = to_nanoseconds(stamp)
         if self._judge.is_new(stamp_ns):
             angle = correction(stamp_ns / 1e9)
-            self._answer.header.stamp = stamp
+            restamp(self._answer.header.stamp, stamp_ns)
             self._answer.position = [angle, angle]
         self._output.publish(self._answer)

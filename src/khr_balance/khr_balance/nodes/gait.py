@@ -7,8 +7,8 @@ from sensor_msgs.msg import JointState
 
 from khr_balance.gait import Gait, GaitParameters
 from khr_balance.joints import JOINTS
-from khr_common import KhrError
-from khr_common.node import KhrNode, run_node, to_nanoseconds
+from khr_common import KhrError, wire
+from khr_common.node import KhrNode, restamp, run_node
 
 
 class GaitNode(KhrNode):
@@ -23,19 +23,20 @@ class GaitNode(KhrNode):
         self._gait = Gait(self.parameters)
         self._answer = JointState(name=list(JOINTS))
         self._output = self.publish_on(JointState, 'joint_reference')
-        self.listen_to(Clock, '/clock', self._on_clock)
+        self.listen_to_bytes(Clock, '/clock', self._on_clock)
 
     def configure(self, parameters: GaitParameters) -> None:
         """Take changed parameters."""
         self._gait = Gait(parameters)
 
-    def _on_clock(self, message: Clock) -> None:
+    def _on_clock(self, message: bytes) -> None:
+        stamp_ns = wire.clock(message)
         try:
-            reference = self._gait.reference(to_nanoseconds(message.clock) / 1e9)
+            reference = self._gait.reference(stamp_ns / 1e9)
         except KhrError as error:
             self.fail(str(error))
             return
-        self._answer.header.stamp = message.clock
+        restamp(self._answer.header.stamp, stamp_ns)
         self._answer.position = list(reference)
         self._output.publish(self._answer)
 

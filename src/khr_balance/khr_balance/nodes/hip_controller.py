@@ -6,6 +6,7 @@ from sensor_msgs.msg import Imu
 
 from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.nodes.correction import CorrectionNode
+from khr_common import wire
 from khr_common.node import run_node
 
 
@@ -15,15 +16,15 @@ class HipControllerNode(CorrectionNode):
     def __init__(self) -> None:
         super().__init__('hip_controller', HipControllerParameters, ('l_hip_pitch', 'r_hip_pitch'))
         self._controller = HipController(self.parameters)
-        self.listen_to(Imu, 'imu/data_raw', self._on_imu)
+        self.listen_to_bytes(Imu, 'imu/data_raw', self._on_imu)
 
     def configure(self, parameters: HipControllerParameters) -> None:
         """Pass changed parameters to the law."""
         self._controller.configure(parameters)
 
-    def _on_imu(self, imu: Imu) -> None:
-        self.answer(imu.header.stamp,
-                    lambda time: self._controller.update(time, imu.angular_velocity.y))
+    def _on_imu(self, imu: bytes) -> None:
+        self.answer(wire.clock(imu), lambda time: self._controller.update(
+            time, wire.angular_velocity(imu)[1]))
 
 
 def main() -> int:

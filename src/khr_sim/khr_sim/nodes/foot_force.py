@@ -6,10 +6,12 @@ from functools import partial
 
 from geometry_msgs.msg import WrenchStamped
 
-from khr_common.node import KhrNode, StampedSet, StampJudge, run_node, to_nanoseconds
+from khr_common import wire
+from khr_common.node import KhrNode, StampedSet, StampJudge, restamp, run_node
 from khr_sim.foot_force import FootForce, FootForceParameters
 
-REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
+REGIONS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
+           'right_toe': 'r_toe', 'right_heel': 'r_heel'}  # with their frames
 
 
 class FootForceNode(KhrNode):
@@ -19,27 +21,27 @@ class FootForceNode(KhrNode):
         super().__init__('foot_force', FootForceParameters)
         self._sensors = FootForce(self.parameters)
         self._judge = StampJudge(self._sensors.reset)
-        self._contacts = StampedSet(REGIONS)
+        self._contacts = StampedSet(tuple(REGIONS))
         self._answers = [WrenchStamped() for _ in REGIONS]
+        for answer, frame in zip(self._answers, REGIONS.values(), strict=True):
+            answer.header.frame_id = frame
         self._outputs = [self.publish_on(WrenchStamped, f'foot_force/{name}') for name in REGIONS]
         for name in REGIONS:
-            self.listen_to(WrenchStamped, f'ground_truth/contact/{name}',
-                           partial(self._on_contact, name))
+            self.listen_to_bytes(WrenchStamped, f'ground_truth/contact/{name}',
+                                 partial(self._on_contact, name))
 
     def configure(self, parameters: FootForceParameters) -> None:
         """Pass changed parameters to the sensors."""
         self._sensors.configure(parameters)
 
-    def _on_contact(self, name: str, contact: WrenchStamped) -> None:
-        stamp_ns = to_nanoseconds(contact.header.stamp)
-        contacts = self._contacts.put(name, stamp_ns, contact)
-        if contacts is None:
+    def _on_contact(self, name: str, contact: bytes) -> None:
+        stamp_ns = wire.clock(contact)
+        forces = self._contacts.put(name, stamp_ns, wire.force(contact))
+        if forces is None:
             return
         if self._judge.is_new(stamp_ns):
-            forces = [(c.wrench.force.x, c.wrench.force.y, c.wrench.force.z) for c in contacts]
-            for answer, truth, normal in zip(
-                    self._answers, contacts, self._sensors.update(forces), strict=True):
-                answer.header = truth.header
+            for answer, normal in zip(self._answers, self._sensors.update(forces), strict=True):
+                restamp(answer.header.stamp, stamp_ns)
                 answer.wrench.force.z = normal
         for output, answer in zip(self._outputs, self._answers, strict=True):
             output.publish(answer)

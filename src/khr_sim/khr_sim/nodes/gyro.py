@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from sensor_msgs.msg import Imu
 
-from khr_common.node import KhrNode, StampJudge, run_node, to_nanoseconds
+from khr_common import wire
+from khr_common.node import KhrNode, StampJudge, restamp, run_node
 from khr_sim.gyro import Gyro, GyroParameters
 
 
@@ -16,20 +17,22 @@ class GyroNode(KhrNode):
         self._gyro = Gyro(self.parameters)
         self._judge = StampJudge(self._gyro.reset)
         self._answer = Imu()
+        self._answer.header.frame_id = 'imu_link'
         self._answer.orientation_covariance[0] = -1.0
         self._answer.linear_acceleration_covariance[0] = -1.0
         self._output = self.publish_on(Imu, 'imu/data_raw')
-        self.listen_to(Imu, 'ground_truth/imu', self._on_truth)
+        self.listen_to_bytes(Imu, 'ground_truth/imu', self._on_truth)
 
     def configure(self, parameters: GyroParameters) -> None:
         """Pass changed parameters to the sensor."""
         self._gyro.configure(parameters)
 
-    def _on_truth(self, truth: Imu) -> None:
-        if self._judge.is_new(to_nanoseconds(truth.header.stamp)):
-            true, rate = truth.angular_velocity, self._answer.angular_velocity
-            rate.x, rate.y, rate.z = self._gyro.update((true.x, true.y, true.z))
-            self._answer.header = truth.header
+    def _on_truth(self, truth: bytes) -> None:
+        stamp_ns = wire.clock(truth)
+        if self._judge.is_new(stamp_ns):
+            rate = self._answer.angular_velocity
+            rate.x, rate.y, rate.z = self._gyro.update(wire.angular_velocity(truth))
+            restamp(self._answer.header.stamp, stamp_ns)
         self._output.publish(self._answer)
 
 

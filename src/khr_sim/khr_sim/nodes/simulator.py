@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from functools import partial
+from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
@@ -14,7 +15,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from khr_common import KhrError
+from khr_common import KhrError, wire
 from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds, to_stamp
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
@@ -29,6 +30,14 @@ CORRECTIONS = ('ankle_controller', 'hip_controller')
 ASK_AGAIN = 0.1  # s of wall time without an answer
 LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
+
+
+class Answer(NamedTuple):
+    """What a node asks of the joints, rad, for the instant of its stamp."""
+
+    stamp_ns: int
+    name: list[str]
+    position: tuple[float, ...]
 
 
 class SimulatorNode(KhrNode):
@@ -50,7 +59,7 @@ class SimulatorNode(KhrNode):
         self._heard: set[str] = set()
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         for source, topic in TOPICS.items():
-            self.listen_to(JointState, topic, partial(self._on_answer, source))
+            self.listen_to_bytes(JointState, topic, partial(self._on_answer, source))
         self.listen_to(String, 'ready', self._on_ready, QoSProfile(
             depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL))
         self.listen_to(WrenchStamped, 'push', self._on_push)
@@ -80,7 +89,7 @@ class SimulatorNode(KhrNode):
     # ---- the course of a run ----
 
     def _restart(self) -> None:
-        self._barrier: Barrier[JointState] = Barrier([s for s in self.parameters.answers if s])
+        self._barrier: Barrier[Answer] = Barrier([s for s in self.parameters.answers if s])
         self._barrier.open(0)
         self._now = 0
         self._started = False
@@ -119,7 +128,7 @@ class SimulatorNode(KhrNode):
         absent = [name for name in self.parameters.listeners if name and name not in self._heard]
         return self._barrier.missing(0) + absent
 
-    def _advance(self, answers: dict[str, JointState]) -> None:
+    def _advance(self, answers: dict[str, Answer]) -> None:
         # With a delay the first period has no answer yet: the board holds the first reference.
         held = self._now == 0 and self.parameters.control_delay > 0
         if 'gait' in answers:
@@ -141,9 +150,10 @@ class SimulatorNode(KhrNode):
 
     # ---- what arrives ----
 
-    def _on_answer(self, source: str, message: JointState) -> None:
-        stamp_ns = to_nanoseconds(message.header.stamp)
-        if not self._barrier.put(source, stamp_ns, message):
+    def _on_answer(self, source: str, message: bytes) -> None:
+        stamp_ns = wire.clock(message)
+        answer = Answer(stamp_ns, *wire.joint_positions(message))
+        if not self._barrier.put(source, stamp_ns, answer):
             return
         if source in CORRECTIONS and stamp_ns == self._now:
             self._latencies.append(time.monotonic() - self._progress)
@@ -196,7 +206,7 @@ class SimulatorNode(KhrNode):
         answers = self._barrier.newest()
         oldest = self._now - round(self.parameters.command_timeout * 1e9)
         fresh = {source: answer for source, answer in answers.items()
-                 if source == 'gait' or to_nanoseconds(answer.header.stamp) >= oldest}
+                 if source == 'gait' or answer.stamp_ns >= oldest}
         self._stale += len(answers) - len(fresh)
         self._advance(fresh)
 

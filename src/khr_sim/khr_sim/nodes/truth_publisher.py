@@ -2,114 +2,88 @@
 
 from __future__ import annotations
 
-from typing import Any
-
-import numpy as np
-from geometry_msgs.msg import Pose, PoseArray, WrenchStamped
+from geometry_msgs.msg import Point, Pose, PoseArray, Vector3, WrenchStamped
 from nav_msgs.msg import Odometry
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
-from khr_common.node import LATCHED, KhrNode, to_stamp
+from khr_common.node import LATCHED, KhrNode, restamp
 from khr_common.rotation import matrix
 from khr_sim.robot import JOINTS
-from khr_sim.truth import Truth
+from khr_sim.truth import Array, Truth
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 FRAMES = ('l_toe', 'l_heel', 'r_toe', 'r_heel')
 
 
 class TruthPublisher:
-    """The simulator's outputs: clock, joint states, odometry, rates, contacts and soles."""
+    """The simulator's outputs: clock, joint states, odometry, rates, contacts and soles.
+
+    Each message is built once and filled anew every period.
+    """
 
     def __init__(self, node: KhrNode, urdf: str) -> None:
-        self._clock = node.publish_on(Clock, '/clock')
-        self._joints = node.publish_on(JointState, 'joint_states')
-        self._odometry = node.publish_on(Odometry, 'ground_truth/odom')
-        self._imu = node.publish_on(Imu, 'ground_truth/imu')
-        self._soles = node.publish_on(PoseArray, 'ground_truth/soles')
-        self._contacts = [node.publish_on(WrenchStamped, f'ground_truth/contact/{region}')
-                          for region in REGIONS]
+        self._clock, self._imu, self._odometry = Clock(), Imu(), Odometry()
+        self._contacts = [WrenchStamped() for _ in FRAMES]
+        self._soles = PoseArray(poses=[Pose(), Pose()])
+        self._joints = JointState(name=list(JOINTS))
+        self._imu.header.frame_id = 'imu_link'
+        self._imu.orientation_covariance[0] = -1.0
+        self._imu.linear_acceleration_covariance[0] = -1.0
+        self._odometry.header.frame_id, self._odometry.child_frame_id = 'odom', 'base_link'
+        self._soles.header.frame_id = 'odom'
+        for contact, frame in zip(self._contacts, FRAMES, strict=True):
+            contact.header.frame_id = frame
+        topics = {
+            '/clock': self._clock, 'ground_truth/imu': self._imu,
+            **{f'ground_truth/contact/{region}': contact
+               for region, contact in zip(REGIONS, self._contacts, strict=True)},
+            'ground_truth/odom': self._odometry, 'ground_truth/soles': self._soles,
+            'joint_states': self._joints}
+        self._outputs = [(node.publish_on(type(message), topic), message)
+                         for topic, message in topics.items()]
+        self._stamps = [self._clock.clock, *(message.header.stamp for message in topics.values()
+                                             if message is not self._clock)]
         description = node.publish_on(String, 'robot_description', LATCHED)
         description.publish(String(data=urdf))
-        self._messages: list[tuple[Any, Any]] = []
 
     def tick(self, stamp_ns: int) -> None:
         """Publish the time alone."""
-        self._clock.publish(Clock(clock=to_stamp(stamp_ns)))
+        restamp(self._clock.clock, stamp_ns)
+        publisher, message = self._outputs[0]
+        publisher.publish(message)
 
     def publish(self, truth: Truth) -> None:
         """Publish the truth of one instant, the time first."""
-        stamp = to_stamp(truth.stamp_ns)
-        self._messages = [
-            (self._clock, Clock(clock=stamp)),
-            (self._imu, _imu(truth)),
-            *zip(self._contacts, _contacts(truth), strict=True),
-            (self._odometry, _odometry(truth)),
-            (self._soles, _soles(truth)),
-            (self._joints, _joint_state(truth)),
-        ]
-        for _, message in self._messages[1:]:
-            message.header.stamp = stamp
+        for stamp in self._stamps:
+            restamp(stamp, truth.stamp_ns)
+        _fill(self._imu.angular_velocity, truth.angular_rate)
+        for contact, force in zip(self._contacts, truth.contact_force, strict=True):
+            _fill(contact.wrench.force, force)
+        to_body = matrix(truth.orientation).T
+        _fill_pose(self._odometry.pose.pose, truth.position, truth.orientation)
+        _fill(self._odometry.twist.twist.linear, to_body @ truth.linear_velocity)
+        _fill(self._odometry.twist.twist.angular, to_body @ truth.angular_velocity)
+        for pose, position, orientation in zip(
+                self._soles.poses, truth.sole_position, truth.sole_orientation, strict=True):
+            _fill_pose(pose, position, orientation)
+        self._joints.position = truth.joint_position.tolist()
+        self._joints.velocity = truth.joint_velocity.tolist()
+        self._joints.effort = truth.joint_effort.tolist()
         self.repeat()
 
     def repeat(self) -> None:
         """Publish the last instant once more, for a listener that missed it."""
-        for publisher, message in self._messages:
+        for publisher, message in self._outputs:
             publisher.publish(message)
 
 
-def _imu(truth: Truth) -> Imu:
-    message = Imu()
-    message.header.frame_id = 'imu_link'
-    rate = message.angular_velocity
-    rate.x, rate.y, rate.z = truth.angular_rate.tolist()
-    message.orientation_covariance[0] = -1.0
-    message.linear_acceleration_covariance[0] = -1.0
-    return message
+def _fill(vector: Point | Vector3, values: Array) -> None:
+    vector.x, vector.y, vector.z = values.tolist()
 
 
-def _contacts(truth: Truth) -> list[WrenchStamped]:
-    messages = []
-    for frame, force in zip(FRAMES, truth.contact_force.tolist(), strict=True):
-        message = WrenchStamped()
-        message.header.frame_id = frame
-        message.wrench.force.x, message.wrench.force.y, message.wrench.force.z = force
-        messages.append(message)
-    return messages
-
-
-def _odometry(truth: Truth) -> Odometry:
-    message = Odometry()
-    message.header.frame_id, message.child_frame_id = 'odom', 'base_link'
-    _fill_pose(message.pose.pose, truth.position, truth.orientation)
-    to_body = matrix(truth.orientation).T
-    linear, angular = message.twist.twist.linear, message.twist.twist.angular
-    linear.x, linear.y, linear.z = (to_body @ truth.linear_velocity).tolist()
-    angular.x, angular.y, angular.z = (to_body @ truth.angular_velocity).tolist()
-    return message
-
-
-def _soles(truth: Truth) -> PoseArray:
-    message = PoseArray()
-    message.header.frame_id = 'odom'
-    message.poses = [_fill_pose(Pose(), position, orientation) for position, orientation
-                     in zip(truth.sole_position, truth.sole_orientation, strict=True)]
-    return message
-
-
-def _joint_state(truth: Truth) -> JointState:
-    message = JointState()
-    message.name = list(JOINTS)
-    message.position = truth.joint_position.tolist()
-    message.velocity = truth.joint_velocity.tolist()
-    message.effort = truth.joint_effort.tolist()
-    return message
-
-
-def _fill_pose(pose: Pose, position: np.ndarray, orientation: np.ndarray) -> Pose:
-    pose.position.x, pose.position.y, pose.position.z = position.tolist()
+def _fill_pose(pose: Pose, position: Array, orientation: Array) -> None:
+    _fill(pose.position, position)
     turn = pose.orientation
     turn.x, turn.y, turn.z, turn.w = orientation.tolist()
-    return pose
