@@ -1,0 +1,132 @@
+"""Nine executables started by hand, as with ``ros2 run``: any order, any delay, the same bits."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from khr_bringup import scenario as scenarios
+from khr_bringup.domain import registered
+from khr_bringup.graph import prepare
+from khr_bringup.offline import run_offline
+from khr_bringup.tables import PACKAGES
+
+PATIENCE = 60.0  # s of wall time
+FIRST = ['simulator']
+LATER = ['recorder', 'hip_controller', 'monitor', 'gait']
+LAST = ['foot_force', 'ankle_controller', 'fft_analyser', 'gyro']
+SCENARIO = scenarios.load('walk_7.68deg_ka12').changed({('simulator', 'duration'): 1.5})
+
+
+@pytest.fixture(scope='module')
+def offline_hash():
+    return run_offline(SCENARIO).trajectory_hash
+
+
+@pytest.fixture
+def graph(tmp_path, monkeypatch):
+    """Give an observer in a domain of its own and a function that starts nodes there."""
+    import rclpy
+
+    children = {}
+    parameters = tmp_path / 'scenario.yaml'
+    by_hand = prepare(SCENARIO, tmp_path, record=True).changed({
+        ('simulator', 'start_timeout'): 0.0})
+    parameters.write_text(by_hand.to_yaml())
+    with registered('by_hand', tmp_path) as entry:
+        for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
+            monkeypatch.setenv(key, value)
+        context = rclpy.Context()
+        rclpy.init(args=[], context=context)
+
+        def start(nodes):
+            for node in nodes:
+                children[node] = subprocess.Popen(
+                    [sys.executable, '-m', f'{PACKAGES[node]}.nodes.{node}', '--ros-args',
+                     '--params-file', str(parameters)],
+                    env=os.environ.copy(), start_new_session=True)
+
+        yield Observer(context), start
+        for child in children.values():
+            child.send_signal(signal.SIGINT)
+        for child in children.values():
+            child.wait(30.0)
+        rclpy.try_shutdown(context=context)
+
+
+class Observer:
+    """A node that hears how the run goes, and may meddle with it."""
+
+    def __init__(self, context):
+        import rclpy
+        from diagnostic_msgs.msg import DiagnosticStatus
+        from rclpy.experimental.events_executor import EventsExecutor
+        from sensor_msgs.msg import JointState
+
+        from khr_common.node import DATA, LATCHED
+
+        self.state, self.values, self.meddled = '', {}, 0
+        self.node = rclpy.create_node('observer', context=context)
+        self.node.create_subscription(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
+        self._publisher = self.node.create_publisher(
+            JointState, 'ankle_controller/correction', DATA)
+        self._kind, self._depth = JointState, DATA
+        self._executor = EventsExecutor(context=context)
+        self._executor.add_node(self.node)
+
+    def meddle(self):
+        """Say every correction twice, and wild ones for instants that are not asked for."""
+        self.node.create_subscription(
+            self._kind, 'ankle_controller/correction', self._on_correction, self._depth)
+
+    def until(self, condition, what):
+        end = time.monotonic() + PATIENCE
+        while not condition():
+            assert time.monotonic() < end, f'{what} did not come; the simulator is {self.state}'
+            self._executor.spin_once(0.1)
+
+    def sees(self, nodes):
+        return set(nodes) <= set(self.node.get_node_names())
+
+    def _on_state(self, status):
+        self.state = status.message
+        self.values = {pair.key: pair.value for pair in status.values}
+
+    def _on_correction(self, message):
+        if 0.5 in message.position or message.header.frame_id == 'again':
+            return
+        self.meddled += 1
+        message.header.frame_id = 'again'
+        self._publisher.publish(message)
+        stamp = message.header.stamp
+        for seconds, nanoseconds in ((stamp.sec + 1, stamp.nanosec), (stamp.sec, 7), (0, 1)):
+            stamp.sec, stamp.nanosec = seconds, nanoseconds
+            message.position = [0.5, 0.5]
+            self._publisher.publish(message)
+
+
+def test_late_and_in_odd_order_the_nodes_lock_in(graph, offline_hash):
+    observer, start = graph
+    start(FIRST)
+    observer.until(lambda: observer.state == 'waiting', 'the simulator')
+    start(LATER)
+    observer.until(lambda: observer.sees(LATER), 'the first of the others')
+    assert observer.state == 'waiting'
+    start(LAST)
+    observer.until(lambda: observer.state == 'finished', 'the end')
+    assert observer.values['end'] == 'duration'
+    assert observer.values['trajectory_hash'] == offline_hash
+
+
+def test_an_answer_said_twice_or_for_another_time_changes_nothing(graph, offline_hash):
+    observer, start = graph
+    start(FIRST + LATER)
+    observer.meddle()
+    observer.until(lambda: observer.sees(FIRST + LATER), 'the first nodes')
+    start(LAST)
+    observer.until(lambda: observer.state == 'finished', 'the end')
+    assert observer.meddled > 20
+    assert observer.values['trajectory_hash'] == offline_hash
