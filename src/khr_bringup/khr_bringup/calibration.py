@@ -52,11 +52,11 @@ class Constant:
 
 # In this order: a later fit is made with the earlier ones' results.
 FITS = (
-    Fit('gait', 'com_stance', -0.012, 0.004, 4, Condition('leg_lift'), 6.4,
+    Fit('gait', 'com_stance', -0.009, -0.001, 4, Condition('leg_lift'), 6.4,
         'standing, stage 1: no control, 6.4 deg'),
-    Fit('ankle_controller', 'force_scale', 0.0005, 0.0035, 5, Condition('leg_lift', 12.0), 7.6,
+    Fit('ankle_controller', 'force_scale', 0.001, 0.0035, 5, Condition('leg_lift', 12.0), 7.6,
         'standing, stage 2: K_A = 12 on the force difference, 7.6 deg'),
-    Fit('gait', 'com_touchdown', 0.024, 0.036, 4, Condition('walk'), 5.55,
+    Fit('gait', 'com_lifted', 0.008, 0.02, 4, Condition('walk'), 5.55,
         'walking without control, 5.55 deg'),
 )
 
@@ -87,6 +87,6 @@ CONSTANTS = (
              'that is pushed down reads more force'),
     Constant('gait', 'cycle_period', 'published', "the thesis, and the maker's walk"),
     Constant('gait', 'stride', 'published', "the maker's walk"),
-    Constant('gait', 'com_lifted', 'published', "within the maker's walk, 11 to 15 mm"),
+    Constant('gait', 'com_touchdown', 'published', "within the maker's walk, 24 to 31 mm"),
     Constant('gait', 'torso_pitch', 'published', "within the maker's walk, -2 to 7 deg"),
 )

@@ -115,6 +115,28 @@ def figure(
 
 
 @app.command()
+def push(
+    ka: Annotated[str, typer.Option(help='Ankle gains K_A; 0 is no control.')] = '0,12,18',
+    duration: Annotated[str, typer.Option(help='Of the pushes, in s.')] = '0.1,0.2,0.5',
+    direction: Annotated[str, typer.Option(
+        help='Where they come from: front, behind or both.')] = 'front,behind',
+    gyro: Annotated[str, typer.Option(
+        help='Gyro models: packaged, circuit or both.')] = 'packaged,circuit',
+    out: Annotated[Path | None, typer.Option(
+        help='Folder for push.csv and push.md; only printed if left out.')] = None,
+) -> None:
+    """Find the largest push the standing robot survives, beside the model's."""
+    from khr_bringup import push_table
+
+    rows = push_table.measure_all(push_table.conditions(
+        push_table.numbers('--ka', ka), push_table.numbers('--duration', duration),
+        direction.split(','), gyro.split(',')))
+    print(push_table.markdown(rows))
+    for path in push_table.write(rows, out) if out else []:
+        print(path)
+
+
+@app.command()
 def critical(
     walk: Annotated[bool, typer.Option(
         '--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.')] = True,
@@ -155,11 +177,13 @@ def scoreboard(
     seeds: Annotated[int, typer.Option(help='Seeds of every measurement.')] = 3,
     tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    explain: Annotated[bool, typer.Option(
+        '--explain/--no-explain', help='Look into the limits that miss.')] = True,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
     from khr_bringup.scoreboard import write
 
-    print(f'{out}: {write(out, seeds, tolerance, jobs)}')
+    print(f'{out}: {write(out, seeds, tolerance, jobs, explain)}')
 
 
 @app.command()
