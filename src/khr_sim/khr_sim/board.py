@@ -39,11 +39,14 @@ class Board:
         Raises:
             SimError: if the target is not n finite numbers.
         """
-        counts = np.rint(np.asarray(target, dtype=np.float64) / COUNT)
+        counts: Array = np.rint(np.asarray(target, dtype=np.float64) / COUNT)
         if counts.shape != self._lower.shape or not np.isfinite(counts).all():
             raise SimError(f'target: {list(target)} is not accepted; '
                            f'accepted: {len(self._lower)} finite angles in rad')
-        return np.asarray(np.clip(counts, self._lower, self._upper) * COUNT)
+        np.maximum(counts, self._lower, out=counts)
+        np.minimum(counts, self._upper, out=counts)
+        counts *= COUNT
+        return counts
 
     def reset(self, posture: Sequence[float]) -> Array:
         """Start from a posture; return it (n,) in rad, as the board holds it."""

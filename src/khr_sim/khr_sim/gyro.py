@@ -105,9 +105,8 @@ class Gyro:
         # Drawn whether it is used or not: the sequence depends on nothing but the seed.
         noise = self._noise.standard_normal(3)
         sensed = self._sense(rate)
-        if self.parameters.model != 'ideal':
-            sensed = self._read(sensed + self.parameters.noise * noise)
-        x, y, z = sensed.tolist()
+        x, y, z = (sensed.tolist() if self.parameters.model == 'ideal' else
+                   self._read(sensed + self.parameters.noise * noise))
         return x, y, z
 
     def _sense(self, rate: Array) -> Array:
@@ -117,12 +116,16 @@ class Gyro:
         return np.array([circuit.update(each) for circuit, each
                          in zip(self._circuits, rate.tolist(), strict=True)])
 
-    def _read(self, sensed: Array) -> Array:
+    def _read(self, sensed: Array) -> list[float]:
         """Carry what the sensors tell (3,) to the board: range, scale, offset, converter."""
         own, limit = self.parameters, self.parameters.saturation
         scale = own.sensitivity / 1000.0 / radians(1.0)
-        voltage = scale * np.clip(sensed, -limit, limit) + NOMINAL_SENSITIVITY * own.zero_offset
-        if own.adc:
-            steps = np.clip(np.rint(voltage / AD_STEP), -AD_HALF_RANGE, AD_HALF_RANGE - 1)
-            voltage = steps * AD_STEP
-        return voltage / NOMINAL_SENSITIVITY
+        offset = NOMINAL_SENSITIVITY * own.zero_offset
+        told = []
+        for rate in sensed.tolist():  # three numbers: faster than arrays of three
+            voltage = scale * min(max(rate, -limit), limit) + offset
+            if own.adc:
+                steps = min(max(round(voltage / AD_STEP), -AD_HALF_RANGE), AD_HALF_RANGE - 1)
+                voltage = steps * AD_STEP
+            told.append(voltage / NOMINAL_SENSITIVITY)
+        return told

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import atan2, hypot
 
 import numpy as np
 from numpy.typing import NDArray
@@ -50,9 +51,8 @@ class Truth:
     @property
     def tilt(self) -> float:
         """Return the angle between the torso's z axis and the vertical, in rad."""
-        x, y, z, w = self.orientation
-        return float(np.arctan2(2.0 * np.hypot(x * z + y * w, y * z - x * w),
-                                1.0 - 2.0 * (x * x + y * y)))
+        x, y, z, w = self.orientation.tolist()
+        return atan2(2.0 * hypot(x * z + y * w, y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
 
     def record(self) -> bytes:
         """Return the state as canonical bytes, for a trajectory hash.
