@@ -13,7 +13,7 @@ from hypothesis.extra.numpy import arrays
 from khr_sim.errors import SimError
 from khr_sim.foot_force import FootForce, FootForceParameters
 
-CLEAN = FootForceParameters(noise=0.0, resolution=0.0)
+CLEAN = FootForceParameters(noise=0.0, resolution=0.0, time_constant=0.0)
 FORCES = arrays(np.float64, (4, 3), elements=st.floats(-50.0, 50.0))
 
 

@@ -42,10 +42,10 @@ class GaitParameters:
         -0.4, "Both elbows' pitch.", unit='rad', minimum=-2.26, maximum=0.52)
 
     com_stance: float = parameter(
-        -0.004, "Centre of mass ahead of the soles' centres in the stance.", unit='m',
+        -0.0046, "Centre of mass ahead of the soles' centres in the stance.", unit='m',
         minimum=-0.05, maximum=0.05)
     com_lifted: float = parameter(
-        0.014, "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
+        0.0144, "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.', unit='m', minimum=-0.05, maximum=0.05)
     com_touchdown: float = parameter(
         0.030, "Walk: centre of mass ahead of the stance sole's centre when the other foot "

@@ -30,7 +30,7 @@ class FootForceParameters:
         0.025, 'Step of the reading; 0 for none. The default is a thousandth of the range, as '
         'the 10-bit converter of the board gives.', unit='N', minimum=0.0, maximum=5.0)
     time_constant: float = parameter(
-        0.0, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0)
+        0.5, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0)
     seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
     control_period: float = parameter(
         0.015, 'Period of the samples, that of the simulator.', unit='s',

@@ -1,0 +1,77 @@
+"""The calibration: its search, its files, and that the defaults hold what it found."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_bringup.calibrate import (
+    Found,
+    boundary,
+    calibrate,
+    constants_file,
+    differences,
+    page,
+)
+from khr_bringup.calibration import CONSTANTS, FITS
+from khr_bringup.errors import BringupError, RunError
+from khr_bringup.tables import TABLES
+from khr_common import check, specifications
+
+DOCS = Path(__file__).parents[2] / 'docs'
+FIT = replace(FITS[0], low=0.0, high=1.0)
+
+
+@given(limit=st.floats(0.01, 0.99), falls_above=st.booleans())
+def test_boundary_is_found_whichever_end_survives(limit, falls_above):
+    found = boundary(lambda value: (value < limit) == falls_above, FIT)
+    assert found == pytest.approx(limit, abs=1.0 / 64.0)
+
+
+@pytest.mark.parametrize('survives', [True, False])
+def test_row_that_no_value_meets_is_an_error(survives):
+    with pytest.raises(RunError, match=f'{FIT.node}.{FIT.key}'):
+        boundary(lambda _: survives, FIT)
+
+
+def test_few_constants_are_fitted_each_once_and_none_per_scenario():
+    names = [(fit.node, fit.key) for fit in FITS]
+    assert len(names) == len(set(names)) <= 5
+    assert not {(c.node, c.key) for c in CONSTANTS} & set(names)
+    for fit in FITS:
+        assert not fit.condition.changes
+        for value in (fit.low, fit.high):
+            check(TABLES[fit.node], fit.key, value)
+
+
+def test_every_constant_is_a_parameter_with_a_known_provenance():
+    for constant in CONSTANTS:
+        assert constant.key in specifications(TABLES[constant.node])
+        assert constant.kind in ('measured', 'published', 'derived', 'assumed')
+
+
+def test_files_hold_what_was_found():
+    found = [Found(fit, (fit.low, fit.low)) for fit in FITS]
+    fitted = yaml.safe_load(constants_file(found))
+    text = page(found, 7, 2)
+    for one in found:
+        assert fitted[one.fit.node]['ros__parameters'][one.fit.key] == one.value
+        assert f'`{one.fit.node}.{one.fit.key}` | {one.value:g}' in text
+    assert len(differences(fitted)) == len(FITS), 'no default is an end of its range'
+    assert 'khr calibrate --seed 7 --seeds 2' in text
+
+
+def test_defaults_are_the_fitted_constants():
+    fitted = yaml.safe_load((DOCS / 'calibration.yaml').read_text())
+    assert differences(fitted) == []
+    assert sum(len(body['ros__parameters']) for body in fitted.values()) == len(FITS)
+
+
+@pytest.mark.parametrize(('seed', 'seeds', 'jobs', 'word'), [
+    (0, 1, 1, '--seeds'), (-1, 2, 1, '--seed'), (0, 2, 0, '--jobs')])
+def test_arguments_are_refused(tmp_path, seed, seeds, jobs, word):
+    with pytest.raises(BringupError, match=word):
+        calibrate(tmp_path / 'page.md', seed, seeds, jobs)
