@@ -55,10 +55,10 @@ def test_force_law_is_linear_in_gain_and_scale(difference, gain):
                                  / (5.0 / 1024))
 
 
-def test_default_scale_moves_the_critical_angle_as_published():
+def test_rigid_robots_scale_moves_the_critical_angle_as_published():
     """Statics of a rigid robot: the ankle yields until the toe carries all, 6.4 -> 7.6 deg."""
     half_foot_over_height = sin(radians(6.4))
-    controller = AnkleController(FORCE)
+    controller = AnkleController(replace(FORCE, force_scale=0.00098))
 
     def load_beyond_toe(phi):
         # With Delta = m g the ankle has leant the body back by the correction.
