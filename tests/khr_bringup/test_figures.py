@@ -14,7 +14,7 @@ from khr_common.errors import KhrError
 
 ASKED = ('3.8', '3.9', '3.10', '3.11b', '3.12', '3.13', '4.4', '4.5', '4.6', '4.8', '4.10', '4.12',
          '5.11')
-SLOW = ('push', 'stiffness')  # seconds each; they draw the same kind of panels
+SLOW = ('push', 'push_robot', 'stiffness')  # seconds to minutes each
 
 
 def rows(path):

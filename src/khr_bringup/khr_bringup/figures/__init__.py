@@ -13,7 +13,7 @@ import matplotlib
 import matplotlib.style
 from matplotlib.figure import Figure
 
-from khr_bringup.figures import balance, gyro, pushes, walking
+from khr_bringup.figures import balance, gyro, push_robot, pushes, walking
 from khr_bringup.figures.table import write_table
 from khr_common.errors import KhrError
 
@@ -35,6 +35,7 @@ FIGURES: dict[str, Callable[[], Figure]] = {
     'friction': balance.friction,
     'harmonics': walking.harmonics,
     'push': pushes.largest,
+    'push_robot': push_robot.side_by_side,
     'stiffness': walking.stiffness,
 }
 

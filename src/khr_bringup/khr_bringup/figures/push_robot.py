@@ -1,0 +1,81 @@
+"""Pushes on the simulated robot beside those on the model; it takes minutes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from khr_analysis.models.push import DIRECTIONS, simulate_push
+from khr_analysis.models.tipping import Push
+from khr_bringup.figures.layout import panels
+from khr_bringup.push_model import model_gyro, model_loop, model_push
+from khr_bringup.push_recovery import GYROS, Condition, largest_push, push_robot, stance
+from khr_bringup.push_table import DURATIONS, GAINS
+
+SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
+PUSHED = 0.5  # s, the push that the lower panels show; control matters most for it
+SHOWN = 1.6  # s
+_SIDES = {'behind': 'from behind', 'front': 'from the front'}
+_MARKS = {'packaged': 'o', 'circuit': '^'}
+
+
+def side_by_side() -> Figure:
+    """Draw the largest impulse over the gain, and x_COM of pushes about the largest one."""
+    figure, axes = panels(
+        *(f'the largest, {_SIDES[side]}' for side in DIRECTIONS),
+        *(f'{PUSHED:g} s {_SIDES["behind"]}, {share:.0%} of the largest'
+          for share in (SURVIVED, FATAL)), columns=2, height=6.0)
+    for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
+        for index, duration in enumerate(DURATIONS):
+            _impulses(axis, Condition(duration=duration, direction=direction), f'C{index}')
+        axis.set(xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)',
+                 ylim=(0.0, 2.1))
+    largest = largest_push(Condition(duration=PUSHED)).middle
+    for share, axis in zip((SURVIVED, FATAL), axes[2:], strict=True):
+        _motions(axis, share * largest)
+    axes[2].legend(loc='upper left', fontsize=7)
+    figure.legend(loc='outside lower center', ncols=4, fontsize=7, handles=[
+        *(Line2D([], [], color='0.3', marker=mark, label=f'robot, {gyro} gyro')
+          for gyro, mark in _MARKS.items()),
+        Line2D([], [], color='0.3', linestyle='--', label='model of its body, physical'),
+        Line2D([], [], color='0.3', linestyle=':', label="thesis's model, published"),
+        *(Line2D([], [], color=f'C{index}', linewidth=4, label=f'push of {duration:g} s')
+          for index, duration in enumerate(DURATIONS))])
+    figure.suptitle('Pushes on the simulated robot and on the model, on the flat')
+    return figure
+
+
+def _impulses(axis: Axes, base: Condition, color: str) -> None:
+    duration = base.duration
+    for gyro, mark in _MARKS.items():
+        tried = [replace(base, gain=gain, gyro=gyro) for gain in GAINS]
+        axis.plot(GAINS, [duration * largest_push(each).middle for each in tried], color=color,
+                  linestyle='-', marker=mark, label=f'robot, {gyro}, {duration:g} s')
+    tried = [replace(base, gain=gain) for gain in GAINS]
+    for form, body, line in (('physical', 'robot', '--'), ('published', 'thesis', ':')):
+        axis.plot(GAINS, [duration * model_push(each, form, body) for each in tried],
+                  color=color, linestyle=line, marker='',
+                  label=f'model, {form}, {body}, {duration:g} s')
+
+
+def _motions(axis: Axes, force: float) -> None:
+    foot = 2e3 * stance().pendulum.half_foot
+    for index, (gain, gyro) in enumerate(((0.0, 'packaged'), *((18.0, each) for each in GYROS))):
+        condition = Condition(gain, PUSHED, gyro=gyro)
+        motion = push_robot(condition, force)
+        shown = (motion.time >= -0.1) & (motion.time <= SHOWN)
+        name = f'K_A = {gain:g}' + (f', {gyro}' if gain else '')
+        axis.plot(motion.time[shown], 1e3 * motion.x_com[shown], color=f'C{index}',
+                  linestyle='-', label=f'robot, {name}')
+    model = simulate_push(model_loop(condition, 'physical', 'robot'), Push(force, PUSHED),
+                          gyro=model_gyro(condition), duration=SHOWN)
+    axis.plot(model.time, 1e3 * model.x_com, color=f'C{index}', linestyle='--',
+              label=f'model, {name}')
+    axis.axhspan(-foot / 2.0, 0.0, color='0.93', zorder=0)
+    axis.axvspan(0.0, PUSHED, ymax=0.03, color='0.6', zorder=0)
+    axis.grid(False)
+    axis.set(xlabel='time from the push (s)', ylabel='x_COM from the toe (mm)',
+             ylim=(-0.8 * foot, 0.4 * foot))
