@@ -5,7 +5,6 @@ The one module of this package that needs ROS.
 
 from __future__ import annotations
 
-import dataclasses
 import signal
 import sys
 import time
@@ -215,12 +214,25 @@ class StampedSet:
         return complete
 
 
-@dataclasses.dataclass
-class _Stop:
-    asked: bool = False
+class _Turn:
+    """Hear messages until there is nothing to hear, or a signal comes.
 
-    def __call__(self, *_: object) -> None:
-        self.asked = True
+    To spin once is to hear one message, and costs as much as to hear two. Spinning with a time
+    limit hears all, but with messages always waiting it does not come back: the signal says so.
+    """
+
+    def __init__(self) -> None:
+        self.interrupted = False
+        self._over: Future[None] = Future()
+
+    def take(self, executor: EventsExecutor) -> None:
+        self._over = Future()
+        if not self.interrupted:
+            executor.spin_until_future_complete(self._over, 0.1)
+
+    def interrupt(self, *_: object) -> None:
+        self.interrupted = True
+        self._over.set_result(None)
 
 
 def run_node(factory: Callable[[], KhrNode]) -> int:
@@ -234,9 +246,9 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
     ROS's own signal handlers tear the context down before a node could say its last words, so
     SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
     """
-    interrupted: list[int] = []
+    turn = _Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda number, _: interrupted.append(number))
+        signal.signal(number, turn.interrupt)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[KhrNode] = []
     try:
@@ -244,9 +256,8 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
         for factory in factories:
             nodes.append(factory())
             executor.add_node(nodes[-1])
-        while not interrupted and not any(node.failure for node in nodes):
-            # To spin once is to hear one message; this hears all of a tenth of a second.
-            executor.spin_until_future_complete(Future(), 0.1)
+        while not turn.interrupted and not any(node.failure for node in nodes):
+            turn.take(executor)
         for node in nodes:
             _close(node, executor)
     except KhrError as error:
