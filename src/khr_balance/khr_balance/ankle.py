@@ -29,7 +29,7 @@ class AnkleController:
     The force sensors' scale is not published. Statically, on a rigid robot, (3.7) and (3.13)
     give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without and
     7.6 deg with K_A = 12 then say 0.00098 V/N. The default is fitted to the same row on the
-    simulated robot, which meets its limit on the way into single support, not at rest.
+    simulated robot, which falls when it sets the other foot down, not while it rests on one.
     """
 
     def __init__(self, parameters: AnkleControllerParameters) -> None:
