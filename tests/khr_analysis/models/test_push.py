@@ -171,6 +171,13 @@ def test_opposing_the_rate_raises_the_physical_robot_s_limit_and_following_it_fe
     assert largest_push(PushLoop(gain=-0.0556)) < 0.1
 
 
+@pytest.mark.parametrize('integral', [0.0, 40.0])
+def test_on_an_incline_the_robot_rests_before_it_is_pushed(integral):
+    loop = PushLoop(pid=Pid(integral=integral), inclination=0.035, initial_lean=0.01)
+    run = simulate_push(loop, Push(1e-9), duration=0.5)
+    assert np.ptp(run.x_com) < 1e-9
+
+
 def test_a_finer_step_changes_little():
     coarse, fine = (largest_push(PushLoop(gain=0.05, step=step), duration=0.1)
                     for step in (3e-3, 5e-4))

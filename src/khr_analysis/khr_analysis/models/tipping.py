@@ -214,9 +214,9 @@ class Physical(Model):
         side = math.copysign(1.0, push.force)
         self._lean, self._slope = side * loop.initial_lean, side * loop.inclination
         self._toe = loop.pendulum.half_foot * math.cos(self._slope)
-        weight = loop.pendulum.gravity_moment * math.sin(self._lean + self._slope)
-        held = -weight / loop.pid.integral if loop.pid.integral else 0.0
-        super().__init__(loop, push, (self._lean, 0.0, held))
+        # At rest before the push the servo holds the weight, by what it integrated or by its sag.
+        self._held = -loop.pendulum.gravity_moment * math.sin(self._lean + self._slope)
+        super().__init__(loop, push, (self._lean, 0.0, 0.0))
 
     def derivative(self, state: State, force: float) -> State:
         """Return the rate of change, the servo's torque cut to what the foot carries."""
@@ -225,7 +225,7 @@ class Physical(Model):
         load = (pendulum.gravity_moment * math.sin(lean + self._slope)
                 + force * pendulum.length * math.cos(lean + self._slope))
         error = self._lean - self._correction - lean
-        torque = pid.torque(error, integral, -rate)
+        torque = self._held + pid.torque(error, integral, -rate)
         torque = self._on_foot(lean, rate, load, torque, force)
         return rate, (load + torque) / pendulum.inertia, error
 
