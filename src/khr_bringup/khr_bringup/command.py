@@ -175,7 +175,7 @@ def calibrate(
 def scoreboard(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
     seeds: Annotated[int, typer.Option(help='Seeds of every measurement.')] = 3,
-    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.2,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
     explain: Annotated[bool, typer.Option(
         '--explain/--no-explain', help='Look into the limits that miss.')] = True,
