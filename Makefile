@@ -40,11 +40,11 @@ docs: install
 bench: install
 	$(BIN)/python -m tests.benchmarks
 
-lock:
-	rm -rf $(VENV)-lock && $(PYTHON) -m venv $(VENV)-lock
-	$(VENV)-lock/bin/pip install --quiet --disable-pip-version-check -r requirements.in
-	$(VENV)-lock/bin/pip freeze --all --exclude pip | grep -v '^#' > requirements.lock
-	rm -rf $(VENV)-lock
+lock: install
+	$(BIN)/pip install --quiet --disable-pip-version-check --dry-run --ignore-installed \
+	    --report $(VENV)/lock.json -r requirements.in
+	$(BIN)/python -c "import json; print(*sorted('{name}=={version}'.format(**i['metadata']) \
+	    for i in json.load(open('$(VENV)/lock.json'))['install']), sep='\n')" > requirements.lock
 
 clean:
 	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info
