@@ -26,7 +26,7 @@ def side_by_side() -> Figure:
     """Draw the largest impulse over the gain, and x_COM of pushes about the largest one."""
     figure, axes = panels(
         *(f'the largest, {_SIDES[side]}' for side in DIRECTIONS),
-        *(f'{PUSHED:g} s {_SIDES["behind"]}, {share:.0%} of the limit at K_A = 0'
+        *(f'{PUSHED:g} s, {share:.0%} of the limit at K_A = 0'
           for share in (SURVIVED, FATAL)), columns=2, height=6.0)
     for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
         for index, duration in enumerate(DURATIONS):
