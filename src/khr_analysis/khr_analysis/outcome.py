@@ -148,7 +148,8 @@ class OutcomeMonitor:
                                  matrix(seen.sole_orientation[0]))
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
         self._vibration.add(rate)
-        forces = [float(seen.contact_force[i][2] + seen.contact_force[i + 1][2]) for i in (0, 2)]
+        normal = [float(force[2]) for force in seen.contact_force]
+        forces = [normal[0] + normal[1], normal[2] + normal[3]]
         for i, sole in enumerate(self._soles):
             loaded = forces[i] > self.parameters.load_threshold
             sole.follow(seen.sole_position[i], _up(seen.sole_orientation[i]),
@@ -216,7 +217,7 @@ class _Sole:
 
 def _up(quaternion: Any) -> Vector:
     """Return the z axis of a frame."""
-    x, y, z, w = (float(value) for value in quaternion)
+    x, y, z, w = map(float, quaternion)
     return 2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)
 
 

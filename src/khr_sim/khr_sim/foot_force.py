@@ -76,6 +76,7 @@ class FootForce:
         # Drawn whether it is used or not: the sequence depends on nothing but the seed.
         noise = self._noise.standard_normal(4)
         told = self._low_pass.update(force[:, 2]) + own.noise * noise
+        readings: list[float] = told.tolist()  # four numbers: faster than arrays of four
         if own.resolution > 0.0:
-            told = np.rint(told / own.resolution) * own.resolution
-        return tuple(np.clip(told, 0.0, own.saturation).tolist())
+            readings = [round(each / own.resolution) * own.resolution for each in readings]
+        return tuple([min(max(each, 0.0), own.saturation) for each in readings])
