@@ -101,7 +101,7 @@ def test_limit_passes_within_its_tolerance_and_says_what_was_fitted():
 def test_order_is_strict():
     limits = limits_of_thesis()
     limits[STAGE_3] = limits[STAGE_2]
-    standing, walking_order = order_rows(limits)
+    standing, walking_order = order_rows(limits, 0.1)
     assert not standing.passed
     assert walking_order.passed
 
@@ -129,6 +129,8 @@ def test_walk_is_judged_on_all_that_is_published_of_it():
 def test_growth_needs_numbers():
     assert grows([1.0, 2.0, 3.0])
     assert not grows([1.0, 1.0])
+    assert not grows([1.0, 1.1, 1.3], least=0.15)
+    assert grows([1.0, 1.2, 1.4], least=0.15)
     assert not grows([1.0, float('nan')])
 
 

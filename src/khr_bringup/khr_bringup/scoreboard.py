@@ -99,7 +99,7 @@ def board(bench: Bench, explain: bool = True) -> tuple[str, str]:
     limits = {row.condition: bench.limit(row.condition, row.thesis_deg) for row in LIMITS}
     sections = (
         ('Critical inclinations', LIMITS_TEXT, ('chapter', 'condition', 'thesis', 'simulation'),
-         [*limit_rows(limits), theory_row(), *order_rows(limits)]),
+         [*limit_rows(limits), theory_row(), *order_rows(limits, bench.tolerance)]),
         ('Standing on one leg (chapter 3)', STANDING_TEXT, ('what', 'thesis', 'simulation'),
          standing_rows(bench, limits[STAGE_1])),
         ('Walking (chapter 5)', WALKING_TEXT,

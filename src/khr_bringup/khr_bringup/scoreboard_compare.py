@@ -16,7 +16,9 @@ from khr_bringup.critical import Condition, Limit
 from khr_bringup.scoreboard_page import Row, kind, number, series
 from khr_bringup.scoreboard_rows import (
     COMMON_DEG,
+    F_0,
     LIMITS,
+    LINE_HZ,
     ORDERS,
     READ_BACK_DEG,
     STAGE_1,
@@ -32,6 +34,8 @@ from khr_bringup.scoreboard_rows import (
     WalkRow,
 )
 from khr_bringup.scoreboard_runs import Bench, Lift, Walk
+
+NOTICEABLE = 0.02  # growth below it, over the first value, is called none
 
 
 def limit_rows(limits: dict[Condition, Limit]) -> list[Row]:
@@ -55,15 +59,17 @@ def theory_row() -> Row:
                f'{ours - THEORY_DEG:+.2f}', abs(ours - THEORY_DEG) <= 0.05)
 
 
-def order_rows(limits: dict[Condition, Limit]) -> list[Row]:
-    """Compare the order of the limits: no control < ankle < ankle and hip."""
+def order_rows(limits: dict[Condition, Limit], tolerance: float) -> list[Row]:
+    """Compare the order of the limits: no control < ankle < ankle and hip.
+
+    Each has to exceed the one before by the tolerance of the bisection, or they are equal.
+    """
     rows = []
     for name, conditions in ORDERS:
         means = [limits[condition].mean for condition in conditions]
         rows.append(Row(('6', f'order, {name}', 'none < ankle < ankle and hip',
-                         ' < '.join(f'{mean:.2f}' for mean in means) if grows(means)
-                         else ', '.join(f'{mean:.2f}' for mean in means)),
-                        'predicted', '', grows(means)))
+                         ', '.join(f'{mean:.2f}' for mean in means)),
+                        'predicted', '', grows(means, tolerance)))
     return rows
 
 
@@ -73,7 +79,7 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[Row]:
     delta = [runs.typical(one.toe - one.heel for one in lifts) for lifts in curve]
     toe = [runs.typical(one.toe for one in lifts) for lifts in curve]
     heel = [runs.typical(one.heel for one in lifts) for lifts in curve]
-    last = bench.lifts(STAGE_1, round(float(min(stage_1.of_seeds)) - bench.tolerance, 2))
+    last = bench.lifts(STAGE_1, round(stage_1.mean, 2))
     share = runs.typical(one.share for one in last)
     heel_share = (1.0 - share) / 2.0
     known = [(phi, value) for phi, value in zip(STAGE_1_GRID, delta, strict=True)
@@ -144,10 +150,11 @@ def trend_row(row: TrendRow, bench: Bench) -> Row:
     figure = {'vibration': runs.vibration, 'slip': runs.slip_mm, 'line': _extra_peak}[row.figure]
     values = [figure(some) for some in walks]
     unit = {'vibration': 'rad/s', 'slip': 'mm', 'line': 'Hz'}[row.figure]
+    least = LINE_HZ if row.figure == 'line' else NOTICEABLE * values[0]
     elsewhere = '' if phi == row.inclination_deg else f'not at {row.inclination_deg:g}: it falls'
     return Row((row.what, f'{phi:g}',
                 f'{series(values, 1 if row.figure == "slip" else 3)} {unit}'),
-               'predicted', elsewhere, grows(values))
+               'predicted', elsewhere, grows(values, least))
 
 
 def _read_back(curve: Sequence[tuple[float, float]], one: Lift) -> float:
@@ -157,11 +164,12 @@ def _read_back(curve: Sequence[tuple[float, float]], one: Lift) -> float:
 
 
 def _extra_peak(walks: Iterable[Walk]) -> float:
-    """Return the median frequency of the largest peak that is no multiple of f_0, Hz."""
-    return runs.typical(next((peak.frequency for peak in one.peaks if peak.label == 'other'), nan)
+    """Return the median frequency of the largest peak above f_0 that is no multiple of it, Hz."""
+    return runs.typical(next((peak.frequency for peak in one.peaks
+                              if peak.label == 'other' and peak.frequency > F_0[1]), nan)
                         for one in walks)
 
 
-def grows(values: Sequence[float]) -> bool:
-    """Say whether each value exceeds the one before; a NaN exceeds nothing."""
-    return all(later > earlier for earlier, later in pairwise(values))
+def grows(values: Sequence[float], least: float = 0.0) -> bool:
+    """Say whether each value exceeds the one before by more than ``least``; a NaN does not."""
+    return all(later - earlier > least for earlier, later in pairwise(values))

@@ -43,7 +43,8 @@ class Lift:
 
     Attributes:
         outcome: of the monitor.
-        toe, heel: mean force on the support foot in the later half of the time on one leg, N.
+        toe, heel: mean force on the support foot in the later half of the time on one leg, N;
+            NaN if the robot fell before it was over.
         overshoot: largest pitch rate of the torso in the whole motion, either way, rad/s.
     """
 
@@ -90,7 +91,7 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
             forces.append(truth.contact_force[support, 2])
 
     outcome = run(condition, inclination_deg, seed, look)
-    if outcome.verdict == 'fell':
+    if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
         return Lift(outcome, np.nan, np.nan, max(rates))
     toe, heel = np.mean(forces, axis=0).tolist()
     return Lift(outcome, toe, heel, max(rates))
