@@ -68,9 +68,9 @@ def khr(*arguments, folder=None, timeout=90):
 
 @pytest.fixture(scope='session')
 def standing(tmp_path_factory):
-    """Two seconds of standing on the flat, one process per node, recorded."""
+    """Four seconds of standing on the flat, one process per node, recorded."""
     folder = tmp_path_factory.mktemp('runs') / 'standing'
-    return khr('run', 'stand_0deg', '--processes', '--duration', 2, '--out', folder,
+    return khr('run', 'stand_0deg', '--processes', '--duration', 4, '--out', folder,
                '--expect', 'stood', folder=folder)
 
 

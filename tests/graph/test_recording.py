@@ -30,7 +30,7 @@ def stamp_ns(message):
 @pytest.mark.parametrize('topic', EACH_PERIOD)
 def test_every_period_is_there_once(bag, topic):
     stamps = [stamp_ns(message) for _, message in bag[topic]]
-    instants = list(range(0, 2_010_000_000 + 1, PERIOD_NS))
+    instants = list(range(0, 4_005_000_000 + 1, PERIOD_NS))
     assert stamps == instants
 
 
@@ -45,7 +45,7 @@ def test_feet_carry_the_weight(bag):
                for part in ('toe', 'heel')]
     sums = [sum(message.wrench.force.z for _, message in instant)
             for instant in zip(*sensors, strict=False)]
-    settled = sums[len(sums) // 2:]
+    settled = sums[-len(sums) // 4:]  # the sensors take half a second
     assert sum(settled) / len(settled) == pytest.approx(WEIGHT, rel=0.02)
 
 
@@ -61,7 +61,7 @@ def test_scenario_in_the_bag_is_the_one_that_ran(bag, standing):
     assert message.data == (standing.folder / 'scenario.yaml').read_text()
     stored = scenarios.parse(message.data, 'bag', 'stored')
     assert stored.table('gait').motion == 'stand'
-    assert stored.table('simulator').duration == 2.0
+    assert stored.table('simulator').duration == 4.0
 
 
 def test_outcome_in_the_bag_is_final(bag, standing):
@@ -69,7 +69,7 @@ def test_outcome_in_the_bag_is_final(bag, standing):
     values = {pair.key: pair.value for pair in outcome.values}
     assert outcome.message == 'stood'
     assert values['final'] == 'true'
-    assert math.isclose(float(values['time_s']), 2.01, abs_tol=0.02)
+    assert math.isclose(float(values['time_s']), 4.005, abs_tol=1e-9)
 
 
 def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
@@ -80,4 +80,4 @@ def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
 
 
 def test_bag_is_in_simulated_time(bag):
-    assert all(time_ns <= 2_100_000_000 for messages in bag.values() for time_ns, _ in messages)
+    assert all(time_ns <= 4_100_000_000 for messages in bag.values() for time_ns, _ in messages)
