@@ -71,7 +71,7 @@ TRENDS_TEXT = f"""On the thesis's ground if most seeds stay up there, else at
 {COMMON_DEG:g} deg."""
 MISSES_TEXT = """The best explanation that an experiment could find: for each limit that misses,
 the limit of seed 0 is measured again with one change at a time; the numbers are degrees gained or
-lost. Changed together with the constants fitted to the other rows, none of these is a fit."""
+lost. These are no calibrations: what moves one limit moves the fitted ones as well."""
 MOTION_TEXT = {
     'walk': 'Walking:',
     'leg_lift': """Standing. A rate is zero at rest, so feedback of a rate, (3.14), holds no lean:
