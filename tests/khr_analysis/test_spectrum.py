@@ -53,7 +53,8 @@ def test_a_sine_on_a_bin_reads_its_amplitude_and_phase(window, bin_, amplitude, 
 
 
 @pytest.mark.parametrize(('window', 'amplitude', 'bins', 'radians'), [
-    ('rectangular', 0.08, 0.01, 0.08), ('hann', 0.002, 0.001, 0.002)])
+    # worst halfway between bins 4 and 5, where the tone's mirror image decides which is taken
+    ('rectangular', 0.08, 0.04, 0.15), ('hann', 0.002, 0.001, 0.002)])
 @given(position=st.floats(3.5, 70.0), phase=PHASES)
 def test_a_sine_between_bins_reads_within_the_stated_bounds(window, amplitude, bins, radians,
                                                             position, phase):
