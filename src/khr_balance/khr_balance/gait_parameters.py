@@ -14,8 +14,9 @@ class GaitParameters:
     The maker's slow walk has these figures: timing, stride 56 mm, lift 18 to 22 mm, centre of
     mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
     and 24 to 31 mm at touchdown, hips 118 mm above the ankles, torso pitched -2 to 7 deg.
-    The paths between them are ours. Fitted, with the servos as they are by default: ``com_lifted``,
-    within its range, so that the robot walks at 5.55 deg downhill and falls beyond; ``com_stance``, so that on its pads it lifts a leg up to 6.4 deg. Assumed:
+    The paths between them are ours. Fitted, with the servos as they are by default:
+    ``com_lifted``, within its range, so that the robot walks at 5.55 deg downhill and falls
+    beyond; ``com_stance``, so that on its pads it lifts a leg up to 6.4 deg. Assumed:
     ``heel_off`` and the arms; the hips are 3 mm lower, or the rear leg is too short.
     """
 

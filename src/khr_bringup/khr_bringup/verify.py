@@ -8,11 +8,10 @@ from typing import Any
 
 from rich.console import Console
 from rich.progress import Progress
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup import scenario as scenarios
+from khr_bringup.bags import read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
@@ -20,7 +19,6 @@ from khr_bringup.tables import TABLES
 from khr_common import specifications
 
 STATE_TOPIC, EVENT_TOPIC, PUSH_TOPIC = '/simulator/state', '/parameter_events', '/push'
-Messages = dict[str, list[Any]]
 
 
 @dataclass(frozen=True)
@@ -76,7 +74,7 @@ def read(bag: Path) -> Recorded:
         BringupError: if it is no bag, is damaged, has no scenario or end of a run, or was made
             by another version of the project.
     """
-    messages = _messages(bag / 'bag' if (bag / 'bag').is_dir() else bag)
+    messages = read_messages(bag, (SCENARIO_TOPIC, STATE_TOPIC, EVENT_TOPIC, PUSH_TOPIC))
     if not messages[SCENARIO_TOPIC]:
         raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
     finished = [message for message in messages[STATE_TOPIC] if message.message == 'finished']
@@ -88,24 +86,6 @@ def read(bag: Path) -> Recorded:
                     int(state['time_ns']), state.get('end', ''),
                     tuple(_changes(messages[EVENT_TOPIC]))
                     + (('a push over its topic',) if messages[PUSH_TOPIC] else ()))
-
-
-def _messages(bag: Path) -> Messages:
-    """Return the messages of the topics that matter here."""
-    store = get_typestore(Stores.ROS2_JAZZY)
-    messages: Messages = {topic: [] for topic in (SCENARIO_TOPIC, STATE_TOPIC, EVENT_TOPIC,
-                                                  PUSH_TOPIC)}
-    try:
-        with Reader(bag) as reader:
-            chosen = [each for each in reader.connections if each.topic in messages]
-            for connection, _, data in reader.messages(chosen) if chosen else ():
-                messages[connection.topic].append(
-                    store.deserialize_cdr(data, connection.msgtype))
-    except Exception as error:  # a damaged file fails in many ways inside the reader
-        text = ' '.join(str(error).split()) or type(error).__name__
-        raise BringupError(f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
-                           'the folder of a run') from error
-    return messages
 
 
 def _scenario(bag: Path, text: str) -> Scenario:
