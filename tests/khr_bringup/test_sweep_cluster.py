@@ -3,6 +3,7 @@
 import json
 import os
 import signal
+import socket
 import subprocess
 import sys
 import time
@@ -156,7 +157,7 @@ def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_p
 
 
 def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
-    file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
+    file, folder = specification(tmp_path, 200, 0.6), tmp_path / 'out'
     command = subprocess.Popen(
         [*KHR, 'sweep', str(file), '--out', str(folder), '--workers', '1'], text=True,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
@@ -164,8 +165,8 @@ def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
     os.killpg(command.pid, signal.SIGINT)  # as a terminal does: the workers get it too
     out, err = command.communicate(timeout=PATIENCE)
     assert command.returncode == 130
-    assert 'Traceback' not in err and ' of 12' in out
-    assert 1 <= read_table(folder / 'results.parquet').num_rows < 12
+    assert 'Traceback' not in err and ' of 200' in out
+    assert 1 <= read_table(folder / 'results.parquet').num_rows < 200
 
 
 def test_no_scheduler_is_one_line_soon(tmp_path):
@@ -177,11 +178,21 @@ def test_no_scheduler_is_one_line_soon(tmp_path):
     assert "'tcp://127.0.0.1:9'" in result.stderr and result.stderr.count('\n') == 1
 
 
-@pytest.mark.parametrize('address', ['nonsense', 'tcp://', 'udp://127.0.0.1:9', ''])
+@pytest.mark.parametrize('address', ['nonsense', 'tcp://', 'tcp://127.0.0.1', 'tcp://:1', 'tcp://h:x',
+                                     'udp://127.0.0.1:9', ''])
 def test_what_is_no_address_is_refused(address):
     with pytest.raises(BringupError) as refusal, cluster.connected(1, address):
         pytest.fail('connected to nobody')
     assert repr(address) in str(refusal.value) and '\n' not in str(refusal.value)
+
+
+def test_a_stranger_behind_the_port_is_refused_soon():
+    began = time.monotonic()
+    with socket.create_server(('127.0.0.1', 0)) as mute:
+        address = f'tcp://127.0.0.1:{mute.getsockname()[1]}'
+        with pytest.raises(BringupError, match=address), cluster.connected(1, address):
+            pytest.fail('connected to a stranger')
+    assert time.monotonic() - began < cluster.CONNECT_TIMEOUT + STARTING
 
 
 @pytest.fixture(scope='module')

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import logging
 import signal
+import socket
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import islice
 from typing import Any, TypeVar
+from urllib.parse import urlsplit
 
 import dask
 from distributed import Client, KilledWorker, LocalCluster, as_completed
@@ -95,8 +97,16 @@ def _local(workers: int) -> LocalCluster:
 
 def _join(scheduler: str) -> Client:
     try:
+        place = urlsplit(scheduler)
+        if place.scheme != 'tcp' or not place.hostname or not place.port:
+            raise ValueError
+        # Dask's own client would wait for ever for a stranger that says nothing; a scheduler
+        # speaks first.
+        with socket.create_connection((place.hostname, place.port), CONNECT_TIMEOUT) as probe:
+            if not probe.recv(1):
+                raise ValueError
         return Client(scheduler, timeout=CONNECT_TIMEOUT, name='khr-sweep')
-    except (OSError, ValueError, TypeError) as error:
+    except (OSError, ValueError) as error:
         raise BringupError(f'--scheduler: {scheduler!r}: no scheduler answers there; accepted: '
                            'the address of a running "dask scheduler", such as '
                            'tcp://127.0.0.1:8786') from error
