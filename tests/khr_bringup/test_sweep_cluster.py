@@ -160,7 +160,9 @@ def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
     file, folder = specification(tmp_path, 200, 0.6), tmp_path / 'out'
     command = subprocess.Popen(
         [*KHR, 'sweep', str(file), '--out', str(folder), '--workers', '1'], text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True)
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+        # whoever started the tests in the background had SIGINT ignored; a terminal has not
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL))
     wait_for(lambda: written(folder, 1) or command.poll() is not None, 'the first run')
     os.killpg(command.pid, signal.SIGINT)  # as a terminal does: the workers get it too
     out, err = command.communicate(timeout=PATIENCE)
