@@ -12,18 +12,17 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import degrees, inf, sqrt
 from multiprocessing import get_context, parent_process
 
 import numpy as np
 from scipy import stats
 
-from khr_analysis.outcome import Outcome, OutcomeMonitor
+from khr_analysis.outcome import Outcome
 from khr_bringup.errors import BringupError
-from khr_bringup.offline import Controllers, duration, run_offline
-from khr_bringup.scenario import Scenario
-from khr_sim.plant import Plant
+from khr_bringup.offline import Controllers, run_offline
+from khr_bringup.scenario import Scenario, noise_seeds
 from khr_sim.truth import Truth
 from khr_sim.world import TILTING_SPEED
 
@@ -80,10 +79,12 @@ class Condition:
                            ('hip_controller', self.hip_gain)):
             changes[node, 'enabled'] = gain > 0.0
             changes[node, 'gain'] = float(gain)
+        if standing:
+            changes['simulator', 'level_start'] = True
+            changes['gait', 'start_delay'] = start_of_lift(inclination_deg)
         if seed is not None:
             changes['simulator', 'initial_tilt_deg'] = INITIAL_TILT_DEG
-            for node in ('simulator', 'gyro', 'foot_force'):
-                changes[node, 'seed'] = seed
+            changes |= noise_seeds(seed)
         return Scenario(self.title, {}).changed(changes | dict(self.changes))
 
 
@@ -175,26 +176,7 @@ def run(condition: Condition, inclination_deg: float, seed: int,
     A walk starts on the inclined ground. For a leg lift the board is tilted under the standing
     robot, as in the thesis, so that a controller that leans it back can do so in time.
     """
-    scenario = condition.scenario(inclination_deg, seed)
-    if condition.motion == 'walk':
-        return run_offline(scenario, watch).outcome
-    scenario = scenario.changed({('gait', 'start_delay'): start_of_lift(inclination_deg)})
-    tilted = replace(scenario.table('simulator'), duration=duration(scenario))
-    plant, controllers = Plant(replace(tilted, inclination_deg=0.0)), Controllers(scenario)
-    monitor = OutcomeMonitor(scenario.table('monitor'))
-    try:
-        due = controllers.reference(0.0)
-        truth = plant.start(due)
-        plant.configure(tilted)
-        while True:
-            answer, outcome = controllers.answer(truth), monitor.update(truth)
-            if watch is not None:
-                watch(truth, controllers)
-            if plant.end:
-                return outcome
-            truth, due = plant.advance(due), answer
-    finally:
-        plant.world.close()
+    return run_offline(condition.scenario(inclination_deg, seed), watch).outcome
 
 
 def start_of_lift(inclination_deg: float) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -18,7 +18,6 @@ from khr_sim.truth import Truth
 
 ANKLES = ('l_ankle_pitch', 'r_ankle_pitch')
 HIPS = ('l_hip_pitch', 'r_hip_pitch')
-
 
 
 @dataclass(frozen=True)
@@ -38,7 +37,13 @@ def duration(scenario: Scenario) -> float:
 
 
 class Controllers:
-    """The sensing and control side of one scenario: from a truth to the target it asks for."""
+    """The sensing and control side of one scenario: from a truth to the target it asks for.
+
+    Attributes:
+        pitch_rate: as the board last read it, rad/s.
+        forces: on l_toe, l_heel, r_toe, r_heel as the sensors last told them, N.
+        ankle_correction, hip_correction: the last ones, rad.
+    """
 
     def __init__(self, scenario: Scenario) -> None:
         self.gait = Gait(scenario.table('gait'))
@@ -47,7 +52,8 @@ class Controllers:
         self.ankle = AnkleController(scenario.table('ankle_controller'))
         self.hip = HipController(scenario.table('hip_controller'))
         self._ankle_source = scenario.table('ankle_controller').source
-        self.pitch_rate = 0.0
+        self.pitch_rate = self.ankle_correction = self.hip_correction = 0.0
+        self.forces: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
 
     def reference(self, time: float) -> list[float]:
         """Return the gait's 17 joint angles in rad at ``time`` s."""
@@ -57,12 +63,13 @@ class Controllers:
         """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
         time = truth.stamp_ns / 1e9
         self.pitch_rate = self.gyro.update(truth.angular_rate.tolist())[1]
-        forces = self.foot_force.update(truth.contact_force.tolist())
+        self.forces = self.foot_force.update(truth.contact_force.tolist())
         if self._ankle_source == 'gyro':
             ankle = self.ankle.update(time, pitch_rate=self.pitch_rate)
         else:
-            ankle = self.ankle.update(time, foot_forces=forces)
+            ankle = self.ankle.update(time, foot_forces=self.forces)
         hip = self.hip.update(time, self.pitch_rate)
+        self.ankle_correction, self.hip_correction = ankle, hip
         return mix(self.reference(time), [dict.fromkeys(ANKLES, ankle), dict.fromkeys(HIPS, hip)])
 
 

@@ -18,6 +18,7 @@ from khr_common import ParameterError, build, check, specifications
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 Values = dict[str, dict[str, Any]]
 PERIOD = 'control_period'
+SEEDED = ('simulator', 'gyro', 'foot_force')  # nodes that draw at random
 
 
 @dataclass(frozen=True)
@@ -94,7 +95,7 @@ def parse(text: str, file: str, name: str) -> Scenario:
     Raises:
         BringupError: as :func:`load`; ``file`` is what its text calls the file.
     """
-    document = _read(text, file)
+    document = read_yaml(text, file)
     if not isinstance(document, dict):
         raise BringupError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
     values: Values = {}
@@ -144,7 +145,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
     Raises:
         BringupError: if it is not a YAML value.
     """
-    value = _read(text, f'{node}.{key}')
+    value = read_yaml(text, f'{node}.{key}')
     table = TABLES.get(node)
     known = specifications(table).get(key) if table else None
     if known and known.kind is float and type(value) is int:
@@ -207,7 +208,12 @@ class _StrictLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def _read(text: str, file: str) -> Any:
+def read_yaml(text: str, file: str) -> Any:
+    """Read YAML strictly: a key given twice is a mistake.
+
+    Raises:
+        BringupError: if it does not read; ``file`` is what its text calls the file.
+    """
     try:
         return yaml.load(text, _StrictLoader)
     except yaml.YAMLError as error:
@@ -215,6 +221,11 @@ def _read(text: str, file: str) -> Any:
         where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
         problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
         raise BringupError(f'{file}:{where} {problem}; accepted: YAML') from error
+
+
+def noise_seeds(seed: int) -> dict[tuple[str, str], int]:
+    """Return the seeds of all nodes by (node, key): never two alike, or they would draw alike."""
+    return {(node, 'seed'): len(SEEDED) * seed + number for number, node in enumerate(SEEDED)}
 
 
 def changes_of(texts: Iterable[str]) -> dict[tuple[str, str], Any]:

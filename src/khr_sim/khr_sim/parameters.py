@@ -24,6 +24,9 @@ class SimulatorParameters:
     inclination_rate_deg_s: float = parameter(
         0.0, 'Speed at which the inclination grows during the run.',
         unit='deg/s', minimum=-5.0, maximum=5.0)
+    level_start: bool = parameter(
+        False, 'Start on level ground, which then tilts to the inclination at 2 deg/s.',
+        read_only=True)
     surface: str = parameter(
         'smooth', 'What the robot stands on: its soles on a smooth board, rubber soles, or the '
         'pads of its force sensors.', choices=('smooth', 'rubber', 'pads'), read_only=True)

@@ -74,7 +74,8 @@ class World:
         """
         command = self._board.reset(posture)
         self._step = 0
-        self._inclination = self._goal = radians(self.parameters.inclination_deg)
+        self._goal = radians(self.parameters.inclination_deg)
+        self._inclination = 0.0 if self.parameters.level_start else self._goal
         self._pushes: list[Push] = []
         self._efforts = np.zeros(len(JOINTS))
         self._load()

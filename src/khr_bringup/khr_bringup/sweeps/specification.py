@@ -19,7 +19,6 @@ from khr_bringup.sweeps.trial import Trial, complete, identity
 from khr_common import ParameterError
 
 KEYS = ('scenario', 'set', 'duration', 'seeds', 'grid', 'random', 'samples')
-SEEDED = ('simulator.seed', 'gyro.seed', 'foot_force.seed')
 INITIAL_ERROR = 'simulator.initial_tilt_deg'
 LARGEST_SWEEP = 1_000_000
 
@@ -118,7 +117,7 @@ def parse(text: str, file: str) -> Specification:
     Raises:
         BringupError: as :func:`load`.
     """
-    given = scenarios._read(text, file)
+    given = scenarios.read_yaml(text, file)
     if not isinstance(given, dict) or 'scenario' not in given:
         raise BringupError(f'{file}: not a sweep; accepted: a mapping with scenario, and grid or '
                            'random')
@@ -197,7 +196,7 @@ def _check_set(file: str, fixed: dict[str, Any], axes: dict[str, Axis]) -> None:
 def _check_seeds(file: str, sweep: Specification, fixed: dict[str, Any]) -> None:
     if sweep.seeds is None:
         return
-    taken = [name for name in SEEDED if name in sweep.axes or name in fixed]
+    taken = [name for name in _seeds(0) if name in sweep.axes or name in fixed]
     if taken:
         raise BringupError(f'{file}: {taken[0]}: given beside seeds; accepted: one of them')
     node, key = INITIAL_ERROR.split('.')
@@ -207,10 +206,8 @@ def _check_seeds(file: str, sweep: Specification, fixed: dict[str, Any]) -> None
 
 
 def _seeds(seed: int | None) -> dict[str, int]:
-    """Return the seeds of all nodes: never two the same, or they would draw the same noise."""
-    if seed is None:
-        return {}
-    return {name: len(SEEDED) * seed + number for number, name in enumerate(SEEDED)}
+    return {} if seed is None else {
+        f'{node}.{key}': value for (node, key), value in scenarios.noise_seeds(seed).items()}
 
 
 def _by_node(values: dict[str, Any]) -> dict[str, dict[str, Any]]:

@@ -1,0 +1,57 @@
+"""The signals of a run against the run itself."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from khr_bringup.errors import BringupError
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario import load
+from khr_bringup.series import Series, run_with_series
+
+WEIGHT = 1.5 * 9.81  # N
+
+
+@pytest.fixture(scope='module')
+def standing():
+    scenario = load('lift_3.8deg').changed({('simulator', 'duration'): 3.0})
+    return scenario, *run_with_series(scenario)
+
+
+def test_looking_does_not_change_the_run(standing):
+    scenario, result, series = standing
+    assert result.trajectory_hash == run_offline(scenario).trajectory_hash
+    assert series.time[0] == 0.0
+    assert series.time[-1] == result.time
+    np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
+
+
+def test_signals_tell_what_the_robot_does(standing):
+    _, _, series = standing
+    assert series.inclination[0] == 0.0  # the board is level at the start, then tilted
+    assert np.degrees(series.inclination[-1]) == pytest.approx(3.8)
+    # The robot leans with the board, and its rate is the slope of its pitch.
+    assert np.degrees(series.pitch[-1] - series.pitch[10]) == pytest.approx(3.8, abs=0.5)
+    np.testing.assert_allclose(np.cumsum(series.pitch_rate[11:]) * 0.015,
+                               series.pitch[11:] - series.pitch[10], atol=2e-3)
+    late = series.time > 2.5
+    weight = WEIGHT * np.cos(series.inclination[late])
+    np.testing.assert_allclose(series.contact_force[late].sum(axis=1), weight, rtol=0.02)
+    np.testing.assert_allclose(series.foot_force[late].sum(axis=1), weight, rtol=0.05)
+    assert not series.correction.any()
+    assert series.slip[-1] < 0.002
+
+
+def test_signals_survive_being_written(standing, tmp_path: Path):
+    _, _, series = standing
+    series.save(tmp_path / 'run.npz')
+    read = Series.load(tmp_path / 'run.npz')
+    np.testing.assert_allclose(read.contact_force, series.contact_force, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(read.time, series.time, rtol=1e-6)
+    assert [path.name for path in tmp_path.iterdir()] == ['run.npz']
+    whole = (tmp_path / 'run.npz').read_bytes()
+    for damaged in (b'', b'torn', whole[:len(whole) // 2]):
+        (tmp_path / 'run.npz').write_bytes(damaged)
+        with pytest.raises(BringupError, match=r'run\.npz: not the signals of a run'):
+            Series.load(tmp_path / 'run.npz')
