@@ -1,7 +1,6 @@
 """The largest push that the simulated robot survives, and its table."""
 
 import csv
-import re
 from dataclasses import fields
 from pathlib import Path
 
@@ -158,14 +157,6 @@ def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
     assert len(read) == 30 and set(read[0]) == {field.name for field in fields(push_table.Row)}
     with pytest.raises(BringupError, match=r'^--out: .*accepted: '):
         push_table.write(rows, path)
-
-
-def test_rewriting_keeps_what_stands_around_the_markers():
-    text = f'a\n{push_table.BEGIN}\nold\n{push_table.END}\nz'
-    new = push_table.rewrite(text, 'new')
-    assert re.sub(r'\s', '', new) == re.sub(r'\s', '', text.replace('old', 'new'))
-    with pytest.raises(BringupError, match=r'^text: '):
-        push_table.rewrite('none', 'new')
 
 
 @pytest.mark.parametrize('name, value', [

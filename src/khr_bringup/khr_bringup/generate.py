@@ -14,17 +14,18 @@ from khr_bringup import scenario as scenarios
 from khr_bringup.tables import PACKAGES, TABLES
 from khr_bringup.tables_of_text import scenario_markdown
 from khr_common import specifications
+from khr_common.markdown import put_between, table
 
-START, END = '<!-- {0}: written by make docs -->', '<!-- end of {0} -->'
+START, END = '<!-- scenarios: written by make docs -->', '<!-- end of scenarios -->'
 
 
 def defaults_yaml() -> str:
     """Return the parameter file that holds every default, each with its meaning."""
     lines = ['# Every parameter with its default, as the nodes declare it; scenarios lie thin '
              'over this.', '# Written by make docs from the parameter tables: change those.']
-    for node, table in TABLES.items():
+    for node, parameters in TABLES.items():
         lines += ['', f'{node}:', '  ros__parameters:']
-        for specification in specifications(table).values():
+        for specification in specifications(parameters).values():
             text = f'{specification.description} {specification.accepted}'
             lines += [f'    # {line}' for line in textwrap.wrap(text, 90)]
             value = yaml.safe_dump(specification.default, default_flow_style=True, width=1000)
@@ -37,22 +38,13 @@ def parameters_markdown() -> str:
     text = ['# Parameters', '', 'Written by `make docs` from the parameter tables of the nodes. '
             '"fixed" parameters are read when a node starts; all others can change while it runs '
             '(`khr set NODE PARAMETER VALUE`, `ros2 param set`).']
-    for node, table in TABLES.items():
+    for node, parameters in TABLES.items():
+        rows = [(f'`{each.name}`', f'`{each.default}`', each.accepted.replace('|', '\\|'),
+                 each.description + (' *(fixed)*' if each.read_only else ''))
+                for each in specifications(parameters).values()]
         text += ['', f'## {node} ({PACKAGES[node]})', '',
-                 '| parameter | default | accepted | meaning |', '|---|---|---|---|']
-        for each in specifications(table).values():
-            fixed = ' *(fixed)*' if each.read_only else ''
-            accepted = each.accepted.replace('|', '\\|')
-            text.append(f'| `{each.name}` | `{each.default}` | {accepted} | '
-                        f'{each.description}{fixed} |')
+                 table(('parameter', 'default', 'accepted', 'meaning'), rows)]
     return '\n'.join(text) + '\n'
-
-
-def put_between(document: str, name: str, text: str) -> str:
-    """Replace what stands between the two markers of ``name`` in a document."""
-    start, end = START.format(name), END.format(name)
-    before, rest = document.split(start)
-    return f'{before}{start}\n{text}{end}{rest.split(end)[1]}'
 
 
 def generated(root: Path) -> dict[Path, str]:
@@ -61,8 +53,8 @@ def generated(root: Path) -> dict[Path, str]:
     shipped = [scenarios.load(str(path)) for path in scenarios.shipped()]
     return {root / 'config' / 'defaults.yaml': defaults_yaml(),
             root / 'docs' / 'parameters.md': parameters_markdown(),
-            readme: put_between(readme.read_text(encoding='utf-8'), 'scenarios',
-                                scenario_markdown(shipped))}
+            readme: put_between(readme.read_text(encoding='utf-8'), START, END,
+                                scenario_markdown(shipped).strip())}
 
 
 def main() -> None:

@@ -30,6 +30,7 @@ from khr_bringup.push_recovery import (
     push_robot,
     stance,
 )
+from khr_common.markdown import put_between, rewrite_document, table
 from khr_sim.parameters import SimulatorParameters
 
 GAINS = (0.0, 12.0, 18.0)
@@ -132,7 +133,7 @@ def markdown(rows: Sequence[Row]) -> str:
                 ' to '.join(f'{getattr(row, field):.2f}' for field in fields_)
                 for row in found)])
     head = [f'K_A = {gain:g}' + (f', {gyro}' if gyro else '') for gyro, gain in loops]
-    return _table(['push', 'who', *head], lines)
+    return table(['push', 'who', *head], lines)
 
 
 def momentum() -> str:
@@ -148,7 +149,7 @@ def momentum() -> str:
                       f'{duration * found.fatal:.3f}',
                       *(f'{duration * capture_force(own, each, duration):.3f}'
                         for each in (own.inertia, inertia)), after])
-    return _table(['push, s', 'robot, N s', 'point mass, N s', 'rigid body, N s',
+    return table(['push, s', 'robot, N s', 'point mass, N s', 'rigid body, N s',
                    f'COM carried by {SAME:g} N s'], lines)
 
 
@@ -165,7 +166,7 @@ def compliance() -> str:
             capture_force(edge, inertia, duration), model_push(soft, 'physical', 'robot'),
             largest_of_model(replace(loop, pid=pid), duration=duration, watch=WATCH),
             capture_force(edge, edge.inertia, duration)))])
-    return _table(['push, s', 'robot, N', 'with stiff servos, N', 'rigid, closed form, N',
+    return table(['push, s', 'robot, N', 'with stiff servos, N', 'rigid, closed form, N',
                    'model of its body, N', 'with a stiff servo, N',
                    'rigid point mass, closed form, N'], lines)
 
@@ -197,17 +198,13 @@ def document_part() -> str:
         'Compliance, without control, from behind:', compliance()])
 
 
-def rewrite(text: str, part: str) -> str:
+def rewrite(text: str) -> str:
     """Replace what stands between the markers.
 
     Raises:
-        BringupError: if a marker is missing.
+        KhrError: if a marker is missing.
     """
-    if BEGIN not in text or END not in text.split(BEGIN, 1)[1]:
-        raise BringupError(f'text: no markers in it; accepted: a text with {BEGIN!r}, '
-                           f'then {END!r}')
-    head, rest = text.split(BEGIN, 1)
-    return f'{head}{BEGIN}\n\n{part}\n\n{END}{rest.split(END, 1)[1]}'
+    return put_between(text, BEGIN, END, document_part())
 
 
 def write(rows: Sequence[Row], out: Path) -> list[Path]:
@@ -240,16 +237,9 @@ def numbers(name: str, text: str) -> list[float]:
                            'accepted: numbers, separated by commas') from None
 
 
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ['---'] * len(head), *rows]
-    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
-
-
 def main() -> None:
     """Rewrite the document named on the command line."""
-    path = Path(sys.argv[1])
-    part = document_part()
-    path.write_text(rewrite(path.read_text(encoding='utf-8'), part), encoding='utf-8')
+    rewrite_document(rewrite)
 
 
 if __name__ == '__main__':

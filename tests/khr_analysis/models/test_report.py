@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.models.report import BEGIN, rewrite
+from khr_common import KhrError
 
 DOCUMENT = Path(__file__).parents[3] / 'docs' / 'models.md'
 
@@ -29,7 +29,7 @@ def test_the_document_names_only_what_exists():
 
 
 def test_a_text_without_markers_is_refused():
-    with pytest.raises(AnalysisError, match=r'^text: .*accepted: '):
+    with pytest.raises(KhrError, match=r'^text: .*accepted: '):
         rewrite('no markers')
-    with pytest.raises(AnalysisError, match=r'^text: '):
+    with pytest.raises(KhrError, match=r'^text: '):
         rewrite(f'{BEGIN} only the first')

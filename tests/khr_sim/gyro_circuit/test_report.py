@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from khr_sim.errors import SimError
+from khr_common import KhrError
 from khr_sim.gyro_circuit.report import rewrite
 
 DOCUMENT = Path(__file__).parents[3] / 'docs' / 'gyro.md'
@@ -15,5 +15,5 @@ def test_the_document_is_up_to_date():
 
 
 def test_a_document_without_markers_is_refused():
-    with pytest.raises(SimError, match=r'^text: no markers'):
+    with pytest.raises(KhrError, match=r'^text: no markers'):
         rewrite('# Gyro')

@@ -3,14 +3,10 @@
 from __future__ import annotations
 
 import math
-import sys
-from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.models.ankle_servo import (
     Pid,
     controlled_critical_inclination,
@@ -47,6 +43,7 @@ from khr_analysis.models.thesis import (
     loop_gain,
 )
 from khr_analysis.models.tipping import PushLoop, tipping_force
+from khr_common.markdown import put_between, rewrite_document, table
 
 BEGIN = '<!-- begin: written by python -m khr_analysis.models.report docs/models.md -->'
 END = '<!-- end -->'
@@ -73,18 +70,9 @@ def rewrite(text: str) -> str:
     """Replace what stands between the markers.
 
     Raises:
-        AnalysisError: if a marker is missing.
+        KhrError: if a marker is missing.
     """
-    if BEGIN not in text or END not in text.split(BEGIN, 1)[1]:
-        raise AnalysisError(f'text: no markers in it; accepted: a text with {BEGIN!r}, '
-                            f'then {END!r}')
-    head, rest = text.split(BEGIN, 1)
-    return f'{head}{BEGIN}\n\n{figures()}\n\n{END}{rest.split(END, 1)[1]}'
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ['---'] * len(head), *rows]
-    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+    return put_between(text, BEGIN, END, figures())
 
 
 def _pendulum() -> str:
@@ -97,7 +85,7 @@ def _pendulum() -> str:
     fall = simulate(ROBOT, initial_lean=0.01, inclination=0.1)
     middle = math.degrees(0.5 * (swing.lean.max() + swing.lean.min()))
     return '\n\n'.join([
-        _table(['th_A0, deg', '(3.10) published, deg', 'exact, deg', 'tangent, deg'], rows),
+        table(['th_A0, deg', '(3.10) published, deg', 'exact, deg', 'tangent, deg'], rows),
         f'(3.6) let go at {math.degrees(0.01):.2f} deg on an incline of {math.degrees(0.1):.2f} '
         f'deg: published, it swings about {middle:.2f} deg for ever; physical, it lies on the '
         f'surface after {fall.time[-1]:.2f} s.'])
@@ -137,7 +125,7 @@ def _friction() -> str:
         tips = math.degrees(critical_inclination(ROBOT, INITIAL_LEAN, 'tangent'))
         rows.append([f'{friction:.2f}', f'{slides:.2f}', 'slides' if slides < tips else 'tips',
                      f'{change:.3f}', f'{block:.3f}'])
-    return _table(['mu', 'atan(mu), deg', 'which comes first',
+    return table(['mu', 'atan(mu), deg', 'which comes first',
                    'slide 2 deg beyond, simulated, m/s^2', 'a block, m/s^2'], rows)
 
 
@@ -178,7 +166,7 @@ def _identification() -> str:
     limit = loop.stability_limit / gain_of_board(1.0)
     return '\n\n'.join([
         'From f_A0 = 2.58 Hz at K_A = 12 and 4.74 Hz at 18, each +-0.22 Hz:',
-        _table(['form', 'K/J, 1/s^2', 'B/J, 1/s', 'f_A0 at K_A = 15, Hz', '95 %'], rows),
+        table(['form', 'K/J, 1/s^2', 'B/J, 1/s', 'f_A0 at K_A = 15, Hz', '95 %'], rows),
         f'Physical: K = {loop.stiffness:.0f} N m/rad for J = m l^2; without gyro the damping '
         f'ratio is {loop.damping_ratio:.2f} (no ringing); the loop is unstable from '
         f'K_A = {limit:.1f}. 2.58 Hz lies within {abs(2.58 - 6 / GAIT_PERIOD):.2f} Hz of line 6 '
@@ -195,7 +183,7 @@ def _stiffness() -> str:
             for part, ringing, ratio, rate, limit in zip(
                 share, sweep.ringing_frequency, sweep.damping_ratio, sweep.ringing_rate,
                 sweep.stability_limit, strict=True)]
-    return _table(['K over the identified', 'f_A0 at K_A = 12, Hz', 'damping ratio',
+    return table(['K over the identified', 'f_A0 at K_A = 12, Hz', 'damping ratio',
                    'ringing rate, deg/s rms', 'largest K_A'], rows)
 
 
@@ -211,7 +199,7 @@ def _harmonics() -> str:
                        for value in (series.second, whole.second, series.third, whole.third))])
     return '\n\n'.join([
         'A pitch of 3 deg at f_0, amplitudes over that of f_0:',
-        _table(['phi, deg', 'a_2/a_0 printed, 1/s^2', 'a_1/a_0 printed, 1/s^2',
+        table(['phi, deg', 'a_2/a_0 printed, 1/s^2', 'a_1/a_0 printed, 1/s^2',
                 '2 f_0 series', '2 f_0 integrated', '3 f_0 series', '3 f_0 integrated'], rows)])
 
 
@@ -230,7 +218,7 @@ def _push() -> str:
     return '\n\n'.join([
         f'A lasting push lifts the heel from m g b/l = {tipping_force(ROBOT):.2f} N. The largest '
         'push of 0.1 s survived, N, with an ideal gyro read every 15 ms:',
-        _table(['form, inclination, direction', 'K_A = 0', 'K_A = 12', 'K_A = 18'], rows)])
+        table(['form, inclination, direction', 'K_A = 0', 'K_A = 12', 'K_A = 18'], rows)])
 
 
 def _survived(loop: PushLoop, setting: float, side: Direction) -> float:
@@ -240,8 +228,7 @@ def _survived(loop: PushLoop, setting: float, side: Direction) -> float:
 
 def main() -> None:
     """Rewrite the document named on the command line."""
-    path = Path(sys.argv[1])
-    path.write_text(rewrite(path.read_text(encoding='utf-8')), encoding='utf-8')
+    rewrite_document(rewrite)
 
 
 if __name__ == '__main__':

@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import math
-import sys
-from collections.abc import Iterable, Sequence
-from pathlib import Path
 
 import numpy as np
 
-from khr_sim.errors import SimError
+from khr_common.markdown import put_between, rewrite_document, table
 from khr_sim.gyro_circuit.agreement import disagreement
 from khr_sim.gyro_circuit.carrier import static_characteristic
 from khr_sim.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY, TABLE_III, Circuit
@@ -38,17 +35,9 @@ def rewrite(text: str) -> str:
     """Replace what stands between the markers.
 
     Raises:
-        SimError: if a marker is missing.
+        KhrError: if a marker is missing.
     """
-    if BEGIN not in text or END not in text.split(BEGIN, 1)[1]:
-        raise SimError(f'text: no markers in it; accepted: a text with {BEGIN!r}, then {END!r}')
-    head, rest = text.split(BEGIN, 1)
-    return f'{head}{BEGIN}\n\n{figures()}\n\n{END}{rest.split(END, 1)[1]}'
-
-
-def _table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    lines = [head, ['---'] * len(head), *rows]
-    return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+    return put_between(text, BEGIN, END, figures())
 
 
 def _constants(circuit: Circuit) -> str:
@@ -60,7 +49,7 @@ def _constants(circuit: Circuit) -> str:
             source = f'fitted ({source}: {field.default:g})'
         return [f'`{field.name}`', data['description'], f'{value:.5g}', data['unit'], source]
 
-    return _table(['name', 'what', 'value', 'unit', 'source'],
+    return table(['name', 'what', 'value', 'unit', 'source'],
                   map(row, dataclasses.fields(circuit)))
 
 
@@ -90,7 +79,7 @@ def _derived(circuit: Circuit) -> str:
         ('the same within the bandwidth, rms',
          noise * math.sqrt(math.pi * circuit.bandwidth), 'deg/s'),
     ]
-    return _table(['what', 'value', 'unit'],
+    return table(['what', 'value', 'unit'],
                   [[what, f'{value:.4g}', unit] for what, value, unit in rows])
 
 
@@ -139,13 +128,12 @@ def _agreement() -> str:
 
     rows = [[f'{frequency:g}', *(percent(frequency, *column) for column in columns)]
             for frequency in FREQUENCIES]
-    return _table(['rate, Hz', *(heading(*column) for column in columns)], rows)
+    return table(['rate, Hz', *(heading(*column) for column in columns)], rows)
 
 
 def main() -> None:
     """Rewrite the document named on the command line."""
-    path = Path(sys.argv[1])
-    path.write_text(rewrite(path.read_text(encoding='utf-8')), encoding='utf-8')
+    rewrite_document(rewrite)
 
 
 if __name__ == '__main__':
