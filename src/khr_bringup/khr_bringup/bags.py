@@ -2,16 +2,40 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import struct
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from khr_bringup.errors import BringupError
+from khr_bringup.tables import TABLES
+from khr_common import specifications
 
 Messages = dict[str, list[Any]]
+EVENT_TOPIC, PUSH_TOPIC = '/parameter_events', '/push'
+
+# MCAP (https://mcap.dev/spec): magic, then records of one byte of kind and eight of length.
+_MAGIC = b'\x89MCAP0\r\n'
+_RECORD = struct.Struct('<BQ')
+_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x03, 0x04, 0x05, 0x06
+_CHUNK_HEAD = struct.Struct('<QQQIIQ')  # of a chunk without compression, whose name is empty
+_END = _RECORD.pack(0x0F, 4) + bytes(4) + _RECORD.pack(0x02, 20) + bytes(20) + _MAGIC
+
+
+@dataclass(frozen=True)
+class Change:
+    """A node's own parameter, set while it ran; the time is simulated, in s."""
+
+    time: float
+    node: str
+    parameter: str
+    value: Any
 
 
 def read_messages(bag: Path, topics: Sequence[str]) -> Messages:
@@ -24,15 +48,9 @@ def read_messages(bag: Path, topics: Sequence[str]) -> Messages:
     Raises:
         BringupError: if it is no bag or is damaged.
     """
-    folder = bag / 'bag' if (bag / 'bag').is_dir() else bag
-    store = get_typestore(Stores.ROS2_JAZZY)
     messages: Messages = {topic: [] for topic in topics}
     try:
-        with Reader(folder) as reader:
-            chosen = [each for each in reader.connections if each.topic in messages]
-            for connection, _, data in reader.messages(chosen) if chosen else ():
-                messages[connection.topic].append(
-                    store.deserialize_cdr(data, connection.msgtype))
+        _collect(_place(bag), messages)
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise BringupError(f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
@@ -40,6 +58,95 @@ def read_messages(bag: Path, topics: Sequence[str]) -> Messages:
     return messages
 
 
+def read_what_is_left(bag: Path, topics: Sequence[str]) -> tuple[Messages, str]:
+    """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
+
+    Returns:
+        The messages, and what is wrong with the bag; nothing if it is whole.
+
+    Raises:
+        BringupError: if none of it can be read.
+    """
+    try:
+        return read_messages(bag, topics), ''
+    except BringupError as damage:
+        messages: Messages = {topic: [] for topic in topics}
+        place = _place(bag)
+        files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
+        with TemporaryDirectory() as folder, suppress(Exception):
+            mended = Path(folder) / 'mended.mcap'
+            for file in files:
+                mended.write_bytes(_mend(file.read_bytes()))
+                _collect(mended, messages)
+        if not any(messages.values()):
+            raise
+        return messages, str(damage)
+
+
 def seconds(message: Any) -> float:
     """Return the stamp of a message in s."""
     return float(message.header.stamp.sec) + float(message.header.stamp.nanosec) / 1e9
+
+
+def changes(events: Sequence[Any]) -> list[Change]:
+    """Return the changes of the nodes' own parameters that were made after they had started.
+
+    Args:
+        events: the messages on ``/parameter_events``.
+    """
+    found = []
+    for event in events:
+        node = event.node.rsplit('/', 1)[-1]
+        known = specifications(TABLES[node]) if node in TABLES else {}
+        time = event.stamp.sec + event.stamp.nanosec / 1e9
+        found += [Change(time, node, parameter.name, _value(parameter.value))
+                  for parameter in event.changed_parameters if parameter.name in known]
+    return found
+
+
+def _place(bag: Path) -> Path:
+    return bag / 'bag' if (bag / 'bag').is_dir() else bag
+
+
+def _collect(bag: Path, messages: Messages) -> None:
+    store = get_typestore(Stores.ROS2_JAZZY)
+    with Reader(bag) as reader:
+        chosen = [each for each in reader.connections if each.topic in messages]
+        for connection, _, data in reader.messages(chosen) if chosen else ():
+            messages[connection.topic].append(store.deserialize_cdr(data, connection.msgtype))
+
+
+def _mend(content: bytes) -> bytes:
+    """Return a whole MCAP file of what stands before the damage of one.
+
+    A recorder that is killed leaves a file without an end, and its last chunk may be cut: chunks
+    without compression are opened, so that only the record at the cut is lost.
+    """
+    kept = [record for kind, record in _records(content)
+            if kind in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK)]
+    header = _RECORD.pack(0x01, 12) + struct.pack('<I', 4) + b'ros2' + struct.pack('<I', 0)
+    return b''.join((_MAGIC, header, *kept, _END))
+
+
+def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
+    """Yield kind and bytes of the whole records of an MCAP file, up to its end or damage."""
+    place = len(_MAGIC)
+    while place + _RECORD.size <= len(content):
+        kind, size = _RECORD.unpack_from(content, place)
+        start = place + _RECORD.size
+        plain = kind == _CHUNK and content[start + 28:start + 32] == bytes(4)
+        end = start + (_CHUNK_HEAD.size if plain else size)
+        if end > len(content):
+            return
+        if not plain:
+            yield kind, content[place:end]
+        place = end
+
+
+def _value(value: Any) -> Any:
+    """Return the value of a rcl_interfaces/ParameterValue: the member that its type names."""
+    members = ('', 'bool_value', 'integer_value', 'double_value', 'string_value',
+               'byte_array_value', 'bool_array_value', 'integer_array_value',
+               'double_array_value', 'string_array_value')
+    held = getattr(value, members[value.type], None)
+    return held if isinstance(held, bool | int | float | str | None) else list(held)

@@ -4,21 +4,20 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from rich.console import Console
 from rich.progress import Progress
 
 from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup import scenario as scenarios
-from khr_bringup.bags import read_messages
+from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, changes, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
 from khr_bringup.tables import TABLES
 from khr_common import specifications
 
-STATE_TOPIC, EVENT_TOPIC, PUSH_TOPIC = '/simulator/state', '/parameter_events', '/push'
+STATE_TOPIC = '/simulator/state'
 
 
 @dataclass(frozen=True)
@@ -84,7 +83,8 @@ def read(bag: Path) -> Recorded:
                            'bag of a run that ended or was interrupted')
     return Recorded(_scenario(bag, messages[SCENARIO_TOPIC][-1].data), state['trajectory_hash'],
                     int(state['time_ns']), state.get('end', ''),
-                    tuple(_changes(messages[EVENT_TOPIC]))
+                    tuple(f'{each.node}.{each.parameter} was set to {each.value}'
+                          for each in changes(messages[EVENT_TOPIC]))
                     + (('a push over its topic',) if messages[PUSH_TOPIC] else ()))
 
 
@@ -100,26 +100,6 @@ def _scenario(bag: Path, text: str) -> Scenario:
         if missing:
             raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
     return scenario
-
-
-def _changes(events: list[Any]) -> list[str]:
-    """Tell the changes of the nodes' own parameters that were made after they had started."""
-    changes = []
-    for event in events:
-        node = event.node.rsplit('/', 1)[-1]
-        known = specifications(TABLES[node]) if node in TABLES else {}
-        changes += [f'{node}.{parameter.name} was set to {_value(parameter.value)}'
-                    for parameter in event.changed_parameters if parameter.name in known]
-    return changes
-
-
-def _value(value: Any) -> Any:
-    """Return the value of a rcl_interfaces/ParameterValue: the member that its type names."""
-    members = ('', 'bool_value', 'integer_value', 'double_value', 'string_value',
-               'byte_array_value', 'bool_array_value', 'integer_array_value',
-               'double_array_value', 'string_array_value')
-    held = getattr(value, members[value.type], None)
-    return held if isinstance(held, bool | int | float | str | None) else list(held)
 
 
 def _repeat(recorded: Recorded) -> str:
