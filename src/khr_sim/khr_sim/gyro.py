@@ -20,12 +20,11 @@ from numpy.typing import NDArray
 from khr_common import parameter
 from khr_sim.errors import SimError
 from khr_sim.gyro_circuit.baseband import Baseband
-from khr_sim.gyro_circuit.circuit import KRG4
+from khr_sim.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
 from khr_sim.low_pass import LowPass
 
 Array = NDArray[np.float64]
 
-NOMINAL_SENSITIVITY = 0.67e-3 / radians(1.0)  # V per rad/s, (5.2)
 AD_STEP = 5.0 / 1024  # V, 10 bit over 0 to 5 V
 AD_HALF_RANGE = 512  # steps between the voltage at rest, taken at mid-range, and the rails
 
@@ -120,12 +119,12 @@ class Gyro:
         """Carry what the sensors tell (3,) to the board: range, scale, offset, converter."""
         own, limit = self.parameters, self.parameters.saturation
         scale = own.sensitivity / 1000.0 / radians(1.0)
-        offset = NOMINAL_SENSITIVITY * own.zero_offset
+        offset = PACKAGED_SENSITIVITY * own.zero_offset
         told = []
         for rate in sensed.tolist():  # three numbers: faster than arrays of three
             voltage = scale * min(max(rate, -limit), limit) + offset
             if own.adc:
                 steps = min(max(round(voltage / AD_STEP), -AD_HALF_RANGE), AD_HALF_RANGE - 1)
                 voltage = steps * AD_STEP
-            told.append(voltage / NOMINAL_SENSITIVITY)
+            told.append(voltage / PACKAGED_SENSITIVITY)
         return told

@@ -20,6 +20,7 @@ forward (F > 0). The published form treats one from the front as its mirror imag
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -121,7 +122,7 @@ def tipping_force(pendulum: Pendulum) -> float:
     return pendulum.weight * pendulum.half_foot / pendulum.length
 
 
-class Model:
+class Model(ABC):
     """What both forms share: a state advanced by Runge and Kutta's fourth order."""
 
     def __init__(self, loop: PushLoop, push: Push, state: State) -> None:
@@ -151,17 +152,17 @@ class Model:
                                                     strict=True))
         self.settle()
 
+    @abstractmethod
     def derivative(self, state: State, force: float) -> State:
         """Return the state's rate of change."""
-        raise NotImplementedError
 
+    @abstractmethod
     def settle(self) -> None:
         """Apply the ground and judge the fall after a step."""
-        raise NotImplementedError
 
+    @abstractmethod
     def observe(self) -> tuple[float, float, float]:
         """Return x_COM, pitch rate and th_A."""
-        raise NotImplementedError
 
 
 def _overlap(time: float, step: float, duration: float) -> float:

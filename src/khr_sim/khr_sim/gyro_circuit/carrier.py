@@ -106,9 +106,10 @@ def _cosine(count: int, steps_per_cycle: int, phase: float) -> Array:
 
 def _thermal_force(circuit: Circuit, temperature: float, step: float, count: int,
                    seed: int) -> Array | float:
+    if temperature < 0.0 or not math.isfinite(temperature):
+        raise SimError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
     if temperature == 0.0:
         return 0.0
-    check_positive('temperature', temperature, 'K')
     deviation = math.sqrt(2.0 * BOLTZMANN * temperature * circuit.sense_damping / step)
     return deviation * np.random.default_rng(seed).standard_normal(count)
 
