@@ -1,42 +1,66 @@
-"""The thesis's theoretical figures, each drawn from the models: ``draw('3.8', out)``.
+"""The thesis's figures, drawn from its models or from runs: ``draw('3.8', out)``.
 
-A figure is a function that returns a matplotlib Figure. What it draws is also what its CSV holds:
-one row per point of every labelled line, with the panel and the axes' labels.
+A figure is a function that returns a matplotlib Figure; one of experiments takes their runs. What
+it draws is also what its CSV holds: one row per point of every labelled line, with the panel and
+the axes' labels.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 import matplotlib
 import matplotlib.style
 from matplotlib.figure import Figure
 
+from khr_bringup.experiments import Runs
 from khr_bringup.figures import balance, gyro, push_robot, pushes, walking
 from khr_bringup.figures.table import write_table
 from khr_common.errors import KhrError
 
+
+@dataclass(frozen=True)
+class Drawing:
+    """How a figure comes about.
+
+    Attributes:
+        draw: returns it; from nothing, or from a mapping of experiments to their runs. The first
+            line of its docstring, ''Draw ...'', is the figure's title.
+        experiments: names of those that it is drawn from; none for a figure of the models.
+    """
+
+    draw: Callable[..., Figure]
+    experiments: tuple[str, ...] = ()
+
+    @property
+    def title(self) -> str:
+        """Tell what the figure shows, in one line."""
+        text = (self.draw.__doc__ or '').splitlines()[0].removeprefix('Draw ').rstrip('.')
+        return text[:1].upper() + text[1:]
+
+
 STYLE = Path(__file__).with_name('khr.mplstyle')
-FIGURES: dict[str, Callable[[], Figure]] = {
-    '3.8': balance.swing,
-    '3.9': balance.critical_inclination,
-    '3.10': balance.force_difference,
-    '3.11b': balance.servo_characteristic,
-    '3.12': balance.servo_step,
-    '3.13': balance.largest_overshoot,
-    '4.4': gyro.modulated,
-    '4.5': gyro.demodulated,
-    '4.6': gyro.static_characteristic,
-    '4.8': pushes.rising_force,
-    '4.10': pushes.recovery,
-    '4.12': pushes.both_directions,
-    '5.11': walking.dominant_frequencies,
-    'friction': balance.friction,
-    'harmonics': walking.harmonics,
-    'push': pushes.largest,
-    'push_robot': push_robot.side_by_side,
-    'stiffness': walking.stiffness,
+FIGURES: dict[str, Drawing] = {
+    '3.8': Drawing(balance.swing),
+    '3.9': Drawing(balance.critical_inclination),
+    '3.10': Drawing(balance.force_difference),
+    '3.11b': Drawing(balance.servo_characteristic),
+    '3.12': Drawing(balance.servo_step),
+    '3.13': Drawing(balance.largest_overshoot),
+    '4.4': Drawing(gyro.modulated),
+    '4.5': Drawing(gyro.demodulated),
+    '4.6': Drawing(gyro.static_characteristic),
+    '4.8': Drawing(pushes.rising_force),
+    '4.10': Drawing(pushes.recovery),
+    '4.12': Drawing(pushes.both_directions),
+    '5.11': Drawing(walking.dominant_frequencies),
+    'friction': Drawing(balance.friction),
+    'harmonics': Drawing(walking.harmonics),
+    'push': Drawing(pushes.largest),
+    'push_robot': Drawing(push_robot.side_by_side),
+    'stiffness': Drawing(walking.stiffness),
 }
 
 
@@ -44,12 +68,30 @@ class FigureError(KhrError):
     """A figure cannot be drawn."""
 
 
-def draw(number: str, out: Path) -> list[Path]:
+def drawing_of(number: str) -> Drawing:
+    """Return how a figure is drawn.
+
+    Raises:
+        FigureError: if there is no such figure; the text lists those there are.
+    """
+    if number not in FIGURES:
+        raise FigureError(f'figure: {number!r} is not known; accepted: {", ".join(FIGURES)}')
+    return FIGURES[number]
+
+
+def paths(number: str, out: Path) -> tuple[Path, Path]:
+    """Return the paths of a figure's PNG and CSV in a directory."""
+    name = f'figure_{number.replace(".", "_")}'
+    return out / f'{name}.png', out / f'{name}.csv'
+
+
+def draw(number: str, out: Path, runs: dict[str, Runs] | None = None) -> list[Path]:
     """Draw a figure and write it as PNG and CSV.
 
     Args:
         number: the thesis's number of the figure, or the name of one that the thesis lacks.
         out: the directory to write into; made if it is not there.
+        runs: of the figure's experiments, by name; nothing for a figure of the models.
 
     Returns:
         The paths of the PNG and the CSV.
@@ -58,12 +100,10 @@ def draw(number: str, out: Path) -> list[Path]:
         FigureError: if there is no such figure (the message lists those there are), or the
             directory cannot be written.
     """
-    if number not in FIGURES:
-        raise FigureError(f'figure: {number!r} is not known; accepted: {", ".join(FIGURES)}')
-    name = f'figure_{number.replace(".", "_")}'
-    image, table = out / f'{name}.png', out / f'{name}.csv'
+    drawing = drawing_of(number)
+    image, table = paths(number, out)
     with matplotlib.rc_context(), matplotlib.style.context(STYLE):
-        figure = FIGURES[number]()
+        figure = drawing.draw(runs) if drawing.experiments else drawing.draw()
         try:
             out.mkdir(parents=True, exist_ok=True)
             figure.savefig(image, metadata={'Software': None})
