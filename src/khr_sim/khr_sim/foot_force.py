@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from khr_common import parameter
+from khr_common.low_pass import LowPass
 from khr_sim.errors import SimError
-from khr_sim.low_pass import LowPass
 
 
 @dataclass(frozen=True)

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common import parameter
+from khr_common.low_pass import LowPass
 from khr_sim.errors import SimError
 from khr_sim.gyro_circuit.baseband import Baseband
 from khr_sim.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
-from khr_sim.low_pass import LowPass
 
 Array = NDArray[np.float64]
 
