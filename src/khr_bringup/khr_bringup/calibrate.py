@@ -2,8 +2,9 @@
 
 A row of the thesis is an inclination that the robot just survives. So the inclination is held
 there, and the constant is halved in between a value with which the robot survives and one with
-which it falls; each seed gives one value, and their mean is the constant. The same seeds give the
-same constants.
+which it falls; each seed gives one value. The constant is the one of the seed that falls first,
+and from there on, should another seed fall with it, the next with which all survive. The same
+seeds give the same constants.
 """
 
 from __future__ import annotations
@@ -12,12 +13,11 @@ import sys
 from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
-from math import sqrt
+from math import copysign
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import yaml
-from scipy import stats
 
 from khr_bringup.calibration import CONSTANTS, FITS, Fit
 from khr_bringup.critical import Changes, attempt, workers
@@ -31,21 +31,17 @@ Values = dict[tuple[str, str], float]
 
 @dataclass(frozen=True)
 class Found:
-    """What one fit came to: the value of each seed."""
+    """What one fit came to.
+
+    Attributes:
+        fit: the constant and its row.
+        of_seeds: the value at which each seed is just about to fall.
+        value: the constant, with which every seed survives.
+    """
 
     fit: Fit
     of_seeds: tuple[float, ...]
-
-    @property
-    def value(self) -> float:
-        """Return the constant."""
-        return round(float(np.mean(self.of_seeds)), self.fit.decimals)
-
-    @property
-    def half_width(self) -> float:
-        """Return half the 95 % confidence interval of the mean over the seeds."""
-        count = len(self.of_seeds)
-        return float(stats.t.ppf(0.975, count - 1) * np.std(self.of_seeds, ddof=1) / sqrt(count))
+    value: float
 
 
 def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[Found]:
@@ -85,39 +81,54 @@ def fit_constant(fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecut
     """Find the value of one constant, the earlier ones being given.
 
     Raises:
-        RunError: if the robot survives, or falls, at both ends of the range.
+        RunError: if the robot survives, or falls, at both ends of the range, or no value is
+            survived by every seed.
     """
     fixed = tuple((key, value) for key, value in values.items())
-    count = len(seeds)
-    return Found(fit, tuple(pool.map(boundary_of_seed, [fit] * count, [fixed] * count, seeds)))
+
+    def with_every_seed(function: Callable[..., Any], *arguments: object) -> list[Any]:
+        return list(pool.map(function, *([each] * len(seeds) for each in (fit, fixed, *arguments)),
+                             seeds))
+
+    found: list[float] = with_every_seed(boundary_of_seed)
+    safe = fit.low if survives(fit, fixed, fit.low, seeds[0]) else fit.high
+    step = copysign(10.0 ** -fit.decimals, safe - found[0])
+    value = round(float(min(found, key=lambda each: abs(each - safe))), fit.decimals)
+    while not all(with_every_seed(survives, value)):
+        value = round(value + step, fit.decimals)
+        if not fit.low <= value <= fit.high:
+            raise RunError(f'{fit.node}.{fit.key}: no value in [{fit.low:g}, {fit.high:g}] is '
+                           f'survived by every seed at {fit.inclination_deg:g} deg')
+    return Found(fit, tuple(found), value)
+
+
+def survives(fit: Fit, fixed: Changes, value: float, seed: int) -> bool:
+    """Try one value of a constant with one seed."""
+    condition = replace(fit.condition, changes=(*fixed, ((fit.node, fit.key), float(value))))
+    trial = attempt(condition, fit.inclination_deg, seed)
+    print(f'{fit.node}.{fit.key} {value:.6f}  {trial.text}', file=sys.stderr, flush=True)
+    return trial.survived
 
 
 def boundary_of_seed(fit: Fit, fixed: Changes, seed: int) -> float:
     """Return the value of a constant at which one seed is just about to fall."""
-    def survives(value: float) -> bool:
-        condition = replace(fit.condition,
-                            changes=(*fixed, ((fit.node, fit.key), float(value))))
-        trial = attempt(condition, fit.inclination_deg, seed)
-        print(f'{fit.node}.{fit.key} {value:.6f}  {trial.text}', file=sys.stderr, flush=True)
-        return trial.survived
-
-    return boundary(survives, fit)
+    return boundary(lambda value: survives(fit, fixed, value, seed), fit)
 
 
-def boundary(survives: Callable[[float], bool], fit: Fit) -> float:
+def boundary(holds: Callable[[float], bool], fit: Fit) -> float:
     """Halve the range of a constant between survival and fall.
 
     Raises:
         RunError: if both ends give the same.
     """
     low, high = fit.low, fit.high
-    at_low = survives(low)
-    if survives(high) == at_low:
+    at_low = holds(low)
+    if holds(high) == at_low:
         raise RunError(f'{fit.node}.{fit.key}: the robot {"survives" if at_low else "falls"} at '
                        f'{fit.inclination_deg:g} deg with both {low:g} and {high:g}')
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
-        if survives(middle) == at_low:
+        if holds(middle) == at_low:
             low = middle
         else:
             high = middle
@@ -144,7 +155,8 @@ def differences(fitted: Mapping[str, Mapping[str, Mapping[str, float]]]) -> list
 def page(found: list[Found], seed: int, seeds: int) -> str:
     """Return the documentation of all constants."""
     fitted = [f'| `{one.fit.node}.{one.fit.key}` | {one.value:g}{_unit(one.fit.node, one.fit.key)}'
-              f' | {one.half_width:.1g} | {one.fit.low:g} to {one.fit.high:g} | {one.fit.row} |'
+              f' | {min(one.of_seeds):.4g} to {max(one.of_seeds):.4g}'
+              f' | {one.fit.low:g} to {one.fit.high:g} | {one.fit.row} |'
               for one in found]
     others = [f'| `{c.node}.{c.key}` | {_default(c.node, c.key)}{_unit(c.node, c.key)} | '
               f'{c.kind} | {c.source} |' for c in CONSTANTS]
@@ -172,10 +184,10 @@ fitted, each on one row of Dutta (2021). Every other result is a prediction; the
 
 The row's inclination is held, and the constant is halved in between survival and fall, {halvings}
 times for each seed, with another small error of the posture and other sensor noise. The constant
-is the mean, rounded; beside it half of its 95 % confidence interval. A later fit uses the earlier
-ones.
+is the value of the seed that falls first, moved on until every seed survives with it: on each
+row the thesis's robot still held. A later fit uses the earlier ones.
 
-| constant | value | +- | searched | fitted on |
+| constant | value | about to fall, over the seeds | searched | fitted on |
 |---|---|---|---|---|"""
 _OTHERS = """
 ## Not fitted

@@ -168,7 +168,7 @@ def calibrate(
     from khr_bringup.calibrate import calibrate as fit
 
     for found in fit(out, seed, seeds, jobs):
-        print(f'{found.fit.node}.{found.fit.key}: {found.value:g} +- {found.half_width:.1g}')
+        print(f'{found.fit.node}.{found.fit.key}: {found.value:g}')
 
 
 @app.command()
