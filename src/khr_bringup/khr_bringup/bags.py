@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +18,7 @@ from khr_bringup.tables import TABLES
 from khr_common import specifications
 
 Messages = dict[str, list[Any]]
+Decoders = Mapping[str, Callable[[bytes], Any]]
 EVENT_TOPIC, PUSH_TOPIC = '/parameter_events', '/push'
 
 # MCAP (https://mcap.dev/spec): magic, then records of one byte of kind and eight of length.
@@ -38,19 +39,20 @@ class Change:
     value: Any
 
 
-def read_messages(bag: Path, topics: Sequence[str]) -> Messages:
+def read_messages(bag: Path, topics: Sequence[str], decoders: Decoders | None = None) -> Messages:
     """Return the messages of some topics in the order they were recorded.
 
     Args:
         bag: the bag, or the folder of the run that holds it.
         topics: names; one that is not in the bag has no messages.
+        decoders: by topic, what to take instead of the message that its bytes hold.
 
     Raises:
         BringupError: if it is no bag or is damaged.
     """
     messages: Messages = {topic: [] for topic in topics}
     try:
-        _collect(_place(bag), messages)
+        _collect(_place(bag), messages, decoders or {})
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise BringupError(f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
@@ -58,7 +60,8 @@ def read_messages(bag: Path, topics: Sequence[str]) -> Messages:
     return messages
 
 
-def read_what_is_left(bag: Path, topics: Sequence[str]) -> tuple[Messages, str]:
+def read_what_is_left(bag: Path, topics: Sequence[str],
+                      decoders: Decoders | None = None) -> tuple[Messages, str]:
     """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
 
     Returns:
@@ -68,7 +71,7 @@ def read_what_is_left(bag: Path, topics: Sequence[str]) -> tuple[Messages, str]:
         BringupError: if none of it can be read.
     """
     try:
-        return read_messages(bag, topics), ''
+        return read_messages(bag, topics, decoders), ''
     except BringupError as damage:
         messages: Messages = {topic: [] for topic in topics}
         place = _place(bag)
@@ -77,15 +80,10 @@ def read_what_is_left(bag: Path, topics: Sequence[str]) -> tuple[Messages, str]:
             mended = Path(folder) / 'mended.mcap'
             for file in files:
                 mended.write_bytes(_mend(file.read_bytes()))
-                _collect(mended, messages)
+                _collect(mended, messages, decoders or {})
         if not any(messages.values()):
             raise
         return messages, str(damage)
-
-
-def seconds(message: Any) -> float:
-    """Return the stamp of a message in s."""
-    return float(message.header.stamp.sec) + float(message.header.stamp.nanosec) / 1e9
 
 
 def changes(events: Sequence[Any]) -> list[Change]:
@@ -108,12 +106,15 @@ def _place(bag: Path) -> Path:
     return bag / 'bag' if (bag / 'bag').is_dir() else bag
 
 
-def _collect(bag: Path, messages: Messages) -> None:
+def _collect(bag: Path, messages: Messages, decoders: Decoders) -> None:
     store = get_typestore(Stores.ROS2_JAZZY)
     with Reader(bag) as reader:
         chosen = [each for each in reader.connections if each.topic in messages]
         for connection, _, data in reader.messages(chosen) if chosen else ():
-            messages[connection.topic].append(store.deserialize_cdr(data, connection.msgtype))
+            decode = decoders.get(connection.topic)
+            messages[connection.topic].append(
+                decode(bytes(data)) if decode else
+                store.deserialize_cdr(data, connection.msgtype))
 
 
 def _mend(content: bytes) -> bytes:

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, fields
+from functools import partial
 from math import atan2
+from operator import itemgetter
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from zipfile import BadZipFile
 
@@ -12,12 +16,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import OutcomeMonitor
+from khr_analysis.recording import SCENARIO_TOPIC
+from khr_bringup.bags import EVENT_TOPIC, Messages, changes, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import Controllers, OfflineResult, run_offline
-from khr_bringup.scenario import Scenario
+from khr_bringup.scenario import Scenario, parse
+from khr_common import wire
 from khr_sim.truth import Truth
+from khr_sim.world import TILTING_SPEED
 
 Array = NDArray[np.float64]
+REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
+TRUE_RATE, GYRO_RATE = '/ground_truth/imu', '/imu/data_raw'
+POSE, SOLES = '/ground_truth/odom', '/ground_truth/soles'
+CONTACTS = tuple(f'/ground_truth/contact/{region}' for region in REGIONS)
+FORCES = tuple(f'/foot_force/{region}' for region in REGIONS)
+CORRECTIONS = ('/ankle_controller/correction', '/hip_controller/correction')
+SAMPLED: dict[str, Callable[[bytes], Any]] = {
+    TRUE_RATE: wire.angular_velocity, GYRO_RATE: wire.angular_velocity,
+    POSE: wire.pose, SOLES: wire.poses, **dict.fromkeys((*CONTACTS, *FORCES), wire.force),
+    **dict.fromkeys(CORRECTIONS, lambda data: wire.joint_positions(data)[1])}
+# What the signals are read from in a bag; what is sampled, as (stamp in ns, numbers).
+TOPICS = (SCENARIO_TOPIC, EVENT_TOPIC, *SAMPLED)
+DECODERS = {topic: partial(lambda read, data: (wire.clock(data), read(data)), read)
+            for topic, read in SAMPLED.items()}
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,9 +101,7 @@ def run_with_series(scenario: Scenario) -> tuple[OfflineResult, Series]:
 
     def look(truth: Truth, controllers: Controllers) -> None:
         outcome = monitor.update(truth)
-        x, y, z, w = truth.orientation.tolist()
-        pitch = atan2(2.0 * (x * z + y * w), 1.0 - 2.0 * (x * x + y * y))
-        rows.append((truth.stamp_ns / 1e9, truth.inclination, pitch,
+        rows.append((truth.stamp_ns / 1e9, truth.inclination, _pitch(*truth.orientation.tolist()),
                      float(truth.angular_rate[1]), controllers.pitch_rate,
                      truth.contact_force[:, 2].copy(), controllers.forces,
                      (controllers.ankle_correction, controllers.hip_correction),
@@ -90,3 +110,85 @@ def run_with_series(scenario: Scenario) -> tuple[OfflineResult, Series]:
     result = run_offline(scenario, look)
     return result, Series(*(np.array(column, dtype=np.float64)
                             for column in zip(*rows, strict=True)))
+
+
+def series_of_bag(bag: Path) -> Series:
+    """Read the signals of a recorded run: those of the run offline, if nothing was lost.
+
+    Args:
+        bag: the bag, or the folder of the run that holds it.
+
+    Raises:
+        BringupError: if it is no bag, is damaged, or holds no signal.
+    """
+    series = series_of(read_messages(bag, TOPICS, DECODERS))
+    if not series.time.size:
+        raise BringupError(f'{bag}: no signals in it; accepted: the bag of a khr run')
+    return series
+
+
+def series_of(messages: Messages) -> Series:
+    """Put the messages of a bag on TOPICS, read by DECODERS, together; what it lacks is NaN."""
+    by_time = {topic: dict(messages[topic]) for topic in SAMPLED}
+    times = sorted(set().union(*by_time.values()))
+    scenario = scenario_in(messages)
+
+    def column(topic: str, value: Callable[[Any], float]) -> Array:
+        found = by_time[topic]
+        return np.array([value(found[time]) if time in found else np.nan for time in times],
+                        dtype=np.float64)
+
+    def columns(topics: tuple[str, ...], index: int) -> Array:
+        return np.column_stack([column(topic, itemgetter(index)) for topic in topics])
+
+    monitor = OutcomeMonitor(scenario.table('monitor'))
+    way = [_way(monitor, time, {topic: found.get(time) for topic, found in by_time.items()})
+           for time in times]
+    distance, slip = np.array(way, dtype=np.float64).reshape(-1, 2).T
+    return Series(
+        np.array(times, dtype=np.float64) / 1e9, _inclination(times, messages, scenario),
+        column(POSE, lambda pose: _pitch(*pose[3:])),
+        column(TRUE_RATE, itemgetter(1)), column(GYRO_RATE, itemgetter(1)),
+        columns(CONTACTS, 2), columns(FORCES, 2), columns(CORRECTIONS, 0), distance, slip)
+
+
+def scenario_in(messages: Messages) -> Scenario:
+    """Return the scenario of a bag; all defaults if it has none that this version can read."""
+    for text in messages[SCENARIO_TOPIC]:
+        try:
+            return parse(text.data, 'its scenario', 'bag')
+        except BringupError:
+            break
+    return Scenario('', {})
+
+
+def _way(monitor: OutcomeMonitor, time: int, heard: dict[str, Any]) -> tuple[float, float]:
+    """Return distance and slip, m, at an instant; NaN if not all that it takes was heard."""
+    if any(heard[topic] is None for topic in (POSE, TRUE_RATE, SOLES, *CONTACTS)):
+        return np.nan, np.nan
+    pose, soles = heard[POSE], heard[SOLES]
+    seen: Any = SimpleNamespace(
+        stamp_ns=time, position=pose[:3], orientation=pose[3:], angular_rate=heard[TRUE_RATE],
+        contact_force=[heard[topic] for topic in CONTACTS],
+        sole_position=[sole[:3] for sole in soles], sole_orientation=[sole[3:] for sole in soles])
+    outcome = monitor.update(seen)
+    return outcome.distance, outcome.slip_distance
+
+
+def _inclination(times: list[int], messages: Messages, scenario: Scenario) -> Array:
+    """Return the inclination, rad, which is on no topic; NaN if it grew or was changed."""
+    simulator = scenario.table('simulator')
+    changed = any(each.parameter.startswith('inclination')
+                  for each in changes(messages[EVENT_TOPIC]))
+    goal = np.radians(simulator.inclination_deg)
+    if changed or simulator.inclination_rate_deg_s or not messages[SCENARIO_TOPIC]:
+        return np.full(len(times), np.nan)
+    if not simulator.level_start:
+        return np.full(len(times), goal)
+    tilted = TILTING_SPEED * np.array(times, dtype=np.float64) / 1e9
+    return np.asarray(np.copysign(np.minimum(tilted, abs(goal)), goal))
+
+
+def _pitch(x: float, y: float, z: float, w: float) -> float:
+    """Return the pitch, rad, of a frame given by its quaternion."""
+    return atan2(2.0 * (x * z + y * w), 1.0 - 2.0 * (x * x + y * y))
