@@ -128,6 +128,8 @@ def push(
     """Find the largest push the standing robot survives, beside the model's."""
     from khr_bringup import push_table
 
+    if out:
+        push_table.make_folder(out)
     rows = push_table.measure_all(push_table.conditions(
         push_table.numbers('--ka', ka), push_table.numbers('--duration', duration),
         direction.split(','), gyro.split(',')))
@@ -217,11 +219,13 @@ def sweep(
         help='Processes on this machine; one per core by default.')] = None,
     scheduler: Annotated[str | None, typer.Option(
         help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')] = None,
+    fast: Annotated[bool, typer.Option(
+        '--fast', help="Take the file's quick form; NAME becomes NAME-fast.")] = False,
 ) -> None:
-    """Run a scenario over a grid of parameters or at random, on one or many machines."""
+    """Run scenarios over a grid of parameters or at random, on one or many machines."""
     from khr_bringup.sweeps import sweep as run_sweep
 
-    raise typer.Exit(run_sweep(specification, out, workers, scheduler))
+    raise typer.Exit(run_sweep(specification, out, workers, scheduler, fast))
 
 
 @app.command(name='map')

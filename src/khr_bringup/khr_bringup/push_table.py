@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
 from itertools import product
 from pathlib import Path
+from tempfile import TemporaryFile
 
 from khr_analysis.models.ankle_servo import Pid
 from khr_analysis.models.push import DIRECTIONS, capture_force
@@ -207,20 +208,26 @@ def rewrite(text: str) -> str:
     return put_between(text, BEGIN, END, document_part())
 
 
-def write(rows: Sequence[Row], out: Path) -> list[Path]:
-    """Write push.csv and push.md into a folder, made if it is not there; return their paths.
+def make_folder(out: Path) -> None:
+    """Make a folder to write into; called before minutes of measuring, not after.
 
     Raises:
-        BringupError: if it cannot be written.
+        BringupError: if it cannot be made or written.
     """
-    texts = {out / 'push.csv': csv_of(rows), out / 'push.md': markdown(rows) + '\n'}
     try:
         out.mkdir(parents=True, exist_ok=True)
-        for path, text in texts.items():
-            path.write_text(text, encoding='utf-8')
+        with TemporaryFile(dir=out):
+            pass
     except OSError as failure:
         raise BringupError(f'--out: {str(out)!r} cannot be written ({failure.strerror}); '
                            'accepted: a directory that can') from failure
+
+
+def write(rows: Sequence[Row], out: Path) -> list[Path]:
+    """Write push.csv and push.md into a folder; return their paths."""
+    texts = {out / 'push.csv': csv_of(rows), out / 'push.md': markdown(rows) + '\n'}
+    for path, text in texts.items():
+        path.write_text(text, encoding='utf-8')
     return list(texts)
 
 
