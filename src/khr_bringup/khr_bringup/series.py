@@ -32,10 +32,11 @@ POSE, SOLES = '/ground_truth/odom', '/ground_truth/soles'
 CONTACTS = tuple(f'/ground_truth/contact/{region}' for region in REGIONS)
 FORCES = tuple(f'/foot_force/{region}' for region in REGIONS)
 CORRECTIONS = ('/ankle_controller/correction', '/hip_controller/correction')
+STAGE = '/stage'
 SAMPLED: dict[str, Callable[[bytes], Any]] = {
     TRUE_RATE: wire.angular_velocity, GYRO_RATE: wire.angular_velocity,
     POSE: wire.pose, SOLES: wire.poses, **dict.fromkeys((*CONTACTS, *FORCES), wire.force),
-    **dict.fromkeys(CORRECTIONS, lambda data: wire.joint_positions(data)[1])}
+    **dict.fromkeys((*CORRECTIONS, STAGE), lambda data: wire.joint_positions(data)[1])}
 # What the signals are read from in a bag; what is sampled, as (stamp in ns, numbers).
 TOPICS = (SCENARIO_TOPIC, EVENT_TOPIC, *SAMPLED)
 DECODERS = {topic: partial(lambda read, data: (wire.clock(data), read(data)), read)
@@ -145,11 +146,18 @@ def series_of(messages: Messages) -> Series:
     way = [_way(monitor, time, {topic: found.get(time) for topic, found in by_time.items()})
            for time in times]
     distance, slip = np.array(way, dtype=np.float64).reshape(-1, 2).T
-    return Series(
-        np.array(times, dtype=np.float64) / 1e9, _inclination(times, messages, scenario),
-        column(POSE, lambda pose: _pitch(*pose[3:])),
-        column(TRUE_RATE, itemgetter(1)), column(GYRO_RATE, itemgetter(1)),
-        columns(CONTACTS, 2), columns(FORCES, 2), columns(CORRECTIONS, 0), distance, slip)
+    signals = {
+        'time': np.array(times, dtype=np.float64) / 1e9,
+        'inclination': _inclination(times, messages, scenario),
+        'pitch': column(POSE, lambda pose: _pitch(*pose[3:])),
+        'pitch_rate': column(TRUE_RATE, itemgetter(1)),
+        'gyro_rate': column(GYRO_RATE, itemgetter(1)),
+        'contact_force': columns(CONTACTS, 2), 'foot_force': columns(FORCES, 2),
+        'correction': columns(CORRECTIONS, 0),
+        'stage': np.nan_to_num(column(STAGE, itemgetter(0))),
+        'read_inclination': np.nan_to_num(column(STAGE, itemgetter(1))),
+        'distance': distance, 'slip': slip}
+    return Series(**{each.name: signals[each.name] for each in fields(Series)})
 
 
 def scenario_in(messages: Messages) -> Scenario:
