@@ -1,23 +1,50 @@
-"""One picture of a run, from its bag: rate, forces, corrections and spectrum."""
+"""Pictures of runs, from their signals."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 
-from khr_analysis.spectrum import Spectrum, spectrum
-from khr_bringup.bags import Messages, read_messages, seconds
+from khr_analysis.spectrum import Spectrum, SpectrumAnalyser, spectrum
 from khr_bringup.figures import STYLE
 from khr_bringup.figures.layout import panels
 from khr_bringup.scenario import Scenario
+from khr_bringup.series import Array, Series, series_of_bag
 
-FORCES = {'toe': ('/foot_force/left_toe', '/foot_force/right_toe'),
-          'heel': ('/foot_force/left_heel', '/foot_force/right_heel')}
-CORRECTIONS = {'ankle': '/ankle_controller/correction', 'hip': '/hip_controller/correction'}
-TRUE, GYRO = '/ground_truth/imu', '/imu/data_raw'
+RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
+SPECTRA_PER_SECOND = 10.0  # of a spectrogram
+PEAKS_NAMED = 4
+
+
+@dataclass(frozen=True)
+class Signal:
+    """One line over time; those of a group have a unit in common and may share a panel."""
+
+    group: str
+    name: str
+    unit: str
+    values: Callable[[Series], Array]
+
+
+SIGNALS = (
+    Signal('Pitch of the torso', '', 'deg, forward positive', lambda s: np.degrees(s.pitch)),
+    Signal(RATE, 'true', 'rad/s, forward positive', lambda s: s.pitch_rate),
+    Signal(RATE, 'gyro', 'rad/s, forward positive', lambda s: s.gyro_rate),
+    Signal(FEET, 'toe', 'N', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
+    Signal(FEET, 'heel', 'N', lambda s: s.foot_force[:, [1, 3]].sum(axis=1)),
+    Signal('Force on the left foot', 'toe', 'N', lambda s: s.foot_force[:, 0]),
+    Signal('Force on the left foot', 'heel', 'N', lambda s: s.foot_force[:, 1]),
+    Signal('Force on the right foot', 'toe', 'N', lambda s: s.foot_force[:, 2]),
+    Signal('Force on the right foot', 'heel', 'N', lambda s: s.foot_force[:, 3]),
+    Signal(CORRECTIONS, 'ankle', 'deg', lambda s: np.degrees(s.correction[:, 0])),
+    Signal(CORRECTIONS, 'hip', 'deg', lambda s: np.degrees(s.correction[:, 1])),
+    Signal('Slip of the loaded soles, summed', '', 'mm', lambda s: 1000.0 * s.slip),
+)
 
 
 def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
@@ -26,69 +53,91 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
     Raises:
         BringupError: if the bag cannot be read.
     """
-    messages = read_messages(bag, [TRUE, GYRO, *CORRECTIONS.values(),
-                                   *(topic for pair in FORCES.values() for topic in pair)])
+    series = series_of_bag(bag)
     with matplotlib.style.context(STYLE):
-        figure, (rate, force, correction, lines) = panels(
-            'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections',
-            'Spectrum of the gyro', columns=2, height=5.2)
+        groups = (RATE, FEET, CORRECTIONS)
+        figure, (*axes, lines) = panels(*groups, 'Spectrum of the gyro', columns=2, height=5.2)
         figure.suptitle(scenario.title or scenario.name, fontsize=10)
-        _draw_rates(rate, messages)
-        _draw_forces(force, messages)
-        _draw_corrections(correction, messages)
-        _draw_spectrum(lines, messages, scenario)
+        for axis, group in zip(axes, groups, strict=True):
+            draw_signals(axis, series, [one for one in SIGNALS if one.group == group])
+        draw_spectra(lines, {'': third_cycle(series, scenario)})
         figure.savefig(path)
 
 
-def _draw_rates(axis: Axes, messages: Messages) -> None:
-    for topic, name in ((TRUE, 'true'), (GYRO, 'gyro')):
-        axis.plot([seconds(m) for m in messages[topic]],
-                  [m.angular_velocity.y for m in messages[topic]], label=name, linewidth=0.8)
-    axis.set(xlabel='time, s', ylabel='rad/s, forward positive')
-    axis.legend()
+def draw_signals(axis: Axes, series: Series, signals: list[Signal]) -> None:
+    """Draw signals of one run in one panel."""
+    for one in signals:
+        _trace(axis, series, one, one.name)
+    _finish(axis, signals[0])
 
 
-def _draw_forces(axis: Axes, messages: Messages) -> None:
-    for name, (left, right) in FORCES.items():
-        pairs = list(zip(messages[left], messages[right], strict=False))
-        axis.plot([seconds(a) for a, _ in pairs],
-                  [a.wrench.force.z + b.wrench.force.z for a, b in pairs], label=name,
-                  linewidth=0.8)
-    axis.set(xlabel='time, s', ylabel='N')
-    axis.legend()
+def draw_overlay(axis: Axes, runs: Mapping[str, Series], signal: Signal) -> None:
+    """Draw one signal of several runs in one panel."""
+    for name, series in runs.items():
+        _trace(axis, series, signal, name)
+    _finish(axis, signal)
 
 
-def _draw_corrections(axis: Axes, messages: Messages) -> None:
-    for name, topic in CORRECTIONS.items():
-        axis.plot([seconds(m) for m in messages[topic]],
-                  np.degrees([m.position[0] for m in messages[topic]]), label=name, linewidth=0.8)
-    axis.set(xlabel='time, s', ylabel='deg')
-    axis.legend()
-
-
-def _draw_spectrum(axis: Axes, messages: Messages, scenario: Scenario) -> None:
-    window = _third_cycle(messages, scenario)
-    if window is None:
+def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
+    """Draw amplitudes over frequency, one colour per run, and name the largest peaks."""
+    found = {name: one for name, one in spectra.items() if one is not None}
+    for number, (name, one) in enumerate(found.items()):
+        shift = (number - (len(found) - 1) / 2.0) * 0.12 * float(one.frequency[1])
+        axis.vlines(one.frequency + shift, 0.0, one.amplitude, color=f'C{number}',
+                    label=name or '_', linestyles='solid')
+        for peak in one.peaks[:PEAKS_NAMED]:
+            axis.annotate(f'{peak.frequency:.2f}', (peak.frequency, peak.amplitude), fontsize=7,
+                          ha='center', va='bottom', color=f'C{number}')
+    if not found:
         axis.set_axis_off()
         axis.text(0.0, 0.5, 'too short for a spectrum', transform=axis.transAxes)
         return
-    axis.vlines(window.frequency, 0.0, window.amplitude)
-    for peak in window.peaks[:4]:
-        axis.annotate(f'{peak.frequency:.2f}', (peak.frequency, peak.amplitude), fontsize=7,
-                      ha='center', va='bottom')
-    axis.set(xlabel=f'frequency, Hz ({window.start:.2f} s to {window.end:.2f} s)',
-             ylabel='amplitude, rad/s', ylim=(0.0, None))
+    spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
+    axis.set(xlabel=f'frequency, Hz ({"; ".join(spans)})', ylabel='amplitude, rad/s',
+             ylim=(0.0, None))
+    if any(found):
+        axis.legend()
 
 
-def _third_cycle(messages: Messages, scenario: Scenario) -> Spectrum | None:
-    """Return the spectrum of a walk's third whole cycle, or of the last window there is."""
+def draw_spectrogram(axis: Axes, series: Series, scenario: Scenario) -> bool:
+    """Draw the gyro's amplitude over time and frequency; say whether the run is long enough."""
+    parameters = scenario.table('fft_analyser')
+    analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
+    windows = [one for time, rate in zip(series.time, series.gyro_rate, strict=True)
+               if np.isfinite(rate) and (one := analyser.add(float(time), float(rate)))]
+    if len(windows) < 2:
+        return False
+    image = axis.pcolormesh([0.5 * (one.start + one.end) for one in windows],
+                            windows[0].frequency, np.array([one.amplitude for one in windows]).T,
+                            shading='nearest', cmap='viridis', rasterized=True)
+    figure = axis.figure
+    figure.colorbar(image, ax=axis, label='amplitude, rad/s')
+    axis.set(xlabel=f'middle of {parameters.window_length:g} s, s', ylabel='frequency, Hz')
+    axis.grid(False)
+    return True
+
+
+def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
+    """Return the gyro's spectrum over a walk's third whole cycle, or the last window there is."""
     parameters, gait = scenario.table('fft_analyser'), scenario.table('gait')
-    rates = [m.angular_velocity.y for m in messages[GYRO]]
-    size = parameters.size
+    rates, size = series.gyro_rate, parameters.size
     if len(rates) < size:
         return None
     start = len(rates) - size
     if gait.motion == 'walk':
         third = gait.start_delay + 2.5 * gait.cycle_period
         start = min(start, round(third / parameters.control_period))
-    return spectrum(rates[start:start + size], parameters, start * parameters.control_period)
+    window = rates[start:start + size]
+    if not np.isfinite(window).all():
+        return None
+    return spectrum(window, parameters, start * parameters.control_period)
+
+
+def _trace(axis: Axes, series: Series, signal: Signal, label: str) -> None:
+    axis.plot(series.time, signal.values(series), label=label or '_', linewidth=0.8)
+
+
+def _finish(axis: Axes, signal: Signal) -> None:
+    axis.set(xlabel='time, s', ylabel=signal.unit)
+    if any(not str(line.get_label()).startswith('_') for line in axis.lines):
+        axis.legend()
