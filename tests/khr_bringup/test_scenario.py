@@ -30,9 +30,11 @@ def test_names_say_what_the_files_hold():
                 assert scenario.table('ankle_controller').gain == float(word[2:])
             if word.startswith('kh'):
                 assert scenario.table('hip_controller').gain == float(word[2:])
-        assert scenario.table('ankle_controller').enabled == ('ka' in path.stem or
+        staged = 'staged' in words
+        assert (scenario.table('stage').mode != 'none') == staged
+        assert scenario.table('ankle_controller').enabled == ('ka' in path.stem or staged or
                                                               'push' in path.stem)
-        assert scenario.table('hip_controller').enabled == ('_kh' in path.stem)
+        assert scenario.table('hip_controller').enabled == ('_kh' in path.stem or staged)
         assert (simulator.surface == 'rubber') == ('rubber' in words or 'push' in words)
 
 

@@ -32,6 +32,9 @@ class RecorderParameters:
         'bag', 'Folder of the rosbag2 to write; it must not exist yet.', read_only=True)
     scenario_file: str = parameter(
         '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True)
+    staged: bool = parameter(
+        False, 'Whether the run has a stage node, which is then recorded from its start on.',
+        read_only=True)
 
 
 class Recording:

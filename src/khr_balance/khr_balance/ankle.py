@@ -6,8 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from khr_balance.board_units import force_gain
-from khr_balance.errors import BalanceError
-from khr_balance.feedback import FeedbackParameters, checked, limited, rate_correction
+from khr_balance.feedback import (
+    FeedbackParameters,
+    checked_forces,
+    limited,
+    rate_correction,
+    shared,
+)
 from khr_common import parameter
 
 
@@ -40,7 +45,8 @@ class AnkleController:
         self.parameters = parameters
 
     def update(self, time: float, pitch_rate: float | None = None,
-               foot_forces: Sequence[float] | None = None) -> float:
+               foot_forces: Sequence[float] | None = None,
+               share: float | None = None) -> float:
         """Return the correction of both ankle pitches in rad, positive against a forward lean.
 
         Args:
@@ -49,17 +55,19 @@ class AnkleController:
                 the source is ``gyro``.
             foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N; needed if the source
                 is ``force``.
+            share: of the correction that acts, as the stage says; needed if it is staged.
 
         Raises:
-            BalanceError: if it is enabled and what its source measures is missing or not finite.
+            BalanceError: if it is enabled and what it needs is missing or not finite.
         """
         own = self.parameters
         if not own.enabled:
             return 0.0
         if own.source == 'gyro':
-            return rate_correction(own, time, pitch_rate)
+            return shared(own, share, rate_correction(own, time, pitch_rate))
         difference = toe_heel_difference(foot_forces)
-        return limited(own, force_gain(own.gain, own.force_scale) * difference)  # (3.13)
+        return shared(own, share, limited(
+            own, force_gain(own.gain, own.force_scale) * difference))  # (3.13)
 
 
 def toe_heel_difference(foot_forces: Sequence[float] | None) -> float:
@@ -77,8 +85,5 @@ def toe_heel_difference(foot_forces: Sequence[float] | None) -> float:
     Raises:
         BalanceError: if they are not four finite numbers.
     """
-    if foot_forces is None or len(foot_forces) != 4:
-        raise BalanceError(f'foot_forces: {foot_forces!r} is not accepted; '
-                           f'accepted: l_toe, l_heel, r_toe, r_heel in N')
-    l_toe, l_heel, r_toe, r_heel = (checked('foot_forces', force, 'N') for force in foot_forces)
+    l_toe, l_heel, r_toe, r_heel = checked_forces(foot_forces)
     return (l_toe - l_heel) + (r_toe - r_heel)

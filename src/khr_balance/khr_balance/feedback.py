@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, isfinite, radians, tau
 
@@ -15,6 +16,9 @@ class FeedbackParameters:
     """What both controllers' tables hold."""
 
     enabled: bool = parameter(True, 'Whether to correct; if not, the correction is 0.')
+    staged: bool = parameter(
+        False, 'Whether to correct only by the share that the stage node gives; its mode must not '
+        'be none then.')
     gain: float = parameter(
         12.0, 'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
         minimum=0.0, maximum=60.0)
@@ -54,6 +58,15 @@ def limited(own: FeedbackParameters, correction: float) -> float:
     return max(-limit, min(limit, correction))
 
 
+def shared(own: FeedbackParameters, share: float | None, correction: float) -> float:
+    """Return the share of a correction, in rad, that the stage gives, or all if unstaged.
+
+    Raises:
+        BalanceError: if it is staged, and the share is missing or not finite.
+    """
+    return checked('share', share, '[0, 1]') * correction if own.staged else correction
+
+
 def checked(name: str, value: float | None, unit: str) -> float:
     """Return a measured value.
 
@@ -64,3 +77,16 @@ def checked(name: str, value: float | None, unit: str) -> float:
     if value is None or not isfinite(value):
         raise BalanceError(f'{name}: {value!r} is not accepted; accepted: finite, in {unit}')
     return float(value)
+
+
+def checked_forces(foot_forces: Sequence[float] | None) -> tuple[float, float, float, float]:
+    """Return the normal forces on l_toe, l_heel, r_toe, r_heel, in N.
+
+    Raises:
+        BalanceError: if they are not four finite numbers.
+    """
+    if foot_forces is None or len(foot_forces) != 4:
+        raise BalanceError(f'foot_forces: {foot_forces!r} is not accepted; '
+                           f'accepted: l_toe, l_heel, r_toe, r_heel in N')
+    l_toe, l_heel, r_toe, r_heel = (checked('foot_forces', force, 'N') for force in foot_forces)
+    return l_toe, l_heel, r_toe, r_heel

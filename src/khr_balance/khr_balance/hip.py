@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_balance.feedback import FeedbackParameters, rate_correction
+from khr_balance.feedback import FeedbackParameters, rate_correction, shared
 from khr_common import parameter
 
 
@@ -28,16 +28,19 @@ class HipController:
         """Take changed parameters from the next update on; the law has no state."""
         self.parameters = parameters
 
-    def update(self, time: float, pitch_rate: float | None) -> float:
+    def update(self, time: float, pitch_rate: float | None,
+               share: float | None = None) -> float:
         """Return the correction of both hip pitches in rad, positive against a forward lean.
 
         Args:
             time: s.
             pitch_rate: of the torso as the gyro tells it, rad/s, forward positive.
+            share: of the correction that acts, as the stage says; needed if it is staged.
 
         Raises:
-            BalanceError: if it is enabled and the rate is missing or not finite.
+            BalanceError: if it is enabled and what it needs is missing or not finite.
         """
-        if not self.parameters.enabled:
+        own = self.parameters
+        if not own.enabled:
             return 0.0
-        return rate_correction(self.parameters, time, pitch_rate)
+        return shared(own, share, rate_correction(own, time, pitch_rate))

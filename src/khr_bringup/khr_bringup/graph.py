@@ -47,12 +47,22 @@ class GraphResult:
 def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
     """Fill in what a graph run needs beyond its scenario: who listens, and where the bag goes."""
     listeners = ['monitor', 'fft_analyser'] + (['recorder'] if record else [])
+    staged = 'stage' in nodes_of(scenario, record)
     return scenario.changed({
         ('simulator', 'listeners'): listeners,
         ('simulator', 'start_timeout'): START_TIMEOUT,
         ('recorder', 'folder'): str(folder / 'bag'),
         ('recorder', 'scenario_file'): str(folder / 'scenario.yaml'),
+        ('recorder', 'staged'): staged,
     })
+
+
+def nodes_of(scenario: Scenario, record: bool) -> list[str]:
+    """List the nodes that a run of a scenario needs."""
+    idle = set() if record else {'recorder'}
+    if scenario.table('stage').mode == 'none':
+        idle.add('stage')
+    return [node for node in TABLES if node not in idle]
 
 
 def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool = True,
@@ -75,7 +85,7 @@ def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool
     parameters = folder / 'scenario.yaml'
     parameters.write_text(scenario.to_yaml(), encoding='utf-8')
     os.environ.update(entry.environment())
-    nodes = [node for node in TABLES if record or node != 'recorder']
+    nodes = nodes_of(scenario, record)
     processes = Processes(entry.environment(), folder / 'log')
     with _interrupts() as interrupted:
         try:

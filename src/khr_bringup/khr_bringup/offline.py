@@ -10,6 +10,7 @@ from khr_analysis.outcome import Outcome, OutcomeMonitor
 from khr_balance.ankle import AnkleController
 from khr_balance.gait import Gait
 from khr_balance.hip import HipController
+from khr_balance.stage import Stage, StagePolicy
 from khr_bringup.scenario import Scenario
 from khr_sim.foot_force import FootForce
 from khr_sim.gyro import Gyro
@@ -43,6 +44,7 @@ class Controllers:
         pitch_rate: as the board last read it, rad/s.
         forces: on l_toe, l_heel, r_toe, r_heel as the sensors last told them, N.
         ankle_correction, hip_correction: the last ones, rad.
+        stage: what the stage node last decided; None without one.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -51,6 +53,9 @@ class Controllers:
         self.foot_force = FootForce(scenario.table('foot_force'))
         self.ankle = AnkleController(scenario.table('ankle_controller'))
         self.hip = HipController(scenario.table('hip_controller'))
+        stages = scenario.table('stage')
+        self._stages = StagePolicy(stages) if stages.mode != 'none' else None
+        self.stage: Stage | None = None
         self._ankle_source = scenario.table('ankle_controller').source
         self.pitch_rate = self.ankle_correction = self.hip_correction = 0.0
         self.forces: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
@@ -64,11 +69,15 @@ class Controllers:
         time = truth.stamp_ns / 1e9
         self.pitch_rate = self.gyro.update(truth.angular_rate.tolist())[1]
         self.forces = self.foot_force.update(truth.contact_force.tolist())
+        ankle_share = hip_share = None
+        if self._stages is not None:
+            self.stage = self._stages.update(self.forces, truth.joint_position.tolist())
+            ankle_share, hip_share = self.stage.ankle, self.stage.hip
         if self._ankle_source == 'gyro':
-            ankle = self.ankle.update(time, pitch_rate=self.pitch_rate)
+            ankle = self.ankle.update(time, pitch_rate=self.pitch_rate, share=ankle_share)
         else:
-            ankle = self.ankle.update(time, foot_forces=self.forces)
-        hip = self.hip.update(time, self.pitch_rate)
+            ankle = self.ankle.update(time, foot_forces=self.forces, share=ankle_share)
+        hip = self.hip.update(time, self.pitch_rate, hip_share)
         self.ankle_correction, self.hip_correction = ankle, hip
         return mix(self.reference(time), [dict.fromkeys(ANKLES, ankle), dict.fromkeys(HIPS, hip)])
 

@@ -18,6 +18,7 @@ from khr_common import ParameterError, build, check, specifications
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 Values = dict[str, dict[str, Any]]
 PERIOD = 'control_period'
+STAGED = ('ankle_controller', 'hip_controller')  # nodes that may wait for the stage
 SEEDED = ('simulator', 'gyro', 'foot_force')  # nodes that draw at random
 
 
@@ -191,6 +192,11 @@ def _consistent(file: str, values: Values) -> Values:
             build(TABLES[node], keys)
         except ParameterError as error:
             raise BringupError(f'{file}: {node}: {error}') from error
+    if values.get('stage', {}).get('mode', 'none') == 'none':
+        for node in STAGED:
+            if values.get(node, {}).get('staged'):
+                raise BringupError(f'{file}: {node}: staged: True is not accepted; accepted: '
+                                   'False while the mode of stage is none')
     return values
 
 

@@ -56,6 +56,8 @@ class Series:
         contact_force: true normal forces on l_toe, l_heel, r_toe, r_heel, N, (N, 4).
         foot_force: the same as the sensors tell them, N, (N, 4).
         correction: of ankles and of hips, rad, (N, 2).
+        stage: of the control, 1 to 3, (N,); 0 without stages.
+        read_inclination: of the ground as read back from the feet, rad, (N,); 0 without stages.
         distance: way of the torso along the surface, m, (N,).
         slip: way that the loaded soles have slid so far, m, (N,).
     """
@@ -68,6 +70,8 @@ class Series:
     contact_force: Array
     foot_force: Array
     correction: Array
+    stage: Array
+    read_inclination: Array
     distance: Array
     slip: Array
 
@@ -106,6 +110,7 @@ def run_with_series(scenario: Scenario) -> tuple[OfflineResult, Series]:
                      float(truth.angular_rate[1]), controllers.pitch_rate,
                      truth.contact_force[:, 2].copy(), controllers.forces,
                      (controllers.ankle_correction, controllers.hip_correction),
+                     *(controllers.stage[:2] if controllers.stage else (0, 0.0)),
                      outcome.distance, outcome.slip_distance))
 
     result = run_offline(scenario, look)

@@ -10,6 +10,7 @@ from khr_analysis.spectrum import FftAnalyserParameters
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gait import GaitParameters
 from khr_balance.hip import HipControllerParameters
+from khr_balance.stage import StageParameters
 from khr_sim.foot_force import FootForceParameters
 from khr_sim.gyro import GyroParameters
 from khr_sim.run_parameters import RunParameters
@@ -19,6 +20,7 @@ TABLES: dict[str, type[Any]] = {
     'gyro': GyroParameters,
     'foot_force': FootForceParameters,
     'gait': GaitParameters,
+    'stage': StageParameters,
     'ankle_controller': AnkleControllerParameters,
     'hip_controller': HipControllerParameters,
     'fft_analyser': FftAnalyserParameters,
@@ -28,6 +30,7 @@ TABLES: dict[str, type[Any]] = {
 
 PACKAGES: dict[str, str] = {
     'simulator': 'khr_sim', 'gyro': 'khr_sim', 'foot_force': 'khr_sim',
-    'gait': 'khr_balance', 'ankle_controller': 'khr_balance', 'hip_controller': 'khr_balance',
+    'gait': 'khr_balance', 'stage': 'khr_balance', 'ankle_controller': 'khr_balance',
+    'hip_controller': 'khr_balance',
     'fft_analyser': 'khr_analysis', 'monitor': 'khr_analysis', 'recorder': 'khr_analysis',
 }

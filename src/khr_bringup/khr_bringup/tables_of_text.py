@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Any
 
 from rich.table import Table
 
@@ -15,11 +16,17 @@ def scenario_row(scenario: Scenario) -> tuple[str, ...]:
     """Return what tells a scenario from the others, in the order of COLUMNS."""
     simulator, ankle, hip = (scenario.table(node) for node in
                              ('simulator', 'ankle_controller', 'hip_controller'))
-    return (scenario.name, scenario.table('gait').motion, f'{simulator.inclination_deg:g} deg',
+    growth = simulator.inclination_rate_deg_s
+    return (scenario.name, scenario.table('gait').motion,
+            f'{simulator.inclination_deg:g} deg' + (f' {growth:+g} deg/s' if growth else ''),
             simulator.surface,
-            f'{ankle.gain:g} ({ankle.source})' if ankle.enabled else 'off',
-            f'{hip.gain:g}' if hip.enabled else 'off',
+            f'{ankle.gain:g} ({ankle.source}){_staged(ankle)}' if ankle.enabled else 'off',
+            f'{hip.gain:g}{_staged(hip)}' if hip.enabled else 'off',
             '; '.join(push for push in simulator.pushes if push) or '-')
+
+
+def _staged(controller: Any) -> str:
+    return ', staged' if controller.staged else ''
 
 
 def scenario_table(scenarios: Iterable[Scenario]) -> Table:

@@ -8,7 +8,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-from khr_bringup.graph import prepare
+from khr_bringup.graph import nodes_of, prepare
 from khr_bringup.scenario import load
 from khr_bringup.tables import PACKAGES
 
@@ -21,9 +21,9 @@ def _nodes(context: LaunchContext) -> list[Node]:
     folder.mkdir(parents=True, exist_ok=True)
     parameters = folder / 'scenario.yaml'
     parameters.write_text(prepare(scenario, folder, record).to_yaml('/**/'), encoding='utf-8')
-    return [Node(package=package, executable=node, name=node, output='screen',
+    return [Node(package=PACKAGES[node], executable=node, name=node, output='screen',
                  namespace=LaunchConfiguration('namespace'), parameters=[str(parameters)])
-            for node, package in PACKAGES.items() if record or node != 'recorder']
+            for node in nodes_of(scenario, record)]
 
 
 def generate_launch_description() -> LaunchDescription:

@@ -43,6 +43,7 @@ from khr_common.parameters import ParameterError, Specification, build, specific
 DATA = QoSProfile(depth=500)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
+GATHERED = 4  # instants at a time; lockstep has two under way
 SETTLING = 20.0  # s of wall time that a node may take to hear what is still on its way
 
 
@@ -195,23 +196,26 @@ class StampJudge:
 
 
 class StampedSet:
-    """Gather messages of several topics until all of one stamp are there."""
+    """Gather messages of several topics until all of one stamp are there.
+
+    Topics take ways of different lengths: of one, the next instant may come before the last of
+    another has. So some instants are gathered at a time.
+    """
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self._names = names
-        self._stamp = -1
-        self._values: dict[str, Any] = {}
+        self._values: dict[int, dict[str, Any]] = {}  # by stamp, the one begun last at the end
 
     def put(self, name: str, stamp_ns: int, value: Any) -> list[Any] | None:
         """Take one message; return all in the order of the names once they are complete."""
-        if stamp_ns != self._stamp:
-            self._stamp, self._values = stamp_ns, {}
-        self._values[name] = value
-        if len(self._values) < len(self._names):
-            return None
-        complete = [self._values[each] for each in self._names]
-        self._values = {}
-        return complete
+        values = self._values.setdefault(stamp_ns, {})
+        values[name] = value
+        if len(values) == len(self._names):
+            del self._values[stamp_ns]
+            return [values[each] for each in self._names]
+        if len(self._values) > GATHERED:
+            del self._values[next(iter(self._values))]
+        return None
 
 
 class _Turn:

@@ -33,6 +33,7 @@ DATA_TOPICS: dict[str, type[Any]] = {
     **{f'ground_truth/contact/{region}': WrenchStamped for region in REGIONS},
     **{f'foot_force/{region}': WrenchStamped for region in REGIONS},
 }
+STAGE: dict[str, type[Any]] = {'stage': JointState}  # the same, if the run has stages
 # What comes now and then, and must not be missed while the recorder searches for new topics.
 EVENT_TOPICS: dict[str, type[Any]] = {
     'push': WrenchStamped, '/parameter_events': ParameterEvent, '/diagnostics': DiagnosticArray,
@@ -55,12 +56,13 @@ class RecorderNode(KhrNode):
         self._taken: set[str] = set()
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
         self._clock_topic = self.resolve_topic_name('/clock')
-        self._awaited = {self.resolve_topic_name(topic) for topic in DATA_TOPICS}
+        data = DATA_TOPICS | (STAGE if self.parameters.staged else {})
+        self._awaited = {self.resolve_topic_name(topic) for topic in data}
         self._data = frozenset(self._awaited)
         if self.parameters.scenario_file:
             text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
             self._attempt(lambda: recording.write_text(SCENARIO_TOPIC, text, 0))
-        for topic, kind in (DATA_TOPICS | EVENT_TOPICS).items():
+        for topic, kind in (data | EVENT_TOPICS).items():
             self._record(recording, self.resolve_topic_name(topic), kind, latched=False)
         self.create_timer(SEARCH_PERIOD, self._search,
                           clock=RclpyClock(clock_type=ClockType.STEADY_TIME))

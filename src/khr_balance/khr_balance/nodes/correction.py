@@ -2,30 +2,51 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
-from sensor_msgs.msg import JointState
+from sensor_msgs.msg import Imu, JointState
 
-from khr_common.node import KhrNode, StampJudge, restamp
+from khr_balance.feedback import FeedbackParameters
+from khr_balance.nodes.instant import Inputs, InstantNode
+from khr_common import wire
+from khr_common.node import restamp
+
+PITCH_RATE: Inputs = {'imu/data_raw': (Imu, lambda imu: wire.angular_velocity(imu)[1])}
 
 
-class CorrectionNode(KhrNode):
-    """Publish ``~/correction`` for a pair of joints, stamped as the sample that it answers."""
+class CorrectionNode(InstantNode):
+    """Publish ``~/correction`` for a pair of joints, stamped as the sample that it answers.
+
+    A change of what it listens to during a run loses nothing: the simulator asks again.
+    """
+
+    parameters: FeedbackParameters
 
     def __init__(self, name: str, table: type[Any], joints: tuple[str, str]) -> None:
         super().__init__(name, table)
-        self._judge = StampJudge(self.restart)
         self._answer = JointState(name=list(joints), position=[0.0, 0.0])
         self._output = self.publish_on(JointState, '~/correction')
 
-    def restart(self) -> None:
-        """Forget the run so far; a controller with memory overrides this."""
+    def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
+        """Return the law's correction, rad, to what the sensors have measured."""
+        raise NotImplementedError
 
-    def answer(self, stamp_ns: int, correction: Callable[[float], float]) -> None:
-        """Publish ``correction(time)``, computed once per stamp however often it is asked for."""
-        if self._judge.is_new(stamp_ns):
-            angle = correction(stamp_ns / 1e9)
-            restamp(self._answer.header.stamp, stamp_ns)
-            self._answer.position = [angle, angle]
+    def listen(self, sensors: Inputs) -> None:
+        """Listen to the sensors, and to the stage if the controller is staged."""
+        stage: Inputs = {'stage': (JointState, self._share)}
+        self.listen_for({**sensors, **stage} if self.parameters.staged else sensors)
+
+    def _share(self, stage: bytes) -> float:
+        return dict(zip(*wire.joint_positions(stage), strict=True))[self.get_name()]
+
+    def compute(self, time: float, heard: Sequence[Any]) -> None:
+        """Step the law."""
+        *measured, share = heard if self.parameters.staged else (*heard, None)
+        angle = self.correction(time, measured, share)
+        self._answer.position = [angle, angle]
+
+    def send(self, stamp_ns: int) -> None:
+        """Publish the correction."""
+        restamp(self._answer.header.stamp, stamp_ns)
         self._output.publish(self._answer)

@@ -2,29 +2,31 @@
 
 from __future__ import annotations
 
-from sensor_msgs.msg import Imu
+from collections.abc import Sequence
 
 from khr_balance.hip import HipController, HipControllerParameters
-from khr_balance.nodes.correction import CorrectionNode
-from khr_common import wire
+from khr_balance.nodes.correction import PITCH_RATE, CorrectionNode
 from khr_common.node import run_node
 
 
 class HipControllerNode(CorrectionNode):
     """Answer each ``imu/data_raw`` with law (3.14)/(5.3)."""
 
+    parameters: HipControllerParameters
+
     def __init__(self) -> None:
         super().__init__('hip_controller', HipControllerParameters, ('l_hip_pitch', 'r_hip_pitch'))
         self._controller = HipController(self.parameters)
-        self.listen_to_bytes(Imu, 'imu/data_raw', self._on_imu)
+        self.listen(PITCH_RATE)
 
     def configure(self, parameters: HipControllerParameters) -> None:
         """Pass changed parameters to the law."""
         self._controller.configure(parameters)
+        self.listen(PITCH_RATE)
 
-    def _on_imu(self, imu: bytes) -> None:
-        self.answer(wire.clock(imu), lambda time: self._controller.update(
-            time, wire.angular_velocity(imu)[1]))
+    def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
+        """Step the law."""
+        return self._controller.update(time, measured[0], share)
 
 
 def main() -> int:

@@ -1,0 +1,192 @@
+"""Staged control: more of it the steeper the ground, as the feet and the joints tell it.
+
+Dutta (2021), chapter 3, stands in three stages: without control up to the first critical
+inclination, with the ankle up to the second, with ankle and hip beyond. The inclination is read
+back from Delta (3.7).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import atan2, inf, radians
+from typing import NamedTuple
+
+import numpy as np
+
+from khr_balance.body import forward
+from khr_balance.errors import BalanceError
+from khr_balance.feedback import checked_forces
+from khr_balance.joints import JOINTS, SIDES
+from khr_common import ParameterError, parameter
+from khr_common.low_pass import LowPass
+
+STAGES = (1, 2, 3)  # no control; ankle; ankle and hip
+
+
+@dataclass(frozen=True)
+class StageParameters:
+    """The parameter table of the stage node.
+
+    The two inclinations lie 1 deg below the limits that the thesis measured, 6.4 and 7.6 deg: at
+    the limit itself it is too late. On ground that tilts at 0.5 deg/s the reading is 0.25 deg
+    late, for the sensors take 0.5 s, a control needs 0.5 deg to come on, and 0.25 deg are left
+    for the error of the reading.
+
+    Raises:
+        ParameterError: if the hip is to come on below the ankle.
+    """
+
+    mode: str = parameter(
+        'none', 'What decides the stage: nothing (all controls that are enabled act, as in stage '
+        '3; khr starts no stage node), the parameter fixed_stage, or the inclination read back.',
+        choices=('none', 'fixed', 'auto'))
+    fixed_stage: int = parameter(
+        1, 'The stage if it is fixed: 1 no control, 2 ankle, 3 ankle and hip.',
+        minimum=STAGES[0], maximum=STAGES[-1])
+    ankle_above_deg: float = parameter(
+        5.4, 'Inclination above which the ankle comes on.', unit='deg', minimum=0.0,
+        maximum=30.0)
+    hip_above_deg: float = parameter(
+        6.6, 'Inclination above which the hip comes on.', unit='deg', minimum=0.0, maximum=30.0)
+    hysteresis_deg: float = parameter(
+        0.5, 'How far below that the inclination must be before the control goes off again; the '
+        'noise of the reading is a tenth of the default.', unit='deg', minimum=0.0, maximum=10.0)
+    ramp_time: float = parameter(
+        1.0, 'Time in which a control comes on or goes off, evenly; the stage does not change '
+        'meanwhile.', unit='s', minimum=0.0, maximum=60.0)
+    sensor_distance: float = parameter(
+        0.023, 'Distance b of toe and heel sensor from the ankle axis.', unit='m',
+        minimum=0.005, maximum=0.06)
+    load_threshold: float = parameter(
+        5.0, 'Force on both feet together below which there is nothing to read, and the last '
+        'reading holds; the robot weighs 14.7 N.', unit='N', minimum=0.1, maximum=50.0)
+    time_constant: float = parameter(
+        0.5, 'By which the joint angles are delayed: that of the force sensors, so that both tell '
+        'of the same time.', unit='s', minimum=0.0, maximum=1.0)
+    control_period: float = parameter(
+        0.015, 'Period of the samples, that of the simulator.', unit='s',
+        minimum=0.001, maximum=0.1, read_only=True)
+
+    def __post_init__(self) -> None:
+        if self.hip_above_deg < self.ankle_above_deg:
+            raise ParameterError(f'hip_above_deg: {self.hip_above_deg!r} is not accepted; '
+                                 f'accepted: at least ankle_above_deg, {self.ankle_above_deg!r}')
+
+
+class Stage(NamedTuple):
+    """What acts now.
+
+    Attributes:
+        number: 1, 2 or 3.
+        inclination: of the ground as read back, rad, downhill positive; 0 before the first
+            reading.
+        ankle, hip: shares of the two corrections that act, 0 to 1.
+    """
+
+    number: int
+    inclination: float
+    ankle: float
+    hip: float
+
+
+class StagePolicy:
+    """Decide the stage from sample to sample, and fade the controls in and out."""
+
+    def __init__(self, parameters: StageParameters) -> None:
+        self.parameters = parameters
+        self._posture = LowPass(len(JOINTS) + 1, parameters.control_period,
+                                parameters.time_constant)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to the start of a run: in stage 1 if the inclination decides."""
+        self._posture.reset()
+        number = 1 if self.parameters.mode == 'auto' else self._commanded()
+        self._now = Stage(number, 0.0, *_wanted(number))
+
+    def configure(self, parameters: StageParameters) -> None:
+        """Take changed parameters from the next sample on, keeping the state."""
+        self.parameters = parameters
+        self._posture.configure(parameters.time_constant)
+
+    def update(self, foot_forces: Sequence[float], joint_angles: Sequence[float]) -> Stage:
+        """Return the stage that answers a sample.
+
+        Args:
+            foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N.
+            joint_angles: 17 measured angles, rad, in the order of the joints.
+
+        Raises:
+            BalanceError: if either is missing or not finite.
+        """
+        own, before = self.parameters, self._now
+        forces = checked_forces(foot_forces)
+        inclination = before.inclination
+        posture = self._late(joint_angles)
+        if sum(forces) >= own.load_threshold:
+            inclination = read_inclination(forces, posture, own.sensor_distance)
+        number = before.number
+        if own.mode != 'auto':
+            number = self._commanded()
+        elif (before.ankle, before.hip) == _wanted(number):
+            number = self._chosen(inclination)
+        most = own.control_period / own.ramp_time if own.ramp_time > 0.0 else inf
+        shares = (share + min(max(wanted - share, -most), most) for share, wanted
+                  in zip((before.ankle, before.hip), _wanted(number), strict=True))
+        self._now = Stage(number, inclination, *shares)
+        return self._now
+
+    def _late(self, joint_angles: Sequence[float]) -> list[float]:
+        """Return the angles as late as the forces are, whose sensors start from nothing too."""
+        if len(joint_angles) != len(JOINTS) or not np.isfinite(joint_angles).all():
+            raise BalanceError(f'joint_angles: {joint_angles!r} is not accepted; '
+                               f'accepted: {len(JOINTS)} finite angles in rad')
+        *angles, weight = self._posture.update(np.array([*joint_angles, 1.0])).tolist()
+        return [angle / weight for angle in angles]
+
+    def _commanded(self) -> int:
+        return self.parameters.fixed_stage if self.parameters.mode == 'fixed' else STAGES[-1]
+
+    def _chosen(self, inclination: float) -> int:
+        """Return the stage for an inclination in rad, at most one beside the present one."""
+        own, number = self.parameters, self._now.number
+        above = (radians(own.ankle_above_deg), radians(own.hip_above_deg))
+        if number < STAGES[-1] and inclination > above[number - 1]:
+            return number + 1
+        if number > STAGES[0] and inclination < above[number - 2] - radians(own.hysteresis_deg):
+            return number - 1
+        return number
+
+
+def read_inclination(foot_forces: Sequence[float], joint_angles: Sequence[float],
+                     sensor_distance: float) -> float:
+    """Read the ground's inclination back from the forces, in rad, downhill positive.
+
+    At rest the ground's force acts straight below the centre of mass. Where it acts the sensors
+    tell: b (F_T - F_H)/(F_T + F_H) ahead of the ankle of one foot. Where the centre of mass is
+    the joints tell, so that the lean theta_A0 of (3.10), the lean theta_A of (3.7) that a control
+    adds, the sag of the servos and a lifted leg are all in it. With Delta = F_T - F_H, one foot or
+    two side by side and small angles it is (3.7), solved for phi.
+
+    It is exact at rest on feet that lie flat. Once the toes or heels carry everything, it stays at
+    the inclination at which they began to.
+
+    Args:
+        foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N, not all zero.
+        joint_angles: 17 angles, rad.
+        sensor_distance: b, m.
+    """
+    body = forward(joint_angles)
+    point, axes = np.zeros(3), np.zeros((3, 3))
+    for side, toe, heel in zip(SIDES, foot_forces[::2], foot_forces[1::2], strict=True):
+        sole = body.sole_rotation[side]
+        point += ((toe + heel) * body.sole_position[side]
+                  + (toe - heel) * sensor_distance * sole[:, 0])
+        axes += (toe + heel) * sole
+    ahead, _, up = (point / sum(foot_forces) - body.centre_of_mass) @ axes
+    return atan2(ahead, -up)
+
+
+def _wanted(number: int) -> tuple[float, float]:
+    return float(number >= 2), float(number >= 3)
