@@ -37,7 +37,7 @@ def row_of(inclination, gain, surface, number):
 
 
 def request(axes, samples=None):
-    return {'version': 'v', 'scenario': {}, 'axes': axes, 'samples': samples, 'seeds': RUNS}
+    return {'version': 'v', 'scenario': {}, 'cases': {}, 'axes': axes, 'samples': samples, 'seeds': RUNS}
 
 
 @pytest.fixture

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.sweeps import sweep
-from khr_bringup.sweeps.folder import JOURNAL, TABLE, Folder, read_table
-from khr_bringup.sweeps.specification import load, parse
+from khr_bringup.sweeps.folder import JOURNAL, TABLE, Folder, discard_other, read_table
+from khr_bringup.sweeps.reading import load, parse
+from khr_bringup.sweeps.specification import scenario_at
 from khr_bringup.sweeps.trial import RESULTS, complete, identity, run_trial
 from khr_bringup.sweeps.version import code_version
 
@@ -83,6 +84,58 @@ def test_equal_draws_are_run_once():
     assert len(trials(f'{HEAD}random:\n  simulator.surface: [smooth, rubber]\nsamples: 50\n')) == 2
 
 
+def test_scenarios_and_cases_are_combined_with_every_point_and_every_seed():
+    every = trials('scenario: [stand_0deg, walk_3deg]\nseeds: 2\n'
+                   'cases: {as it is: {}, hips: {hip_controller.enabled: true, '
+                   'hip_controller.gain: 5.0}}\n' + TILT + GRID)
+    assert len({trial.id for trial in every}) == len(every) == 2 * 2 * 2 * 2
+    assert list(every[0].point) == ['scenario', 'case', 'ankle_controller.gain']
+    assert [trial.seed for trial in every] == [0] * 8 + [1] * 8
+    for trial in every:
+        point, scenario = trial.point, trial.scenario
+        assert scenario.name == point['scenario']
+        assert scenario.table('simulator').inclination_deg == (
+            3.0 if point['scenario'] == 'walk_3deg' else 0.0)
+        assert scenario.table('hip_controller').enabled == (point['case'] == 'hips')
+        assert scenario.table('ankle_controller').gain == point['ankle_controller.gain']
+
+
+def test_draws_are_made_for_each_case_alike():
+    every = trials(HEAD + 'cases: {a: {}, b: {gait.cycles: 2}}\n' + RANDOM + 'samples: 5\n')
+    gains = {label: [trial.point['ankle_controller.gain'] for trial in every
+                     if trial.point['case'] == label] for label in 'ab'}
+    assert gains['a'] == gains['b'] and len(set(gains['a'])) == 5
+
+
+def test_cases_that_come_to_the_same_are_runs_of_their_own():
+    every = trials(HEAD + 'cases: {a: {}, b: {}}\n')
+    assert [trial.point for trial in every] == [{'case': 'a'}, {'case': 'b'}]
+
+
+def test_the_fast_form_replaces_what_stands_above():
+    text = HEAD + TILT + GRID + 'seeds: 3\nfast: {seeds: 1, grid: {gyro.adc: [true]}}\n'
+    whole, fast = (parse(text, 'mine.yaml', fast) for fast in (False, True))
+    assert (whole.count, fast.count) == (6, 1)
+    assert list(fast.axes) == ['gyro.adc'] and fast.name == 'mine'
+    assert parse(HEAD + GRID, 'mine.yaml', True).record() == parse(HEAD + GRID, 'a').record()
+
+
+@given(st.lists(st.sampled_from(['stand_0deg', 'walk_3deg', 'lift_3.8deg']), min_size=1,
+                unique=True), st.booleans(), st.booleans(), st.integers(1, 2))
+@settings(max_examples=15, deadline=None)
+def test_the_record_tells_each_run_s_scenario(names, with_cases, with_grid, seeds):
+    text = (f'scenario: {axis(names)}\nseeds: {seeds}\n{TILT}'
+            + 'cases: {a: {}, b: {simulator.control_period: 0.02}}\n' * with_cases
+            + 'grid: {ankle_controller.gain: [6.0, 12.0], simulator.surface: [pads]}\n'
+            * with_grid)
+    sweep = parse(text, 'mine.yaml')
+    record = json.loads(json.dumps(sweep.record()))
+    for trial in sweep.trials('v'):
+        again = scenario_at(record, trial.point, trial.seed)
+        assert again.name == trial.scenario.name
+        assert complete(again) == complete(trial.scenario)
+
+
 def test_without_seeds_the_scenario_s_own_count():
     assert [trial.seed for trial in trials(HEAD + GRID)] == [None, None]
     assert trials(HEAD + GRID)[0].scenario.table('gyro').seed == 0
@@ -90,11 +143,33 @@ def test_without_seeds_the_scenario_s_own_count():
 
 @pytest.mark.parametrize(('text', 'says'), [
     ('walk\n', ['not a sweep', 'scenario']),
-    (HEAD, ['neither grid nor random']),
-    (HEAD + GRID + RANDOM + 'samples: 3\n', ['grid and random', 'one of']),
+    (HEAD, ['nothing varies', 'grid', 'random', 'cases', 'list of scenarios']),
+    (HEAD + GRID + RANDOM + 'samples: 3\n', ['grid and random', 'one of them']),
     (HEAD + GRID + 'sceds: 3\n', ['sceds', 'seeds']),
     ('scenario: walk_99deg\n' + GRID, ['walk_99deg', 'walk_0deg']),
-    ('scenario: [a]\n' + GRID, ["['a']", 'scenario file or name']),
+    ('scenario: [a]\n' + GRID, ['a: no such scenario', 'walk_0deg']),
+    ('scenario: []\n', ['scenario', '[]', 'a list of them']),
+    ('scenario: [walk_0deg, 3]\n', ['scenario', '3', 'scenario file or name']),
+    ('scenario: [walk_0deg, config/walk_0deg.yaml]\n', ['config/walk_0deg.yaml', 'once']),
+    (HEAD + 'cases: {}\n', ['cases', '{}', 'labels']),
+    (HEAD + 'cases: 3\n', ['cases', '3', 'labels']),
+    (HEAD + 'cases: {12: {}}\n', ['cases', '{12: {}}', 'labels']),
+    (HEAD + 'cases: {a: 3}\n', ['cases: a', '3', 'node.parameter']),
+    (HEAD + 'cases: {a: {}, a: {}}\n', ["'a' is given twice"]),
+    (HEAD + 'cases: {a: {gain: 3.0}}\n', ['cases: a', "'gain'", 'node.parameter']),
+    (HEAD + 'cases: {a: {ankle_controller.gain: 99.0}}\n', ['cases: a', '99.0', '[0, 60]']),
+    (HEAD + 'cases: {a: {ankle_controller.gain: 3.0}}\n' + GRID, ['case and swept']),
+    (HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}}\n' + TILT, ['case and set']),
+    (HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}, b: {}}\nseeds: 2\n',
+     ['seeds', 'simulator.initial_tilt_deg', 'set']),
+    (HEAD + 'cases: {a: {gyro.seed: 1}}\nseeds: 2\n' + TILT, ['gyro.seed', 'seeds']),
+    (HEAD + 'cases: {a: {simulator.physics_step: 0.0007}}\n', ['cases', 'physics_step']),
+    (HEAD + GRID + 'keep: everything\n', ['keep', "'everything'", 'series']),
+    (HEAD + GRID + 'fast: 3\n', ['fast', '3', 'mapping']),
+    (HEAD + GRID + 'fast: {sceds: 3}\n', ['fast', 'sceds', 'seeds']),
+    (HEAD + GRID + 'fast: {fast: {}}\n', ['fast', 'seeds']),
+    (HEAD + GRID + 'fast: {seeds: 0}\n', ['fast: seeds', '0']),
+    (HEAD + GRID + 'fast: {grid: {ankle_controller.gain: [99.0]}}\n', ['fast: grid', '99.0']),
     (HEAD + 'grid: {}\n', ['grid', '{}']),
     (HEAD + 'grid:\n  ankle_controller.gain: []\n', ['ankle_controller.gain', '[]', 'list']),
     (HEAD + 'grid:\n  ankle_controller.gain: 3.0\n', ['ankle_controller.gain', '3.0', 'list']),
@@ -117,7 +192,7 @@ def test_without_seeds_the_scenario_s_own_count():
     (HEAD + RANDOM, ['samples', 'None', 'integer']),
     (HEAD + RANDOM + 'samples: 0\n', ['samples', '0', '[1, 1000000]']),
     (HEAD + RANDOM + 'samples: true\n', ['samples', 'True']),
-    (HEAD + GRID + 'samples: 3\n', ['samples', 'nothing with grid']),
+    (HEAD + GRID + 'samples: 3\n', ['samples', 'nothing without']),
     (HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 3.0}\nsamples: 3\n',
      ['low below high']),
     (HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 99.0}\nsamples: 3\n', ['99.0']),
@@ -196,16 +271,17 @@ def test_version_changes_with_the_code_and_not_with_its_place(tmp_path, monkeypa
 
 def test_a_trial_gives_what_an_offline_run_gives():
     trial = trials(f'{HEAD}duration: 0.3\n{TILT}seeds: 1\n{GRID}', code_version())[0]
-    row, result = run_trial(trial), run_offline(trial.scenario)
+    (row, series), result = run_trial(trial), run_offline(trial.scenario)
     assert row['trajectory_hash'] == result.trajectory_hash
     assert row['vibration_rad_s'] == result.outcome.vibration
     assert (row['verdict'], row['end'], row['error']) == ('stood', 'duration', None)
+    assert series is None
     assert list(row) == ['id', 'ankle_controller.gain', 'seed', *RESULTS]
 
 
 def test_a_run_that_its_parameters_do_not_allow_is_a_row_that_says_why():
     text = f'{HEAD}duration: 0.3\nset:\n  simulator.pushes: [no push]\n{GRID}'
-    row = run_trial(trials(text, code_version())[0])
+    row, _ = run_trial(trials(text, code_version())[0])
     assert row['verdict'] is None and 'no push' in row['error']
 
 
@@ -217,13 +293,16 @@ def test_a_worker_of_another_version_refuses():
 # ---- what it leaves ----
 
 
-REQUEST = {'version': 'v', 'scenario': {}, 'axes': {'gait.motion': ['walk', 'stand'],
-           'simulator.pushes': [['a'], ['b', 'c']]}, 'samples': None, 'seeds': 2}
+REQUEST = {'version': 'v', 'scenario': {}, 'cases': {},
+           'axes': {'case': ['a', 'b'], 'gait.motion': ['walk', 'stand'],
+                    'simulator.pushes': [['a'], ['b', 'c']]},
+           'samples': None, 'seeds': 2, 'keep': False}
 
 
 def row_of(number):
-    return {'id': f'run {number}', 'gait.motion': 'walk', 'simulator.pushes': ['b', 'c'],
-            'seed': None, **dict.fromkeys(RESULTS), 'distance_m': number / 3, 'verdict': 'fell'}
+    return {'id': f'run {number}', 'case': 'a', 'gait.motion': 'walk',
+            'simulator.pushes': ['b', 'c'], 'seed': None, **dict.fromkeys(RESULTS),
+            'distance_m': number / 3, 'verdict': 'fell'}
 
 
 @given(st.integers(1, 6), st.data())
@@ -257,7 +336,8 @@ def test_the_table_has_the_types_of_the_parameters(tmp_path):
 
 @pytest.mark.parametrize(('changed', 'says'), [
     ({'version': 'w'}, 'another version'), ({'seeds': 3}, 'another number of seeds'),
-    ({'axes': {}}, 'other axes'), ({'scenario': {'gait': {}}}, 'another scenario')])
+    ({'axes': {}}, 'other axes'), ({'cases': {'a': {}}}, 'other cases'),
+    ({'scenario': {'gait': {}}}, 'another scenario')])
 def test_another_sweep_is_refused_and_left_alone(tmp_path, changed, says):
     with Folder(tmp_path, REQUEST) as folder:
         folder.append([row_of(1)])
@@ -278,6 +358,23 @@ def test_a_place_that_is_no_folder_is_refused(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(BringupError, match=r'--out: .*file'):
         Folder(tmp_path / 'file', REQUEST)
+
+
+def test_another_sweep_can_be_discarded_and_nothing_else(tmp_path):
+    assert not discard_other(tmp_path / 'absent', REQUEST)
+    (tmp_path / 'letter.txt').write_text('dear')
+    assert not discard_other(tmp_path, REQUEST)
+    path = tmp_path / 'sweep'
+    with Folder(path, REQUEST) as folder:
+        folder.append([row_of(1)])
+        folder.export()
+        (path / 'series').mkdir()
+        (path / 'series' / 'run 1.npz').write_bytes(b'')
+        with pytest.raises(BringupError, match='being written'):
+            discard_other(path, REQUEST | {'seeds': 3})
+    assert not discard_other(path, REQUEST)
+    assert discard_other(path, REQUEST | {'seeds': 3})
+    assert list(path.iterdir()) == []
 
 
 def test_two_writers_do_not_share_a_folder(tmp_path):

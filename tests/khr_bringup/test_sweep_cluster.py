@@ -18,7 +18,7 @@ from khr_bringup.errors import BringupError, RunError
 from khr_bringup.offline import run_offline
 from khr_bringup.sweeps import cluster
 from khr_bringup.sweeps.folder import JOURNAL, read_table
-from khr_bringup.sweeps.specification import load
+from khr_bringup.sweeps.reading import load
 from tests.graph.conftest import KHR
 
 PATIENCE = 60.0  # s

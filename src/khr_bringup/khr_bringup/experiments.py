@@ -1,14 +1,28 @@
-"""Experiments: the sweeps that figures are drawn from, and their finished runs."""
+"""Experiments: the shipped sweeps that figures are drawn from, and their finished runs."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from khr_bringup.scenario import Scenario
+from khr_bringup.errors import BringupError
+from khr_bringup.progress import Bar
+from khr_bringup.scenario import CONFIG, Scenario
 from khr_bringup.series import Series
+from khr_bringup.sweeps.folder import Folder, discard_other, read_table, request_of, series_path
+from khr_bringup.sweeps.reading import load
+from khr_bringup.sweeps.specification import Specification, scenario_at
+from khr_bringup.sweeps.trial import RESULTS
+from khr_bringup.sweeps.version import code_version
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+ROOT = Path('runs/experiments')
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,3 +50,116 @@ class Run:
 
 
 Runs = list[Run]
+Opened = tuple[Specification, Folder]
+
+
+def runs_of(folder: Path) -> Runs:
+    """Return the finished runs of a sweep in the order of its axes, then of the seeds.
+
+    Args:
+        folder: of the sweep, complete or not.
+
+    Raises:
+        BringupError: if it holds no sweep.
+    """
+    table = read_table(folder)
+    request = request_of(table)
+    axes: dict[str, Any] = request['axes']
+
+    def place(run: Run) -> tuple[Any, ...]:
+        return (*(axis.index(run.point[name]) if isinstance(axis, list) else run.point[name]
+                  for name, axis in axes.items()), -1 if run.seed is None else run.seed)
+
+    runs = []
+    for row in table.to_pylist():
+        point = {name: row[name] for name in axes}
+        runs.append(Run(point, row['seed'], {name: row[name] for name in RESULTS},
+                        scenario_at(request, point, row['seed']),
+                        series_path(folder, row['id'])))
+    return sorted(runs, key=place)
+
+
+def shipped() -> dict[str, Path]:
+    """Return the files of the experiments by name; those in ``config`` here come first."""
+    return {path.stem: path for place in (CONFIG, Path('config'))
+            for path in sorted((place / 'experiments').glob('*.yaml'))}
+
+
+def specification_of(name: str, fast: bool) -> Specification:
+    """Read an experiment.
+
+    Raises:
+        BringupError: if there is no such experiment, or it does not read.
+    """
+    files = shipped()
+    if name not in files:
+        raise BringupError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')
+    return load(files[name], fast)
+
+
+def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
+    """Return the folder of an experiment."""
+    return root / (f'{name}-fast' if fast else name)
+
+
+@contextmanager
+def opened(names: Iterable[str], fast: bool, root: Path = ROOT) -> Iterator[list[Opened]]:
+    """Open experiments for their missing runs; at the end their tables are written.
+
+    What a folder holds of another version of the code or the experiment is discarded.
+
+    Raises:
+        BringupError: if one is not known, or its folder cannot be written.
+    """
+    with ExitStack() as stack:
+        sweeps = []
+        for name in names:
+            specification, path = specification_of(name, fast), folder_of(name, fast, root)
+            request = {'version': code_version(), **specification.record()}
+            discard_other(path, request)
+            sweeps.append((specification, stack.enter_context(Folder(path, request))))
+        try:
+            yield sweeps
+        finally:
+            for _, folder in sweeps:
+                folder.export()
+
+
+def missing(sweeps: Sequence[Opened]) -> int:
+    """Count the runs that opened experiments lack."""
+    version = code_version()
+    return sum(len({trial.id for trial in specification.trials(version)} - folder.finished())
+               for specification, folder in sweeps)
+
+
+def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
+    """Compute what opened experiments lack; return how many runs lost their worker.
+
+    Raises:
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    from khr_bringup.sweeps.runner import run_missing
+
+    lost = 0
+    for batch in run_missing(client, sweeps):
+        lost += batch.count(None)
+        bar.advance(len(batch))
+    return lost
+
+
+def run(names: Iterable[str], fast: bool, workers: int, root: Path = ROOT) -> int:
+    """Run what experiments lack on this machine; return how many runs lost their worker.
+
+    Raises:
+        BringupError: if one is not known, or its folder cannot be written.
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    with opened(names, fast, root) as sweeps:
+        left = missing(sweeps)
+        if not left:
+            return 0
+        from khr_bringup.sweeps.cluster import connected
+
+        with (Bar('experiments', left, lines=True) as bar,
+              connected(min(workers, left)) as client):
+            return run_on(client, sweeps, bar)

@@ -102,9 +102,13 @@ def parse(text: str, file: str, name: str) -> Scenario:
     values: Values = {}
     for node, body in document.items():
         values[_known_node(file, node)] = _node_values(file, node, body)
+    return Scenario(name, _consistent(file, values), title_of(text))
+
+
+def title_of(text: str) -> str:
+    """Return the first line of a file's text if it is a comment, else nothing."""
     first = text.lstrip().splitlines()[0] if text.strip() else ''
-    title = first.lstrip('# ').strip() if first.startswith('#') else ''
-    return Scenario(name, _consistent(file, values), title)
+    return first.lstrip('# ').strip() if first.startswith('#') else ''
 
 
 def find(name: str) -> Path:

@@ -16,7 +16,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from khr_bringup.errors import BringupError
-from khr_bringup.sweeps.axes import parameter_named
+from khr_bringup.sweeps.axes import column_named
 from khr_bringup.sweeps.folder import read_table, request_of
 from khr_bringup.sweeps.statistics import Crossing, crossing, wilson
 
@@ -166,7 +166,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
 def _direction(name: str, axis: Any, values: Sequence[Any],
                bins: int) -> tuple[Direction, NDArray[np.intp]]:
     """Return one side of the map, and the number of the cell of each run."""
-    specification = parameter_named('sweep', name)
+    specification = column_named(name)
     if isinstance(axis, dict):
         edges = np.linspace(axis['low'], axis['high'], bins + 1)
         places = (edges[:-1] + edges[1:]) / 2.0

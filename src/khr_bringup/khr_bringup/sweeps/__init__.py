@@ -1,4 +1,4 @@
-"""``khr sweep``: many runs of one scenario, over a grid or at random, on one or many machines."""
+"""``khr sweep``: many runs, over a grid or at random, on one or many machines."""
 
 from __future__ import annotations
 
@@ -7,27 +7,20 @@ from collections import Counter
 from pathlib import Path
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
 from rich.table import Table
 
 from khr_bringup.errors import BringupError
-from khr_bringup.sweeps.folder import Folder
-from khr_bringup.sweeps.specification import Specification, load
-from khr_bringup.sweeps.trial import run_trial
+from khr_bringup.progress import Bar
+from khr_bringup.sweeps.folder import Folder, read_table
+from khr_bringup.sweeps.reading import load
+from khr_bringup.sweeps.specification import Specification
 from khr_bringup.sweeps.version import code_version
 
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 
 
 def sweep(file: Path, out: Path | None = None, workers: int | None = None,
-          scheduler: str | None = None) -> int:
+          scheduler: str | None = None, fast: bool = False) -> int:
     """Run what a sweep still lacks, keep every run in its folder; return the exit code.
 
     Args:
@@ -35,18 +28,17 @@ def sweep(file: Path, out: Path | None = None, workers: int | None = None,
         out: its folder; ``runs/NAME`` by default. Runs that it holds are not repeated.
         workers: processes to start on this machine; as many as it has cores by default.
         scheduler: address of a Dask scheduler, whose workers are used instead.
+        fast: whether to take the form that the specification has for it.
 
     Raises:
         BringupError: if the specification or an option is not accepted.
         RunError: if the sweep could not go on; what is finished is kept.
     """
-    if workers is not None and (workers < 1 or scheduler is not None):
-        raise BringupError(f'--workers: {workers} is not accepted; accepted: an integer from 1 '
-                           'on, without --scheduler')
-    specification = load(file)
+    check_workers(workers, scheduler)
+    specification = load(file, fast)
     version = code_version()
     planned = {trial.id for trial in specification.trials(version)}
-    with Folder(out or Path('runs') / file.stem,
+    with Folder(out or Path('runs') / (f'{file.stem}-fast' if fast else file.stem),
                 {'version': version, **specification.record()}) as folder:
         left = len(planned - folder.finished())
         lost, stopped = 0, False
@@ -55,36 +47,43 @@ def sweep(file: Path, out: Path | None = None, workers: int | None = None,
             lost, stopped = _run(specification, folder, len(planned), count, scheduler)
         _summarise(specification, folder, len(planned))
     if lost:
-        Console(stderr=True).print(f'khr: {lost} runs lost their worker several times; repeat '
-                                   'the command to try them again', highlight=False)
+        tell_lost(lost)
     return INTERRUPTED if stopped else 1 if lost else 0
+
+
+def check_workers(workers: int | None, scheduler: str | None = None) -> None:
+    """Refuse a number of workers that makes no sense.
+
+    Raises:
+        BringupError: if it is below 1, or given beside a scheduler.
+    """
+    if workers is not None and (workers < 1 or scheduler is not None):
+        raise BringupError(f'--workers: {workers} is not accepted; accepted: an integer from 1 '
+                           'on, without --scheduler')
+
+
+def tell_lost(runs: int) -> None:
+    """Tell that runs are not there, and what to do."""
+    Console(stderr=True).print(f'khr: {runs} runs lost their worker several times; repeat '
+                               'the command to try them again', highlight=False)
 
 
 def _run(specification: Specification, folder: Folder, total: int, workers: int,
          scheduler: str | None) -> tuple[int, bool]:
     """Compute what the folder lacks; return how many runs were lost, and whether it was cut."""
-    from khr_bringup.sweeps.cluster import compute, connected
+    from khr_bringup.sweeps.cluster import connected
+    from khr_bringup.sweeps.runner import run_missing
 
-    finished = folder.finished()
-    tasks = ((trial.id, trial) for trial in specification.trials(code_version())
-             if trial.id not in finished)
     lost, verdicts = 0, Counter[str]()
-    columns = (TextColumn('{task.description}'), BarColumn(), MofNCompleteColumn(),
-               TimeElapsedColumn(), TextColumn('left'), TimeRemainingColumn(),
-               TextColumn('{task.fields[text]}'))
-    console = Console(stderr=True)
-    with Progress(*columns, console=console, transient=True,
-                  disable=not console.is_terminal) as progress:
-        bar = progress.add_task('starting', total=total, completed=len(finished), text='')
+    with Bar('starting', total, len(folder.finished())) as bar:
         try:
             with connected(workers, scheduler) as client:
-                progress.update(bar, description=Path(specification.file).stem)
-                for batch in compute(client, run_trial, tasks):
-                    rows = [row for _, row in batch if row is not None]
-                    folder.append(rows)
+                bar.name(specification.name)
+                for batch in run_missing(client, [(specification, folder)]):
+                    rows = [row for row in batch if row is not None]
                     lost += len(batch) - len(rows)
                     verdicts.update(row['verdict'] or 'refused' for row in rows)
-                    progress.update(bar, advance=len(rows), text='  '.join(
+                    bar.advance(len(rows), '  '.join(
                         f'{verdict} {count}' for verdict, count in sorted(verdicts.items())))
         except KeyboardInterrupt:
             return lost, True
@@ -92,12 +91,10 @@ def _run(specification: Specification, folder: Folder, total: int, workers: int,
 
 
 def _summarise(specification: Specification, folder: Folder, total: int) -> None:
-    from khr_bringup.sweeps.folder import read_table
-
     path = folder.export()
     rows = read_table(path)
     verdicts = Counter(rows.column('verdict').to_pylist())
-    table = Table(title=Path(specification.file).stem, show_header=False, title_justify='left')
+    table = Table(title=specification.name, show_header=False, title_justify='left')
     table.add_row('runs', f'{rows.num_rows} of {total}')
     for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):
         table.add_row(verdict or 'refused', str(count))

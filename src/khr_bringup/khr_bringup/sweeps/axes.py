@@ -10,10 +10,21 @@ import numpy as np
 
 from khr_bringup.errors import BringupError
 from khr_bringup.tables import TABLES
-from khr_common import ParameterError, specifications
+from khr_common import ParameterError, parameter, specifications
 from khr_common.parameters import Specification
 
 LARGEST_AXIS = 100_000
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The axes whose values are names, each of which stands for values of several parameters."""
+
+    scenario: str = parameter('', 'Of a list of scenarios.')
+    case: str = parameter('', 'Of the cases.')
+
+
+SCENARIO, CASE = LABELS = tuple(specifications(Labels))
 
 
 @dataclass(frozen=True)
@@ -58,6 +69,15 @@ def parameter_named(where: str, name: Any) -> Specification:
     return known[key]
 
 
+def column_named(name: str) -> Specification:
+    """Return the specification of a swept parameter, or that of an axis of names.
+
+    Raises:
+        BringupError: if there is none.
+    """
+    return specifications(Labels).get(name) or parameter_named('sweep', name)
+
+
 def checked(where: str, specification: Specification, value: Any) -> Any:
     """Return the value if the parameter accepts it.
 
@@ -81,7 +101,7 @@ def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
                 'a list of values, or {start: ..., stop: ..., step: ...}')
     if isinstance(given, dict) and specification.kind in (int, float):
         if set(given) != {'start', 'stop', 'step'}:
-            _refuse(where, given, accepted)
+            refuse(where, given, accepted)
         start, stop = (checked(where, specification, given[key]) for key in ('start', 'stop'))
         return Axis(_steps(where, specification, start, stop, given['step']))
     return _listed(where, specification, given, accepted)
@@ -97,36 +117,37 @@ def random_axis(where: str, specification: Specification, given: Any) -> Axis:
                 'a list of choices, or {low: ..., high: ...}')
     if isinstance(given, dict) and specification.kind in (int, float):
         if set(given) != {'low', 'high'}:
-            _refuse(where, given, accepted)
+            refuse(where, given, accepted)
         low, high = (checked(where, specification, given[key]) for key in ('low', 'high'))
         if low >= high:
-            _refuse(where, given, 'low below high')
+            refuse(where, given, 'low below high')
         return Axis(low=low, high=high)
     return _listed(where, specification, given, accepted)
 
 
 def _listed(where: str, specification: Specification, given: Any, accepted: str) -> Axis:
     if not isinstance(given, list) or not given:
-        _refuse(where, given, accepted)
+        refuse(where, given, accepted)
     values = tuple(checked(where, specification, value) for value in given)
     repeated = [value for number, value in enumerate(values) if value in values[:number]]
     if repeated:
-        _refuse(where, repeated[0], 'each value once')
+        refuse(where, repeated[0], 'each value once')
     return Axis(values)
 
 
 def _steps(where: str, specification: Specification, start: Any, stop: Any,
            step: Any) -> tuple[Any, ...]:
     if type(step) is not specification.kind or not isfinite(step) or step <= 0:
-        _refuse(f'{where}: step', step, f'{specification.kind.__name__} above 0')
+        refuse(f'{where}: step', step, f'{specification.kind.__name__} above 0')
     count = floor((stop - start) / step + 1e-9) + 1
     if not 0 < count <= LARGEST_AXIS:
-        _refuse(where, {'start': start, 'stop': stop, 'step': step},
+        refuse(where, {'start': start, 'stop': stop, 'step': step},
                 f'a start up to the stop, and at most {LARGEST_AXIS} values')
     # Without the rounding 0.1 taken three times would be 0.30000000000000004.
     values = (start + step * number for number in range(count))
     return tuple(checked(where, specification, round(value, 10)) for value in values)
 
 
-def _refuse(where: str, value: Any, accepted: str) -> NoReturn:
+def refuse(where: str, value: Any, accepted: str) -> NoReturn:
+    """Raise a BringupError that names place, value and what is accepted."""
     raise BringupError(f'{where}: {value!r} is not accepted; accepted: {accepted}')

@@ -2,7 +2,8 @@
 
 ``sweep.json`` says which runs the sweep has. ``rows.jsonl`` grows by a line per finished run: a
 command that is killed at any instant leaves at worst a torn last line. ``results.parquet`` is
-the journal as a table, written when the sweep is complete or interrupted.
+the journal as a table, written when the sweep is complete or interrupted. ``series/`` holds the
+signals of the runs if the sweep keeps them; those of a run are there before its line is.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import shutil
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -19,14 +21,15 @@ import pyarrow.json
 import pyarrow.parquet
 
 from khr_bringup.errors import BringupError
-from khr_bringup.sweeps.axes import parameter_named
+from khr_bringup.series import Series
+from khr_bringup.sweeps.axes import column_named
 from khr_bringup.sweeps.trial import RESULTS, Row
 
-REQUEST, JOURNAL, TABLE = 'sweep.json', 'rows.jsonl', 'results.parquet'
+REQUEST, JOURNAL, TABLE, SERIES = 'sweep.json', 'rows.jsonl', 'results.parquet', 'series'
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
 _CHANGED = {'version': 'another version of the project', 'scenario': 'another scenario',
-            'axes': 'other axes', 'samples': 'another number of samples',
-            'seeds': 'another number of seeds'}
+            'cases': 'other cases', 'axes': 'other axes', 'samples': 'another number of samples',
+            'seeds': 'another number of seeds', 'keep': 'other things to keep'}
 _ACCEPTED = 'a new or empty folder, or that of this same sweep'
 
 
@@ -78,12 +81,44 @@ class Folder:
         self._journal.flush()
         os.fsync(self._journal.fileno())
 
+    def keep(self, run: str, series: Series) -> None:
+        """Keep the signals of a run, before its row is appended."""
+        path = series_path(self.path, run)
+        path.parent.mkdir(exist_ok=True)
+        series.save(path)
+
     def export(self) -> Path:
         """Write the journal as a Parquet table; return its path."""
         table, path = self.path / TABLE, self.path / f'{TABLE}.part'
         pyarrow.parquet.write_table(_read_journal(self.path, self._request), path)
         path.replace(table)
         return table
+
+
+def series_path(folder: Path, run: str) -> Path:
+    """Return where the signals of a run are, by its id."""
+    return folder / SERIES / f'{run}.npz'
+
+
+def discard_other(path: Path, request: dict[str, Any]) -> bool:
+    """Empty a folder if it holds another sweep, or the same of another version; say if it did.
+
+    Raises:
+        BringupError: if another command is writing it.
+    """
+    try:
+        stored = json.loads((path / REQUEST).read_text(encoding='utf-8'))
+    except (OSError, ValueError):
+        return False  # no sweep
+    if all(stored.get(key) == value for key, value in request.items()):
+        return False
+    with Folder(path, stored):
+        shutil.rmtree(path / SERIES, ignore_errors=True)
+        for file in path.iterdir():
+            if file.is_file() and file.name != REQUEST:
+                file.unlink()
+        (path / REQUEST).unlink()  # last: what is cut here is still known for a sweep
+    return True
 
 
 def read_table(path: Path) -> pa.Table:
@@ -142,7 +177,7 @@ def _whole(journal: Path) -> int:
 def _schema(request: dict[str, Any]) -> pa.Schema:
     columns = {'id': pa.string()}
     for name in request['axes']:
-        specification = parameter_named('sweep.json', name)
+        specification = column_named(name)
         columns[name] = (pa.list_(_TYPES[specification.element]) if specification.element
                          else _TYPES[specification.kind])
     columns |= {'seed': pa.int64(), **{name: _TYPES[kind] for name, kind in RESULTS.items()}}

@@ -5,9 +5,10 @@ from __future__ import annotations
 import hashlib
 import json
 import time
+from collections.abc import Iterable
 from dataclasses import dataclass
 from math import degrees
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.errors import BringupError
@@ -15,6 +16,9 @@ from khr_bringup.scenario import Scenario, Values
 from khr_bringup.sweeps.version import code_version
 from khr_bringup.tables import TABLES
 from khr_common import KhrError, specifications
+
+if TYPE_CHECKING:
+    from khr_bringup.series import Series
 
 # What a run yields besides its point, by column, in this order; absent values are null.
 RESULTS: dict[str, type[Any]] = {
@@ -31,10 +35,11 @@ class Trial:
 
     Attributes:
         id: digest of all parameters, defaults included, and of the code's version.
-        point: the swept values, by ``node.parameter``.
+        point: the swept values, by axis.
         seed: number of the seed; None if the sweep leaves the scenario's own.
         scenario: what to run.
         version: of the code that planned it.
+        keep: whether its signals are asked for.
     """
 
     id: str
@@ -42,6 +47,7 @@ class Trial:
     seed: int | None
     scenario: Scenario
     version: str
+    keep: bool = False
 
 
 def complete(scenario: Scenario) -> Values:
@@ -51,14 +57,20 @@ def complete(scenario: Scenario) -> Values:
             for node, table in TABLES.items()}
 
 
-def identity(values: Values, version: str) -> str:
-    """Return the digest of a complete set of parameters under a version of the code."""
-    text = json.dumps([version, values], sort_keys=True)
+def identity(values: Values, version: str, labels: Iterable[str] = ()) -> str:
+    """Return the digest of a complete set of parameters under a version of the code.
+
+    Args:
+        values: by node and key.
+        version: of the code.
+        labels: the names that a sweep has for them: two cases that come to the same are two runs.
+    """
+    text = json.dumps([version, values, *labels], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
-def run_trial(trial: Trial) -> Row:
-    """Run a trial offline; return its row.
+def run_trial(trial: Trial) -> tuple[Row, Series | None]:
+    """Run a trial offline; return its row, and its signals if they are kept.
 
     A run that its parameters do not allow, such as a gait out of the legs' reach, yields a row
     with the reason in ``error`` and no verdict.
@@ -70,17 +82,22 @@ def run_trial(trial: Trial) -> Row:
         raise BringupError(f'worker: version {code_version()!r} of the project is not accepted; '
                            f'accepted: {trial.version!r}, as where the sweep was started')
     from khr_bringup.offline import run_offline
+    from khr_bringup.series import run_with_series
 
     row: Row = {'id': trial.id, **trial.point, 'seed': trial.seed, **dict.fromkeys(RESULTS)}
+    series = None
     start = time.monotonic()
     try:
-        result = run_offline(trial.scenario)
+        if trial.keep:
+            result, series = run_with_series(trial.scenario)
+        else:
+            result = run_offline(trial.scenario)
     except KhrError as error:
         row['error'] = str(error)
     else:
         row |= {**_figures(result.outcome), 'end': result.end, 'time_s': result.time,
                 'trajectory_hash': result.trajectory_hash}
-    return row | {'wall_time_s': time.monotonic() - start}
+    return row | {'wall_time_s': time.monotonic() - start}, series
 
 
 def _figures(outcome: Outcome) -> Row:

@@ -11,19 +11,22 @@ from pathlib import Path
 # What decides a trajectory and its outcome: whole packages, and single modules of the others.
 SOURCES = (('khr_common', '**/*.py'), ('khr_sim', '**/*.py'), ('khr_sim', '**/*.urdf'),
            ('khr_balance', '**/*.py'), ('khr_analysis', 'outcome.py'),
-           ('khr_bringup', 'offline.py'))
+           ('khr_bringup', 'offline.py'), ('khr_bringup', 'series.py'))
 LIBRARIES = ('numpy', 'pybullet')
 
 
 @cache
-def code_version() -> str:
+def code_version(*more: tuple[str, str]) -> str:
     """Return a short digest of all code that decides what a run gives.
 
     It changes with every change of that code, of the robot's description, of NumPy and of the
     physics engine; it does not depend on where the project is installed.
+
+    Args:
+        more: further code to take in, as packages with patterns of files.
     """
     digest = hashlib.sha256()
-    for package, pattern in SOURCES:
+    for package, pattern in (*SOURCES, *more):
         folder = Path(str(files(package)))
         for path in sorted(folder.glob(pattern)):
             digest.update(f'{package}/{path.relative_to(folder).as_posix()}\n'.encode())
