@@ -1,0 +1,1 @@
+"""Pages: one file each, that opens from a disk without a network."""
