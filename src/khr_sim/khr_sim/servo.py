@@ -9,6 +9,7 @@ step resolves. The physics engine has no rotor inertia of its own, and its joint
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import radians
 
 import numpy as np
@@ -28,6 +29,7 @@ POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assum
 # symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: the
 # spring of the head, which carries nothing, and the dampers of head, forearms and feet.
 SPRING_LIMIT, DAMPER_LIMIT = 1.0, 0.5
+_NONE = (0.0,) * len(JOINTS)
 
 
 class Servos:
@@ -40,35 +42,33 @@ class Servos:
 
     def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
         self._carried = carried
-        self._angle = np.zeros(len(JOINTS))  # of the rotors, seen at the output shaft
-        self._rate = np.zeros(len(JOINTS))
-        self._integral = np.zeros(len(JOINTS))
-        self._command = np.zeros(len(JOINTS))
-        self._torque = np.zeros(len(JOINTS))
-        self._drive = np.zeros(len(JOINTS))
-        self._spare = np.zeros(len(JOINTS))
+        self._angle = [0.0] * len(JOINTS)  # of the rotors, seen at the output shaft
+        self._rate = [0.0] * len(JOINTS)
+        self._integral = [0.0] * len(JOINTS)
+        self._command: Sequence[float] = [0.0] * len(JOINTS)
         self.configure(parameters)
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Take changed parameters without losing the state."""
         h = parameters.physics_step
-        self._gear = np.minimum(parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2)
-        self._gear_damping = np.minimum(parameters.gear_damping,
-                                        DAMPER_LIMIT * self._carried / h)
+        self._gear: list[float] = np.minimum(
+            parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2).tolist()
+        self._gear_damping: list[float] = np.minimum(
+            parameters.gear_damping, DAMPER_LIMIT * self._carried / h).tolist()
         self._play = radians(parameters.backlash_deg) / 2.0
-        self._stiffness = parameters.stiffness_per_stretch * stretches(parameters)
+        self._stiffness: list[float] = (
+            parameters.stiffness_per_stretch * stretches(parameters)).tolist()
+        self._pid = parameters.servo_model == 'pid'
         # (3.11): the identified gains relate armature volts to volts of potentiometer error.
-        self._kp, self._ki, self._kd = (
+        kp, self._ki, self._kd = (
             gain * POTENTIOMETER * STALL_TORQUE / SUPPLY
             for gain in (parameters.pid_kp, parameters.pid_ki, parameters.pid_kd))
-        gain = h / parameters.rotor_inertia  # speed gained per N m and step
-        loss = 1.0 / (1.0 + gain * BACK_EMF)  # back-EMF, implicit
-        # NumPy is faster with an array of equal numbers than with the number.
-        self._step, self._gain, self._loss, self._most, self._stick = (
-            np.full(len(JOINTS), each)
-            for each in (h, gain, loss, STALL_TORQUE, gain * parameters.servo_friction * loss))
-        self._least, self._stick_back = -self._most, -self._stick
-        self._pid = parameters.servo_model == 'pid'
+        if self._pid:
+            self._stiffness = [kp] * len(JOINTS)
+        self._step = h
+        self._gain = h / parameters.rotor_inertia  # speed gained per N m and step
+        self._loss = 1.0 / (1.0 + self._gain * BACK_EMF)  # back-EMF, implicit
+        self._stick = self._gain * parameters.servo_friction * self._loss
 
     def reset(self, command: Array, torque: Array) -> Array:
         """Stand still under a load.
@@ -80,62 +80,68 @@ class Servos:
         Returns:
             The joint angles (17,) in rad at which the servos hold it.
         """
-        self._command = command
-        self._rate = np.zeros(len(JOINTS))
-        held = _limited(torque, STALL_TORQUE)
-        self._integral = held if self._pid and self._ki else np.zeros(len(JOINTS))
-        sag = (held - self._integral) / (self._kp if self._pid else self._stiffness)
-        self._angle = command - sag
-        return np.asarray(self._angle - held / self._gear)
+        self._command = command.tolist()
+        self._rate = [0.0] * len(JOINTS)
+        held = np.clip(torque, -STALL_TORQUE, STALL_TORQUE)
+        integral = held if self._pid and self._ki else np.zeros(len(JOINTS))
+        angle = command - (held - integral) / self._stiffness
+        self._angle, self._integral = angle.tolist(), integral.tolist()
+        return np.asarray(angle - held / self._gear)
 
-    def update(self, command: Array, position: Array, velocity: Array) -> Array:
+    def update(self, command: Sequence[float], position: Sequence[float],
+               velocity: Sequence[float]) -> list[float]:
         """Advance one physics step and return the torques on the joints.
 
         Args:
-            command: angles commanded by the board, rad, shape (17,).
+            command: 17 angles commanded by the board, rad.
             position: joint angles, rad.
             velocity: joint speeds, rad/s.
 
         Returns:
-            Torques (17,) in N m to apply to the joints during the step; the next update
-            overwrites them.
+            17 torques in N m to apply to the joints during the step.
         """
-        # A third of the time of all that is not physics goes by here: every result has its place.
-        torque, rate, spare = self._torque, self._rate, self._spare
-        np.subtract(self._angle, position, out=torque)  # twist
-        np.subtract(rate, velocity, out=spare)  # slide
-        if self._play:
-            torque -= _limited(torque, self._play)
-            spare *= torque != 0.0
-        torque *= self._gear
-        spare *= self._gear_damping
-        torque += spare
-        drive = self._drive_pid(command) if self._pid else self._drive_stretch(command)
-        drive -= torque
-        drive *= self._gain
-        drive += rate
-        np.multiply(drive, self._loss, out=rate)
-        np.maximum(rate, self._stick_back, out=spare)  # dry friction takes what speed it can,
-        np.minimum(spare, self._stick, out=spare)      # and no more
-        rate -= spare
-        np.multiply(self._step, rate, out=spare)
-        self._angle += spare
-        return torque
+        # Plain numbers: 17 of them are so few that NumPy takes twice the time.
+        step, gain, loss, stick, play, most = (
+            self._step, self._gain, self._loss, self._stick, self._play, STALL_TORQUE)
+        torques, angles, rates = [], [], []
+        for goal, joint, speed, angle, rate, stiffness, offset, gear, damping in zip(
+                command, position, velocity, self._angle, self._rate, self._stiffness,
+                self._offsets(command), self._gear, self._gear_damping, strict=True):
+            twist, slide = angle - joint, rate - speed
+            if play:
+                twist -= min(max(twist, -play), play)
+                slide *= twist != 0.0
+            torque = gear * twist + damping * slide
+            drive = stiffness * (goal - angle) + offset
+            if drive > most:
+                drive = most
+            elif drive < -most:
+                drive = -most
+            rate = (rate + gain * (drive - torque)) * loss
+            if rate > stick:  # dry friction takes what speed it can, and no more
+                rate -= stick
+            elif rate < -stick:
+                rate += stick
+            else:
+                rate = 0.0
+            torques.append(torque)
+            angles.append(angle + step * rate)
+            rates.append(rate)
+        self._angle, self._rate = angles, rates
+        return torques
 
-    def _drive_stretch(self, command: Array) -> Array:
-        drive = self._drive
-        np.subtract(command, self._angle, out=drive)
-        drive *= self._stiffness
-        np.maximum(drive, self._least, out=drive)
-        np.minimum(drive, self._most, out=drive)
-        return drive
-
-    def _drive_pid(self, command: Array) -> Array:
-        error = command - self._angle
-        error_rate = (command - self._command) / self._step - self._rate
-        self._command = command
-        self._integral = _limited(self._integral + self._ki * self._step * error, STALL_TORQUE)
-        return _limited(self._kp * error + self._integral + self._kd * error_rate, STALL_TORQUE)
+    def _offsets(self, command: Sequence[float]) -> Sequence[float]:
+        """Return what the position loop drives with beside its stiffness, N m."""
+        if not self._pid:
+            return _NONE
+        wanted = self._ki * self._step
+        self._integral = [
+            min(max(integral + wanted * (goal - angle), -STALL_TORQUE), STALL_TORQUE)
+            for integral, goal, angle in zip(self._integral, command, self._angle, strict=True)]
+        before, self._command = self._command, command
+        return [integral + self._kd * ((goal - last) / self._step - rate)
+                for integral, goal, last, rate
+                in zip(self._integral, command, before, self._rate, strict=True)]
 
 
 def stretches(parameters: SimulatorParameters) -> Array:
@@ -144,7 +150,3 @@ def stretches(parameters: SimulatorParameters) -> Array:
                 'knee': parameters.stretch_knee, 'ankle_pitch': parameters.stretch_ankle_pitch,
                 'ankle_roll': parameters.stretch_ankle_roll}
     return np.array([float(by_joint.get(name[2:], parameters.stretch_upper)) for name in JOINTS])
-
-
-def _limited(values: Array, most: float) -> Array:
-    return np.minimum(np.maximum(values, -most), most)

@@ -6,7 +6,6 @@ import tempfile
 from collections.abc import Sequence
 from math import radians
 from pathlib import Path
-from struct import Struct
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,6 @@ Array = NDArray[np.float64]
 SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
 STEEPEST = radians(30.0)  # either way, where the growing inclination ends, rad
-_PACK = Struct(f'{2 * len(JOINTS)}d').pack_into  # many floats into an array in half NumPy's time
 
 
 class World:
@@ -57,9 +55,6 @@ class World:
         self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin
                               for side in contact.SIDES]
         self._orientation = (0.0, 0.0, 0.0, 1.0)  # of base_link at the last instant
-        joint_state = np.zeros((2, len(JOINTS)))
-        self._joint_state = joint_state.data
-        self._position, self._velocity = joint_state  # views, rad and rad/s
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
@@ -77,7 +72,7 @@ class World:
         self._goal = radians(self.parameters.inclination_deg)
         self._inclination = 0.0 if self.parameters.level_start else self._goal
         self._pushes: list[Push] = []
-        self._efforts = np.zeros(len(JOINTS))
+        self._efforts = [0.0] * len(JOINTS)
         self._load()
         self._place(command, clearance)
         self._read_joints()
@@ -94,10 +89,10 @@ class World:
         """
         samples = []
         client, body, joints, ground = self.client, self.body, self._joints, self._ground
-        for command in self._board.update(target):
+        for command in self._board.update(target).tolist():
             torques = self._servos.update(command, self._position, self._velocity)
             bullet.setJointMotorControlArray(
-                body, joints, bullet.TORQUE_CONTROL, forces=torques.tolist(),
+                body, joints, bullet.TORQUE_CONTROL, forces=torques,
                 physicsClientId=client)
             if self._pushes:
                 self._apply_pushes()
@@ -107,7 +102,7 @@ class World:
             self._step += 1
             samples.append(bullet.getContactPoints(body, ground, physicsClientId=client))
             self._read_joints()
-        self._efforts = torques.copy()
+        self._efforts = torques
         return self._observe(samples)
 
     def push(self, push: Push) -> None:
@@ -246,9 +241,8 @@ class World:
         return link, np.array(state[4]) + rotation @ offset, rotation
 
     def _read_joints(self) -> None:
-        position, velocity, _, _ = zip(
+        self._position, self._velocity, _, _ = zip(
             *bullet.getJointStates(self.body, self._joints, self.client), strict=True)
-        _PACK(self._joint_state, 0, *position, *velocity)
 
     def _observe(self, samples: Sequence[Any]) -> Truth:
         client, body = self.client, self.body
@@ -267,8 +261,8 @@ class World:
             linear_velocity=center_velocity - cross(angular_velocity, arm),
             angular_velocity=np.array(angular_velocity),
             angular_rate=angle / self.parameters.control_period,
-            joint_position=self._position.copy(), joint_velocity=self._velocity.copy(),
-            joint_effort=self._efforts,
+            joint_position=np.array(self._position), joint_velocity=np.array(self._velocity),
+            joint_effort=np.array(self._efforts),
             contact_force=contact.toe_heel_forces(samples, self._feet, sole_position, soles),
             sole_position=sole_position, sole_orientation=np.array([foot[5] for foot in feet]),
             inclination=self._inclination)
