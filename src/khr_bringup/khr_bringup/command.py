@@ -243,6 +243,19 @@ def draw_stability_map(
         print(path)
 
 
+@app.command()
+def report(
+    run: Annotated[Path, typer.Argument(help='The folder of a run, or its bag.')],
+    against: Annotated[Path | None, typer.Option(help='Another run to compare it with.')] = None,
+    out: Annotated[Path | None, typer.Option(
+        help="The page; report.html in the run's folder by default.")] = None,
+) -> None:
+    """Write a page about a run, or about two compared: signals, spectra, parameters."""
+    from khr_bringup.report import report as write
+
+    print(write(run, against, out))
+
+
 @app.command(name='verify')
 def verify_bag(
     bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
