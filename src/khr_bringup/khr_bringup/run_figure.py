@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 from pathlib import Path
 
 import matplotlib.style
@@ -99,22 +100,24 @@ def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
         axis.legend()
 
 
-def draw_spectrogram(axis: Axes, series: Series, scenario: Scenario) -> bool:
-    """Draw the gyro's amplitude over time and frequency; say whether the run is long enough."""
-    parameters = scenario.table('fft_analyser')
-    analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
-    windows = [one for time, rate in zip(series.time, series.gyro_rate, strict=True)
-               if np.isfinite(rate) and (one := analyser.add(float(time), float(rate)))]
-    if len(windows) < 2:
-        return False
+def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
+    """Draw amplitude over time, the middle of each window, and frequency."""
     image = axis.pcolormesh([0.5 * (one.start + one.end) for one in windows],
                             windows[0].frequency, np.array([one.amplitude for one in windows]).T,
                             shading='nearest', cmap='viridis', rasterized=True)
-    figure = axis.figure
-    figure.colorbar(image, ax=axis, label='amplitude, rad/s')
-    axis.set(xlabel=f'middle of {parameters.window_length:g} s, s', ylabel='frequency, Hz')
+    axis.figure.colorbar(image, ax=axis, label='amplitude, rad/s')
+    length = windows[0].end - windows[0].start
+    axis.set(xlabel=f'time, s (the middle of {length:.2f} s)', ylabel='frequency, Hz')
     axis.grid(False)
-    return True
+
+
+def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
+    """Return the gyro's spectra over a sliding window; none if the run is shorter than that."""
+    parameters = scenario.table('fft_analyser')
+    analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
+    return [one for time, rate in zip(series.time.tolist(), series.gyro_rate.tolist(),
+                                      strict=True)
+            if isfinite(rate) and (one := analyser.add(time, rate))]
 
 
 def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
