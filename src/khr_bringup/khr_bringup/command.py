@@ -106,12 +106,29 @@ def doctor() -> None:
 def figure(
     number: Annotated[str, typer.Argument(help='A figure of the thesis, such as 3.8.')],
     out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
+    fast: Annotated[bool, typer.Option(
+        '--fast', help='With the quick and coarse form of its experiments.')] = False,
 ) -> None:
-    """Draw a figure of the thesis from its models."""
-    from khr_bringup.figures import draw
+    """Draw a figure of the thesis from its models, or from experiments, which are run first."""
+    from khr_bringup.reproduce import figure as draw_figure
 
-    for path in draw(number, out):
+    for path in draw_figure(number, out, fast):
         print(path)
+
+
+@app.command()
+def reproduce(
+    only: Annotated[str | None, typer.Option(
+        help='Figures, maps and "scoreboard", with commas; everything if left out.')] = None,
+    fast: Annotated[bool, typer.Option('--fast', help='Quick and coarse: minutes.')] = False,
+    out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
+    workers: Annotated[int | None, typer.Option(
+        help='Processes; one per core by default.')] = None,
+) -> None:
+    """Run every experiment of the thesis anew, draw every figure, and write one page."""
+    from khr_bringup.reproduce import reproduce as run_all
+
+    raise typer.Exit(run_all(out, only, fast, workers))
 
 
 @app.command()

@@ -95,7 +95,7 @@ def write(out: Path, seeds: int, tolerance: float, jobs: int, explain: bool = Tr
 
 def board(bench: Bench, explain: bool = True) -> tuple[str, str]:
     """Return the page and its one-line summary."""
-    _ask_all(bench)
+    ask_all(bench)
     limits = {row.condition: bench.limit(row.condition, row.thesis_deg) for row in LIMITS}
     sections = (
         ('Critical inclinations', LIMITS_TEXT, ('chapter', 'condition', 'thesis', 'simulation'),
@@ -134,6 +134,21 @@ def experiments(bench: Bench, limits: dict[Condition, Limit]) -> str:
     return '\n'.join(filter(None, tables)) or 'No limit misses.\n'
 
 
+def ask_all(bench: Bench) -> None:
+    """Start all measurements that are known beforehand."""
+    for row in LIMITS:
+        bench.ask_limit(row.condition, row.thesis_deg)
+    for walked in WALKS:
+        bench.ask(walk, walked.condition, walked.inclination_deg)
+    for trend in TRENDS:
+        for condition in trend.conditions:
+            bench.ask(walk, condition, trend.inclination_deg)
+    for condition, grid in ((STAGE_1, STAGE_1_GRID + STAGE_1_READ), (STAGE_2, STAGE_2_GRID),
+                            (STAGE_3, STAGE_3_GRID)):
+        for phi in grid:
+            bench.ask(lift, condition, phi)
+
+
 def _experiment_table(bench: Bench, limits: dict[Condition, Limit], motion: str,
                       missed: list[LimitRow]) -> str:
     if not missed:
@@ -153,20 +168,6 @@ def _experiment_table(bench: Bench, limits: dict[Condition, Limit], motion: str,
                                         *(f'{one - base:+.2f}' for one in found),
                                         verdict)) + ' |')
     return '\n'.join(lines) + '\n'
-
-
-def _ask_all(bench: Bench) -> None:
-    for row in LIMITS:
-        bench.ask_limit(row.condition, row.thesis_deg)
-    for walked in WALKS:
-        bench.ask(walk, walked.condition, walked.inclination_deg)
-    for trend in TRENDS:
-        for condition in trend.conditions:
-            bench.ask(walk, condition, trend.inclination_deg)
-    for condition, grid in ((STAGE_1, STAGE_1_GRID + STAGE_1_READ), (STAGE_2, STAGE_2_GRID),
-                            (STAGE_3, STAGE_3_GRID)):
-        for phi in grid:
-            bench.ask(lift, condition, phi)
 
 
 def _experiment(row: LimitRow, limits: dict[Condition, Limit],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass
 from math import degrees
 from typing import Any
@@ -15,6 +14,7 @@ from khr_analysis.peaks import Peak
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gait import Gait
 from khr_bringup.critical import Condition, Limit, limit_of_seed, run, start_of_lift
+from khr_bringup.jobs import Pool
 
 CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
@@ -100,11 +100,11 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
 class Bench:
     """A pool of processes and what it has been asked to measure; nothing is measured twice."""
 
-    def __init__(self, pool: ProcessPoolExecutor, seeds: int, tolerance: float) -> None:
+    def __init__(self, pool: Pool, seeds: int, tolerance: float) -> None:
         self.seeds = seeds
         self.tolerance = tolerance
         self._pool = pool
-        self._jobs: dict[tuple[Any, ...], Future[Any]] = {}
+        self._jobs: dict[tuple[Any, ...], Any] = {}  # futures
 
     def ask_limit(self, condition: Condition, start: float, seeds: int | None = None) -> None:
         """Start measuring a limit; the searches begin at ``start``, deg."""

@@ -27,12 +27,14 @@ class Drawing:
 
     Attributes:
         draw: returns it; from nothing, or from a mapping of experiments to their runs. The first
-            line of its docstring, ''Draw ...'', is the figure's title.
+            line of its docstring, ``Draw ...``, is the figure's title.
         experiments: names of those that it is drawn from; none for a figure of the models.
+        quick: draws it coarsely and takes seconds, where ``draw`` takes minutes.
     """
 
     draw: Callable[..., Figure]
     experiments: tuple[str, ...] = ()
+    quick: Callable[..., Figure] | None = None
 
     @property
     def title(self) -> str:
@@ -59,7 +61,7 @@ FIGURES: dict[str, Drawing] = {
     'friction': Drawing(balance.friction),
     'harmonics': Drawing(walking.harmonics),
     'push': Drawing(pushes.largest),
-    'push_robot': Drawing(push_robot.side_by_side),
+    'push_robot': Drawing(push_robot.side_by_side, quick=push_robot.for_one_duration),
     'stiffness': Drawing(walking.stiffness),
 }
 
@@ -85,13 +87,15 @@ def paths(number: str, out: Path) -> tuple[Path, Path]:
     return out / f'{name}.png', out / f'{name}.csv'
 
 
-def draw(number: str, out: Path, runs: dict[str, Runs] | None = None) -> list[Path]:
+def draw(number: str, out: Path, runs: dict[str, Runs] | None = None,
+         fast: bool = False) -> list[Path]:
     """Draw a figure and write it as PNG and CSV.
 
     Args:
         number: the thesis's number of the figure, or the name of one that the thesis lacks.
         out: the directory to write into; made if it is not there.
         runs: of the figure's experiments, by name; nothing for a figure of the models.
+        fast: whether to draw it coarsely, if it takes minutes otherwise.
 
     Returns:
         The paths of the PNG and the CSV.
@@ -103,7 +107,8 @@ def draw(number: str, out: Path, runs: dict[str, Runs] | None = None) -> list[Pa
     drawing = drawing_of(number)
     image, table = paths(number, out)
     with matplotlib.rc_context(), matplotlib.style.context(STYLE):
-        figure = drawing.draw(runs) if drawing.experiments else drawing.draw()
+        function = drawing.quick if fast and drawing.quick else drawing.draw
+        figure = function(runs) if drawing.experiments else function()
         try:
             out.mkdir(parents=True, exist_ok=True)
             figure.savefig(image, metadata={'Software': None})

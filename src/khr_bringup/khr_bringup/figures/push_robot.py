@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 from matplotlib.axes import Axes
@@ -22,15 +23,22 @@ _SIDES = {'behind': 'from behind', 'front': 'from the front'}
 _MARKS = {'packaged': 'o', 'circuit': '^'}
 
 
-def side_by_side() -> Figure:
-    """Draw the largest impulse over the gain, and x_COM of pushes about the largest one."""
+def side_by_side(durations: Sequence[float] = DURATIONS,
+                 gyros: Sequence[str] = tuple(GYROS)) -> Figure:
+    """Draw the largest impulse over the gain, and x_COM of pushes about the largest one.
+
+    Args:
+        durations: of the pushes of the upper panels, s.
+        gyros: of the robot there.
+    """
     figure, axes = panels(
         *(f'the largest, {_SIDES[side]}' for side in DIRECTIONS),
         *(f'{PUSHED:g} s, {share:.0%} of the limit at K_A = 0'
           for share in (SURVIVED, FATAL)), columns=2, height=6.0)
     for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
-        for index, duration in enumerate(DURATIONS):
-            _impulses(axis, Condition(duration=duration, direction=direction), f'C{index}')
+        for index, duration in enumerate(durations):
+            _impulses(axis, Condition(duration=duration, direction=direction), gyros,
+                      f'C{index}')
         axis.set(xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)',
                  ylim=(0.0, 2.1))
     largest = largest_push(Condition(duration=PUSHED)).middle
@@ -39,21 +47,26 @@ def side_by_side() -> Figure:
     axes[2].legend(loc='upper left', fontsize=7)
     figure.legend(loc='outside lower center', ncols=4, fontsize=7, handles=[
         *(Line2D([], [], color='0.3', marker=mark, label=f'robot, {gyro} gyro')
-          for gyro, mark in _MARKS.items()),
+          for gyro, mark in _MARKS.items() if gyro in gyros),
         Line2D([], [], color='0.3', linestyle='--', label='model of its body, physical'),
         Line2D([], [], color='0.3', linestyle=':', label="thesis's model, published"),
         *(Line2D([], [], color=f'C{index}', linewidth=4, label=f'push of {duration:g} s')
-          for index, duration in enumerate(DURATIONS))])
+          for index, duration in enumerate(durations))])
     figure.suptitle('Pushes on the simulated robot and on the model, on the flat')
     return figure
 
 
-def _impulses(axis: Axes, base: Condition, color: str) -> None:
+def for_one_duration() -> Figure:
+    """Draw the same for one duration and one gyro, which takes a tenth of the time."""
+    return side_by_side((PUSHED,), ('packaged',))
+
+
+def _impulses(axis: Axes, base: Condition, gyros: Sequence[str], color: str) -> None:
     duration = base.duration
-    for gyro, mark in _MARKS.items():
+    for gyro in gyros:
         tried = [replace(base, gain=gain, gyro=gyro) for gain in GAINS]
         axis.plot(GAINS, [duration * largest_push(each).middle for each in tried], color=color,
-                  linestyle='-', marker=mark, label=f'robot, {gyro}, {duration:g} s')
+                  linestyle='-', marker=_MARKS[gyro], label=f'robot, {gyro}, {duration:g} s')
     tried = [replace(base, gain=gain) for gain in GAINS]
     for form, body, line in (('physical', 'robot', '--'), ('published', 'thesis', ':')):
         axis.plot(GAINS, [duration * model_push(each, form, body) for each in tried],

@@ -89,7 +89,7 @@ def _local(workers: int) -> LocalCluster:
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # processes inherit it
     try:
         return LocalCluster(n_workers=workers, threads_per_worker=1, host='127.0.0.1',
-                            dashboard_address=None, memory_limit=0,
+                            dashboard_address='127.0.0.1:0', memory_limit=0,
                             silence_logs=logging.CRITICAL)
     finally:
         signal.signal(signal.SIGINT, before)
