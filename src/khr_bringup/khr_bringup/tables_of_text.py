@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 from rich.table import Table
@@ -39,5 +39,9 @@ def scenario_table(scenarios: Iterable[Scenario]) -> Table:
 
 def scenario_markdown(scenarios: Iterable[Scenario]) -> str:
     """Return the same table for a document."""
-    rows = [COLUMNS, tuple('---' for _ in COLUMNS), *map(scenario_row, scenarios)]
-    return ''.join(f'| {" | ".join(row)} |\n' for row in rows)
+    return markdown_table(COLUMNS, map(scenario_row, scenarios))
+
+
+def markdown_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    return ''.join(f'| {" | ".join(row)} |\n' for row in (heads, ['---'] * len(heads), *rows))
