@@ -64,11 +64,10 @@ def judged(scoreboard: str) -> list[Judged]:
     return rows
 
 
-def explanations(scoreboard: str) -> dict[str, str]:
-    """Return what an experiment moved closest to the thesis, by the limit that misses."""
-    return {cells['condition']: cells['closest to the thesis']
-            for _, table in tables(scoreboard) for cells in table
-            if 'closest to the thesis' in cells}
+def explained(scoreboard: str) -> list[Row]:
+    """Return the rows that tell what moves a limit that misses."""
+    return [cells for _, table in tables(scoreboard) for cells in table
+            if 'closest to the thesis' in cells]
 
 
 def counts(rows: Iterable[Judged]) -> list[Count]:

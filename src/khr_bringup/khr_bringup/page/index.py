@@ -12,6 +12,7 @@ from markupsafe import Markup, escape
 from khr_bringup.experiments import Runs
 from khr_bringup.page.board import counts, judged
 from khr_bringup.page.html import Section, data_uri, markdown, part, write_page
+from khr_bringup.page.text import duration
 from khr_bringup.reproduction import FigureResult, Reproduction
 
 TITLE = 'Balanced walking of the KHR-3HV on an incline, reproduced'
@@ -40,14 +41,6 @@ def write_index(out: Path, contents: Reproduction) -> Path:
         sections.append(Section('Origin of the spectral lines', markdown(lines, out)))
     sections.append(_making(contents))
     return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(contents)), sections)
-
-
-def duration(seconds: float) -> str:
-    """Write a time as a person would."""
-    minutes = round(seconds / 60.0)
-    if minutes < 2:
-        return f'{seconds:.0f} s'
-    return f'{minutes} min' if minutes < 120 else f'{minutes // 60} h {minutes % 60} min'
 
 
 def _lead(contents: Reproduction) -> list[str]:

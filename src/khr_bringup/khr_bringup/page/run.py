@@ -78,7 +78,7 @@ def _outcome(found: Sequence[Found]) -> Markup:
     if len(found) == 2:
         heads.append('B - A')
         rows = [[*row, _step(row[1], row[2])] for row in rows]
-    return part('table', heads, rows, dict.fromkeys(_heads(found), 'hash'))
+    return part('table', heads, rows, dict.fromkeys(_heads(found), 'value'))
 
 
 def _step(before: str, after: str) -> str:

@@ -1,0 +1,11 @@
+"""Numbers as words."""
+
+from __future__ import annotations
+
+
+def duration(seconds: float) -> str:
+    """Write a time as a person would."""
+    minutes = round(seconds / 60.0)
+    if minutes < 2:
+        return f'{seconds:.0f} s'
+    return f'{minutes} min' if minutes < 120 else f'{minutes // 60} h {minutes % 60} min'
