@@ -5,17 +5,19 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from itertools import takewhile
 from math import nan
 from statistics import median
 from typing import TypeVar
 
+from khr_balance.stage import STAGES
 from khr_bringup.experiments import Run, Runs
 from khr_bringup.scenario import Scenario, Values
 from khr_bringup.sweeps.trial import complete
-from khr_bringup.tables import TABLES
 
 Key = TypeVar('Key')
 SEEDS = ('seed', 'initial_tilt_deg')
+STAGED = 'staged, '
 
 
 @dataclass(frozen=True)
@@ -60,10 +62,11 @@ def added(runs: Mapping[str, Runs]) -> list[str]:
 def control(scenario: Scenario) -> str:
     """Name the control of a scenario."""
     ankle, hip = scenario.table('ankle_controller'), scenario.table('hip_controller')
-    words = [f'K_A {ankle.gain:g}'] if ankle.enabled else []
-    words += [f'K_H {hip.gain:g}'] if hip.enabled else []
-    staged = 'stage' in TABLES and scenario.table('stage').mode != 'none'
-    return ('staged ' if staged else '') + (', '.join(words) or 'no control')
+    stage = scenario.table('stage')
+    last = stage.fixed_stage if stage.mode == 'fixed' else STAGES[-1]
+    words = [f'K_A {ankle.gain:g}'] if ankle.enabled and (last > 1 or not ankle.staged) else []
+    words += [f'K_H {hip.gain:g}'] if hip.enabled and (last > 2 or not hip.staged) else []
+    return (STAGED if stage.mode == 'auto' else '') + (', '.join(words) or 'no control')
 
 
 def _soles(walks: Runs) -> list[str]:
@@ -79,15 +82,26 @@ def _soles(walks: Runs) -> list[str]:
 
 
 def _friction(walks: Runs) -> list[str]:
-    """Tell what friction does to walks that are otherwise alike."""
+    """Tell how steep the ground may be for each friction, of walks that are otherwise alike."""
     told = []
-    for twins in _alike(walks, ('friction',)):
+    for twins in _alike(walks, ('friction', 'inclination_deg')):
         frictions = _by(twins, lambda run: float(run.scenario.table('simulator').friction))
         if len(frictions) > 1:
-            listed = '; '.join(f'{value:g}: {tally(frictions[value]).text}'
+            listed = '; '.join(f'{value:g}: {_steepest(frictions[value])}'
                                for value in sorted(frictions))
-            told.append(f'**Friction** {_where(twins[0].scenario)}: {listed}.')
+            told.append(f'**Friction** ({control(twins[0].scenario)}): {listed}.')
     return told
+
+
+def _steepest(runs: Runs) -> str:
+    """Tell the steepest ground up to which most seeds stay up wherever they were tried."""
+    grounds = _by(runs, lambda run: float(run.scenario.table('simulator').inclination_deg))
+    stayed = list(takewhile(lambda each: each[1].stays,
+                            ((phi, tally(grounds[phi])) for phi in sorted(grounds))))
+    if not stayed:
+        return f'falls at {min(grounds):g} deg already'
+    phi, there = stayed[-1]
+    return f'stays up to {phi:g} of {max(grounds):g} deg, slip {there.slip_mm:.0f} mm there'
 
 
 def _tilting(runs: Runs) -> list[str]:
@@ -102,7 +116,7 @@ def _tilting(runs: Runs) -> list[str]:
         vibration = median(run.row['vibration_rad_s'] for run in some)
         told.append(f'{name} {ends} (vibration {vibration:.3f} rad/s)')
     return [f'**Staged control**, on ground that tilts on and on: {"; ".join(told)}.'] if any(
-        each.startswith('staged') for each in told) else []
+        each.startswith(STAGED) for each in told) else []
 
 
 def _reached(run: Run) -> float:
