@@ -37,7 +37,8 @@ def row_of(inclination, gain, surface, number):
 
 
 def request(axes, samples=None):
-    return {'version': 'v', 'scenario': {}, 'cases': {}, 'axes': axes, 'samples': samples, 'seeds': RUNS}
+    return {'version': 'v', 'scenario': {}, 'cases': {}, 'axes': axes, 'samples': samples,
+            'seeds': RUNS}
 
 
 @pytest.fixture
@@ -131,7 +132,8 @@ def test_every_run_with_an_outcome_is_counted_once(folder):
             each = Counter(verdict(inclination, gain, number) for number in range(RUNS))
             assert counted.survived[i, j] == 2 * (RUNS - each['fell'])
             assert counted.slipped[i, j] == 2 * each['slipped']
-            assert counted.vibration[i, j] == gain / 100
+            assert np.array_equal(counted.vibration[i, j], gain / 100 if each['fell'] < RUNS
+                                  else np.nan, equal_nan=True)
             assert (counted.fell_at[i, j] == 10.0 - inclination / 2) == (each['fell'] > 0)
 
 
@@ -146,7 +148,7 @@ def test_the_critical_inclination_rises_with_the_gain(folder):
 
 
 def test_files_hold_what_was_counted(folder, tmp_path):
-    image, cells, critical = draw_map(folder, X, Y, tmp_path / 'new' / 'map.png')
+    image, cells, critical, gains = draw_map(folder, X, Y, tmp_path / 'new' / 'map.png')
     assert image.read_bytes().startswith(b'\x89PNG')
     rows = read_csv(cells)
     assert len(rows) == len(INCLINATIONS) * len(GAINS)
@@ -156,6 +158,8 @@ def test_files_hold_what_was_counted(folder, tmp_path):
         assert low <= float(row['survival']) <= high
         assert int(row['survived']) + int(row['fell']) == int(row['runs'])
     assert [float(row[Y]) for row in read_csv(critical)] == GAINS
+    assert [(float(row[X]), float(row[f'best {Y}'])) for row in read_csv(gains)] == [
+        (cell.x, cell.y) for cell in stability_map(read_table(folder), X, Y).best]
 
 
 def test_uncertain_cells_are_hatched(folder):
@@ -175,6 +179,15 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
     assert panels[2].get_xlabel() == f'{X} [deg]' and panels[2].get_ylabel() == Y
     for box in (axes.get_tightbbox() for axes in page.axes):
         assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
+
+
+def test_the_best_gains_are_marked_and_told(folder):
+    counted = stability_map(read_table(folder), X, Y)
+    page = figure(counted)
+    stars = [line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())]
+    assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
+    assert 'best K_A: 6 at 0°' in page.get_suptitle()
+    assert stability_map(read_table(folder), Y, X).best == []
 
 
 def test_words_make_an_axis_too(folder, tmp_path):

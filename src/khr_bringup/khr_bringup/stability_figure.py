@@ -12,6 +12,7 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
+from khr_bringup.best_gain import CRITERION, GAINS
 from khr_bringup.stability_map import Direction, StabilityMap
 
 SIZE = (9.0, 7.0)  # inches
@@ -19,6 +20,9 @@ EMPTY = '0.85'  # grey of a cell without a value
 MARK: dict[str, Any] = {  # black with a white rim, to be seen on every colour
     'color': 'black', 'linestyle': '-', 'linewidth': 1.0, 'marker': 'o', 'markersize': 3.0,
     'path_effects': [withStroke(linewidth=2.5, foreground='white')]}
+BEST: dict[str, Any] = {
+    'color': 'white', 'linestyle': '', 'marker': '*', 'markersize': 9.0,
+    'markeredgecolor': 'black', 'markeredgewidth': 0.8}
 MOST_TICKS = 14  # on one side; more are left to the library
 
 
@@ -31,11 +35,13 @@ def figure(counted: StabilityMap) -> Figure:
               ('slipped without falling: share of runs', counted.slipped / runs, 'Blues',
                (0.0, 1.0)),
               ('fell: median time of the fall [s]', counted.fell_at, 'magma', None),
-              ('vibration: median [rad/s]', counted.vibration, 'viridis', None))
+              ('vibration: median of those that survived [rad/s]', counted.vibration, 'viridis',
+               None))
     for panel, (title, values, colours, limits) in zip(axes.flat, panels, strict=True):
         panel.set_title(title)
         _cells(page, panel, counted, values, colours, limits)
         _critical(panel, counted)
+        _best(panel, counted)
     _hatch(axes[0, 0], counted)
     for panel in axes[-1]:
         panel.set_xlabel(counted.x.title)
@@ -83,15 +89,29 @@ def _critical(panel: Axes, counted: StabilityMap) -> None:
         panel.plot(critical.value, place, **MARK)
 
 
+def _best(panel: Axes, counted: StabilityMap) -> None:
+    """Mark the best gain of each inclination."""
+    places = dict(zip(counted.x.labels, counted.x.places, strict=True))
+    heights = dict(zip(counted.y.labels, counted.y.places, strict=True))
+    panel.plot([places[cell.x] for cell in counted.best],
+               [heights[cell.y] for cell in counted.best], **BEST)
+
+
 def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
     words = [f'{int(counted.runs.sum())} runs']
     if counted.pooled:
         words.append(f'pooled over {", ".join(counted.pooled)}')
-    page.suptitle(', '.join(words), fontsize='medium')
+    text = ', '.join(words)
+    if counted.best:
+        gains = ', '.join(f'{cell.y:g} at {cell.x:g}°' for cell in counted.best)
+        text += f'\nbest {GAINS[counted.y.name]}: {gains}\n({CRITERION})'
+    page.suptitle(text, fontsize='medium')
     handles: list[Artist] = [Patch(facecolor='none', edgecolor='0.25', hatch='///',
                      label='95 % interval of the survival holds 1/2')]
     if counted.critical:
         handles += panel.plot([], [], **MARK,
                               label='half of the runs survive, with 95 % interval')
+    if counted.best:
+        handles += panel.plot([], [], **BEST, label='best gain of an inclination')
     handles.append(Patch(facecolor=EMPTY, label='no such run'))
-    page.legend(handles=handles, loc='outside lower center', ncols=len(handles))
+    page.legend(handles=handles, loc='outside lower center', ncols=2)

@@ -15,6 +15,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from khr_bringup.best_gain import GAINS, INCLINATION, Cell, best
 from khr_bringup.errors import BringupError
 from khr_bringup.sweeps.axes import column_named
 from khr_bringup.sweeps.folder import read_table, request_of
@@ -59,7 +60,7 @@ class StabilityMap:
         survived: number of them that did not fall.
         slipped: number of them that slipped without falling.
         fell_at: median time of the falls, s.
-        vibration: median vibration, rad/s.
+        vibration: median vibration of those that survived, rad/s.
         critical: for each y, the x at which half the runs survive; nothing if x is no number.
         pooled: swept parameters that are neither x nor y.
     """
@@ -77,6 +78,17 @@ class StabilityMap:
     def interval(self, row: int, column: int) -> tuple[float, float]:
         """Return Wilson's 95 % interval of the probability to survive in a cell."""
         return wilson(int(self.survived[row, column]), int(self.runs[row, column]))
+
+    @property
+    def best(self) -> list[Cell]:
+        """Return the best gain of each inclination; nothing of a map of other parameters."""
+        if self.x.name != INCLINATION or self.y.name not in GAINS:
+            return []
+        return best(
+            Cell(x, y, int(self.runs[i, j]), int(self.survived[i, j]), int(self.slipped[i, j]),
+                 float(self.vibration[i, j]))
+            for i, y in enumerate(self.y.labels) for j, x in enumerate(self.x.labels)
+            if self.runs[i, j])
 
     def uncertain(self) -> NDArray[np.bool_]:
         """Tell the cells of which the runs do not say whether more survive than fall."""
@@ -124,7 +136,7 @@ def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
         across, up, runs, survived,
         over_cells(lambda cell: np.count_nonzero(verdicts[cell] == 'slipped')),
         over_cells(lambda cell: _median(fell_at[cell])),
-        over_cells(lambda cell: _median(vibration[cell])),
+        over_cells(lambda cell: _median(vibration[cell & (verdicts != 'fell')])),
         tuple(crossing(across.places, *both) for both in zip(survived, runs, strict=True))
         if across.numeric else (),
         tuple(name for name in request['axes'] if name not in (x, y)))
@@ -133,7 +145,8 @@ def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
 def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
     """Draw the map of a sweep; return the paths of the PNG and the CSVs.
 
-    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y.
+    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y; on a
+    map of inclination and a gain a third one, ``..._best``, the best gain per inclination.
 
     Args:
         folder: of the sweep; what is finished so far counts.
@@ -148,19 +161,19 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
 
     counted = stability_map(read_table(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
-    cells, critical = (image.with_name(f'{image.stem}{end}.csv') for end in ('', '_critical'))
-    written = [image, cells] + ([critical] if counted.critical else [])
+    tables = {image.with_name(f'{image.stem}{end}.csv'): rows for end, rows in (
+        ('', _cell_rows(counted)), ('_critical', _critical_rows(counted)),
+        ('_best', _best_rows(counted))) if rows}
     try:
         image.parent.mkdir(parents=True, exist_ok=True)
         with matplotlib.rc_context(), matplotlib.style.context(STYLE):
             figure(counted).savefig(image, metadata={'Software': None}, format='png')
-        _write(cells, _cell_rows(counted))
-        if counted.critical:
-            _write(critical, _critical_rows(counted))
+        for path, rows in tables.items():
+            _write(path, rows)
     except OSError as error:
         raise BringupError(f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
                            'folder that can be written') from error
-    return written
+    return [image, *tables]
 
 
 def _direction(name: str, axis: Any, values: Sequence[Any],
@@ -214,7 +227,13 @@ def _cell_rows(counted: StabilityMap) -> list[dict[str, Any]]:
 def _critical_rows(counted: StabilityMap) -> list[dict[str, Any]]:
     return [{counted.y.name: of_y, f'critical {counted.x.name}': critical.value,
              'low_95': critical.low, 'high_95': critical.high}
-            for of_y, critical in zip(counted.y.labels, counted.critical, strict=True)]
+            for of_y, critical in zip(counted.y.labels, counted.critical, strict=False)]
+
+
+def _best_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    return [{counted.x.name: cell.x, f'best {counted.y.name}': cell.y, 'runs': cell.runs,
+             'survived': cell.survived, 'slipped': cell.slipped,
+             'median_vibration_rad_s': cell.vibration} for cell in counted.best]
 
 
 def _write(path: Path, rows: list[dict[str, Any]]) -> None:
