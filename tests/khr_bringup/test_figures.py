@@ -26,7 +26,9 @@ def test_the_figures_asked_for_are_there():
     assert set(ASKED) <= set(FIGURES)
 
 
-@pytest.mark.parametrize('number', [number for number in FIGURES if number not in SLOW])
+@pytest.mark.parametrize('number', [
+    number for number, drawing in FIGURES.items()
+    if number not in SLOW and not drawing.experiments])
 def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
     image, table = draw(number, tmp_path / 'new')
     assert image.suffix == '.png' and image.stat().st_size > 10_000
@@ -37,7 +39,7 @@ def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
         assert row['curve'] and row['x label'] and row['y label']
 
 
-@pytest.mark.parametrize('number', ['3.9', '3.12', '4.8', '4.10', '5.11', 'harmonics'])
+@pytest.mark.parametrize('number', ['3.9', '4.8', '4.10', 'harmonics'])
 def test_every_panel_names_its_axes_and_nothing_leaves_the_page(number):
     with matplotlib.rc_context(), matplotlib.style.context(figures.STYLE):
         figure = FIGURES[number].draw()
@@ -62,13 +64,13 @@ def test_the_table_holds_the_model_s_own_numbers(tmp_path):
 
 
 def test_drawing_twice_gives_the_same_bytes(tmp_path):
-    one, two = draw('3.10', tmp_path / 'a'), draw('3.10', tmp_path / 'b')
+    one, two = draw('3.9', tmp_path / 'a'), draw('3.9', tmp_path / 'b')
     assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
 
 
 def test_drawing_leaves_matplotlib_s_settings_alone(tmp_path):
     before = dict(matplotlib.rcParams)
-    draw('3.10', tmp_path)
+    draw('3.9', tmp_path)
     assert dict(matplotlib.rcParams) == before
 
 
@@ -82,4 +84,4 @@ def test_an_unknown_figure_lists_those_known(tmp_path):
 def test_a_directory_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / 'file').write_text('in the way')
     with pytest.raises(FigureError, match=r'^out: .*file.*accepted: '):
-        draw('3.10', tmp_path / 'file')
+        draw('3.9', tmp_path / 'file')

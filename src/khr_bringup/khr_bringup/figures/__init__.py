@@ -16,7 +16,16 @@ import matplotlib.style
 from matplotlib.figure import Figure
 
 from khr_bringup.experiments import Runs
-from khr_bringup.figures import balance, gyro, push_robot, pushes, walking
+from khr_bringup.figures import (
+    balance,
+    gaits,
+    gyro,
+    push_robot,
+    pushes,
+    spectra,
+    standing,
+    walking,
+)
 from khr_bringup.figures.table import write_table
 from khr_common.errors import KhrError
 
@@ -45,19 +54,32 @@ class Drawing:
 
 STYLE = Path(__file__).with_name('khr.mplstyle')
 FIGURES: dict[str, Drawing] = {
+    '3.4': Drawing(standing.forces_over_time, ('lift_inclination',)),
+    '3.5': Drawing(standing.toe_and_heel, ('lift_inclination',)),
+    '3.6': Drawing(standing.stages, standing.EXPERIMENTS),
     '3.8': Drawing(balance.swing),
     '3.9': Drawing(balance.critical_inclination),
-    '3.10': Drawing(balance.force_difference),
+    '3.10': Drawing(balance.force_difference, ('lift_inclination',)),
     '3.11b': Drawing(balance.servo_characteristic),
-    '3.12': Drawing(balance.servo_step),
-    '3.13': Drawing(balance.largest_overshoot),
+    '3.12': Drawing(balance.servo_step, ('lift_stages',)),
+    '3.13': Drawing(balance.largest_overshoot, standing.EXPERIMENTS),
+    '3.15': Drawing(standing.gains, (*standing.EXPERIMENTS, 'lift_gains')),
     '4.4': Drawing(gyro.modulated),
     '4.5': Drawing(gyro.demodulated),
     '4.6': Drawing(gyro.static_characteristic),
     '4.8': Drawing(pushes.rising_force),
     '4.10': Drawing(pushes.recovery),
     '4.12': Drawing(pushes.both_directions),
-    '5.11': Drawing(walking.dominant_frequencies),
+    '5.5': Drawing(gaits.whole_walk, gaits.EXPERIMENTS),
+    '5.6': Drawing(gaits.without_control, gaits.EXPERIMENTS),
+    '5.7': Drawing(gaits.with_control, gaits.EXPERIMENTS),
+    '5.8': Drawing(spectra.without_control, gaits.EXPERIMENTS),
+    '5.9': Drawing(spectra.with_control, gaits.EXPERIMENTS),
+    '5.10': Drawing(spectra.phases, gaits.EXPERIMENTS),
+    '5.11': Drawing(walking.dominant_frequencies, gaits.EXPERIMENTS),
+    '5.12': Drawing(spectra.gains, spectra.GAINS),
+    '5.13': Drawing(spectra.ankle_on_soles, ('walk_soles',)),
+    '5.14': Drawing(spectra.ankle_and_hip_on_soles, ('walk_soles',)),
     'friction': Drawing(balance.friction),
     'harmonics': Drawing(walking.harmonics),
     'push': Drawing(pushes.largest),

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_analysis.models import pendulum as model
@@ -14,11 +14,28 @@ from khr_analysis.models.checks import FORMS, Form
 from khr_analysis.models.friction import sliding_inclination
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN, STALL_TORQUE
-from khr_bringup.figures.layout import TITLES, panels
+from khr_bringup.experiments import Runs
+from khr_bringup.figures import standing
+from khr_bringup.figures.layout import TITLES, head, panels, share_scale
+from khr_bringup.figures.records import (
+    LOOKS,
+    condition,
+    control,
+    draw_over_inclination,
+    draw_seeds,
+    grouped,
+    inclination_deg,
+    legend_below,
+    main_lines,
+    seed_legend,
+)
+from khr_bringup.scoreboard_rows import STAGE_2, STAGE_3
 
 ROBOT = Pendulum()
 EXPERIMENT_DEG = 6.4  # phi_cr without control, measured
 STEP_INCLINATIONS_DEG = (0.0, 3.8, 6.4, 7.6)
+CONTROLLED = (STAGE_2, STAGE_3)
+ADJUSTED_DEG = (6.4, 7.6, 9.5)  # the thesis shows 7.6 with the ankle loop, 9.5 with both
 
 
 def swing() -> Figure:
@@ -60,24 +77,32 @@ def critical_inclination() -> Figure:
     return figure
 
 
-def force_difference() -> Figure:
-    """Draw Delta over phi: theory (3.7) against the settled simulation of (3.11)."""
+def force_difference(runs: Mapping[str, Runs]) -> Figure:
+    """Draw Delta over phi: theory (3.7), the settled simulation of (3.11), and the robot."""
     limit = float(np.degrees(model.critical_inclination(ROBOT, INITIAL_LEAN, 'exact')))
     fine, coarse = np.linspace(0.0, limit, 101), np.linspace(0.0, 5.5, 12)
-    figure, (axis,) = panels('')
+    figure, (axis,) = panels('', height=4.6)
     theory = [model.static_force_difference(ROBOT, INITIAL_LEAN, math.radians(phi))
               for phi in fine]
-    axis.plot(fine, theory, label='theory (3.7)')
+    axis.plot(fine, theory, label="(3.7), thesis's pendulum")
     settled = [simulate_servo(ROBOT, Pid(), target=INITIAL_LEAN, initial_lean=INITIAL_LEAN,
                               inclination=math.radians(phi), duration=20.0, step=0.1)
                .force_difference[-1] for phi in coarse]
-    axis.plot(coarse, settled, 'o', label='simulation (3.11), settled; left and right leg alike')
+    axis.plot(coarse, settled, 'o', label="(3.11), thesis's pendulum, settled")
     axis.axhline(ROBOT.weight, color='0.4', linewidth=0.8)
     axis.annotate('m g: the toe carries everything', (0.0, ROBOT.weight), xytext=(0, -11),
                   textcoords='offset points', fontsize=8, color='0.3')
-    axis.set(xlabel='inclination φ (°)', ylabel='Δ = F_T − F_H (N)')
-    axis.legend(loc='lower right')
-    figure.suptitle('Figure 3.10: the toe-heel difference at rest')
+    lifts = runs['lift_inclination']
+    standing.draw_own_difference(axis, lifts[0])
+    for side, color, line, mark in (('left', 'C2', '-', 'o'), ('right', 'C3', '--', 's')):
+        draw_over_inclination(
+            axis, [run for run in lifts if standing.lift_of(run).support == side],
+            standing.held_difference, f'simulated robot, {side} leg', color=color,
+            linestyle=line, marker=mark, markerfacecolor='white')
+    axis.set(xlabel=standing.SLOPE, ylabel=standing.DIFFERENCE)
+    legend_below(axis, 2)
+    figure.suptitle('Figure 3.10: the toe-heel difference at rest rises with the inclination as '
+                    'in (3.7)\nmedian of the seeds, band from smallest to largest; x: a seed fell')
     return figure
 
 
@@ -104,10 +129,12 @@ def servo_characteristic() -> Figure:
     return figure
 
 
-def servo_step() -> Figure:
-    """Draw the lean's step of (3.11) and its rate for several inclinations."""
+def servo_step(runs: Mapping[str, Runs]) -> Figure:
+    """Draw the step of (3.11) and its rate, and the robot's rate while its motors adjust."""
     figure, axes = panels(*(f'{quantity}, {TITLES[form]}' for quantity in ('lean', 'pitch rate')
-                            for form in FORMS), columns=2, height=5.6)
+                            for form in FORMS),
+                          *(f'pitch rate, robot, {control(stage)}'
+                            for stage in CONTROLLED), columns=2, height=7.6)
     for index, form in enumerate(FORMS):
         for inclination in STEP_INCLINATIONS_DEG:
             motion = _adjust(inclination, form)
@@ -116,23 +143,43 @@ def servo_step() -> Figure:
             axes[index + 2].plot(motion.time, np.degrees(motion.rate), label=label)
         axes[index].set(ylabel='lean θ_A (°)', xlabel='time (s)')
         axes[index + 2].set(xlabel='time (s)', ylabel='pitch rate (°/s)')
-    _share(axes[0], axes[1])
-    _share(axes[2], axes[3])
+    share_scale(axes[:2])
+    share_scale(axes[2:4])
     axes[1].legend(loc='lower right', ncols=2)
-    figure.suptitle('Figure 3.12: the ankle steps from θ_A0 to the lean that (3.13) asks for')
+    lifts = grouped(runs['lift_stages'], lambda run: (condition(run), inclination_deg(run)))
+    for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
+        for phi, (color, line) in zip(ADJUSTED_DEG, LOOKS, strict=False):
+            draw_seeds(axis, lifts[stage, phi], standing.rate_of_run, f'φ = {phi:g}°',
+                       color=color, linestyle=line)
+        axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
+        axis.set(xlabel='time, the board tilting from 0 s on (s)', ylabel='pitch rate (°/s)',
+                 ylim=(-30.0, 1500.0), yticks=[-10, 0, 10, 100], yticklabels=[-10, 0, 10, 100])
+        seed_legend(axis, loc='upper left', ncols=3, fontsize=7)
+    head(figure, 'Figure 3.12: the ankle steps from θ_A0 to the lean that (3.13) asks for; on '
+         'the simulated robot the loops adjust while the board tilts and one leg lifts '
+         '(a thin line per seed; x: it fell; not linear beyond 10°/s)')
     return figure
 
 
-def largest_overshoot() -> Figure:
-    """Draw the largest overshoot of the pitch rate in that step over the inclination."""
+def largest_overshoot(runs: Mapping[str, Runs]) -> Figure:
+    """Draw the largest overshoot of the pitch rate over phi: in that step, and of the robot."""
     inclinations = np.linspace(0.0, 10.0, 41)
-    figure, (axis,) = panels('')
+    figure, (axis, robot) = panels('model: the step of Figure 3.12',
+                                   'simulated robot: a leg lift')
     for form in FORMS:
         rates = [abs(largest_rate(_adjust(phi, form))) for phi in inclinations]
         axis.plot(inclinations, np.degrees(rates), label=TITLES[form])
-    axis.set(xlabel='inclination φ (°)', ylabel='largest |pitch rate| (°/s)')
     axis.legend()
-    figure.suptitle('Figure 3.13: the largest pitch rate while the ankle adjusts')
+    lifts = grouped((run for name in standing.EXPERIMENTS for run in runs[name]
+                     if standing.lift_of(run).support == 'left'), condition)
+    for stage, (color, line) in zip(standing.STAGES, LOOKS, strict=False):
+        draw_over_inclination(robot, lifts[stage], standing.largest_rate, control(stage),
+                              color=color, linestyle=line)
+    robot.legend(handles=main_lines(robot))
+    for each in (axis, robot):
+        each.set(xlabel=standing.SLOPE, ylabel='largest |pitch rate| (°/s)')
+    figure.suptitle('Figure 3.13: the largest pitch rate while the ankle adjusts\n'
+                    'median of the seeds, band from smallest to largest; x: a seed fell')
     return figure
 
 
@@ -163,10 +210,3 @@ def _adjust(inclination_deg: float, form: Form) -> model.Motion:
                           initial_lean=INITIAL_LEAN, duration=1.0, step=2e-3,
                           form=form)
 
-
-def _share(one: Axes, other: Axes) -> None:
-    """Give two panels one scale."""
-    low = min(one.get_ylim()[0], other.get_ylim()[0])
-    high = max(one.get_ylim()[1], other.get_ylim()[1])
-    one.set_ylim(low, high)
-    other.set_ylim(low, high)

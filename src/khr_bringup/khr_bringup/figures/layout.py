@@ -2,19 +2,39 @@
 
 from __future__ import annotations
 
+import textwrap
+from collections.abc import Iterable
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 TITLES = {'published': 'as published', 'physical': 'physical'}
 WIDTH = 7.0  # inches
+LINE = 84  # characters of a heading's line
 
 
 def panels(*titles: str, columns: int = 0, height: float = 3.4) -> tuple[Figure, list[Axes]]:
     """Make a figure with a panel per title, in rows of ``columns`` (default: one row)."""
     columns = columns or len(titles)
     figure = Figure(figsize=(WIDTH, height), layout='constrained')
-    grid = figure.subplots(len(titles) // columns, columns, squeeze=False)
-    axes = list(grid.flat)
+    rows = -(-len(titles) // columns)
+    every = list(figure.subplots(rows, columns, squeeze=False).flat)
+    axes, spare = every[:len(titles)], every[len(titles):]
+    for axis in spare:
+        axis.remove()
     for axis, title in zip(axes, titles, strict=True):
         axis.set_title(title)
     return figure, axes
+
+
+def head(figure: Figure, *sentences: str) -> None:
+    """Give a figure its heading, each sentence from a new line on."""
+    figure.suptitle('\n'.join(textwrap.fill(each, LINE) for each in sentences if each))
+
+
+def share_scale(axes: Iterable[Axes]) -> None:
+    """Give panels one vertical scale."""
+    panes = list(axes)
+    limits = [axis.get_ylim() for axis in panes]
+    for axis in panes:
+        axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))

@@ -3,26 +3,36 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_analysis.models.harmonics import GAIT_FREQUENCY, growth
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.servo_loop import Tone, gain_of_board
 from khr_analysis.models.stiffness import sweep_stiffness
-from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, PEAKS, identified_servo
-from khr_bringup.figures.layout import panels
+from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, identified_servo
+from khr_bringup.experiments import Runs
+from khr_bringup.figures import spectra
+from khr_bringup.figures.gaits import walks_of
+from khr_bringup.figures.layout import head, panels
+from khr_bringup.figures.records import main_lines
+from khr_bringup.scoreboard_rows import WALKS
 
 # Inclinations at which the thesis walked with each gain, deg
 WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
 SWING = math.radians(3.0)  # rad, amplitude of the pitch at f_0
+DOMINANT = 0.33  # of the largest amplitude, as the thesis asks for of a phase
+MARKS = {'no control': ('C0', 'o'), 'ankle control': ('C2', '^'),
+         'ankle and hip control': ('C3', 's')}
 
 
-def dominant_frequencies() -> Figure:
-    """Draw the frequencies that theory expects over the inclination, and those identified."""
-    figure, (axis,) = panels('', height=4.0)
-    for line in range(1, 13):
+def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
+    """Draw the dominant frequencies over the inclination: theory, thesis and simulated robot."""
+    figure, (axis,) = panels('', height=5.4)
+    for line in range(1, int(spectra.LARGEST_HZ * GAIT_PERIOD) + 1):
         axis.axhline(line / GAIT_PERIOD, color='0.85', linewidth=0.6)
     for order in (1, 2, 3):
         axis.plot([0.0, 10.2], [order * GAIT_FREQUENCY] * 2,
@@ -39,15 +49,39 @@ def dominant_frequencies() -> Figure:
         axis.plot([middle], [found.frequency], 'ko' if kind == 'identified' else 'ks',
                   markerfacecolor='black' if kind == 'identified' else 'white',
                   label=f'f_A0 at K_A = {setting:g}, {kind}: {found.frequency:.2f} Hz')
-    axis.set(xlabel='inclination φ (°)', ylabel='frequency (Hz)', xlim=(0.0, 10.4), ylim=(0.0, 6))
+    _mark_published(axis)
+    _mark_dominant(axis, runs)
+    axis.set(xlabel='inclination φ (°)', ylabel='frequency (Hz)', xlim=(-0.2, 10.6),
+             ylim=(0.0, spectra.LARGEST_HZ))
     axis.grid(False)
-    shown = [line for line in axis.lines if 'f_' in str(line.get_label())]
-    axis.legend(handles=shown, loc='lower left', ncols=2, fontsize=7, frameon=True,
-                framealpha=1.0, edgecolor='white')
-    figure.suptitle('Figure 5.11, theory: tones of the gait and f_A0 of the servo loop, from '
-                    f'{PEAKS[0]:g} and {PEAKS[1]:g} Hz\n'
-                    f'bars: 95 % and where it walked; grey: lines n/{GAIT_PERIOD:g} s of the gait')
+    named = {str(line.get_label()): line for line in main_lines(axis)}
+    figure.legend(loc='outside lower center', ncols=2, fontsize=7, handles=[
+        line for name, line in named.items() if 'K_A = ' not in name or 'f_A0' in name])
+    head(figure, 'Figure 5.11: the tones of the gait, f_A0 of the servo loop, and the dominant '
+         'frequencies of Gait-3',
+         'filled: peaks of at least 33 % of the largest, every seed that stayed up; '
+         f'bars: 95 % of f_A0 and where it walked; grey: lines n/{GAIT_PERIOD:g} s')
     return figure
+
+
+def _mark_published(axis: Axes) -> None:
+    """Mark the peaks that the thesis gives, each as wide as it is known."""
+    for row in WALKS:
+        for low, high in row.lines:
+            axis.plot([row.inclination_deg] * 2, [low, high], color='C1', linestyle='-',
+                      linewidth=5.0, alpha=0.45, label='thesis, published peaks',
+                      solid_capstyle='butt')
+
+
+def _mark_dominant(axis: Axes, runs: Mapping[str, Runs]) -> None:
+    """Mark the largest peaks of the runs that did not fall."""
+    for (phi, of), group in walks_of(runs).items():
+        loops = list(MARKS)[bool(of.ankle_gain) + bool(of.hip_gain)]
+        color, mark = MARKS[loops]
+        found = [peak.frequency for run in group if (one := spectra.spectrum_of(run)) is not None
+                 for peak in one.peaks if peak.amplitude >= DOMINANT * one.peaks[0].amplitude]
+        axis.plot([phi] * len(found), found, color=color, marker=mark, linestyle='',
+                  label=f'simulated robot, {loops}')
 
 
 def harmonics() -> Figure:
