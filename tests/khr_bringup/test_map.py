@@ -184,9 +184,10 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
 def test_the_best_gains_are_marked_and_told(folder):
     counted = stability_map(read_table(folder), X, Y)
     page = figure(counted)
-    stars = [line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())]
+    stars = [line for line in page.axes[0].lines
+             if line.get_marker() == '*' and len(line.get_xdata())]
     assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
-    assert 'best K_A: 6 at 0°' in page.get_suptitle()
+    assert 'best K_A: 12 at 0°, 18 at 4°' in page.get_suptitle()
     assert stability_map(read_table(folder), Y, X).best == []
 
 
