@@ -4,7 +4,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from khr_common.rotation import cross, matrix, pitched, quaternion, rotated, turned
+from khr_common.rotation import (
+    carried,
+    cross,
+    inverse,
+    matrix,
+    pitched,
+    quaternion,
+    rotated,
+    turned,
+)
 
 
 @pytest.mark.parametrize('seed', range(20))
@@ -15,6 +24,9 @@ def test_agrees_with_scipy(seed):
     assert turned(before.as_quat(), after.as_quat()) == pytest.approx(expected, abs=1e-13)
     assert turned(before.as_quat(), -after.as_quat()) == pytest.approx(expected, abs=1e-13)
     first, second = np.random.default_rng(seed).normal(size=(2, 3))
+    assert carried(before.as_quat(), first) == pytest.approx(before.apply(first), abs=1e-14)
+    assert carried(inverse(before.as_quat()), first) == pytest.approx(
+        before.inv().apply(first), abs=1e-14)
     assert (cross(first, second) == np.cross(first, second)).all()
 
 

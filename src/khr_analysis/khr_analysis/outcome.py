@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, isfinite, pi, radians, sqrt, tan
 from typing import Any, Literal, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
 from khr_common import parameter
 from khr_common.rotation import matrix
 
-Array = NDArray[np.float64]
 Vector = tuple[float, float, float]
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
 
@@ -137,32 +136,33 @@ class OutcomeMonitor:
         """
         if self._outcome is not None and self._outcome.final:
             return self._outcome
-        up = _up(seen.orientation)
-        height = float(seen.position[2] - min(place[2] for place in seen.sole_position))
-        rate = float(seen.angular_rate[1])
+        place, turn, rates, soles, turns, contacts = map(_plain, (
+            seen.position, seen.orientation, seen.angular_rate, seen.sole_position,
+            seen.sole_orientation, seen.contact_force))
+        up = _up(turn)
+        height, rate = place[2] - min(sole[2] for sole in soles), rates[1]
         if not all(map(isfinite, (*up, height, rate))):
             raise AnalysisError(f'observation: orientation {seen.orientation}, height {height} m, '
                                 f'pitch rate {rate} rad/s are not accepted; accepted: finite')
         if self._start is None:
-            self._start = _Start(np.array(seen.position), height,
-                                 matrix(seen.sole_orientation[0]))
+            self._start = _Start(place, height, *matrix(turns[0]).T.tolist()[:2])
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
         self._vibration.add(rate)
-        normal = [float(force[2]) for force in seen.contact_force]
+        normal = [force[2] for force in contacts]
         forces = [normal[0] + normal[1], normal[2] + normal[3]]
         for i, sole in enumerate(self._soles):
             loaded = forces[i] > self.parameters.load_threshold
-            sole.follow(seen.sole_position[i], _up(seen.sole_orientation[i]),
-                        forces[i] / sum(forces) if loaded else 0.0)
-        self._outcome = self._judge(seen, self._start, up[2], height)
+            sole.follow(soles[i], _up(turns[i]), forces[i] / sum(forces) if loaded else 0.0)
+        self._outcome = self._judge(seen.stamp_ns / 1e9, place, self._start, up[2], height)
         return self._outcome
 
-    def _judge(self, seen: Observation, start: _Start, upright: float, height: float) -> Outcome:
-        own, time = self.parameters, seen.stamp_ns / 1e9
+    def _judge(self, time: float, place: Vector, start: _Start, upright: float,
+               height: float) -> Outcome:
+        own = self.parameters
         fallen = (upright < cos(radians(own.fall_tilt_deg))
                   or height < own.fall_height * start.height)
-        way = np.subtract(seen.position, start.position)
-        forward, leftward, _ = (way @ start.surface).tolist()
+        forward, leftward = (_dot(place, axis) - _dot(start.position, axis)
+                             for axis in (start.ahead, start.left))
         slip = max(sole.largest for sole in self._soles)
         verdict: Verdict = ('fell' if fallen
                             else 'slipped' if slip > own.step_slip
@@ -174,11 +174,12 @@ class OutcomeMonitor:
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """Where a run began: torso, its height over the lower sole, the surface's axes (columns)."""
+    """Where a run began: torso, its height over the lower sole, two axes of the surface."""
 
-    position: Array
+    position: Vector
     height: float
-    surface: Array
+    ahead: Vector
+    left: Vector
 
 
 class _Sole:
@@ -200,24 +201,28 @@ class _Sole:
     def slip(self) -> float:
         return self._past + hypot(*self._slide)
 
-    def follow(self, place: Any, normal: Vector, share: float) -> None:
+    def follow(self, place: Vector, normal: Vector, share: float) -> None:
         """Take the pose of an instant, and the share of the load since the last; 0 is unloaded."""
-        now = (float(place[0]), float(place[1]), float(place[2]))
         if share and self._place is not None:
-            step = _across(self._place, now, self._normal, normal)
+            step = _across(self._place, place, self._normal, normal)
             self._slide = _sum(self._slide, (share * step[0], share * step[1], share * step[2]))
             self.largest = max(self.largest, hypot(*self._slide))
         elif not share:
             self._past, self._slide = self.slip, (0.0, 0.0, 0.0)
-        self._place, self._normal = (now if share else None), normal
+        self._place, self._normal = (place if share else None), normal
 
 
 # A few plain numbers take a fifth of the time of three-element arrays, 67 times a second.
 
 
-def _up(quaternion: Any) -> Vector:
+def _plain(values: Any) -> Any:
+    """Return numbers as they are or, of an array, as lists."""
+    return values.tolist() if isinstance(values, np.ndarray) else values
+
+
+def _up(quaternion: Sequence[float]) -> Vector:
     """Return the z axis of a frame."""
-    x, y, z, w = map(float, quaternion)
+    x, y, z, w = quaternion
     return 2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)
 
 

@@ -45,14 +45,20 @@ class Gait:
         count = max(2, round(self.duration / _GRID) + 1)
         time = np.linspace(0.0, self.duration, count)
         angles = _solve(parameters, plan, time)
-        self._spline = CubicSpline(time, angles, bc_type='clamped')
+        spline = CubicSpline(time, angles, bc_type='clamped')
+        self._starts, self._pieces = time[:-1], spline.c.transpose(1, 0, 2)
         _check_ranges(time, angles)
-        _check_speeds(time, self._spline(time, 1))
+        _check_speeds(time, spline(time, 1))
 
     def reference(self, time: float) -> tuple[float, ...]:
         """Give the 17 joint angles (rad) at ``time`` (s), held before 0 and after the end."""
-        angles = self._spline(min(max(time, 0.0), self.duration))
-        return tuple(angles.tolist())
+        # By hand: SciPy's evaluation is made for many instants at once.
+        time = min(max(time, 0.0), self.duration)
+        piece = min(int(time / self.duration * len(self._starts)), len(self._starts) - 1)
+        t = time - float(self._starts[piece])
+        t2, t3 = t * t, t * t * t
+        return tuple([d + c * t + b * t2 + a * t3 for a, b, c, d
+                      in zip(*self._pieces[piece].tolist(), strict=True)])
 
     def cycle(self, number: int) -> tuple[float, float]:
         """Give the start and end (s) of a whole cycle of the walk, the first being number 1.

@@ -142,7 +142,7 @@ class StagePolicy:
         if len(joint_angles) != len(JOINTS) or not np.isfinite(joint_angles).all():
             raise BalanceError(f'joint_angles: {joint_angles!r} is not accepted; '
                                f'accepted: {len(JOINTS)} finite angles in rad')
-        *angles, weight = self._posture.update(np.array([*joint_angles, 1.0])).tolist()
+        *angles, weight = self._posture.update([*joint_angles, 1.0])
         return [angle / weight for angle in angles]
 
     def _commanded(self) -> int:

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import exp
-
-import numpy as np
-from numpy.typing import NDArray
-
-Array = NDArray[np.float64]
 
 
 class LowPass:
@@ -21,18 +17,20 @@ class LowPass:
 
     def __init__(self, size: int, period: float, time_constant: float) -> None:
         self._period = period
-        self._output = np.zeros(size)
+        self._output = [0.0] * size
         self.configure(time_constant)
 
     def reset(self) -> None:
         """Return to rest."""
-        self._output = np.zeros_like(self._output)
+        self._output = [0.0] * len(self._output)
 
     def configure(self, time_constant: float) -> None:
         """Take another time constant from the next sample on, keeping the state."""
         self._rest = exp(-self._period / time_constant) if time_constant > 0.0 else 0.0
 
-    def update(self, means: Array) -> Array:
-        """Return the outputs at the end of a period, both (size,)."""
-        self._output = self._rest * self._output + (1.0 - self._rest) * means
+    def update(self, means: Sequence[float]) -> list[float]:
+        """Return the outputs at the end of a period, one for each signal's mean over it."""
+        rest = self._rest
+        self._output = [rest * output + (1.0 - rest) * mean
+                        for output, mean in zip(self._output, means, strict=True)]
         return self._output

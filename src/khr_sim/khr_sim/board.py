@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import radians
+from math import isfinite, radians
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +29,7 @@ class Board:
 
     def __init__(self, limits: Array, steps: int) -> None:
         counts = limits / COUNT
-        self._lower, self._upper = np.ceil(counts[:, 0]), np.floor(counts[:, 1])
+        self._lower, self._upper = np.ceil(counts[:, 0]).tolist(), np.floor(counts[:, 1]).tolist()
         self._fractions = np.arange(1, steps + 1)[:, np.newaxis] / steps
         self._last = np.zeros(len(limits))
 
@@ -39,14 +39,11 @@ class Board:
         Raises:
             SimError: if the target is not n finite numbers.
         """
-        counts: Array = np.rint(np.asarray(target, dtype=np.float64) / COUNT)
-        if counts.shape != self._lower.shape or not np.isfinite(counts).all():
+        if len(target) != len(self._lower) or not all(map(isfinite, target)):
             raise SimError(f'target: {list(target)} is not accepted; '
                            f'accepted: {len(self._lower)} finite angles in rad')
-        np.maximum(counts, self._lower, out=counts)
-        np.minimum(counts, self._upper, out=counts)
-        counts *= COUNT
-        return counts
+        return np.array([min(max(round(angle / COUNT), lower), upper) * COUNT for angle, lower,
+                         upper in zip(target, self._lower, self._upper, strict=True)])
 
     def reset(self, posture: Sequence[float]) -> Array:
         """Start from a posture; return it (n,) in rad, as the board holds it."""

@@ -14,10 +14,12 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_common.rotation import Vector, carried, inverse
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
 
 Array = NDArray[np.float64]
+Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
 
 SIDES = ('l', 'r')
 HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads, which lie across it, m
@@ -59,45 +61,54 @@ def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
     return ElementTree.tostring(root, encoding='unicode')
 
 
-def toe_heel_forces(samples: Sequence[Sequence[Any]], feet: Sequence[int],
-                    sole_position: Array, sole_rotation: Sequence[Array]) -> Array:
-    """Return the mean forces of the ground on l_toe, l_heel, r_toe, r_heel, each in its frame.
+class ContactForces:
+    """The mean forces of the ground on toe and heel of both feet over one control period.
 
-    A contact ahead of the ankle axis belongs to the toe, one behind it to the heel. The poses of
-    soles and ground at the end of the period serve for all of it. All contacts share the ground's
-    normal, from which alone the engine takes the two directions of friction.
+    A contact ahead of the ankle axis belongs to the toe, one behind it to the heel; the poses of
+    the soles at the start of the period tell which is which, as all contacts lie centimetres from
+    the axis. All contacts share the ground's normal, from which alone the engine takes the two
+    directions of friction.
 
     Args:
-        samples: the engine's contact points of the robot with the ground, one list a step.
         feet: link indices of the left and right foot.
-        sole_position: of l_sole and r_sole in odom, m, (2, 3).
-        sole_rotation: their rotation matrices, (3, 3) each.
-
-    Returns:
-        Forces (4, 3) in N.
+        soles: poses of l_sole and r_sole at the start of the period.
     """
-    last = next((sample[0] for sample in reversed(samples) if sample), None)
-    if last is None:
-        return np.zeros((4, 3))
-    impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along the normal and both frictions
-    of_foot = {}
-    for side, foot in enumerate(feet):
-        forward = sole_rotation[side][:, 0]
-        of_foot[foot] = (*forward.tolist(), float(sole_position[side] @ forward),
-                         *impulses[2 * side:2 * side + 2])
-    # A hundred contacts a period: plain numbers take half the time of a table.
-    for sample in samples:
-        for contact in sample:
-            if contact[3] not in of_foot:
-                continue
-            ahead_x, ahead_y, ahead_z, ankle, toe, heel = of_foot[contact[3]]
-            x, y, z = contact[5]
-            impulse = toe if ahead_x * x + ahead_y * y + ahead_z * z >= ankle else heel
-            impulse[0] += contact[9]
-            impulse[1] += contact[10]
-            impulse[2] += contact[12]
-    forces: Array = np.array(impulses) @ np.array((last[7], last[11], last[13]))
-    forces /= len(samples)
-    forces[:2] = forces[:2] @ sole_rotation[0]
-    forces[2:] = forces[2:] @ sole_rotation[1]
-    return forces
+
+    def __init__(self, feet: Sequence[int], soles: Sequence[Pose]) -> None:
+        self._steps = 0
+        self._directions: tuple[Vector, Vector, Vector] | None = None
+        self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along normal and both frictions
+        self._of_foot: dict[int, tuple[Vector, float, list[float], list[float]]] = {}
+        for side, (foot, (position, orientation)) in enumerate(zip(feet, soles, strict=True)):
+            forward = carried(orientation, (1.0, 0.0, 0.0))
+            toe, heel = self._impulses[2 * side:2 * side + 2]
+            self._of_foot[foot] = forward, _dot(forward, position), toe, heel
+
+    def add(self, contacts: Sequence[Any]) -> None:
+        """Take the engine's contact points of the robot with the ground after one step."""
+        self._steps += 1
+        for _, _, _, link, _, place, _, up, _, press, slip, along, slide, across in contacts:
+            if link in self._of_foot:
+                forward, ankle, toe, heel = self._of_foot[link]
+                impulse = toe if _dot(forward, place) >= ankle else heel
+                impulse[0] += press
+                impulse[1] += slip
+                impulse[2] += slide
+                self._directions = up, along, across
+
+    def mean(self, soles: Sequence[Pose]) -> list[Vector]:
+        """Return the forces on l_toe, l_heel, r_toe and r_heel, each in its frame, N.
+
+        Args:
+            soles: poses of l_sole and r_sole at the end of the period, in whose frames they are.
+        """
+        if self._directions is None:
+            return [(0.0, 0.0, 0.0)] * 4
+        along = tuple(zip(*self._directions, strict=True))
+        to_sole = [inverse(orientation) for _, orientation in soles for _ in range(2)]
+        return [carried(turn, [_dot(impulse, each) / self._steps for each in along])
+                for turn, impulse in zip(to_sole, self._impulses, strict=True)]
+
+
+def _dot(first: Sequence[float], second: Sequence[float]) -> float:
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import chain
+from math import isfinite
 
 import numpy as np
 
@@ -68,15 +70,15 @@ class FootForce:
         Raises:
             SimError: if the forces are not (4, 3) finite numbers.
         """
-        force = np.asarray(contact_force, dtype=np.float64)
-        if force.shape != (4, 3) or not np.isfinite(force).all():
+        if ([len(force) for force in contact_force] != [3] * 4
+                or not all(map(isfinite, chain.from_iterable(contact_force)))):
             raise SimError(f'contact_force: {contact_force!r} is not accepted; '
                            f'accepted: (4, 3) finite forces in N')
         own = self.parameters
         # Drawn whether it is used or not: the sequence depends on nothing but the seed.
-        noise = self._noise.standard_normal(4)
-        told = self._low_pass.update(force[:, 2]) + own.noise * noise
-        readings: list[float] = told.tolist()  # four numbers: faster than arrays of four
+        noise = self._noise.standard_normal(4).tolist()
+        normal = self._low_pass.update([force[2] for force in contact_force])
+        readings = [each + own.noise * error for each, error in zip(normal, noise, strict=True)]
         if own.resolution > 0.0:
             readings = [round(each / own.resolution) * own.resolution for each in readings]
         return tuple([min(max(each, 0.0), own.saturation) for each in readings])

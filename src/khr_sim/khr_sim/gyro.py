@@ -12,18 +12,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import radians, tau
+from math import isfinite, radians, tau
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common import parameter
 from khr_common.low_pass import LowPass
 from khr_sim.errors import SimError
 from khr_sim.gyro_circuit.baseband import Baseband
 from khr_sim.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
-
-Array = NDArray[np.float64]
 
 AD_STEP = 5.0 / 1024  # V, 10 bit over 0 to 5 V
 AD_HALF_RANGE = 512  # steps between the voltage at rest, taken at mid-range, and the rails
@@ -97,34 +94,29 @@ class Gyro:
         Raises:
             SimError: if the rates are not three finite numbers.
         """
-        rate = np.asarray(angular_rate, dtype=np.float64)
-        if rate.shape != (3,) or not np.isfinite(rate).all():
+        if len(angular_rate) != 3 or not all(map(isfinite, angular_rate)):
             raise SimError(f'angular_rate: {angular_rate!r} is not accepted; '
                            f'accepted: three finite rates in rad/s')
         # Drawn whether it is used or not: the sequence depends on nothing but the seed.
-        noise = self._noise.standard_normal(3)
-        sensed = self._sense(rate)
-        x, y, z = (sensed.tolist() if self.parameters.model == 'ideal' else
-                   self._read(sensed + self.parameters.noise * noise))
+        noise = self._noise.standard_normal(3).tolist()
+        sensed = self._sense(angular_rate)
+        x, y, z = (sensed if self.parameters.model == 'ideal' else
+                   map(self._read, sensed, noise))
         return x, y, z
 
-    def _sense(self, rate: Array) -> Array:
-        """Return what the three sensing elements make of the rates (3,), in rad/s."""
+    def _sense(self, rate: Sequence[float]) -> list[float]:
+        """Return what the three sensing elements make of the rates, in rad/s."""
         if self.parameters.model != 'circuit':
             return self._low_pass.update(rate)
-        return np.array([circuit.update(each) for circuit, each
-                         in zip(self._circuits, rate.tolist(), strict=True)])
+        return [circuit.update(each) for circuit, each in zip(self._circuits, rate, strict=True)]
 
-    def _read(self, sensed: Array) -> list[float]:
-        """Carry what the sensors tell (3,) to the board: range, scale, offset, converter."""
+    def _read(self, sensed: float, noise: float) -> float:
+        """Carry what one sensor tells to the board: noise, range, scale, offset, converter."""
         own, limit = self.parameters, self.parameters.saturation
         scale = own.sensitivity / 1000.0 / radians(1.0)
-        offset = PACKAGED_SENSITIVITY * own.zero_offset
-        told = []
-        for rate in sensed.tolist():  # three numbers: faster than arrays of three
-            voltage = scale * min(max(rate, -limit), limit) + offset
-            if own.adc:
-                steps = min(max(round(voltage / AD_STEP), -AD_HALF_RANGE), AD_HALF_RANGE - 1)
-                voltage = steps * AD_STEP
-            told.append(voltage / PACKAGED_SENSITIVITY)
-        return told
+        voltage = (scale * min(max(sensed + own.noise * noise, -limit), limit)
+                   + PACKAGED_SENSITIVITY * own.zero_offset)
+        if own.adc:
+            steps = min(max(round(voltage / AD_STEP), -AD_HALF_RANGE), AD_HALF_RANGE - 1)
+            voltage = steps * AD_STEP
+        return voltage / PACKAGED_SENSITIVITY

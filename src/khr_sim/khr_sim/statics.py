@@ -50,16 +50,17 @@ def holding_torques(robot: Robot, poses: dict[str, Array], down: Array) -> Array
     forces = {name: link.mass * GRAVITY * down for name, link in robot.links.items()}
     centers = {name: poses[name][:3, :3] @ link.center_of_mass + poses[name][:3, 3]
                for name, link in robot.links.items()}
-    moments = {name: cross(centers[name], force) for name, force in forces.items()}
+    moments = {name: np.array(cross(centers[name], force)) for name, force in forces.items()}
     weight = robot.mass * GRAVITY * down
     for side, (share, point) in _support(robot, poses, down).items():
         foot = f'{side}_foot'
         forces[foot] = forces[foot] - share * weight
-        moments[foot] = moments[foot] - share * cross(point, weight)
+        moments[foot] = moments[foot] - share * np.array(cross(point, weight))
     torques = {}
     for joint in reversed(list(robot.joints.values())):
         pose, force, moment = poses[joint.child], forces[joint.child], moments[joint.child]
-        torques[joint.name] = -(pose[:3, :3] @ joint.axis) @ (moment - cross(pose[:3, 3], force))
+        torques[joint.name] = -(pose[:3, :3] @ joint.axis) @ (
+            moment - np.array(cross(pose[:3, 3], force)))
         forces[joint.parent] = forces[joint.parent] + force
         moments[joint.parent] = moments[joint.parent] + moment
     return np.array([torques[name] for name in JOINTS])

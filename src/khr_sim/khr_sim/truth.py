@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import atan2, hypot
+from math import atan2, hypot, prod
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+
+RECORDED = 47  # numbers that the trajectory hash is made of, the first ones of a truth
+
+
+def _part(start: int, *shape: int) -> Any:
+    """Make a property that shows a part of the numbers in its shape."""
+    part = slice(start, start + prod(shape))
+    return property(lambda truth: truth.numbers[part].reshape(shape))
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,13 +27,14 @@ class Truth:
     Attributes:
         step: physics steps since the reset.
         stamp_ns: simulated time, ns.
+        numbers: all that follows but the inclination, in one row; the rest are views of it.
         position: origin of base_link in odom, m, (3,).
         orientation: of base_link in odom, quaternion x y z w, (4,).
         linear_velocity: of the origin of base_link, in odom, m/s, (3,).
         angular_velocity: of base_link, in odom, rad/s, (3,).
+        joint_position, joint_velocity: rad and rad/s, (17,).
         angular_rate: mean over the last control period, in imu_link, rad/s, (3,): the rotation
             vector from the last instant to this, by the period. Zero at the reset.
-        joint_position, joint_velocity: rad and rad/s, (17,).
         joint_effort: torques of the last physics step, N m, (17,).
         contact_force: mean over the last control period, N, rows l_toe, l_heel, r_toe, r_heel,
             each in its own frame, z normal to the sole, (4, 3). Zero at the reset.
@@ -35,18 +45,20 @@ class Truth:
 
     step: int
     stamp_ns: int
-    position: Array
-    orientation: Array
-    linear_velocity: Array
-    angular_velocity: Array
-    angular_rate: Array
-    joint_position: Array
-    joint_velocity: Array
-    joint_effort: Array
-    contact_force: Array
-    sole_position: Array
-    sole_orientation: Array
+    numbers: Array
     inclination: float
+
+    position = _part(0, 3)
+    orientation = _part(3, 4)
+    linear_velocity = _part(7, 3)
+    angular_velocity = _part(10, 3)
+    joint_position = _part(13, 17)
+    joint_velocity = _part(30, 17)
+    angular_rate = _part(RECORDED, 3)
+    joint_effort = _part(50, 17)
+    contact_force = _part(67, 4, 3)
+    sole_position = _part(79, 2, 3)
+    sole_orientation = _part(85, 2, 4)
 
     @property
     def tilt(self) -> float:
@@ -60,6 +72,5 @@ class Truth:
         The step as int64, then as float64: position, orientation, linear and angular velocity of
         base_link, joint positions and velocities; all little-endian.
         """
-        state = np.concatenate((self.position, self.orientation, self.linear_velocity,
-                                self.angular_velocity, self.joint_position, self.joint_velocity))
-        return self.step.to_bytes(8, 'little', signed=True) + state.astype('<f8').tobytes()
+        return (self.step.to_bytes(8, 'little', signed=True)
+                + self.numbers[:RECORDED].astype('<f8', copy=False).tobytes())

@@ -4,15 +4,15 @@ from __future__ import annotations
 
 import tempfile
 from collections.abc import Sequence
+from itertools import chain
 from math import radians
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
-from khr_common.rotation import cross, matrix, pitched, quaternion, rotated, turned
+from khr_common.rotation import carried, cross, matrix, pitched, quaternion, rotated, turned
 from khr_sim import contact, statics
 from khr_sim.board import Board
 from khr_sim.engine import bullet
@@ -51,10 +51,9 @@ class World:
         self._servos = Servos(parameters, self.robot.joint_inertia())
         self._board = Board(self.robot.limits(), parameters.steps)
         self._step_ns = round(parameters.physics_step * 1e9)
-        self._torso_center = self.robot.links['base_link'].center_of_mass
-        self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin
+        self._torso_center = self.robot.links['base_link'].center_of_mass.tolist()
+        self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin.tolist()
                               for side in contact.SIDES]
-        self._orientation = (0.0, 0.0, 0.0, 1.0)  # of base_link at the last instant
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
@@ -76,7 +75,9 @@ class World:
         self._load()
         self._place(command, clearance)
         self._read_joints()
-        return self._observe([])
+        self._contact_forces = contact.ContactForces(self._feet, self._soles())
+        self._orientation = bullet.getBasePositionAndOrientation(self.body, self.client)[1]
+        return self._observe()
 
     def advance(self, target: Sequence[float]) -> Truth:
         """Simulate one control period, in which the board brings the servos to ``target``.
@@ -87,23 +88,22 @@ class World:
         Raises:
             SimError: if they are not 17 finite numbers.
         """
-        samples = []
         client, body, joints, ground = self.client, self.body, self._joints, self._ground
+        forces = self._contact_forces
         for command in self._board.update(target).tolist():
             torques = self._servos.update(command, self._position, self._velocity)
             bullet.setJointMotorControlArray(
-                body, joints, bullet.TORQUE_CONTROL, forces=torques,
-                physicsClientId=client)
+                body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client)
             if self._pushes:
                 self._apply_pushes()
             if self._goal != self._inclination or self.parameters.inclination_rate_deg_s:
                 self._tilt_ground()
             bullet.stepSimulation(client)
             self._step += 1
-            samples.append(bullet.getContactPoints(body, ground, physicsClientId=client))
+            forces.add(bullet.getContactPoints(body, ground, physicsClientId=client))
             self._read_joints()
         self._efforts = torques
-        return self._observe(samples)
+        return self._observe()
 
     def push(self, push: Push) -> None:
         """Add a push; one that is already over has no effect.
@@ -244,25 +244,32 @@ class World:
         self._position, self._velocity, _, _ = zip(
             *bullet.getJointStates(self.body, self._joints, self.client), strict=True)
 
-    def _observe(self, samples: Sequence[Any]) -> Truth:
-        client, body = self.client, self.body
-        center, orientation = bullet.getBasePositionAndOrientation(body, client)
-        center_velocity, angular_velocity = bullet.getBaseVelocity(body, client)
-        arm = matrix(orientation) @ self._torso_center
-        angle = turned(self._orientation, orientation) if samples else np.zeros(3)
+    def _soles(self) -> list[contact.Pose]:
+        """Return the poses of l_sole and r_sole in odom."""
+        poses = []
+        for (*_, (x, y, z), orientation), offset in zip(
+                bullet.getLinkStates(self.body, self._feet, 0, 1, self.client),
+                self._sole_offsets, strict=True):
+            dx, dy, dz = carried(orientation, offset)
+            poses.append(((x + dx, y + dy, z + dz), orientation))
+        return poses
+
+    def _observe(self) -> Truth:
+        (x, y, z), orientation = bullet.getBasePositionAndOrientation(self.body, self.client)
+        (vx, vy, vz), angular_velocity = bullet.getBaseVelocity(self.body, self.client)
+        arm = carried(orientation, self._torso_center)
+        dx, dy, dz = arm
+        ux, uy, uz = cross(angular_velocity, arm)
+        period = self.parameters.control_period
+        rate = [angle / period for angle in turned(self._orientation, orientation)]
         self._orientation = orientation
-        feet = bullet.getLinkStates(body, self._feet, 0, 1, client)
-        soles = [matrix(foot[5]) for foot in feet]
-        sole_position = np.array([foot[4] + sole @ offset for foot, sole, offset
-                                  in zip(feet, soles, self._sole_offsets, strict=True)])
+        soles = self._soles()
+        left, right = soles
+        forces = self._contact_forces.mean(soles)
+        self._contact_forces = contact.ContactForces(self._feet, soles)
         return Truth(
-            step=self._step, stamp_ns=self._step * self._step_ns,
-            position=center - arm, orientation=np.array(orientation),
-            linear_velocity=center_velocity - cross(angular_velocity, arm),
-            angular_velocity=np.array(angular_velocity),
-            angular_rate=angle / self.parameters.control_period,
-            joint_position=np.array(self._position), joint_velocity=np.array(self._velocity),
-            joint_effort=np.array(self._efforts),
-            contact_force=contact.toe_heel_forces(samples, self._feet, sole_position, soles),
-            sole_position=sole_position, sole_orientation=np.array([foot[5] for foot in feet]),
-            inclination=self._inclination)
+            self._step, self._step * self._step_ns, np.array([
+                x - dx, y - dy, z - dz, *orientation, vx - ux, vy - uy, vz - uz,
+                *angular_velocity, *self._position, *self._velocity, *rate, *self._efforts,
+                *chain.from_iterable(forces), *left[0], *right[0], *left[1], *right[1]]),
+            self._inclination)
