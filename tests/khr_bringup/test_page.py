@@ -114,7 +114,8 @@ def reproduction(folder, bench=None, runs=None, **changes):
         'runs': runs if runs is not None else {'a': [run('walk_3deg', 0),
                                                      run('walk_3deg', 1, 'fell')]},
         'seeds': {'a': 2}, 'seconds': 754.0, 'fast': False,
-        'versions': {'code': 'abcdef', 'numpy': '2.0'}, 'command': 'khr reproduce'}
+        'versions': {'code': 'abcdef', 'numpy': '2.0'}, 'command': 'khr reproduce',
+        'lines': '# Lines\n\nThe gait makes most of them.\n\n## Peaks\n\n| a |\n|---|\n| b |'}
     return Reproduction(**(contents | changes))
 
 
@@ -142,7 +143,7 @@ def test_page_holds_every_figure_row_and_run_and_stands_alone(tmp_path):
     for some in contents.runs.values():
         assert all(each.row['trajectory_hash'] in page.text for each in some)
     for word in ('fell at 4.25 s', '13 min', 'abcdef', contents.scoreboard_summary,
-                 contents.command):
+                 contents.command, 'The gait makes most of them.'):
         assert word in page.text
 
 
@@ -221,6 +222,7 @@ def test_opposite_outcomes_give_opposite_findings(tmp_path):
     assert 'It falls where the thesis walked' in differs[contradicts]
     assert 'It walks where the thesis fell' in differs[contradicts]
     assert 'toe force over phi, N' in differs[contradicts]
+    assert '**Origin of the spectral lines**: The gait makes most' in agrees['What it adds']
     assert 'Nothing that was measured does.' in agrees[contradicts]
     judged_rows = [row for row in judged(scoreboard.board(Thesis())[0])
                    if row.passed is not None]

@@ -47,6 +47,7 @@ class Reproduction:
         fast: whether it is the quick and coarse form.
         versions: of the code, and of what it rests on.
         command: does it again.
+        lines: of the origin of the spectral lines, in Markdown; empty if it was not asked for.
     """
 
     figures: list[FigureResult]
@@ -59,3 +60,4 @@ class Reproduction:
     fast: bool
     versions: dict[str, str]
     command: str
+    lines: str = ''

@@ -163,7 +163,7 @@ def _moved(why: Sequence[Row]) -> list[str]:
 
 def _lines(contents: Reproduction) -> list[str]:
     """Quote what the section on the spectral lines begins with."""
-    paragraphs = [each.strip() for each in getattr(contents, 'lines', '').split('\n\n')]
+    paragraphs = [each.strip() for each in contents.lines.split('\n\n')]
     first = next((each for each in paragraphs if each and each[0] not in '#|!-'), '')
     return [f'**Origin of the spectral lines**: {" ".join(first.split())}'] if first else []
 

@@ -37,8 +37,8 @@ def write_index(out: Path, contents: Reproduction) -> Path:
     sections = [_verdict(contents), _scoreboard(contents, out), _figures(contents, out)]
     if contents.maps:
         sections.append(Section('Stability maps', _all(contents.maps, out)))
-    if lines := getattr(contents, 'lines', ''):
-        sections.append(Section('Origin of the spectral lines', markdown(lines, out)))
+    if contents.lines:
+        sections.append(Section('Origin of the spectral lines', markdown(contents.lines, out)))
     sections.append(_making(contents))
     return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(contents)), sections)
 
