@@ -1,5 +1,6 @@
 """Staged control on the simulated robot: what it reads of the ground, and how it climbs."""
 
+import csv
 from math import radians
 
 import numpy as np
@@ -7,6 +8,8 @@ import pytest
 
 from khr_balance.stage import StageParameters
 from khr_bringup.errors import BringupError
+from khr_bringup.experiments import Run
+from khr_bringup.figures import draw
 from khr_bringup.scenario import load
 from khr_bringup.series import run_with_series
 from khr_sim.foot_force import FootForceParameters
@@ -113,3 +116,21 @@ def test_a_staged_controller_needs_stages():
     with pytest.raises(BringupError, match='ankle_controller: staged: True is not accepted'):
         load('stand_0deg').changed({('ankle_controller', 'staged'): True})
     load('stand_0deg').changed({('ankle_controller', 'staged'): True, ('stage', 'mode'): 'fixed'})
+
+
+def test_the_figure_draws_each_case_up_to_its_fall(climb, tmp_path):
+    scenario, (_, series) = load(TILTING), climb
+    series.save(tmp_path / 'run.npz')
+    fell_at = {'no control': 12.0, 'automatic': None}  # the one is invented
+    runs = [Run({'case': case}, 0, {'verdict': 'fell' if end else 'stood', 'fell_at_s': end},
+                scenario, tmp_path / 'run.npz') for case, end in fell_at.items()]
+    _, table = draw('stages', tmp_path, {'stages': runs})
+    with table.open(encoding='utf-8') as file:
+        ends = {(row['panel'], row['curve']): (float(row['x']), float(row['y']))
+                for row in csv.DictReader(file)}
+    assert ends['stage', 'no control, seed 0'] == pytest.approx((12.0, 2.0), abs=0.016)
+    assert ends['stage', 'automatic, seed 0'] == pytest.approx((series.time[-1], 3.0), abs=0.016)
+    _, read = ends['inclination, true and read back', 'read back, automatic, seed 0']
+    assert read == pytest.approx(np.degrees(series.read_inclination[-1]), rel=1e-3)
+    assert any(curve.startswith('no control: falls at 6.0°') for _, curve in ends)
+    assert not any('automatic: falls' in curve for _, curve in ends)

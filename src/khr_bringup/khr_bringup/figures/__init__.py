@@ -23,6 +23,7 @@ from khr_bringup.figures import (
     push_robot,
     pushes,
     spectra,
+    stages,
     standing,
     walking,
 )
@@ -84,6 +85,7 @@ FIGURES: dict[str, Drawing] = {
     'harmonics': Drawing(walking.harmonics),
     'push': Drawing(pushes.largest),
     'push_robot': Drawing(push_robot.side_by_side, quick=push_robot.for_one_duration),
+    'stages': Drawing(stages.climb, ('stages',)),
     'stiffness': Drawing(walking.stiffness),
 }
 
