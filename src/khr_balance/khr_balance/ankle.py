@@ -24,7 +24,7 @@ class AnkleControllerParameters(FeedbackParameters):
         'gyro', 'What to feed back: the pitch rate, or the difference of toe and heel force.',
         choices=('gyro', 'force'))
     force_scale: float = parameter(
-        0.00206, 'Output of the force sensors per newton, a calibrated constant (see the law).',
+        0.00198, 'Output of the force sensors per newton, a calibrated constant (see the law).',
         unit='V/N', minimum=0.0, maximum=1.0)
 
 

@@ -15,8 +15,9 @@ class GaitParameters:
     mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
     and 24 to 31 mm at touchdown, hips 118 mm above the ankles, torso pitched -2 to 7 deg.
     The paths between them are ours. Fitted, with the servos as they are by default:
-    ``com_lifted``, within its range, so that the robot walks at 5.55 deg downhill and falls
-    beyond; ``com_stance``, so that on its pads it lifts a leg up to 6.4 deg. Assumed:
+    ``com_lifted``, within its range, the furthest ahead with which the robot walks downhill at
+    5.55 deg without control and at 7.68 deg with K_A = 12; ``com_stance``, so that on its pads it
+    lifts a leg up to 6.4 deg. Assumed:
     ``heel_off`` and the arms; the hips are 3 mm lower, or the rear leg is too short.
     """
 
@@ -42,10 +43,10 @@ class GaitParameters:
         -0.4, "Both elbows' pitch.", unit='rad', minimum=-2.26, maximum=0.52)
 
     com_stance: float = parameter(
-        -0.0046, "Centre of mass ahead of the soles' centres in the stance.", unit='m',
+        -0.0049, "Centre of mass ahead of the soles' centres in the stance.", unit='m',
         minimum=-0.05, maximum=0.05)
     com_lifted: float = parameter(
-        0.0144, "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
+        0.0135, "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.', unit='m', minimum=-0.05, maximum=0.05)
     com_touchdown: float = parameter(
         0.030, "Walk: centre of mass ahead of the stance sole's centre when the other foot "

@@ -98,16 +98,25 @@ def fit_constant(fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecut
         value = round(value + step, fit.decimals)
         if not fit.low <= value <= fit.high:
             raise RunError(f'{fit.node}.{fit.key}: no value in [{fit.low:g}, {fit.high:g}] is '
-                           f'survived by every seed at {fit.inclination_deg:g} deg')
+                           f'survived by every seed ({rows_text(fit)})')
     return Found(fit, tuple(found), value)
 
 
 def survives(fit: Fit, fixed: Changes, value: float, seed: int) -> bool:
-    """Try one value of a constant with one seed."""
-    condition = replace(fit.condition, changes=(*fixed, ((fit.node, fit.key), float(value))))
-    trial = attempt(condition, fit.inclination_deg, seed)
-    print(f'{fit.node}.{fit.key} {value:.6f}  {trial.text}', file=sys.stderr, flush=True)
-    return trial.survived
+    """Try one value of a constant with one seed, on every row."""
+    changes = (*fixed, ((fit.node, fit.key), float(value)))
+    for row in fit.rows:
+        trial = attempt(replace(row.condition, changes=changes), row.inclination_deg, seed)
+        print(f'{fit.node}.{fit.key} {value:.6f}  {row.condition.title:16}{trial.text}',
+              file=sys.stderr, flush=True)
+        if not trial.survived:
+            return False
+    return True
+
+
+def rows_text(fit: Fit) -> str:
+    """Name the rows of a fit."""
+    return '; '.join(row.text for row in fit.rows)
 
 
 def boundary_of_seed(fit: Fit, fixed: Changes, seed: int) -> float:
@@ -124,8 +133,8 @@ def boundary(holds: Callable[[float], bool], fit: Fit) -> float:
     low, high = fit.low, fit.high
     at_low = holds(low)
     if holds(high) == at_low:
-        raise RunError(f'{fit.node}.{fit.key}: the robot {"survives" if at_low else "falls"} at '
-                       f'{fit.inclination_deg:g} deg with both {low:g} and {high:g}')
+        raise RunError(f'{fit.node}.{fit.key}: the robot {"survives" if at_low else "falls"} with '
+                       f'both {low:g} and {high:g} ({rows_text(fit)})')
     for _ in range(HALVINGS):
         middle = (low + high) / 2.0
         if holds(middle) == at_low:
@@ -156,13 +165,13 @@ def page(found: list[Found], seed: int, seeds: int) -> str:
     """Return the documentation of all constants."""
     fitted = [f'| `{one.fit.node}.{one.fit.key}` | {one.value:g}{_unit(one.fit.node, one.fit.key)}'
               f' | {min(one.of_seeds):.4g} to {max(one.of_seeds):.4g}'
-              f' | {one.fit.low:g} to {one.fit.high:g} | {one.fit.row} |'
+              f' | {one.fit.low:g} to {one.fit.high:g} | {rows_text(one.fit)} |'
               for one in found]
     others = [f'| `{c.node}.{c.key}` | {_default(c.node, c.key)}{_unit(c.node, c.key)} | '
               f'{c.kind} | {c.source} |' for c in CONSTANTS]
-    return '\n'.join((
-        _HEAD.format(count=len(found), seed=seed, seeds=seeds, halvings=HALVINGS), *fitted,
-        _OTHERS, *others, ''))
+    rows = sum(len(one.fit.rows) for one in found)
+    head = _HEAD.format(count=len(found), rows=rows, seed=seed, seeds=seeds, halvings=HALVINGS)
+    return '\n'.join((head, *fitted, _OTHERS, *others, ''))
 
 
 def _default(node: str, key: str) -> object:
@@ -177,15 +186,16 @@ def _unit(node: str, key: str) -> str:
 _HEAD = """# Calibration
 
 Written by `khr calibrate --seed {seed} --seeds {seeds}`; do not edit. {count} constants are
-fitted, each on one row of Dutta (2021). Every other result is a prediction; the
+fitted, on {rows} rows of Dutta (2021). Every other result is a prediction; the
 [scoreboard](scoreboard.md) tells them apart.
 
 ## Fitted
 
-The row's inclination is held, and the constant is halved in between survival and fall, {halvings}
-times for each seed, with another small error of the posture and other sensor noise. The constant
-is the value of the seed that falls first, moved on until every seed survives with it: on each
-row the thesis's robot still held. A later fit uses the earlier ones.
+The inclination of a row is held, and the constant is halved in between survival and fall,
+{halvings} times for each seed, with another small error of the posture and other sensor noise; of
+two rows both must be survived. The constant is the value of the seed that falls first, moved on
+until every seed survives with it: on each row the thesis's robot still held. A later fit uses the
+earlier ones.
 
 | constant | value | about to fall, over the seeds | searched | fitted on |
 |---|---|---|---|---|"""

@@ -1,8 +1,8 @@
 """What the simulation's constants rest on, and which of them are fitted, on what.
 
 The defaults of the parameter tables are the calibrated constants. Every fit takes one constant
-to where the robot is just about to fall, under one condition of the thesis; nothing is fitted
-per scenario.
+to where the robot is just about to fall on one or two rows of the thesis; nothing is fitted per
+scenario.
 """
 
 from __future__ import annotations
@@ -13,6 +13,15 @@ from khr_bringup.critical import Condition
 
 
 @dataclass(frozen=True)
+class Held:
+    """A row of the thesis on which its robot held: an inclination under a condition."""
+
+    condition: Condition
+    inclination_deg: float
+    text: str
+
+
+@dataclass(frozen=True)
 class Fit:
     """One fitted constant.
 
@@ -20,8 +29,7 @@ class Fit:
         node, key: the parameter.
         low, high: ends of the search; the robot survives at one and falls at the other.
         decimals: to which the result is rounded.
-        condition, inclination_deg: the row of the thesis that is to be just survived.
-        row: that row in words.
+        rows: of the thesis, which are to be just survived.
     """
 
     node: str
@@ -29,9 +37,7 @@ class Fit:
     low: float
     high: float
     decimals: int
-    condition: Condition
-    inclination_deg: float
-    row: str
+    rows: tuple[Held, ...]
 
 
 @dataclass(frozen=True)
@@ -52,12 +58,14 @@ class Constant:
 
 # In this order: a later fit is made with the earlier ones' results.
 FITS = (
-    Fit('gait', 'com_stance', -0.009, -0.001, 4, Condition('leg_lift'), 6.4,
-        'standing, stage 1: no control, 6.4 deg'),
-    Fit('ankle_controller', 'force_scale', 0.001, 0.0035, 5, Condition('leg_lift', 12.0), 7.6,
-        'standing, stage 2: K_A = 12 on the force difference, 7.6 deg'),
-    Fit('gait', 'com_lifted', 0.008, 0.02, 4, Condition('walk'), 5.55,
-        'walking without control, 5.55 deg'),
+    Fit('gait', 'com_stance', -0.009, -0.001, 4, (
+        Held(Condition('leg_lift'), 6.4, 'standing, stage 1: no control, 6.4 deg'),)),
+    Fit('ankle_controller', 'force_scale', 0.001, 0.0035, 5, (
+        Held(Condition('leg_lift', 12.0), 7.6,
+             'standing, stage 2: K_A = 12 on the force difference, 7.6 deg'),)),
+    Fit('gait', 'com_lifted', 0.008, 0.02, 4, (
+        Held(Condition('walk'), 5.55, 'walking without control, 5.55 deg'),
+        Held(Condition('walk', 12.0), 7.68, 'walking with K_A = 12, 7.68 deg'))),
 )
 
 CONSTANTS = (

@@ -92,7 +92,7 @@ WALKS = (
     WalkRow(6.99, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz',
             lines=(F_0, F_A0)),
     WalkRow(7.68, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz',
-            lines=(F_0, F_A0)),
+            lines=(F_0, F_A0), fitted=True),
     WalkRow(8.88, walking(12.0), 'walks but begins to slip', slips=True),
     WalkRow(8.88, walking(18.0), 'walks; the extra peak moves to 4.74 Hz', lines=(line(4.74),)),
     WalkRow(9.7, walking(18.0), 'slips again', slips=True),
