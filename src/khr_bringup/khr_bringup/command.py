@@ -124,11 +124,29 @@ def reproduce(
     out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
     workers: Annotated[int | None, typer.Option(
         help='Processes; one per core by default.')] = None,
+    findings: Annotated[Path | None, typer.Option(
+        help='The findings as Markdown; findings.md in the folder by default.')] = None,
 ) -> None:
     """Run every experiment of the thesis anew, draw every figure, and write one page."""
     from khr_bringup.reproduce import reproduce as run_all
 
-    raise typer.Exit(run_all(out, only, fast, workers))
+    raise typer.Exit(run_all(out, only, fast, workers, findings))
+
+
+@app.command()
+def lines(
+    scenario: Annotated[str, typer.Argument(
+        help='A walk, file or name.')] = 'walk_6.99deg_ka12',
+    fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
+    out: Annotated[Path | None, typer.Option(
+        help='The Markdown file to write as well.')] = None,
+    workers: Annotated[int | None, typer.Option(
+        help='Processes; one per core by default.')] = None,
+) -> None:
+    """Tell which peaks of a walk's spectrum the gait, the feedback and slipping make."""
+    from khr_bringup.lines_page import tell
+
+    print(tell(scenario, fast, workers, out))
 
 
 @app.command()
