@@ -10,14 +10,16 @@ import time
 from collections import Counter
 from dataclasses import dataclass
 
+import numpy as np
 import psutil
 import pytest
 from distributed import Client
 
 from khr_bringup.errors import BringupError, RunError
-from khr_bringup.offline import run_offline
+from khr_bringup.experiments import runs_of
+from khr_bringup.series import Series, run_with_series
 from khr_bringup.sweeps import cluster
-from khr_bringup.sweeps.folder import JOURNAL, read_table
+from khr_bringup.sweeps.folder import JOURNAL, read_table, series_path
 from khr_bringup.sweeps.reading import load
 from tests.graph.conftest import KHR
 
@@ -64,7 +66,7 @@ def start():
 def specification(folder, count, duration):
     file = folder / 'small.yaml'
     file.write_text(f'scenario: stand_0deg\nduration: {duration}\nseeds: {count // 2}\n'
-                    'set:\n  simulator.initial_tilt_deg: 0.5\n'
+                    'set:\n  simulator.initial_tilt_deg: 0.5\nkeep: series\n'
                     'grid:\n  simulator.inclination_deg: [0.0, 5.0]\n')
     return file
 
@@ -76,8 +78,17 @@ def check_complete(file, folder):
     trials = {trial.id: trial for trial in load(file).trials(version)}
     assert Counter(row['id'] for row in rows) == Counter(trials.keys())
     for row in (rows[0], rows[-1]):
-        offline = run_offline(trials[row['id']].scenario)
+        offline, series = run_with_series(trials[row['id']].scenario)
         assert row['trajectory_hash'] == offline.trajectory_hash
+        kept = Series.load(series_path(folder, row['id']))
+        assert np.array_equal(kept.pitch, series.pitch.astype(np.float32))
+    check_signals(folder)
+
+
+def check_signals(folder):
+    """Whatever is in the journal has its signals, whole."""
+    for run in runs_of(folder):
+        assert run.series.time[-1] == pytest.approx(run.row['time_s'])
 
 
 def test_a_sweep_killed_midway_goes_on_without_losing_or_repeating_a_run(tmp_path, start):
@@ -90,6 +101,7 @@ def test_a_sweep_killed_midway_goes_on_without_losing_or_repeating_a_run(tmp_pat
     assert 'Traceback' not in first.communicate()[1]
     _, alive = psutil.wait_procs(children, timeout=PATIENCE)
     assert not alive, 'workers outlived their sweep'
+    check_signals(folder)
     kept = (folder / JOURNAL).read_bytes()
     assert 2 <= kept.count(b'\n') < 12
     again = khr(*command[len(KHR):])
@@ -168,6 +180,7 @@ def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
     out, err = command.communicate(timeout=PATIENCE)
     assert command.returncode == 130
     assert 'Traceback' not in err and ' of 200' in out
+    check_signals(folder)
     assert 1 <= read_table(folder / 'results.parquet').num_rows < 200
 
 
