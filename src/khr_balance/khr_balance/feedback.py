@@ -18,7 +18,7 @@ class FeedbackParameters:
     enabled: bool = parameter(True, 'Whether to correct; if not, the correction is 0.')
     staged: bool = parameter(
         False, 'Whether to correct only by the share that the stage node gives; its mode must not '
-        'be none then.')
+        'be none then.', read_only=True)
     gain: float = parameter(
         12.0, 'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
         minimum=0.0, maximum=60.0)

@@ -22,7 +22,6 @@ class HipControllerNode(CorrectionNode):
     def configure(self, parameters: HipControllerParameters) -> None:
         """Pass changed parameters to the law."""
         self._controller.configure(parameters)
-        self.listen(PITCH_RATE)
 
     def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
         """Step the law."""
