@@ -32,7 +32,7 @@ from khr_bringup.sweeps.version import code_version
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
 PEAK = 0.1  # of the largest amplitude; what is lower is not called a peak
-FACTOR = 2.0  # gains up to this times another are compared with it
+NEAR = (0.9, 2.0)  # gains from and to these times a published one speak of its loop
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Settled:
         walks: with its gains, on the steepest ground that they survived; None without such.
         line: the strongest bin within the reading error there.
         share: its amplitude over the largest one.
-        bands: in which a loop rings, at gains up to twice the published one or half of it.
+        bands: comparisons of the loop that was on, at gains like the published one or above it.
         verdict: in words.
     """
 
@@ -167,9 +167,9 @@ def settle(peak: Published, walks: Sequence[Walks], bands: Sequence[Band]) -> Se
              == (peak.ankle_gain, peak.hip_gain)]
     own = max(alike, key=lambda each: each.treatment.inclination, default=None)
     loop = 'hip' if peak.hip_gain else 'ankle'
-    near = tuple(band for band in bands if band.loop == loop and band.found is not None
-                 and 1.0 / FACTOR <= (getattr(band.more.treatment, f'{loop}_gain')
-                                      / getattr(peak, f'{loop}_gain')) <= FACTOR)
+    near = tuple(band for band in bands if band.loop == loop
+                 and NEAR[0] <= (getattr(band.more.treatment, f'{loop}_gain')
+                                 / getattr(peak, f'{loop}_gain')) <= NEAR[1])
     if own is None:
         return Settled(peak, None, None, np.nan, near, 'no walk with these gains', 'low')
     line = strongest_near(own, [each for each in walks if each is not own], peak.frequency,
@@ -205,13 +205,14 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
     """
     from khr_bringup.sweeps.cluster import connected
 
-    if load(scenario).table('gait').motion != 'walk':
+    walk = load(scenario)
+    if walk.table('gait').motion != 'walk':
         raise BringupError(f'{scenario}: its motion is not accepted; accepted: a walk')
     text = shipped()[EXPERIMENT].read_text(encoding='utf-8')
     given = read_yaml(text, EXPERIMENT) | {'scenario': scenario}
     specification = parse(yaml.safe_dump(given, sort_keys=False), f'{EXPERIMENT} of {scenario}',
                           fast)
-    path = root / (Path(scenario).stem + ('-fast' if fast else ''))
+    path = root / (walk.name + ('-fast' if fast else ''))
     request = {'version': code_version(), **specification.record()}
     discard_other(path, request)
     with Folder(path, request) as folder:
