@@ -146,7 +146,8 @@ def _published(settled: Sequence[Settled]) -> str:
         rows.append((f'{each.peak.frequency:.2f}', each.peak.gains, f'{at:.2f}', here,
                      f'{len(each.holding)} of {len(each.bands)}', each.verdict, each.sure))
     heads = ('published, Hz', 'with', 'n = f T', f'strongest within {LINE_HZ:g} Hz here',
-             'comparisons with a ringing band that holds it', 'verdict on the simulated robot', 'how sure')
+             'comparisons with a ringing band that holds it', 'verdict on the simulated robot',
+             'how sure')
     return '\n'.join((markdown_table(heads, rows), _rule(settled)))
 
 
@@ -155,8 +156,8 @@ def _rule(settled: Sequence[Settled]) -> str:
               if band.found]
     text = (f'From {PEAK:.0%} of the largest on the verdict is the label of the line there, as '
             'above. Below that nothing stands out, and the verdict is control if a loop rings '
-            'there: medium if more than half of two or more comparisons have a band that holds the '
-            'frequency, else low.')
+            'there: medium if more than half of two or more comparisons have a band that holds '
+            'the frequency, else low.')
     if widths:
         text += (f' A band is {np.mean(widths):.1f} Hz wide on average: of the frequencies up to '
                  f'{SPAN:g} Hz, chance puts {np.mean(widths) / SPAN:.0%} into it.')
