@@ -1,15 +1,16 @@
 """What is read from the bytes is what ROS itself would read."""
 
+import pytest
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3, WrenchStamped
 from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
-from rclpy.serialization import serialize_message
+from rclpy.serialization import deserialize_message, serialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from khr_common import wire
-from khr_common.node import to_nanoseconds, to_stamp
+from khr_common.node import serialized, to_nanoseconds, to_stamp
 
 texts = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
 stamps = st.integers(0, 2**31 * 10**9 - 1)
@@ -26,6 +27,43 @@ def pose(values):
     x, y, z, *turn = values
     return Pose(position=Point(x=x, y=y, z=z),
                 orientation=Quaternion(**dict(zip('xyzw', turn, strict=True))))
+
+
+BLANK_POSE = (wire.BLANK,) * 7
+
+
+@given(stamps, texts, st.lists(floats, max_size=9), st.lists(texts, max_size=5), three, seven)
+def test_a_form_is_filled_as_ros_itself_would_write_it(stamp_ns, text, numbers, names, few, more):
+    blanks = [wire.BLANK] * len(numbers)
+
+    def messages(stamp_ns, frame, numbers, few, more):
+        yield Clock(clock=to_stamp(stamp_ns)), ()
+        wrench = WrenchStamped()
+        wrench.wrench.force = Vector3(**dict(zip('xyz', few, strict=True)))
+        yield stamped(wrench, stamp_ns, frame), few
+        imu = Imu(angular_velocity=wrench.wrench.force)
+        imu.orientation_covariance[0] = -1.0
+        yield stamped(imu, stamp_ns, frame), few
+        odometry = Odometry(child_frame_id=text)
+        odometry.pose.pose, odometry.twist.twist.angular = pose(more), wrench.wrench.force
+        yield stamped(odometry, stamp_ns, frame), (*more, *few)
+        yield stamped(PoseArray(poses=[pose(more), pose(more)]), stamp_ns, frame), (*more, *more)
+        yield stamped(JointState(name=names, position=numbers, effort=numbers),
+                      stamp_ns, frame), (*numbers, *numbers)
+
+    forms = messages(0, text, blanks, (wire.BLANK,) * 3, BLANK_POSE)
+    wanted = messages(stamp_ns, text, numbers, few, more)
+    for (form, _), (message, values) in zip(forms, wanted, strict=True):
+        data = wire.Form(serialized(form)).filled(stamp_ns, values)
+        assert deserialize_message(data, type(message)) == message
+        assert len(data) == len(serialized(message))
+
+
+def test_a_form_takes_as_many_numbers_as_it_has_blanks():
+    form = wire.Form(serialize_message(JointState(position=[wire.BLANK] * 2)))
+    for numbers in ((), (1.0,), (1.0, 2.0, 3.0)):
+        with pytest.raises(ValueError, match='accepted: 2'):
+            form.filled(0, numbers)
 
 
 @given(stamps)

@@ -37,6 +37,7 @@ from std_msgs.msg import String
 
 from khr_common.errors import KhrError
 from khr_common.parameters import ParameterError, Specification, build, specifications
+from khr_common.wire import Form
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
 # ROS user matches that too); the depth lets a recorder fall two seconds behind without loss.
@@ -61,6 +62,20 @@ def to_nanoseconds(stamp: Time) -> int:
 def restamp(stamp: Time, nanoseconds: int) -> None:
     """Set a stamp to integer nanoseconds."""
     stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+
+
+def serialized(message: Any) -> bytes:
+    """Return a message's bytes as they are sent.
+
+    ROS's own function returns a few more behind them, of any value, where a list is empty.
+    """
+    data: bytes = serialize_message(message)
+    while True:
+        try:
+            deserialize_message(data[:-1], type(message))
+        except RuntimeError:
+            return data
+        data = data[:-1]
 
 
 class KhrNode(Node):  # type: ignore[misc]
@@ -93,6 +108,10 @@ class KhrNode(Node):  # type: ignore[misc]
     def publish_on(self, kind: type[Any], topic: str, qos: QoSProfile = DATA) -> Publisher:
         """Create a publisher."""
         return self.create_publisher(kind, topic, qos)
+
+    def publish_form(self, message: Any, topic: str) -> Output:
+        """Create a publisher of what flows in every period: a message with blanks."""
+        return Output(self.publish_on(type(message), topic), message)
 
     def listen_to(self, kind: type[Any], topic: str, callback: Callable[[Any], None],
                   qos: QoSProfile = DATA) -> Subscription:
@@ -172,6 +191,29 @@ def _descriptor(specification: Specification) -> ParameterDescriptor:
         elif specification.kind is int:
             descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
     return descriptor
+
+
+class Output:
+    """A topic on which one message flows, filled anew every period.
+
+    Args:
+        publisher: of the topic.
+        message: a Clock or a message with a header; it has :data:`khr_common.wire.BLANK` where
+            numbers change, and the rest of it stays.
+    """
+
+    def __init__(self, publisher: Publisher, message: Any) -> None:
+        self._publisher = publisher
+        self._form = Form(serialized(message))
+        self._data = b''
+
+    def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:
+        """Fill in a stamp and, from the first blank to the last, the numbers."""
+        self._data = self._form.filled(stamp_ns, numbers)
+
+    def send(self) -> None:
+        """Publish what has been filled in, once more if it has been before."""
+        self._publisher.publish(self._data)
 
 
 class StampJudge:

@@ -1,16 +1,19 @@
-"""Read what flows in every control period straight from its bytes.
+"""Read and write what flows in every control period straight in its bytes.
 
 rclpy turns a message into a tree of Python objects, which takes longer than all that the nodes
 do with it. The few numbers that they need stand at known places: ROS 2 sends CDR (OMG DDS-XTypes
 1.3, 7.4): four bytes that tell the encoding, then the fields in order, each aligned to its size.
 
-All functions take little-endian CDR, as :meth:`khr_common.node.KhrNode.listen_to_bytes` gives it.
+All of it is little-endian CDR, as :meth:`khr_common.node.KhrNode.listen_to_bytes` gives it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from itertools import pairwise
 from struct import Struct
 
+BLANK = -1.2345678987654321e300  # stands where numbers of a form are to be filled in
 Floats = tuple[float, ...]
 
 _TIME = Struct('<iI')
@@ -18,7 +21,39 @@ _COUNT = Struct('<I')
 _THREE, _SEVEN = Struct('<3d'), Struct('<7d')
 _START = 4  # of the fields, behind the encoding
 _DOUBLE = 8
+_BLANK = Struct('<d').pack(BLANK)
 _RATE = 13 * _DOUBLE  # in an Imu, behind orientation and its covariance
+
+
+class Form:
+    """A message that is sent again and again, and of which only stamp and blanks change.
+
+    Args:
+        data: the serialized message, a Clock or one with a header, :data:`BLANK` in its blanks.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._data = bytearray(data)
+        blanks = [place for place in range(_START, len(data) - _DOUBLE + 1, _DOUBLE)
+                  if data[place:place + _DOUBLE] == _BLANK]
+        self._count = len(blanks)
+        bounds = [number for number, place in enumerate(blanks)
+                  if not number or place - blanks[number - 1] > _DOUBLE] + [len(blanks)]
+        self._runs = [(blanks[start], slice(start, end), Struct(f'<{end - start}d').pack_into)
+                      for start, end in pairwise(bounds)]
+
+    def filled(self, stamp_ns: int, numbers: Sequence[float] = ()) -> bytes:
+        """Return the message with this stamp and, in its blanks from first to last, the numbers.
+
+        Raises:
+            ValueError: if there are not as many numbers as blanks.
+        """
+        if len(numbers) != self._count:
+            raise ValueError(f'numbers: {len(numbers)} are not accepted; accepted: {self._count}')
+        _TIME.pack_into(self._data, _START, *divmod(stamp_ns, 1_000_000_000))
+        for place, part, pack_into in self._runs:
+            pack_into(self._data, place, *numbers[part])
+        return bytes(self._data)
 
 
 def clock(data: bytes) -> int:

@@ -10,7 +10,7 @@ from sensor_msgs.msg import Imu, JointState
 from khr_balance.feedback import FeedbackParameters
 from khr_balance.nodes.instant import Inputs, InstantNode
 from khr_common import wire
-from khr_common.node import restamp
+from khr_common.wire import BLANK
 
 PITCH_RATE: Inputs = {'imu/data_raw': (Imu, lambda imu: wire.angular_velocity(imu)[1])}
 
@@ -25,8 +25,9 @@ class CorrectionNode(InstantNode):
 
     def __init__(self, name: str, table: type[Any], joints: tuple[str, str]) -> None:
         super().__init__(name, table)
-        self._answer = JointState(name=list(joints), position=[0.0, 0.0])
-        self._output = self.publish_on(JointState, '~/correction')
+        self._angle = 0.0
+        self._output = self.publish_form(
+            JointState(name=list(joints), position=[BLANK, BLANK]), '~/correction')
 
     def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
         """Return the law's correction, rad, to what the sensors have measured."""
@@ -43,10 +44,9 @@ class CorrectionNode(InstantNode):
     def compute(self, time: float, heard: Sequence[Any]) -> None:
         """Step the law."""
         *measured, share = heard if self.parameters.staged else (*heard, None)
-        angle = self.correction(time, measured, share)
-        self._answer.position = [angle, angle]
+        self._angle = self.correction(time, measured, share)
 
     def send(self, stamp_ns: int) -> None:
         """Publish the correction."""
-        restamp(self._answer.header.stamp, stamp_ns)
-        self._output.publish(self._answer)
+        self._output.fill(stamp_ns, (self._angle, self._angle))
+        self._output.send()

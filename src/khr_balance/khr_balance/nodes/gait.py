@@ -8,7 +8,8 @@ from sensor_msgs.msg import JointState
 from khr_balance.gait import Gait, GaitParameters
 from khr_balance.joints import JOINTS
 from khr_common import KhrError, wire
-from khr_common.node import KhrNode, restamp, run_node
+from khr_common.node import KhrNode, run_node
+from khr_common.wire import BLANK
 
 
 class GaitNode(KhrNode):
@@ -21,8 +22,8 @@ class GaitNode(KhrNode):
     def __init__(self) -> None:
         super().__init__('gait', GaitParameters)
         self._gait = Gait(self.parameters)
-        self._answer = JointState(name=list(JOINTS))
-        self._output = self.publish_on(JointState, 'joint_reference')
+        self._output = self.publish_form(
+            JointState(name=list(JOINTS), position=[BLANK] * len(JOINTS)), 'joint_reference')
         self.listen_to_bytes(Clock, '/clock', self._on_clock)
 
     def configure(self, parameters: GaitParameters) -> None:
@@ -36,9 +37,8 @@ class GaitNode(KhrNode):
         except KhrError as error:
             self.fail(str(error))
             return
-        restamp(self._answer.header.stamp, stamp_ns)
-        self._answer.position = list(reference)
-        self._output.publish(self._answer)
+        self._output.fill(stamp_ns, reference)
+        self._output.send()
 
 
 def main() -> int:

@@ -7,7 +7,8 @@ from functools import partial
 from geometry_msgs.msg import WrenchStamped
 
 from khr_common import wire
-from khr_common.node import KhrNode, StampedSet, StampJudge, restamp, run_node
+from khr_common.node import KhrNode, StampedSet, StampJudge, run_node
+from khr_common.wire import BLANK
 from khr_sim.foot_force import FootForce, FootForceParameters
 
 REGIONS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
@@ -22,10 +23,11 @@ class FootForceNode(KhrNode):
         self._sensors = FootForce(self.parameters)
         self._judge = StampJudge(self._sensors.reset)
         self._contacts = StampedSet(tuple(REGIONS))
-        self._answers = [WrenchStamped() for _ in REGIONS]
-        for answer, frame in zip(self._answers, REGIONS.values(), strict=True):
-            answer.header.frame_id = frame
-        self._outputs = [self.publish_on(WrenchStamped, f'foot_force/{name}') for name in REGIONS]
+        self._outputs = []
+        for name, frame in REGIONS.items():
+            answer = WrenchStamped()
+            answer.header.frame_id, answer.wrench.force.z = frame, BLANK
+            self._outputs.append(self.publish_form(answer, f'foot_force/{name}'))
         for name in REGIONS:
             self.listen_to_bytes(WrenchStamped, f'ground_truth/contact/{name}',
                                  partial(self._on_contact, name))
@@ -40,11 +42,10 @@ class FootForceNode(KhrNode):
         if forces is None:
             return
         if self._judge.is_new(stamp_ns):
-            for answer, normal in zip(self._answers, self._sensors.update(forces), strict=True):
-                restamp(answer.header.stamp, stamp_ns)
-                answer.wrench.force.z = normal
-        for output, answer in zip(self._outputs, self._answers, strict=True):
-            output.publish(answer)
+            for output, normal in zip(self._outputs, self._sensors.update(forces), strict=True):
+                output.fill(stamp_ns, (normal,))
+        for output in self._outputs:
+            output.send()
 
 
 def main() -> int:

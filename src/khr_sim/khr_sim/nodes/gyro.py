@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import Imu
 
 from khr_common import wire
-from khr_common.node import KhrNode, StampJudge, restamp, run_node
+from khr_common.node import KhrNode, StampJudge, run_node
+from khr_common.wire import BLANK
 from khr_sim.gyro import Gyro, GyroParameters
 
 
@@ -16,11 +18,10 @@ class GyroNode(KhrNode):
         super().__init__('gyro', GyroParameters)
         self._gyro = Gyro(self.parameters)
         self._judge = StampJudge(self._gyro.reset)
-        self._answer = Imu()
-        self._answer.header.frame_id = 'imu_link'
-        self._answer.orientation_covariance[0] = -1.0
-        self._answer.linear_acceleration_covariance[0] = -1.0
-        self._output = self.publish_on(Imu, 'imu/data_raw')
+        answer = Imu(angular_velocity=Vector3(x=BLANK, y=BLANK, z=BLANK))
+        answer.header.frame_id = 'imu_link'
+        answer.orientation_covariance[0] = answer.linear_acceleration_covariance[0] = -1.0
+        self._output = self.publish_form(answer, 'imu/data_raw')
         self.listen_to_bytes(Imu, 'ground_truth/imu', self._on_truth)
 
     def configure(self, parameters: GyroParameters) -> None:
@@ -30,10 +31,8 @@ class GyroNode(KhrNode):
     def _on_truth(self, truth: bytes) -> None:
         stamp_ns = wire.clock(truth)
         if self._judge.is_new(stamp_ns):
-            rate = self._answer.angular_velocity
-            rate.x, rate.y, rate.z = self._gyro.update(wire.angular_velocity(truth))
-            restamp(self._answer.header.stamp, stamp_ns)
-        self._output.publish(self._answer)
+            self._output.fill(stamp_ns, self._gyro.update(wire.angular_velocity(truth)))
+        self._output.send()
 
 
 def main() -> int:
