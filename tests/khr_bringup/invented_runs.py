@@ -1,13 +1,13 @@
 """Runs of the shipped experiments whose signals are invented: what is drawn is known."""
 
-from collections.abc import Callable
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
+from khr_balance.gait import Gait
 from khr_bringup.experiments import specification_of
 from khr_bringup.figures import FIGURES
-from khr_bringup.offline import duration
 from khr_bringup.series import Series
 
 WEIGHT = 15.0  # N
@@ -48,24 +48,26 @@ def signals(scenario, seed: int, end: float) -> Series:
     return Series(**{name: pairs.get(name, still) for name in names})
 
 
-def invented(experiment: str, falls: Callable[[object], bool], seeds: int = 2) -> list[Invented]:
-    """Return the runs of an experiment; ``falls`` says of which scenarios they fall."""
+@functools.cache
+def length(gait) -> float:
+    """Return how long a motion lasts, s."""
+    return Gait(gait).duration
+
+
+@functools.cache
+def invented(experiment: str, limit_deg: float, seeds: int = 2) -> list[Invented]:
+    """Return the runs of an experiment, in which the robot falls beyond an inclination."""
     runs = []
     for trial in specification_of(experiment, fast=True).trials('invented'):
         for seed in range(seeds):
-            fell = falls(trial.scenario)
-            end = FELL_AT + 0.5 if fell else duration(trial.scenario)
+            fell = trial.scenario.table('simulator').inclination_deg > limit_deg
+            end = FELL_AT + 0.5 if fell else length(trial.scenario.table('gait'))
             row = {'verdict': 'fell' if fell else 'walked', 'fell_at_s': FELL_AT if fell else None}
             runs.append(Invented(trial.point, seed, row, trial.scenario,
                                  signals(trial.scenario, seed, end)))
     return runs
 
 
-def beyond(limit_deg: float) -> Callable[[object], bool]:
-    """Let the robot fall beyond an inclination."""
-    return lambda scenario: scenario.table('simulator').inclination_deg > limit_deg
-
-
-def runs_for(number: str, falls: Callable[[object], bool]) -> dict[str, list[Invented]]:
+def runs_for(number: str, limit_deg: float) -> dict[str, list[Invented]]:
     """Return runs of all experiments that a figure asks for."""
-    return {name: invented(name, falls) for name in FIGURES[number].experiments}
+    return {name: invented(name, limit_deg) for name in FIGURES[number].experiments}

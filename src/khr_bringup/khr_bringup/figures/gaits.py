@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Mapping
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_balance.gait import Gait
+from khr_balance.gait import Gait, GaitParameters
 from khr_bringup.critical import Condition
 from khr_bringup.experiments import Run, Runs
 from khr_bringup.figures.layout import panels, share_scale
@@ -34,7 +35,12 @@ Walk = tuple[float, Condition]  # inclination in deg, and what was done there
 
 def cycle_of(run: Run) -> tuple[float, float]:
     """Return begin and end of Gait-3 in s."""
-    return Gait(run.scenario.table('gait')).cycle(CYCLE)
+    return _gait(run.scenario.table('gait')).cycle(CYCLE)
+
+
+@functools.cache
+def _gait(parameters: GaitParameters) -> Gait:
+    return Gait(parameters)  # to plan one takes a tenth of a second
 
 
 def rate_of_walk(run: Run) -> tuple[Array, Array]:
@@ -67,8 +73,7 @@ def whole_walk(runs: Mapping[str, Runs]) -> Figure:
     _draw_gait_3(third, flat)
     gait = flat[0].scenario.table('gait')
     for cycle in range(1, gait.cycles + 1):
-        begin, end = (time - gait.start_delay
-                      for time in Gait(gait).cycle(cycle))
+        begin, end = (time - gait.start_delay for time in _gait(gait).cycle(cycle))
         whole.axvspan(begin, end, color='0.85' if cycle == CYCLE else '0.96', zorder=0,
                       linewidth=0.0)
         whole.annotate(f'Gait-{cycle}', (begin, 1.0), xytext=(2, -9), fontsize=7, color='0.4',

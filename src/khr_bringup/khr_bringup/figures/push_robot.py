@@ -11,7 +11,8 @@ from matplotlib.lines import Line2D
 
 from khr_analysis.models.push import DIRECTIONS, simulate_push
 from khr_analysis.models.tipping import Push
-from khr_bringup.figures.layout import panels
+from khr_bringup.figures.layout import head, panels
+from khr_bringup.figures.records import LOOKS
 from khr_bringup.push_model import model_gyro, model_loop, model_push
 from khr_bringup.push_recovery import GYROS, Condition, largest_push, push_robot, stance
 from khr_bringup.push_table import DURATIONS, GAINS
@@ -19,6 +20,7 @@ from khr_bringup.push_table import DURATIONS, GAINS
 SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
 PUSHED = 0.5  # s, the push that the lower panels show; control matters most for it
 SHOWN = 1.6  # s
+CONTROLLED = (12.0, 18.0)  # K_A
 _SIDES = {'behind': 'from behind', 'front': 'from the front'}
 _MARKS = {'packaged': 'o', 'circuit': '^'}
 
@@ -61,6 +63,27 @@ def for_one_duration() -> Figure:
     return side_by_side((PUSHED,), ('packaged',))
 
 
+def with_and_without_control() -> Figure:
+    """Draw x_COM over time with and without control, of the robot beside the model of its body."""
+    force = FATAL * model_push(Condition(duration=PUSHED), 'physical', 'robot')
+    figure, (robot, model) = panels('simulated robot', 'model of its body, physical')
+    for gain, (color, line) in zip((0.0, *CONTROLLED), LOOKS, strict=False):
+        condition = Condition(gain, PUSHED, gyro='circuit')
+        motion = push_robot(condition, force)
+        shown = (motion.time >= 0.0) & (motion.time <= SHOWN)
+        recovery = simulate_push(model_loop(condition, 'physical', 'robot'), Push(force, PUSHED),
+                                 gyro=model_gyro(condition), duration=SHOWN)
+        for axis, time, x_com in ((robot, motion.time[shown], motion.x_com[shown]),
+                                  (model, recovery.time, recovery.x_com)):
+            axis.plot(time, 1e3 * x_com, color=color, linestyle=line, label=f'K_A = {gain:g}')
+    for axis in (robot, model):
+        _show_band(axis)
+        axis.legend(loc='upper right')
+    head(figure, f'Figure 4.11: a push from behind, {force:.2f} N for {PUSHED:g} s, with and '
+         'without control: x_COM against the band (4.7), shaded; beyond 0 it falls')
+    return figure
+
+
 def _impulses(axis: Axes, base: Condition, gyros: Sequence[str], color: str) -> None:
     duration = base.duration
     for gyro in gyros:
@@ -75,7 +98,6 @@ def _impulses(axis: Axes, base: Condition, gyros: Sequence[str], color: str) -> 
 
 
 def _motions(axis: Axes, force: float) -> None:
-    foot = 2e3 * stance().pendulum.half_foot
     for index, (gain, gyro) in enumerate(((0.0, 'packaged'), *((18.0, each) for each in GYROS))):
         condition = Condition(gain, PUSHED, gyro=gyro)
         motion = push_robot(condition, force)
@@ -87,6 +109,12 @@ def _motions(axis: Axes, force: float) -> None:
                           gyro=model_gyro(condition), duration=SHOWN)
     axis.plot(model.time, 1e3 * model.x_com, color=f'C{index}', linestyle='--',
               label=f'model, {name}')
+    _show_band(axis)
+
+
+def _show_band(axis: Axes) -> None:
+    """Shade the band (4.7), and the time of the push."""
+    foot = 2e3 * stance().pendulum.half_foot
     axis.axhspan(-foot / 2.0, 0.0, color='0.93', zorder=0)
     axis.axvspan(0.0, PUSHED, ymax=0.03, color='0.6', zorder=0)
     axis.grid(False)

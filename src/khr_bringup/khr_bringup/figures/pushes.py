@@ -13,11 +13,19 @@ from khr_analysis.models.checks import FORMS
 from khr_analysis.models.push import DIRECTIONS, Gyro, largest_push, simulate_push
 from khr_analysis.models.servo_loop import gain_of_board
 from khr_analysis.models.tipping import Push, PushLoop, tipping_force
-from khr_bringup.figures.layout import TITLES, panels
+from khr_bringup.figures.layout import TITLES, head, panels
+from khr_bringup.figures.records import FALLEN, main_lines
+from khr_bringup.push_model import model_loop
+from khr_bringup.push_recovery import START, Condition, push_robot, stance
+from khr_bringup.series import run_with_series
 from khr_sim.gyro_circuit.baseband import Baseband
 
 LOOP = PushLoop()
 CONTROL = 12.0  # K_A, the thesis's
+LASTING = 1.0  # s, a push that does not end before the robot falls
+SHARES = (0.8, 1.05, 1.5, 2.0, 4.0)  # of m g b/l, which just lifts the heel
+BEYOND = 1.1  # of half a foot, where a curve of the robot ends
+ROBOT_FORCES = (5.0, 8.0)  # N; its foot is longer than the pendulum's
 HALF_FOOT_MM = 1e3 * LOOP.pendulum.half_foot
 _SIDES = {'behind': 'behind', 'front': 'the front'}
 
@@ -28,17 +36,33 @@ def circuit() -> Gyro:
 
 
 def rising_force() -> Figure:
-    """Draw the pitch rate over time for rising forces, without control."""
-    limit = tipping_force(LOOP.pendulum)
-    figure, axes = panels(*(TITLES[form] for form in FORMS), height=3.2)
-    for form, axis in zip(FORMS, axes, strict=True):
-        for share in (0.8, 1.05, 1.5, 2.0, 4.0):
-            run = simulate_push(replace(LOOP, form=form), Push(share * limit), duration=1.0)
-            axis.plot(run.time, np.degrees(run.rate), label=f'F = {share * limit:.2f} N')
+    """Draw the pitch rate over time for rising forces, without control, of models and robot."""
+    condition = Condition(duration=LASTING)
+    thesis, robot = LOOP.pendulum, stance().tipping('behind')[0]
+    figure, axes = panels(
+        f"thesis's model, {TITLES['published']}", f"thesis's model, {TITLES['physical']}",
+        'model of the simulated robot, physical', 'simulated robot', columns=2, height=5.4)
+    loops = (*(replace(LOOP, form=form) for form in FORMS),
+             model_loop(condition, 'physical', 'robot'))
+    for axis, loop, body in zip(axes, loops, (thesis, thesis, robot), strict=False):
+        for share in SHARES:
+            force = share * tipping_force(body)
+            run = simulate_push(loop, Push(force), duration=LASTING)
+            axis.plot(run.time, np.degrees(run.rate), label=f'F = {force:.2f} N')
+    for share in SHARES:
+        force = share * tipping_force(robot)
+        result, series = run_with_series(condition.scenario(force))
+        end = min(START + LASTING, result.outcome.fell_at or np.inf)
+        shown = (series.time >= START) & (series.time <= end)
+        axes[3].plot(series.time[shown] - START, np.degrees(series.pitch_rate[shown]),
+                     label=f'F = {force:.2f} N')
+    for axis in axes:
         axis.set(xlabel='time (s)', ylabel='pitch rate (°/s)')
+        axis.set_xlim(0.0, 1.45 * LASTING)  # room for the legend
         axis.legend(loc='upper right')
-    figure.suptitle('Figure 4.8: a lasting push from behind, no control '
-                    f'(m g b/l = {limit:.2f} N)\ncurves end where the mass passes the toe')
+    head(figure, 'Figure 4.8: the larger a lasting push, the faster the robot tips (no control)',
+         f'forces of {", ".join(f"{share:g}" for share in SHARES)} times m g b/l; '
+         'curves of models end where the mass passes the toe, of the robot at its fall')
     return figure
 
 
@@ -60,22 +84,41 @@ def recovery() -> Figure:
 
 
 def both_directions() -> Figure:
-    """Draw x_COM over time for pushes from both sides, on the flat and on an incline."""
+    """Draw x_COM over time for pushes from both sides: model on flat and incline, and robot."""
     slopes = (0.0, 2.0)
-    figure, axes = panels(*(f'φ = {slope:g}°, physical, K_A = 12' for slope in slopes))
-    for slope, axis in zip(slopes, axes, strict=True):
+    figure, axes = panels(*(f'model, φ = {slope:g}°, physical' for slope in slopes),
+                          'simulated robot, φ = 0°')
+    for slope, axis in zip(slopes, axes, strict=False):
         loop = replace(LOOP, gain=gain_of_board(CONTROL), inclination=math.radians(slope))
         for force in (2.5, 3.3):
             for side, name in zip((1.0, -1.0), DIRECTIONS, strict=True):
                 run = simulate_push(loop, Push(side * force, 0.1), gyro=circuit(), duration=2.0)
                 ankle = side * (1e3 * run.x_com + HALF_FOOT_MM * math.cos(loop.inclination))
                 axis.plot(run.time, ankle, label=f'{force:g} N from {_SIDES[name]}')
-        _band(axis, -HALF_FOOT_MM, HALF_FOOT_MM)
-        axis.set(xlabel='time (s)', ylabel='mass ahead of the ankle (mm)',
-                 ylim=(-2.0 * HALF_FOOT_MM, 1.4 * HALF_FOOT_MM))
-    axes[0].legend(loc='lower right', ncols=2, fontsize=7)
-    figure.suptitle('Figure 4.12: pushes of 0.1 s from both sides; heel to toe shaded')
+        _both_edges(axis, HALF_FOOT_MM)
+    half_foot = 1e3 * stance().pendulum.half_foot
+    for force in ROBOT_FORCES:
+        for side, name in zip((1.0, -1.0), DIRECTIONS, strict=True):
+            motion = push_robot(Condition(CONTROL, 0.1, name, 'circuit'), force)
+            ahead = side * (1e3 * motion.x_com + half_foot)
+            lost = motion.time[np.abs(ahead) > BEYOND * half_foot]
+            shown = (motion.time >= 0.0) & (motion.time < min([2.0, *lost[:1]]))
+            label = f'{force:g} N from {_SIDES[name]}'
+            axes[2].plot(motion.time[shown], ahead[shown], label=label)
+            if motion.fell:
+                axes[2].plot(motion.time[shown][-1:], ahead[shown][-1:], label=f'{label}: fell',
+                             **FALLEN)
+    _both_edges(axes[2], half_foot)
+    head(figure, 'Figure 4.12: pushes of 0.1 s from both sides, K_A = 12',
+         'shaded: from heel to toe; x: it fell')
     return figure
+
+
+def _both_edges(axis: Axes, half_foot: float) -> None:
+    _band(axis, -half_foot, half_foot)
+    axis.set(xlabel='time (s)', ylabel="mass ahead of the foot's middle (mm)",
+             ylim=(-2.4 * half_foot, 1.4 * half_foot))
+    axis.legend(handles=main_lines(axis), loc='lower center', fontsize=7)
 
 
 def largest() -> Figure:

@@ -17,7 +17,7 @@ from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_bringup.critical import Condition
 from khr_bringup.experiments import Run, Runs
-from khr_bringup.figures.gaits import cycle_of, gait_3, name_of, walks_of
+from khr_bringup.figures.gaits import Walk, cycle_of, gait_3, name_of, walks_of
 from khr_bringup.figures.layout import head, panels
 from khr_bringup.figures.records import (
     LOOKS,
@@ -127,8 +127,7 @@ def compare(axis: Axes, grounds: Collection[float], groups: Mapping[Condition, R
         for (of, group), (color, line) in looks:
             draw_seeds(axis, group, pitch, name(of), color=color, linestyle=line)
         axis.set_title(f'{axis.get_title(loc="left")}: all fall')
-        axis.set(xlabel='time from the start of the walk (s)', ylabel='pitch of the torso (°)')
-        seed_legend(axis, loc='upper left', fontsize=7)
+        _label_pitch(axis)
         return
     for (of, group), (color, line) in looks:
         draw_spectra(axis, group, name(of), color=color, linestyle=line)
@@ -213,6 +212,8 @@ def _per_inclination(runs: Mapping[str, Runs], wanted: Callable[[Condition], boo
     """Draw a panel per walk that a seed survived; return the figure and who is missing."""
     walks = {walk: group for walk, group in walks_of(runs).items() if wanted(walk[1])}
     stayed = {walk: group for walk, group in walks.items() if not all(map(fell, group))}
+    if not stayed:
+        return _all_fallen(walks), PITCH
     figure, axes = panels(*map(name_of, stayed), columns=2,
                           height=1.4 + 1.7 * -(-len(stayed) // 2))
     for axis, (walk, group) in zip(axes, stayed.items(), strict=True):
@@ -223,6 +224,19 @@ def _per_inclination(runs: Mapping[str, Runs], wanted: Callable[[Condition], boo
             grounds.setdefault(control(of), []).append(f'{phi:g}°')
     fallen = '; '.join(f'{gains} at {" and ".join(slopes)}' for gains, slopes in grounds.items())
     return figure, f'all seeds fell, so no spectrum: {fallen}' if fallen else ''
+
+
+def _all_fallen(walks: Mapping[Walk, Runs]) -> Figure:
+    figure, (axis,) = panels('all fall', height=4.6)
+    for number, (walk, group) in enumerate(walks.items()):
+        draw_seeds(axis, group, pitch, name_of(walk), color=f'C{number}')
+    _label_pitch(axis)
+    return figure
+
+
+def _label_pitch(axis: Axes) -> None:
+    axis.set(xlabel='time from the start of the walk (s)', ylabel='pitch of the torso (°)')
+    seed_legend(axis, loc='upper left', fontsize=7)
 
 
 def _name_marks(figure: Figure) -> None:
@@ -239,11 +253,10 @@ def _soles(runs: Mapping[str, Runs], of: Condition) -> Figure:
         return done.ankle_gain, done.hip_gain
 
     wanted = [run for run in runs['walk_soles'] if gains_of(run) == (of.ankle_gain, of.hip_gain)]
-    grounds = sorted(grouped(wanted, inclination_deg).items(),
-                     key=lambda item: item[0] == COMMON_DEG)
+    grounds = sorted(grouped(wanted, inclination_deg).items(), reverse=True)
     figure, axes = panels(*(title for phi, _ in grounds
                             for title in (f'φ = {phi:g}°', f'φ = {phi:g}°, slip')),
-                          columns=2, height=5.2)
+                          columns=2, height=7.4)
     for number, (phi, group) in enumerate(grounds):
         by_sole = grouped(group, condition)
         left, right = axes[2 * number:2 * number + 2]
