@@ -5,9 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from contextlib import ExitStack
 from dataclasses import dataclass
-from datetime import timedelta
 from importlib.metadata import version as version_of
 from pathlib import Path
 from platform import python_version
@@ -16,9 +14,11 @@ from typing import TYPE_CHECKING
 from khr_bringup import experiments
 from khr_bringup.critical import limit_of_seed
 from khr_bringup.errors import BringupError
-from khr_bringup.experiments import ROOT, Opened, folder_of, runs_of, shipped
+from khr_bringup.experiments import ROOT, Opened, shipped
 from khr_bringup.figures import FIGURES, draw, drawing_of
 from khr_bringup.jobs import KeptJobs
+from khr_bringup.lines_page import lines_markdown
+from khr_bringup.page.text import duration
 from khr_bringup.pictures import Pictures, reason, runs_by_name
 from khr_bringup.progress import Bar
 from khr_bringup.reproduction import FigureResult, Reproduction
@@ -26,11 +26,13 @@ from khr_bringup.scoreboard import ask_all, board
 from khr_bringup.scoreboard_runs import Bench
 from khr_bringup.sweeps import INTERRUPTED, check_workers, tell_lost
 from khr_bringup.sweeps.version import code_version
+from khr_common import KhrError
 
 if TYPE_CHECKING:
     from distributed import Client
 
 SCOREBOARD = 'scoreboard'
+LINES = 'lines'  # the experiment that the origin of the spectral lines is told from
 MAP = 'map_'  # what the names of experiments begin with that are drawn as stability maps
 SEEDS, TOLERANCE = 3, 0.2  # of the scoreboard; the tolerance is that of each bisection, in deg
 FAST_SEEDS, FAST_TOLERANCE = 1, 0.8
@@ -50,12 +52,14 @@ class Wanted:
         maps: names of experiments that are drawn as stability maps.
         scoreboard: whether the scoreboard is measured.
         fast: whether everything is taken in its quick and coarse form.
+        command: asks for the same.
     """
 
     figures: tuple[str, ...]
     maps: tuple[str, ...]
     scoreboard: bool
     fast: bool
+    command: str
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -77,11 +81,12 @@ def wanted(only: str | None, fast: bool) -> Wanted:
         if name not in every:
             raise BringupError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
     return Wanted(tuple(number for number in FIGURES if number in names),
-                  tuple(name for name in maps if name in names), SCOREBOARD in names, fast)
+                  tuple(name for name in maps if name in names), SCOREBOARD in names, fast,
+                  'khr reproduce' + (f' --only {only}' if only else '') + ' --fast' * fast)
 
 
 def reproduce(out: Path, only: str | None = None, fast: bool = False,
-              workers: int | None = None) -> int:
+              workers: int | None = None, findings: Path | None = None) -> int:
     """Reproduce the thesis, or a part of it; return the exit code.
 
     What has been computed before is not computed again.
@@ -91,18 +96,15 @@ def reproduce(out: Path, only: str | None = None, fast: bool = False,
         only: figures, maps and ``scoreboard``, with commas; everything if left out.
         fast: whether to take the quick and coarse form.
         workers: processes; as many as there are cores by default.
+        findings: file of the findings; ``findings.md`` in the folder by default.
 
     Raises:
         BringupError: if an argument is not accepted or something cannot be written.
         RunError: if the computation could not go on; what is finished is kept.
     """
-    from khr_bringup.page.index import write_index
-
     check_workers(workers)
     began = time.monotonic()
     asked = wanted(only, fast)
-    command = ' '.join(('khr reproduce', *(['--only', only] if only else []),
-                        *(['--fast'] if fast else [])))
     _make(out / 'figures')
     try:
         with experiments.opened(asked.experiments, fast) as sweeps:
@@ -110,23 +112,19 @@ def reproduce(out: Path, only: str | None = None, fast: bool = False,
     except KeyboardInterrupt:
         print('khr: interrupted; repeat the command to go on', file=sys.stderr)
         return INTERRUPTED
-    drawn = [result for result in found.drawn if result.number in FIGURES]
-    contents = Reproduction(
-        drawn, *found.scoreboard, [result for result in found.drawn if result not in drawn],
-        {name: runs_of(folder_of(name, fast)) for name in asked.experiments},
-        {specification.name: specification.seeds or 0 for specification, _ in sweeps},
-        time.monotonic() - began, fast, _versions(), command)
-    page = write_index(out, contents)
-    failed = [result for result in found.drawn if result.error]
-    for result in failed:
-        print(f'khr: {result.number}: {result.error}', file=sys.stderr)
+    contents = _contents(asked, found, began)
+    page = _write(out, findings or out / 'findings.md', contents)
+    failed = [*found.failed, *(f'{each.number}: {each.error}' for each in found.drawn
+                               if each.error)]
+    for text in failed:
+        print(f'khr: {text}', file=sys.stderr)
     if found.lost:
         tell_lost(found.lost)
-    took = timedelta(seconds=round(time.monotonic() - began))
-    runs = sum(map(len, contents.runs.values()))
-    print(f'{page}: {len(found.drawn) - len(failed)} of {len(found.drawn)} figures from {runs} '
-          f'runs; {contents.scoreboard_summary or "no scoreboard"}; {took}')
-    return 1 if failed or found.lost or found.failed else 0
+    drawn = sum(not each.error for each in found.drawn)
+    print(f'{page}: {drawn} of {len(found.drawn)} figures, '
+          f'{sum(map(len, contents.runs.values()))} runs, scoreboard: '
+          f'{contents.scoreboard_summary or "not asked for"}; {duration(contents.seconds)}')
+    return 1 if failed or found.lost else 0
 
 
 def figure(number: str, out: Path, fast: bool) -> list[Path]:
@@ -149,31 +147,31 @@ class Found:
     Attributes:
         drawn: figures, then maps.
         scoreboard: its page and its summary.
+        seeds: by experiment.
         lost: number of runs whose workers died.
-        failed: whether the scoreboard could not be measured.
+        failed: what else went wrong, a line each.
     """
 
     drawn: list[FigureResult]
     scoreboard: tuple[str, str]
+    seeds: dict[str, int]
     lost: int
-    failed: bool
+    failed: list[str]
 
 
 def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Found:
-    """Compute everything on one cluster; what nothing else waits for is handed out first."""
+    """Compute everything on one cluster; what waits for nothing is handed out first."""
     from khr_bringup.sweeps.cluster import connected
 
-    missing = experiments.missing(sweeps)
     drawn = (*asked.figures, *asked.maps)
-    with ExitStack() as stack:
-        bar = stack.enter_context(Bar('reproduce', missing + len(drawn), lines=True))
-        client = stack.enter_context(connected(workers))
-        bench = _bench(client, bar, asked.fast) if asked.scoreboard else None
+    with (Bar('reproduce', experiments.missing(sweeps) + len(drawn), lines=True) as bar,
+          connected(workers) as client):
         pictures = Pictures(client, bar, out, asked.fast)
         for number in asked.figures:
             if not FIGURES[number].experiments:
                 pictures.ask_figure(number)
-        if bench:
+        bench = _bench(client, bar, asked.fast)
+        if asked.scoreboard:
             ask_all(bench)
         lost = experiments.run_on(client, sweeps, bar)
         for number in asked.figures:
@@ -182,13 +180,47 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Fo
         for specification, _ in sweeps:
             if specification.name in asked.maps:
                 pictures.ask_map(specification)
-        scoreboard, failed = ('', ''), False
-        if bench:
-            try:
-                scoreboard = board(bench, explain=not asked.fast)
-            except Exception as error:  # it must not stop the rest
-                scoreboard, failed = ('', f'no scoreboard: {reason(error)}'), True
-        return Found(pictures.results(drawn), scoreboard, lost, failed)
+        scoreboard, failed = _board(bench, asked) if asked.scoreboard else (('', ''), [])
+        return Found(pictures.results(drawn), scoreboard,
+                     {each.name: each.seeds or 0 for each, _ in sweeps}, lost, failed)
+
+
+def _board(bench: Bench, asked: Wanted) -> tuple[tuple[str, str], list[str]]:
+    """Return the scoreboard, and why there is none."""
+    try:
+        return board(bench, explain=not asked.fast), []
+    except Exception as error:  # whatever is wrong with it, the figures are drawn
+        return ('', ''), [f'{SCOREBOARD}: {reason(error)}']
+
+
+def _contents(asked: Wanted, found: Found, began: float) -> Reproduction:
+    runs = runs_by_name(asked.experiments, ROOT, asked.fast)
+    lines = ''
+    if LINES in runs:
+        try:
+            lines = lines_markdown(runs[LINES])
+        except KhrError as error:
+            found.failed.append(f'{LINES}: {error}')
+    return Reproduction(
+        [each for each in found.drawn if each.number in FIGURES], *found.scoreboard,
+        [each for each in found.drawn if each.number not in FIGURES], runs, found.seeds,
+        time.monotonic() - began, asked.fast, _versions(), asked.command, lines)
+
+
+def _write(out: Path, findings: Path, contents: Reproduction) -> Path:
+    """Write findings, scoreboard and page; return the page."""
+    from khr_bringup.page.findings import findings as tell
+    from khr_bringup.page.index import write_index
+
+    try:
+        findings.parent.mkdir(parents=True, exist_ok=True)
+        findings.write_text(tell(contents), encoding='utf-8')
+        if contents.scoreboard:
+            (out / 'scoreboard.md').write_text(contents.scoreboard, encoding='utf-8')
+    except OSError as error:
+        raise BringupError(f'{error.filename}: {error.strerror}; accepted: files that can be '
+                           'written for --out and --findings') from error
+    return write_index(out, contents)
 
 
 def _bench(client: Client, bar: Bar, fast: bool) -> Bench:
