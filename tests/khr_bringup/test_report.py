@@ -106,7 +106,7 @@ def test_changes_while_it_ran_are_listed(tmp_path):
                       ('/push', push()), ('/simulator/state', state(end='duration')))
     text = check_alone(report(folder, None, None)).text
     assert '2.000 ankle_controller.gain 18.0' in text
-    assert '1 pushes came over the topic' in text
+    assert '1 push came over the topic' in text
     assert 'outcome.json is missing' in text
     assert 'no signals' in text
 

@@ -1,6 +1,7 @@
 """The signals of a run against the run itself."""
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -8,7 +9,14 @@ import pytest
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import load
-from khr_bringup.series import Series, run_with_series
+from khr_bringup.series import (
+    SCENARIO_TOPIC,
+    TOPICS,
+    TRUE_RATE,
+    Series,
+    run_with_series,
+    series_of,
+)
 
 WEIGHT = 1.5 * 9.81  # N
 
@@ -55,3 +63,21 @@ def test_signals_survive_being_written(standing, tmp_path: Path):
         (tmp_path / 'run.npz').write_bytes(damaged)
         with pytest.raises(BringupError, match=r'run\.npz: not the signals of a run'):
             Series.load(tmp_path / 'run.npz')
+
+
+@pytest.mark.parametrize('changes', [
+    {}, {('simulator', 'inclination_deg'): -0.5},
+    {('simulator', 'inclination_rate_deg_s'): 1.0},
+    {('simulator', 'inclination_rate_deg_s'): -1.0, ('simulator', 'level_start'): False}])
+def test_inclination_that_no_topic_tells_follows_from_the_scenario(changes):
+    scenario = load('lift_3.8deg').changed({('simulator', 'duration'): 0.6} | changes)
+    _, run = run_with_series(scenario)
+    messages = {topic: [] for topic in TOPICS}
+    messages[TRUE_RATE] = [(round(time * 1e9), (0.0, 1.0, 0.0)) for time in run.time]
+    assert np.isnan(series_of(messages).inclination).all()
+    messages[SCENARIO_TOPIC] = [SimpleNamespace(data=scenario.to_yaml())]
+    read = series_of(messages)
+    np.testing.assert_allclose(read.inclination, run.inclination, atol=1e-9)
+    assert (read.pitch_rate == 1.0).all()
+    assert np.isnan(read.pitch).all() and np.isnan(read.slip).all()
+    assert read.foot_force.shape == (len(run.time), 4) and np.isnan(read.foot_force).all()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -18,6 +18,7 @@ from khr_bringup.scenario import Scenario
 from khr_bringup.series import Array, Series, series_of_bag
 
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
+GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
 
@@ -45,6 +46,9 @@ SIGNALS = (
     Signal(CORRECTIONS, 'ankle', 'deg', lambda s: np.degrees(s.correction[:, 0])),
     Signal(CORRECTIONS, 'hip', 'deg', lambda s: np.degrees(s.correction[:, 1])),
     Signal('Slip of the loaded soles, summed', '', 'mm', lambda s: 1000.0 * s.slip),
+    Signal(GROUND, 'true', 'deg', lambda s: np.degrees(s.inclination)),
+    Signal(GROUND, 'read back', 'deg', lambda s: np.degrees(s.read_inclination)),
+    Signal(STAGE, '', '', lambda s: s.stage),
 )
 
 
@@ -63,6 +67,13 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
             draw_signals(axis, series, [one for one in SIGNALS if one.group == group])
         draw_spectra(lines, {'': third_cycle(series, scenario)})
         figure.savefig(path)
+
+
+def signals_of(runs: Iterable[Series]) -> list[Signal]:
+    """Return the signals that tell something of runs, foot by foot."""
+    staged = any(series.stage.any() for series in runs)
+    return [one for one in SIGNALS
+            if one.group != FEET and (staged or one.group not in (GROUND, STAGE))]
 
 
 def draw_signals(axis: Axes, series: Series, signals: list[Signal]) -> None:

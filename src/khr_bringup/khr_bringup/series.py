@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, fields
 from functools import partial
-from math import atan2
+from math import atan2, radians
 from operator import itemgetter
 from pathlib import Path
 from types import SimpleNamespace
@@ -23,7 +23,7 @@ from khr_bringup.offline import Controllers, OfflineResult, run_offline
 from khr_bringup.scenario import Scenario, parse
 from khr_common import wire
 from khr_sim.truth import Truth
-from khr_sim.world import TILTING_SPEED
+from khr_sim.world import STEEPEST, TILTING_SPEED
 
 Array = NDArray[np.float64]
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
@@ -151,18 +151,16 @@ def series_of(messages: Messages) -> Series:
     way = [_way(monitor, time, {topic: found.get(time) for topic, found in by_time.items()})
            for time in times]
     distance, slip = np.array(way, dtype=np.float64).reshape(-1, 2).T
-    signals = {
-        'time': np.array(times, dtype=np.float64) / 1e9,
-        'inclination': _inclination(times, messages, scenario),
-        'pitch': column(POSE, lambda pose: _pitch(*pose[3:])),
-        'pitch_rate': column(TRUE_RATE, itemgetter(1)),
-        'gyro_rate': column(GYRO_RATE, itemgetter(1)),
-        'contact_force': columns(CONTACTS, 2), 'foot_force': columns(FORCES, 2),
-        'correction': columns(CORRECTIONS, 0),
-        'stage': np.nan_to_num(column(STAGE, itemgetter(0))),
-        'read_inclination': np.nan_to_num(column(STAGE, itemgetter(1))),
-        'distance': distance, 'slip': slip}
-    return Series(**{each.name: signals[each.name] for each in fields(Series)})
+    seconds = np.array(times, dtype=np.float64) / 1e9
+    return Series(
+        time=seconds, inclination=_inclination(seconds, messages, scenario),
+        pitch=column(POSE, lambda pose: _pitch(*pose[3:])),
+        pitch_rate=column(TRUE_RATE, itemgetter(1)), gyro_rate=column(GYRO_RATE, itemgetter(1)),
+        contact_force=columns(CONTACTS, 2), foot_force=columns(FORCES, 2),
+        correction=columns(CORRECTIONS, 0),
+        stage=np.nan_to_num(column(STAGE, itemgetter(0))),
+        read_inclination=np.nan_to_num(column(STAGE, itemgetter(1))),
+        distance=distance, slip=slip)
 
 
 def scenario_in(messages: Messages) -> Scenario:
@@ -188,18 +186,20 @@ def _way(monitor: OutcomeMonitor, time: int, heard: dict[str, Any]) -> tuple[flo
     return outcome.distance, outcome.slip_distance
 
 
-def _inclination(times: list[int], messages: Messages, scenario: Scenario) -> Array:
-    """Return the inclination, rad, which is on no topic; NaN if it grew or was changed."""
+def _inclination(time: Array, messages: Messages, scenario: Scenario) -> Array:
+    """Return the inclination, rad, which is on no topic: the law of the world, World.advance.
+
+    Without a scenario, or if the inclination was changed during the run, it is NaN.
+    """
     simulator = scenario.table('simulator')
     changed = any(each.parameter.startswith('inclination')
                   for each in changes(messages[EVENT_TOPIC]))
-    goal = np.radians(simulator.inclination_deg)
-    if changed or simulator.inclination_rate_deg_s or not messages[SCENARIO_TOPIC]:
-        return np.full(len(times), np.nan)
-    if not simulator.level_start:
-        return np.full(len(times), goal)
-    tilted = TILTING_SPEED * np.array(times, dtype=np.float64) / 1e9
-    return np.asarray(np.copysign(np.minimum(tilted, abs(goal)), goal))
+    if changed or not messages[SCENARIO_TOPIC]:
+        return np.full(time.shape, np.nan)
+    rate = radians(simulator.inclination_rate_deg_s)
+    goal = np.clip(radians(simulator.inclination_deg) + rate * time, -STEEPEST, STEEPEST)
+    reach = (TILTING_SPEED + abs(rate)) * time if simulator.level_start else np.inf
+    return np.asarray(np.clip(goal, -reach, reach))
 
 
 def _pitch(x: float, y: float, z: float, w: float) -> float:

@@ -12,7 +12,7 @@ from markupsafe import Markup, escape
 from khr_bringup.experiments import Runs
 from khr_bringup.page.board import counts, judged
 from khr_bringup.page.html import Section, data_uri, markdown, part, write_page
-from khr_bringup.page.text import duration
+from khr_bringup.page.text import count, duration
 from khr_bringup.reproduction import FigureResult, Reproduction
 
 TITLE = 'Balanced walking of the KHR-3HV on an incline, reproduced'
@@ -34,7 +34,10 @@ def write_index(out: Path, contents: Reproduction) -> Path:
     Raises:
         BringupError: if the file cannot be written.
     """
-    sections = [_verdict(contents), _scoreboard(contents, out), _figures(contents, out)]
+    sections = [_verdict(contents)]
+    if contents.scoreboard:
+        sections.append(Section('Scoreboard', markdown(contents.scoreboard, out)))
+    sections.append(_figures(contents, out))
     if contents.maps:
         sections.append(Section('Stability maps', _all(contents.maps, out)))
     if contents.lines:
@@ -50,28 +53,21 @@ def _lead(contents: Reproduction) -> list[str]:
         'Dutta (2021), Study of Dynamic Control for Balanced Walking of Humanoid Robots, stood '
         'and walked a robot of 1.5 kg on an incline, held up by its ankles and hips.',
         'Here a simulated robot does the same, and every number on its side is measured: '
-        f'{len(drawn)} figures, {runs} runs in {len(contents.runs)} experiments, in '
-        f'{duration(contents.seconds)}.']
+        f'{count(len(drawn), "figure")}, {count(runs, "run")} in '
+        f'{count(len(contents.runs), "experiment")}, in {duration(contents.seconds)}.']
     if contents.fast:
         return [*lines, 'This is the quick form: fewer seeds and points, so coarser limits.']
     return [*lines, 'What misses the thesis is shown like what agrees with it.']
 
 
 def _verdict(contents: Reproduction) -> Section:
-    if not contents.scoreboard:
-        return Section('Verdict at a glance', part('paragraphs', [
-            'The scoreboard was not asked for.']))
-    body = part('paragraphs', [f'{contents.scoreboard_summary.rstrip(".")}.'])
+    summary = contents.scoreboard_summary or 'The scoreboard was not asked for'
+    body = part('paragraphs', [f'{summary.rstrip(".")}.'])
+    body += part('verdicts', counts(judged(contents.scoreboard)))
     failed = [f'{figure.number}: {figure.error}' for figure in (*contents.figures, *contents.maps)
               if figure.error]
-    return Section('Verdict at a glance', body
-                   + part('verdicts', counts(judged(contents.scoreboard)))
-                   + part('notes', [f'could not be drawn: {each}' for each in failed]))
-
-
-def _scoreboard(contents: Reproduction, out: Path) -> Section:
-    text = contents.scoreboard or 'Not measured: `khr scoreboard` does it.'
-    return Section('Scoreboard', markdown(text, out))
+    return Section('Verdict at a glance', body + part(
+        'notes', [f'could not be drawn: {each}' for each in failed]))
 
 
 def _figures(contents: Reproduction, out: Path) -> Section:

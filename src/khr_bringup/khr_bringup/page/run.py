@@ -19,13 +19,13 @@ from markupsafe import Markup
 from khr_bringup.figures import STYLE
 from khr_bringup.figures.layout import panels
 from khr_bringup.page.html import Section, data_uri, part, write_page
+from khr_bringup.page.text import count
 from khr_bringup.run_figure import (
-    FEET,
-    SIGNALS,
     draw_overlay,
     draw_signals,
     draw_spectra,
     draw_spectrogram,
+    signals_of,
     spectrogram,
     third_cycle,
 )
@@ -95,17 +95,16 @@ def _signals(found: Sequence[Found]) -> Markup:
             if run.series is not None}
     if not runs:
         return part('paragraphs', ['None were kept.'])
-    body = Markup()
+    body, shown = Markup(), signals_of(runs.values())
     if len(found) == 1:
         series, = runs.values()
-        for group in dict.fromkeys(one.group for one in SIGNALS if one.group != FEET):
+        for group in dict.fromkeys(one.group for one in shown):
             body += _picture(group, 2.1, draw_signals, series,
-                             [one for one in SIGNALS if one.group == group])
+                             [one for one in shown if one.group == group])
     else:
-        for one in SIGNALS:
+        for one in shown:
             title = f'{one.group}: {one.name}' if one.name else one.group
-            if one.group != FEET:
-                body += _picture(title, 2.1, draw_overlay, runs, one)
+            body += _picture(title, 2.1, draw_overlay, runs, one)
     for name, series in runs.items():
         body += Markup('<p><a download="signals.csv" href="{}">Signals of {} as a table (CSV)'
                        '</a></p>').format(data_uri(_table(series), 'text/csv'), name)
@@ -157,7 +156,8 @@ def _parameters(found: Sequence[Found]) -> Markup:
         body += (part('table', ('time, s', f'parameter of {name}', 'set to'), changed) if changed
                  else part('paragraphs', [f'None are recorded of {name}.']))
         if run.pushes:
-            body += part('paragraphs', [f'{run.pushes} pushes came over the topic to {name}.'])
+            body += part('paragraphs', [f'{count(run.pushes, "push", "pushes")} came over the '
+                                        f'topic to {name}.'])
     return body
 
 
