@@ -1,4 +1,7 @@
-"""Run all benchmarks: ``python -m tests.benchmarks``, or ``make bench``."""
+"""Run all benchmarks: ``python -m tests.benchmarks``, or ``make bench``.
+
+The options are those of bench_graph; ``--write docs/performance.md`` writes its report.
+"""
 
 from tests.benchmarks import bench_graph, bench_gyro_circuit, bench_models
 

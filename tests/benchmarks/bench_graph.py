@@ -1,6 +1,7 @@
 """Time the graph against the physics alone, in one run: ratios, latency, start-up, memory.
 
-``python -m tests.benchmarks.bench_graph [--repeats N] [--json FILE] [--write FILE]``
+``python -m tests.benchmarks.bench_graph [--repeats N] [--standing S] [--json FILE]
+[--write FILE]``
 
 Times on a shared machine are noisy. Every round runs every case, and the ratios within a round
 are what counts.
@@ -16,6 +17,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterable
+from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -26,67 +28,89 @@ from khr_bringup import scenario as scenarios
 from khr_bringup.offline import Controllers, run_offline
 from khr_sim.engine import bullet
 from khr_sim.plant import Plant
+from khr_sim.truth import Truth
 
 SCENARIO = 'walk_0deg'
 SECONDS = 6.0  # simulated
+SHORT = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
 REPEATS = 3
 STANDING = 300.0  # s simulated, over which memory may grow
 WINDOW = 0.3, 0.9  # share of the standing between which growth counts: settled, not yet closing
 KHR = [sys.executable, '-m', 'khr_bringup.command', 'run']
 
+FACTORS = 'factor', 'by computing time'
+
 Figures = dict[str, float]
 
 
-def steps_of_the_run() -> float:
-    """Return simulated by wall time of the physics steps of an offline run, without the rest."""
-    spent = 0.0
+@cache
+def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
+    """Return the twin's joints, its torques on them in every step, and where they end, rad."""
+    joints, torques, positions = [], [], []
     real = khr_sim.world.bullet
 
-    def step(client: int) -> None:
-        nonlocal spent
-        start = time.perf_counter()
-        real.stepSimulation(client)
-        spent += time.perf_counter() - start
+    def motors(*arguments: object, **options: object) -> None:
+        if arguments[2] == real.TORQUE_CONTROL:
+            joints[:] = arguments[1]
+            torques.append(options['forces'])
+        real.setJointMotorControlArray(*arguments, **options)
 
-    khr_sim.world.bullet = SimpleNamespace(**{**vars(real), 'stepSimulation': step})
-    scenario = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
+    khr_sim.world.bullet = SimpleNamespace(
+        **{**vars(real), 'setJointMotorControlArray': motors})
     try:
-        result = run_offline(scenario)
+        run_offline(SHORT, lambda truth, _: positions.append(truth.joint_position.tolist()))
     finally:
         khr_sim.world.bullet = real
-    return result.time / spent
+    return joints, torques, positions[-1]
 
 
-def held() -> float:
-    """Return simulated by wall time of stepSimulation alone, the robot held by the engine."""
-    scenario = scenarios.load(SCENARIO)
-    plant = Plant(scenario.table('simulator'))
-    plant.start(Controllers(scenario).reference(0.0))
-    world = plant.world
-    joints = [i for i in range(bullet.getNumJoints(world.body, world.client))
-              if bullet.getJointInfo(world.body, i, world.client)[2] == bullet.JOINT_REVOLUTE]
-    held = [bullet.getJointState(world.body, i, world.client)[0] for i in joints]
-    bullet.setJointMotorControlArray(world.body, joints, bullet.POSITION_CONTROL,
-                                     targetPositions=held, physicsClientId=world.client)
-    steps = round(SECONDS / plant.parameters.physics_step)
-    start = time.perf_counter()
-    for _ in range(steps):
-        bullet.stepSimulation(world.client)
-    factor = SECONDS / (time.perf_counter() - start)
-    world.close()
-    return factor
+def plain(motors: bool) -> Figures:
+    """Return the real-time factor of a plain PyBullet loop: set all joints, step, read them.
+
+    It does nothing else: no contacts, no torso, no servo, no board, no sensor, no control. The
+    world, the robot and its start are the twin's. Without the engine's motors it sets the torques
+    that the twin reckoned, so that its motion and contacts are the twin's, which it checks; with
+    them it holds the joints where they stand.
+    """
+    joints, torques, end = twin_torques()
+    plant = Plant(SHORT.table('simulator'))
+    plant.start(Controllers(SHORT).reference(0.0))
+    body, client = plant.world.body, plant.world.client
+    held = [bullet.getJointState(body, i, client)[0] for i in joints]
+    control, key = ((bullet.POSITION_CONTROL, 'targetPositions') if motors else
+                    (bullet.TORQUE_CONTROL, 'forces'))
+    began = clocks()
+    for torque in torques:
+        bullet.setJointMotorControlArray(body, joints, control, physicsClientId=client,
+                                         **{key: held if motors else torque})
+        bullet.stepSimulation(client)
+        states = bullet.getJointStates(body, joints, client)
+    figures = factors(len(torques) * plant.parameters.physics_step, began)
+    plant.world.close()
+    assert motors or [state[0] for state in states] == end
+    return figures
 
 
-def offline() -> float:
-    """Return the real-time factor of the offline twin."""
-    scenario = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
-    began = [0.0]
+def clocks() -> tuple[float, float]:
+    """Return wall time and the time that this thread has computed, s."""
+    return time.perf_counter(), time.thread_time()
 
-    def watch(truth: object, _: object) -> None:
+
+def factors(simulated: float, began: tuple[float, float]) -> Figures:
+    """Return simulated time by wall time and by computing time since ``began``."""
+    wall, computed = (now - then for now, then in zip(clocks(), began, strict=True))
+    return {'factor': simulated / wall, 'by computing time': simulated / computed}
+
+
+def offline() -> Figures:
+    """Return the real-time factor of the offline twin, from its first instant on."""
+    began = (0.0, 0.0)
+
+    def watch(truth: Truth, _: object) -> None:
+        nonlocal began
         if truth.step == 0:
-            began[0] = time.perf_counter()
-    result = run_offline(scenario, watch)
-    return result.time / (time.perf_counter() - began[0])
+            began = clocks()
+    return factors(run_offline(SHORT, watch).time, began)
 
 
 def graph(*options: str) -> Figures:
@@ -121,12 +145,13 @@ def run_khr(scenario: str, seconds: float, out: Path, *options: str) -> dict[str
     return memory
 
 
-def growth() -> Figures:
-    """Return by how many MiB each process grows in an hour of simulated standing."""
+def growth(seconds: float) -> Figures:
+    """Return by how many MiB each process grows in an hour, from so long a simulated standing."""
+    tell(f'memory: {seconds:g} s of standing')
     with tempfile.TemporaryDirectory() as folder:
-        memory = run_khr('stand_0deg', STANDING, Path(folder) / 'run', '--processes',
+        memory = run_khr('stand_0deg', seconds, Path(folder) / 'run', '--processes',
                          '--no-record')
-    hours = (WINDOW[1] - WINDOW[0]) * STANDING / 3600.0
+    hours = (WINDOW[1] - WINDOW[0]) * seconds / 3600.0
     return {name: (sizes[round(WINDOW[1] * len(sizes))] - sizes[round(WINDOW[0] * len(sizes))])
             / hours for name, sizes in sorted(memory.items())}
 
@@ -146,11 +171,11 @@ def bag_figures(folder: Path) -> Figures:
                if latest.get(key)}}
 
 
-RAW, TWIN = 'physics steps of the run alone', 'offline twin'
+RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
 CASES: dict[str, Callable[[], Figures]] = {
-    RAW: lambda: {'factor': steps_of_the_run()},
-    "physics steps, held by the engine's motors": lambda: {'factor': held()},
-    TWIN: lambda: {'factor': offline()},
+    RAW: lambda: plain(motors=False),
+    MOTORS: lambda: plain(motors=True),
+    TWIN: offline,
     'one process': lambda: graph('--one-process', '--no-record'),
     'one process, recorded': lambda: graph('--one-process'),
     'nine processes': lambda: graph('--processes', '--no-record'),
@@ -158,36 +183,51 @@ CASES: dict[str, Callable[[], Figures]] = {
     'one process, realtime': lambda: graph('--one-process', '--realtime'),
     'nine processes, realtime': lambda: graph('--processes', '--realtime'),
 }
-AGAINST = [(TWIN, RAW, '90 %'), (TWIN, "physics steps, held by the engine's motors", '90 %'),
-           ('one process', TWIN, '80 %'),
-           ('one process, recorded', 'one process', '85 %'), ('nine processes', TWIN, '60 %'),
-           ('nine processes, recorded', 'nine processes', '85 %')]
+WALL, COMPUTING = FACTORS
+AGAINST = [(TWIN, RAW, '90 %', WALL), (TWIN, RAW, '90 %', COMPUTING),
+           (TWIN, MOTORS, '90 %', WALL), (TWIN, MOTORS, '90 %', COMPUTING),
+           ('one process', TWIN, '80 %', WALL),
+           ('one process, recorded', 'one process', '85 %', WALL),
+           ('nine processes', TWIN, '60 %', WALL),
+           ('nine processes, recorded', 'nine processes', '85 %', WALL)]
 
 
 def measure(repeats: int) -> dict[str, list[Figures]]:
     """Run every case so often, a round of all at a time."""
     runs: dict[str, list[Figures]] = {name: [] for name in CASES}
-    for _ in range(repeats):
+    for number in range(repeats):
         for name, case in CASES.items():
+            tell(f'round {number + 1} of {repeats}: {name}')
             runs[name].append(case())
     return runs
 
 
-def report(runs: dict[str, list[Figures]], grown: Figures) -> str:
+def tell(text: str) -> None:
+    """Say on standard error what is under way."""
+    print(f'{time.strftime("%X")} {text}', file=sys.stderr, flush=True)
+
+
+def report(runs: dict[str, list[Figures]], grown: Figures, standing: float) -> str:
     """Return the figures as Markdown: ratios first, then what depends on the machine more."""
     lines = [
         '# Performance', '',
-        f'Generated by `python -m tests.benchmarks.bench_graph --write docs/performance.md`: '
+        f'Generated by `python -m tests.benchmarks --write docs/performance.md`: '
         f'`{SCENARIO}`, {SECONDS:g} simulated seconds, {len(runs[TWIN])} round(s) of all cases; '
-        'physics step 1 ms, control period 15 ms. Steps per second of wall time as a ratio within '
-        'a round, so that the machine and most of its load cancel; on a machine with other work '
-        'the spread is wide.', '',
-        '| steps per second of | against | goal | least | median | most |',
-        '|---|---|---|---|---|---|']
-    for name, base, goal in AGAINST:
-        lines.append(f'| {name} | {base} | {goal} | ' + ' | '.join(
+        'physics step 1 ms, control period 15 ms. Steps per second of wall time, or of the time '
+        'that the process computed, as a ratio within a round, so that the machine and most of '
+        'its load cancel; on a machine with other work the spread is wide.', '',
+        'The plain loop sets all 17 joints in one array call, calls stepSimulation and reads the '
+        '17 joint states, and nothing else: no contacts, torso, servos, board, sensors or '
+        "control. World, robot and start are the twin's. It replays the torques that the twin "
+        "reckoned, so its motion and contacts are the twin's, bit for bit; with the engine's "
+        'motors, it holds the joints by POSITION_CONTROL.', '',
+        '| steps per second of | against | clock | goal | least | median | most |',
+        '|---|---|---|---|---|---|---|']
+    for name, base, goal, clock in AGAINST:
+        kind = 'wall' if clock == WALL else 'computing'
+        lines.append(f'| {name} | {base} | {kind} | {goal} | ' + ' | '.join(
             f'{value:.0%}' for value in spread(
-                mine['factor'] / other['factor'] for mine, other
+                mine[clock] / other[clock] for mine, other
                 in zip(runs[name], runs[base], strict=True))) + ' |')
     lines += ['', 'Simulated by wall time, here and then:', '',
               '| case | least | median | most |', '|---|---|---|---|']
@@ -198,12 +238,12 @@ def report(runs: dict[str, list[Figures]], grown: Figures) -> str:
               'the bag, messages lost, and time from a sample to its correction (ms):', '']
     for name, each in runs.items():
         rest = {key: round(statistics.median(run[key] for run in each if key in run), 2)
-                for key in each[0] if key != 'factor'}
+                for key in each[0] if key not in FACTORS}
         if rest:
             lines.append(f'- {name}: ' + ', '.join(f'{key} {value:g}'
                                                    for key, value in rest.items()))
     if grown:
-        lines += ['', f'Growth of memory, MiB in an hour of simulated time, from {STANDING:g} '
+        lines += ['', f'Growth of memory, MiB in an hour of simulated time, from {standing:g} '
                   's of standing: ' + ', '.join(f'{name} {each:+.1f}'
                                                 for name, each in grown.items()) + '.']
     return '\n'.join(lines) + '\n'
@@ -218,12 +258,15 @@ def spread(values: Iterable[float]) -> tuple[float, float, float]:
 def main() -> None:
     """Measure, print the report, write it and the raw figures where asked to."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--repeats', type=int, default=REPEATS)
+    parser.add_argument('--repeats', type=int, default=REPEATS, help='rounds of all cases')
+    parser.add_argument('--standing', type=float, default=STANDING,
+                        help='simulated s over which memory may grow; 0 leaves it out')
     parser.add_argument('--json', type=Path)
     parser.add_argument('--write', type=Path)
     options = parser.parse_args()
-    runs, grown = measure(options.repeats), growth()
-    text = report(runs, grown)
+    runs = measure(options.repeats)
+    grown = growth(options.standing) if options.standing else {}
+    text = report(runs, grown, options.standing)
     print(text)
     if options.json:
         options.json.write_text(json.dumps({'runs': runs, 'growth': grown}, indent=2) + '\n')
