@@ -12,6 +12,7 @@ from khr_analysis.recording import SCENARIO_TOPIC, Recording
 from khr_bringup import scenario as scenarios
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
+from khr_bringup.sweeps.version import MARK, code_version
 from khr_bringup.verify import read, verify
 from tests.graph.conftest import khr
 
@@ -79,6 +80,8 @@ def test_a_real_recorded_run_is_repeated_bit_for_bit(tmp_path, capsys):
     assert run.code == 0, run.err
     assert verify(run.folder) == 0
     out = capsys.readouterr().out.splitlines()
+    assert read(run.folder).scenario.title  # which the line with the version does not replace
+    assert f'{MARK}{code_version()}\n' in (run.folder / 'scenario.yaml').read_text()
     assert out[1:] == [f'recorded {run.hash}', f'repeated {run.hash}', 'same']
 
 
@@ -132,7 +135,7 @@ def test_a_run_against_the_wall_clock_is_not_repeated(tmp_path, result):
     (SCENARIO.to_yaml().replace('noise:', 'hiss:'), 'hiss'),
     (SCENARIO.to_yaml().replace('    stretch_knee: 75\n', ''), 'simulator.stretch_knee'),
     (SCENARIO.to_yaml().replace('motion: stand', 'motion: jump'), 'jump'),
-    ('not: [yaml', 'YAML')])
+    ('not: [yaml', 'YAML'), (f'{SCENARIO.to_yaml()}{MARK}0123456789abcdef\n', '0123456789abcdef')])
 def test_another_version_s_scenario_is_told(tmp_path, result, text, says):
     found = refused(make_bag(tmp_path, text, end(result)))
     assert 'another version of the project' in found and says in found

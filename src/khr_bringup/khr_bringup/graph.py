@@ -15,6 +15,7 @@ from khr_bringup.domain import RunEntry
 from khr_bringup.errors import RunError
 from khr_bringup.processes import Processes
 from khr_bringup.scenario import Scenario
+from khr_bringup.sweeps.version import MARK, code_version
 from khr_bringup.tables import TABLES
 
 START_TIMEOUT = 30.0  # s of wall time for nodes to appear; a loaded machine is slow, not broken
@@ -83,7 +84,7 @@ def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool
             is stopped and the bag closed.
     """
     parameters = folder / 'scenario.yaml'
-    parameters.write_text(scenario.to_yaml(), encoding='utf-8')
+    parameters.write_text(f'{scenario.to_yaml()}{MARK}{code_version()}\n', encoding='utf-8')
     os.environ.update(entry.environment())
     nodes = nodes_of(scenario, record)
     processes = Processes(entry.environment(), folder / 'log')

@@ -13,6 +13,7 @@ SOURCES = (('khr_common', '**/*.py'), ('khr_sim', '**/*.py'), ('khr_sim', '**/*.
            ('khr_balance', '**/*.py'), ('khr_analysis', 'outcome.py'),
            ('khr_bringup', 'offline.py'), ('khr_bringup', 'series.py'))
 LIBRARIES = ('numpy', 'pybullet')
+MARK = '# code version '  # begins the line that tells it at the end of a scenario as run
 
 
 @cache
