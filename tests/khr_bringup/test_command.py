@@ -24,6 +24,8 @@ def khr(monkeypatch, capsys, *arguments):
     (['run', 'walk_0deg', '--domain', '900'], ['--domain', '900', '1 to 99']),
     (['set', 'gait', 'stride', '{'], ['gait.stride', 'YAML']),
     (['figure', '9.9'], ['9.9', '3.8']),
+    (['reproduce', '--only', '3.8,9.9'], ['--only', '9.9', '3.8', 'map_walk_ka', 'scoreboard']),
+    (['reproduce', '--workers', '0'], ['--workers', '0']),
 ])
 def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
     monkeypatch.chdir(tmp_path)

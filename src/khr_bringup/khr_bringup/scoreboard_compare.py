@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from math import degrees, isnan, nan
+from math import degrees, isfinite, isnan, nan
 
 import numpy as np
 
@@ -44,9 +44,10 @@ def limit_rows(limits: dict[Condition, Limit]) -> list[Row]:
     for row in LIMITS:
         limit = limits[row.condition]
         difference = limit.mean - row.thesis_deg
+        within = f' +- {limit.half_width:.2f}' if isfinite(limit.half_width) else ' (one seed)'
         rows.append(Row(
             (row.where, row.condition.title, f'{row.thesis_deg:g}',
-             f'{limit.mean:.2f} +- {limit.half_width:.2f}; below it '
+             f'{limit.mean:.2f}{within}; below it '
              f'{limit.slipped:.0%} slip, {limit.vibrated:.0%} vibrate'),
             kind(row.fitted), f'{difference:+.2f}', abs(difference) <= TOLERANCE_DEG))
     return rows
