@@ -5,6 +5,7 @@ The one module of this package that needs ROS.
 
 from __future__ import annotations
 
+import gc
 import signal
 import sys
 import time
@@ -302,6 +303,8 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
         for factory in factories:
             nodes.append(factory())
             executor.add_node(nodes[-1])
+        gc.collect()
+        gc.freeze()  # a search for garbage through all that is loaded would outlast a period
         while not turn.interrupted and not any(node.failure for node in nodes):
             turn.take(executor)
         for node in nodes:
