@@ -10,7 +10,10 @@ from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import load
 from khr_bringup.series import (
+    CONTACTS,
+    POSE,
     SCENARIO_TOPIC,
+    SOLES,
     TOPICS,
     TRUE_RATE,
     Series,
@@ -81,3 +84,19 @@ def test_inclination_that_no_topic_tells_follows_from_the_scenario(changes):
     assert (read.pitch_rate == 1.0).all()
     assert np.isnan(read.pitch).all() and np.isnan(read.slip).all()
     assert read.foot_force.shape == (len(run.time), 4) and np.isnan(read.foot_force).all()
+
+
+def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
+    times = [0, 15_000_000, 30_000_000]
+    upright, rate = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0), (0.0, 0.1, 0.0)
+    messages = {topic: [] for topic in TOPICS}
+    messages[TRUE_RATE] = [(time, (0.0, np.nan, 0.0) if time == times[1] else rate)
+                           for time in times]
+    messages[POSE] = [(time, upright) for time in times]
+    messages[SOLES] = [(time, [(0.0, y, 0.0, 0.0, 0.0, 0.0, 1.0) for y in (0.05, -0.05)])
+                       for time in times]
+    for topic in CONTACTS:
+        messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
+    read = series_of(messages)
+    np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
+    np.testing.assert_array_equal(read.pitch, 0.0)

@@ -115,7 +115,7 @@ def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
     """Draw amplitude over time, the middle of each window, and frequency."""
     image = axis.pcolormesh([0.5 * (one.start + one.end) for one in windows],
                             windows[0].frequency, np.array([one.amplitude for one in windows]).T,
-                            shading='nearest', cmap='viridis', rasterized=True)
+                            shading='nearest', cmap='viridis', vmin=0.0)
     axis.figure.colorbar(image, ax=axis, label='amplitude, rad/s')
     length = windows[0].end - windows[0].start
     axis.set(xlabel=f'time, s (the middle of {length:.2f} s)', ylabel='frequency, Hz')

@@ -15,6 +15,7 @@ from zipfile import BadZipFile
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import OutcomeMonitor
 from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup.bags import EVENT_TOPIC, Messages, changes, read_messages
@@ -174,7 +175,7 @@ def scenario_in(messages: Messages) -> Scenario:
 
 
 def _way(monitor: OutcomeMonitor, time: int, heard: dict[str, Any]) -> tuple[float, float]:
-    """Return distance and slip, m, at an instant; NaN if not all that it takes was heard."""
+    """Return distance and slip, m, at an instant; NaN if what it takes is not there or damaged."""
     if any(heard[topic] is None for topic in (POSE, TRUE_RATE, SOLES, *CONTACTS)):
         return np.nan, np.nan
     pose, soles = heard[POSE], heard[SOLES]
@@ -182,7 +183,10 @@ def _way(monitor: OutcomeMonitor, time: int, heard: dict[str, Any]) -> tuple[flo
         stamp_ns=time, position=pose[:3], orientation=pose[3:], angular_rate=heard[TRUE_RATE],
         contact_force=[heard[topic] for topic in CONTACTS],
         sole_position=[sole[:3] for sole in soles], sole_orientation=[sole[3:] for sole in soles])
-    outcome = monitor.update(seen)
+    try:
+        outcome = monitor.update(seen)
+    except AnalysisError:
+        return np.nan, np.nan
     return outcome.distance, outcome.slip_distance
 
 
