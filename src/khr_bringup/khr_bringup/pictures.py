@@ -63,7 +63,8 @@ class Pictures:
              *arguments: Any) -> None:
         for path in (result.image, result.table):
             path.unlink(missing_ok=True)  # of an earlier reproduction
-        future = self._client.submit(_timed, function, *arguments, pure=False)
+        future = self._client.submit(_timed, function, *arguments, pure=False,
+                                     priority=1)  # some take long: not last
         future.add_done_callback(lambda _: self._bar.advance())
         self._futures[result.number] = result, future
 
