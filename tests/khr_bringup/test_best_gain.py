@@ -80,4 +80,5 @@ def test_rubber_is_put_beside_smooth():
     limits = {row[0]: float(row[1]) for row in rows[4:] if len(row) == 3}
     assert limits['0.18'] == pytest.approx(7.0, abs=0.2)
     assert limits['0.8'] == pytest.approx(5.0, abs=0.2)
+    assert 'inf' not in text and 'from' in text
     assert 'slip by 0.05 and the vibration by 2.00' in text and 'up to 4 deg' in text

@@ -109,7 +109,9 @@ def _limit(cells: Sequence[Cell]) -> tuple[str, str]:
     x, hits, runs = (np.array([getattr(cell, name) for cell in cells], dtype=np.float64)
                      for name in ('x', 'survived', 'runs'))
     found = crossing(x, hits, runs)
-    return number(found.value, 2), f'{found.low:.2f} to {found.high:.2f}'
+    ends = ('' if np.isinf(found.low) else f'from {found.low:.2f}',
+            '' if np.isinf(found.high) else f'to {found.high:.2f}')
+    return number(found.value, 2), ' '.join(end for end in ends if end) or 'open'
 
 
 def _change(place: dict[tuple[Any, Any], Cell], slopes: Sequence[float]) -> str:
