@@ -55,16 +55,16 @@ def length(gait) -> float:
 
 
 @functools.cache
-def invented(experiment: str, limit_deg: float, seeds: int = 2) -> list[Invented]:
-    """Return the runs of an experiment, in which the robot falls beyond an inclination."""
+def invented(experiment: str, limit_deg: float) -> list[Invented]:
+    """Return two seeds of an experiment, in which the robot falls beyond an inclination."""
     runs = []
-    for trial in specification_of(experiment, fast=True).trials('invented'):
-        for seed in range(seeds):
+    for trial in specification_of(experiment, fast=False).trials('invented'):
+        if trial.seed < 2:
             fell = trial.scenario.table('simulator').inclination_deg > limit_deg
             end = FELL_AT + 0.5 if fell else length(trial.scenario.table('gait'))
             row = {'verdict': 'fell' if fell else 'walked', 'fell_at_s': FELL_AT if fell else None}
-            runs.append(Invented(trial.point, seed, row, trial.scenario,
-                                 signals(trial.scenario, seed, end)))
+            runs.append(Invented(trial.point, trial.seed, row, trial.scenario,
+                                 signals(trial.scenario, trial.seed, end)))
     return runs
 
 

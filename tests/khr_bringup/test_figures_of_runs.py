@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 
 from khr_analysis.models.pendulum import Pendulum
-from khr_bringup.figures import FIGURES, STYLE, draw
+from khr_bringup.figures import FIGURES, STYLE
+from khr_bringup.figures.table import write_table
+from khr_bringup.push_recovery import stance
 from khr_bringup.scoreboard_rows import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from tests.khr_bringup.invented_runs import (
     FELL_AT,
@@ -26,18 +28,36 @@ NOBODY, BEYOND_7, EVERYBODY = 90.0, 7.0, -1.0  # deg, from where on the robot fa
 
 @pytest.fixture(scope='module')
 def table(tmp_path_factory):
-    """Draw a figure once; return its rows as (panel, curve, x, y)."""
+    """Draw a figure once; return its rows."""
     drawn = {}
 
     def rows(number, falls=NOBODY):
         if (number, falls) not in drawn:
-            _, path = draw(number, tmp_path_factory.mktemp('figure'), runs_for(number, falls))
-            with path.open(encoding='utf-8') as file:
-                drawn[number, falls] = [
-                    (row['panel'], row['curve'], float(row['x']), float(row['y']))
-                    for row in csv.DictReader(file)]
+            with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+                figure = FIGURES[number].draw(runs_for(number, falls))
+            drawn[number, falls] = rows_of(figure, tmp_path_factory.mktemp('figure'))
         return drawn[number, falls]
     return rows
+
+
+def rows_of(figure, folder):
+    """Return a figure's table as (panel, curve, x, y)."""
+    write_table(figure, folder / 'table.csv')
+    with (folder / 'table.csv').open(encoding='utf-8') as file:
+        return [(row['panel'], row['curve'], float(row['x']), float(row['y']))
+                for row in csv.DictReader(file)]
+
+
+def check_whole(figure):
+    """Check that nothing leaves the page and that every axis has its unit."""
+    figure.draw_without_rendering()
+    for box in [figure._suptitle.get_window_extent(),
+                *(axes.get_tightbbox() for axes in figure.axes)]:
+        assert figure.bbox.x0 - 1 <= box.x0 and box.x1 <= figure.bbox.x1 + 1
+        assert figure.bbox.y0 - 1 <= box.y0 and box.y1 <= figure.bbox.y1 + 1
+    assert figure.axes
+    for axes in figure.axes:
+        assert '(' in axes.get_xlabel() and '(' in axes.get_ylabel()
 
 
 def curve(rows, name, panel=''):
@@ -51,15 +71,7 @@ def curve(rows, name, panel=''):
     *((number, EVERYBODY) for number in ('3.6', '3.12', '5.5', '5.8', '5.10', '5.11'))])
 def test_a_figure_is_whole_whoever_falls(number, falls):
     with matplotlib.rc_context(), matplotlib.style.context(STYLE):
-        figure = FIGURES[number].draw(runs_for(number, falls))
-        figure.draw_without_rendering()
-        for box in [figure._suptitle.get_window_extent(),
-                    *(axes.get_tightbbox() for axes in figure.axes)]:
-            assert figure.bbox.x0 - 1 <= box.x0 and box.x1 <= figure.bbox.x1 + 1
-            assert figure.bbox.y0 - 1 <= box.y0 and box.y1 <= figure.bbox.y1 + 1
-        for axes in figure.axes:
-            assert axes.get_xlabel() and axes.get_ylabel()
-            assert '(' in axes.get_xlabel() and '(' in axes.get_ylabel()  # units
+        check_whole(FIGURES[number].draw(runs_for(number, falls)))
 
 
 def test_toe_and_heel_carry_the_load(table):
@@ -103,8 +115,8 @@ def test_a_lift_that_falls_has_no_force_but_a_cross(table):
 
 def test_the_thesis_s_limits_are_marked_where_it_says(table):
     rows = table('3.6')
-    marks = {(x, y) for _, what, x, y in rows if what.startswith('thesis')}
-    assert marks == {(row.thesis_deg, pytest.approx(Pendulum().weight))
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what.startswith('thesis')}
+    assert marks == {(row.thesis_deg, round(Pendulum().weight, 6))
                      for row in LIMITS if row.condition.motion == 'leg_lift'}
 
 
@@ -184,8 +196,8 @@ def test_dominant_frequencies_of_thesis_and_robot(table):
     np.testing.assert_allclose(frequency, TONE, atol=0.02)
     phi, _ = curve(rows, 'simulated robot, ankle control')
     assert set(phi) == {5.55, 6.99}  # it fell beyond
-    marks = {(x, y) for _, what, x, y in rows if what == 'thesis, published peaks'}
-    assert marks == {(row.inclination_deg, pytest.approx(edge)) for row in WALKS
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what == 'thesis, published peaks'}
+    assert marks == {(row.inclination_deg, round(edge, 6)) for row in WALKS
                      for line in row.lines for edge in line}
 
 
@@ -197,3 +209,46 @@ def test_smooth_and_rubber_side_by_side(table):
             np.testing.assert_allclose(slip, 10.0 * (time + 1.0), atol=0.16)
             frequency, amplitude = curve(rows, sole, f'φ = {COMMON_DEG:g}°')
             assert frequency[np.argmax(amplitude)] == pytest.approx(TONE, abs=0.005)
+
+
+@pytest.fixture(scope='module')
+def pushed(tmp_path_factory):
+    """Draw the figures of pushes, whose robot is simulated; return their rows."""
+    found = {}
+    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+        for number in ('4.8', '4.11', '4.12'):
+            figure = FIGURES[number].draw()
+            check_whole(figure)
+            found[number] = rows_of(figure, tmp_path_factory.mktemp('figure'))
+    return found
+
+
+def test_a_larger_push_tips_robot_and_model_faster(pushed):
+    for panel in {where for where, *_ in pushed['4.8']}:
+        forces = sorted({what for where, what, *_ in pushed['4.8'] if where == panel},
+                        key=lambda name: float(name.split()[2]))
+        early = []
+        for force in forces:
+            time, rate = curve(pushed['4.8'], force, panel)
+            early.append(rate[(time > 0.02) & (time < 0.1)].mean())
+        assert len(early) == 5 and early == sorted(early)
+
+
+def test_robot_and_model_are_pushed_where_they_stand(pushed):
+    own = stance()
+    toe = 1e3 * (own.pendulum.half_foot - own.ahead)  # ahead of the mass
+    for panel in ('simulated robot', 'model of its body'):
+        for gain in (0, 12, 18):
+            time, x_com = curve(pushed['4.11'], f'K_A = {gain}', panel)
+            assert time[0] < 0.02 and x_com[0] == pytest.approx(-toe, abs=0.7)
+            assert x_com[time < 0.1].max() > -toe + 1.0  # from behind
+    _, x_com = curve(pushed['4.11'], 'K_A = 0', 'model')
+    assert x_com[-1] == pytest.approx(0.0, abs=5.0)  # more than it survives: past the toe
+
+
+def test_pushes_from_both_sides_go_both_ways(pushed):
+    middle = 1e3 * stance().ahead
+    for side, sign in (('behind', 1.0), ('the front', -1.0)):
+        time, ahead = curve(pushed['4.12'], f'8 N from {side}', 'simulated robot')
+        assert ahead[0] == pytest.approx(middle, abs=0.7)
+        assert sign * (ahead[(time > 0.05) & (time < 0.15)].mean() - middle) > 2.0

@@ -149,7 +149,7 @@ def servo_step(runs: Mapping[str, Runs]) -> Figure:
     lifts = grouped(runs['lift_stages'], lambda run: (condition(run), inclination_deg(run)))
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
         for phi, (color, line) in zip(ADJUSTED_DEG, LOOKS, strict=False):
-            draw_seeds(axis, lifts[stage, phi], standing.rate_of_run, f'φ = {phi:g}°',
+            draw_seeds(axis, lifts.get((stage, phi), []), standing.rate_of_run, f'φ = {phi:g}°',
                        color=color, linestyle=line)
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(xlabel='time, the board tilting from 0 s on (s)', ylabel='pitch rate (°/s)',

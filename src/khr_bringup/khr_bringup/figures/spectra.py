@@ -136,8 +136,9 @@ def compare(axis: Axes, grounds: Collection[float], groups: Mapping[Condition, R
         for phi in grounds:
             mark_thesis(axis, phi, of, color, highest)
     _finish(axis)
-    axis.set_ylim(None, 1.9 * highest)  # room for the legend
-    axis.legend(handles=main_lines(axis), loc='upper right', fontsize=7)
+    named = main_lines(axis)
+    axis.set_ylim(None, (1.15 + 0.13 * len(named)) * highest)  # room for the legend
+    axis.legend(handles=named, loc='upper right', fontsize=7)
 
 
 def pitch(run: Run) -> tuple[Array, Array]:
