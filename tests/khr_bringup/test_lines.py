@@ -55,8 +55,9 @@ def runs(tmp_path_factory):
 
 
 def test_the_experiment_begins_with_the_scenario_itself():
-    cases = specification_of('lines', False).cases
-    assert next(iter(cases.items())) == ('as it is', {})
+    whole, quick = (specification_of('lines', fast).cases for fast in (False, True))
+    assert next(iter(whole.items())) == next(iter(quick.items())) == ('as it is', {})
+    assert all(whole[label] == changes for label, changes in quick.items())
 
 
 def test_walks_that_fell_are_left_out_and_told(runs):
@@ -140,5 +141,5 @@ def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
     monkeypatch.setattr(lines, 'missing', none_missing)
     assert run_variants('walk_5.55deg', True, 1, tmp_path) == []
     assert list(asked[0].scenarios) == ['walk_5.55deg'] and asked[0].seeds == 1
-    assert asked[0].cases == specification_of('lines', False).cases
+    assert asked[0].cases == specification_of('lines', True).cases
     assert (tmp_path / 'walk_5.55deg-fast').is_dir()

@@ -105,7 +105,7 @@ def _peaks(walks: Sequence[Walks], lines: Sequence[Line]) -> str:
     of_gait = sum(line.origin == 'gait' for line in lines)
     strongest = max(lines, key=lambda line: line.amplitude)
     text = (f'{base.cycles} whole cycles of {base.treatment.cycle_period:g} s resolve '
-            f'{width:.3f} Hz; {len(base.records)} seeds. {of_gait} of {len(lines)} peaks from '
+            f'{width:.3f} Hz; seeds: {len(base.records)}. {of_gait} of {len(lines)} peaks from '
             f'{PEAK:.0%} of the largest on come from the gait; the largest is {strongest.label} '
             f'at {strongest.frequency:.2f} Hz. Second method, averaging over cycles: '
             f"{base.repeating_share():.1%} of the pitch rate's variance repeats in every cycle; "
