@@ -18,6 +18,7 @@ from khr_bringup.page.run import OUTCOME
 from khr_bringup.report import find, report
 from khr_bringup.scenario import load
 from khr_bringup.series import run_with_series, series_of_bag
+from khr_bringup.sweeps.version import code_version
 from tests.graph.conftest import khr
 from tests.khr_bringup.test_page import check_alone
 from tests.khr_bringup.test_verify import change, make_bag, push, state
@@ -82,6 +83,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     assert 'ankle_controller.gain 15.0 12.0' in differs
     assert 'hip_controller.gain' not in differs
     assert 'None are recorded' in page.text
+    assert f'khr code {code_version()} {code_version()}' in page.text
     link, = [link for link in page.links if link.startswith('data:')]
     table = list(csv.DictReader(base64.b64decode(link.split(',')[1]).decode().splitlines()))
     assert len(table) == round(SECONDS / 0.015) + 1
@@ -95,6 +97,7 @@ def test_the_bag_alone_will_do(recorded, tmp_path):
     assert found.outcome['verdict'] == whole.outcome['verdict']
     assert found.outcome['trajectory_hash'] == whole.outcome['trajectory_hash']
     assert found.scenario.table('ankle_controller').gain == 15.0
+    assert found.version == whole.version == code_version()
     np.testing.assert_array_equal(found.series.pitch, whole.series.pitch)
 
 

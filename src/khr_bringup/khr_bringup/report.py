@@ -13,6 +13,7 @@ from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, Change, changes, read_what
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario import Scenario, parse, read_yaml
 from khr_bringup.series import Series
+from khr_bringup.sweeps.version import version_told
 
 OUTCOME_TOPIC, STATE_TOPIC = '/outcome', '/simulator/state'
 OUTCOME_FILES = ('outcome.json', 'outcome.yaml')
@@ -30,6 +31,7 @@ class Found:
         series: its signals.
         changes: of parameters while it ran.
         pushes: number of those that came over the topic.
+        version: of the code, as the run tells it; empty if it does not.
         notes: what is missing, and why; each a line.
     """
 
@@ -39,6 +41,7 @@ class Found:
     series: Series | None = None
     changes: list[Change] = field(default_factory=list)
     pushes: int = 0
+    version: str = ''
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -102,7 +105,9 @@ def find(path: Path) -> Found:
 
 def _read_scenario(file: Path, found: Found) -> None:
     try:
-        found.scenario = parse(file.read_text(encoding='utf-8'), file.name, found.name)
+        text = file.read_text(encoding='utf-8')
+        found.version = version_told(text)
+        found.scenario = parse(text, file.name, found.name)
     except FileNotFoundError:
         found.notes.append(f'{file.name} is missing')
     except (OSError, UnicodeDecodeError) as error:
@@ -146,6 +151,7 @@ def _read_bag(path: Path, found: Found) -> None:
         found.notes.append('no signals: the bag holds none of the topics of a khr run')
     if found.scenario is None and messages[SCENARIO_TOPIC]:
         found.scenario = signals.scenario_in(messages)
+        found.version = version_told(messages[SCENARIO_TOPIC][-1].data)
     if not found.outcome:
         for message in (*messages[STATE_TOPIC], *messages[OUTCOME_TOPIC]):
             found.outcome |= {pair.key: pair.value for pair in message.values}

@@ -14,7 +14,7 @@ from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, changes, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
-from khr_bringup.sweeps.version import MARK, code_version
+from khr_bringup.sweeps.version import code_version, version_told
 from khr_bringup.tables import TABLES
 from khr_common import specifications
 
@@ -92,10 +92,9 @@ def read(bag: Path) -> Recorded:
 def _scenario(bag: Path, text: str) -> Scenario:
     """Read the stored scenario; it states every parameter of the version that wrote it."""
     title = f'{bag}: made by another version of the project'
-    versions = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
-    if versions and versions[-1] != code_version():
-        raise BringupError(f'{title}: its code version is {versions[-1]}, this one is '
-                           f'{code_version()}')
+    told = version_told(text)
+    if told and told != code_version():
+        raise BringupError(f'{title}: its code version is {told}, this one is {code_version()}')
     try:
         scenario = scenarios.parse(text, 'its scenario', bag.name)
     except BringupError as error:

@@ -162,12 +162,15 @@ def _parameters(found: Sequence[Found]) -> Markup:
 
 
 def _making(found: Sequence[Found]) -> Markup:
-    versions = [('khr', code_version()), ('Python', platform.python_version()),
-                *((library, version(library)) for library in LIBRARIES)]
+    versions = [('khr code', *(run.version or 'not recorded' for run in found), code_version()),
+                *((name, *('' for _ in found), told) for name, told in (
+                    ('Python', platform.python_version()),
+                    *((library, version(library)) for library in LIBRARIES)))]
     return (part('paragraphs', [
         'Run again, a scenario takes the same trajectory, bit for bit, with the same versions; '
-        '"khr verify" compares the hash of a bag. Versions that this page was written with:'])
-        + part('table', ('what', 'version'), versions)
+        '"khr verify" compares the hash of a bag. The code version takes in NumPy and the '
+        'physics engine.'])
+        + part('table', ('version', *_heads(found), 'this page'), versions)
         + Markup().join(part('folded', f'Scenario of {name}, whole', Markup(
             '<pre><code>{}</code></pre>').format(run.scenario.to_yaml()))
             for name, run in zip(_heads(found), found, strict=True) if run.scenario is not None))

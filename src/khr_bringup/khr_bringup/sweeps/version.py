@@ -35,3 +35,9 @@ def code_version(*more: tuple[str, str]) -> str:
     for library in LIBRARIES:
         digest.update(f'{library} {version(library)}\n'.encode())
     return digest.hexdigest()[:16]
+
+
+def version_told(text: str) -> str:
+    """Return the code version that a scenario as run tells; empty if it tells none."""
+    told = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
+    return told[-1] if told else ''
