@@ -257,7 +257,7 @@ def _soles(runs: Mapping[str, Runs], of: Condition) -> Figure:
     grounds = sorted(grouped(wanted, inclination_deg).items(), reverse=True)
     figure, axes = panels(*(title for phi, _ in grounds
                             for title in (f'φ = {phi:g}°', f'φ = {phi:g}°, slip')),
-                          columns=2, height=7.4)
+                          columns=2, height=0.8 + 2.2 * len(grounds))
     for number, (phi, group) in enumerate(grounds):
         by_sole = grouped(group, condition)
         left, right = axes[2 * number:2 * number + 2]

@@ -25,8 +25,8 @@ from khr_bringup.scoreboard_rows import WALKS
 WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
 SWING = math.radians(3.0)  # rad, amplitude of the pitch at f_0
 DOMINANT = 0.33  # of the largest amplitude, as the thesis asks for of a phase
-MARKS = {'no control': ('C0', 'o'), 'ankle control': ('C2', '^'),
-         'ankle and hip control': ('C3', 's')}
+MARKS = {'no control': ('C0', 'o', 4.5), 'ankle control': ('C2', '^', 4.5),
+         'ankle and hip control': ('C3', 's', 8.0)}  # the last around the second
 
 
 def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
@@ -59,7 +59,7 @@ def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
         line for name, line in named.items() if 'K_A = ' not in name or 'f_A0' in name])
     head(figure, 'Figure 5.11: the tones of the gait, f_A0 of the servo loop, and the dominant '
          'frequencies of Gait-3',
-         'filled: peaks of at least 33 % of the largest, every seed that stayed up; '
+         'robot: peaks of at least 33 % of the largest, every seed that stayed up; '
          f'bars: 95 % of f_A0 and where it walked; grey: lines n/{GAIT_PERIOD:g} s')
     return figure
 
@@ -77,10 +77,11 @@ def _mark_dominant(axis: Axes, runs: Mapping[str, Runs]) -> None:
     """Mark the largest peaks of the runs that did not fall."""
     for (phi, of), group in walks_of(runs).items():
         loops = list(MARKS)[bool(of.ankle_gain) + bool(of.hip_gain)]
-        color, mark = MARKS[loops]
+        color, mark, size = MARKS[loops]
         found = [peak.frequency for run in group if (one := spectra.spectrum_of(run)) is not None
                  for peak in one.peaks if peak.amplitude >= DOMINANT * one.peaks[0].amplitude]
         axis.plot([phi] * len(found), found, color=color, marker=mark, linestyle='',
+                  markersize=size, markerfacecolor='none' if mark == 's' else color,
                   label=f'simulated robot, {loops}')
 
 
