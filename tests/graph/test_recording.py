@@ -1,10 +1,13 @@
 """The bag of a run: every topic of the graph, at its rate, with scenario and outcome."""
 
 import math
+import signal
 
 import pytest
 
 from khr_bringup import scenario as scenarios
+from tests.graph.conftest import finish, read_bag
+from tests.graph.test_live import children, domain_of, is_running, wait_for
 
 PERIOD_NS = 15_000_000
 EACH_PERIOD = [
@@ -81,3 +84,29 @@ def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
 
 def test_bag_is_in_simulated_time(bag):
     assert all(time_ns <= 4_100_000_000 for messages in bag.values() for time_ns, _ in messages)
+
+
+def test_run_waits_for_a_recorder_that_is_far_behind(in_background, tmp_path):
+    """Without that the run would end while it stands still, and the middleware drop the rest."""
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', '--processes', '--duration', 12, '--out', folder,
+                            '--set', 'simulator.lockstep_timeout=60.0')
+    domain = wait_for(lambda: domain_of(folder), 'the run')
+    wait_for(lambda: is_running(domain), 'the graph')
+    recorder = children(process)['recorder']
+    recorder.send_signal(signal.SIGSTOP)
+    simulator = children(process)['simulator']
+    try:
+        wait_for(lambda: process.poll() is not None or is_idle(simulator), 'the simulator to wait')
+    finally:
+        recorder.send_signal(signal.SIGCONT)
+    assert finish(process, folder).code == 0
+    bag = read_bag(folder / 'bag')
+    for topic in EACH_PERIOD:
+        assert [stamp_ns(message) for _, message in bag[topic]] == list(
+            range(0, 12_000_000_001, PERIOD_NS))
+
+
+def is_idle(process):
+    """Tell whether a process computes next to nothing for a while."""
+    return process.cpu_percent(0.5) < 10.0

@@ -11,7 +11,7 @@ import numpy as np
 from khr_bringup.experiments import Run, Runs
 from khr_bringup.scoreboard_page import number
 from khr_bringup.sweeps.statistics import crossing, wilson
-from khr_bringup.tables_of_text import markdown_table
+from khr_common.markdown import table
 
 CRITERION = ('the gain with which most seeds survive; among equals the one with which fewest '
              'slip; among equals the one that vibrates least')
@@ -76,7 +76,7 @@ def best_gain_markdown(runs: Runs) -> str:
     text = f'Best: {CRITERION}.'
     if none:
         text += f' With no gain tried does a seed survive {", ".join(f"{x:g}" for x in none)} deg.'
-    return f'{markdown_table(heads, rows)}\n{text}\n'
+    return f'{table(heads, rows)}\n\n{text}\n'
 
 
 def rubber_markdown(runs: Runs) -> str:
@@ -93,8 +93,8 @@ def rubber_markdown(runs: Runs) -> str:
                                          if key[1] == friction])) for friction in frictions]
     return '\n'.join((
         f'Smooth is friction {SMOOTH:g}, rubber {RUBBER:g}. Slip and vibration are medians of the '
-        'runs that survive.\n', markdown_table(heads, rows), markdown_table(
-            ('friction', 'half of the runs survive, deg', '95 %'), limits),
+        'runs that survive.\n', table(heads, rows) + '\n', table(
+            ('friction', 'half of the runs survive, deg', '95 %'), limits) + '\n',
         _change(place, slopes)))
 
 

@@ -30,7 +30,7 @@ from khr_bringup.lines import (
 )
 from khr_bringup.scoreboard_rows import LINE_HZ
 from khr_bringup.sweeps import check_workers
-from khr_bringup.tables_of_text import markdown_table
+from khr_common.markdown import table
 
 SPAN = 11.0  # Hz, in which a control frequency might lie
 NEAR = 0.05  # lines, the distance of which the chance is told
@@ -112,8 +112,9 @@ def _peaks(walks: Sequence[Walks], lines: Sequence[Line]) -> str:
             'for each peak it is the last column.\n')
     rows = [(f'{line.frequency:.2f}', f'{line.order:.2f}', _within(line), line.label, line.sure,
              f'{line.locked:.0%}') for line in lines]
-    return '\n'.join((text, markdown_table(
-        ('Hz', 'n = f T', 'amplitude, deg/s (95 %)', 'origin', 'how sure', 'repeats'), rows),
+    return '\n'.join((text, table(
+        ('Hz', 'n = f T', 'amplitude, deg/s (95 %)', 'origin', 'how sure', 'repeats'),
+        rows) + '\n',
         f'How sure: {RULE}. A peak anywhere is on a line, by the resolution, with a chance of '
         f'{chance_within(0.5 / base.cycles):.0%}.\n'))
 
@@ -126,13 +127,13 @@ def _between(walks: Sequence[Walks], bands: Sequence[Band]) -> str:
             'gain of one loop is raised:\n')
     if not found:
         return f'{text}\nnone.\n'
-    return '\n'.join((text, markdown_table(
+    return '\n'.join((text, table(
         ('raised', 'from', 'loop', 'most at, Hz', 'half of it, Hz', 'there, deg/s',
          'before, deg/s', 'every seed'),
         [(band.more.label, band.less.label, band.loop, f'{each.frequency:.2f}',
           f'{each.low:.1f} to {each.high:.1f}', _amplitude(each.amplitude),
           _amplitude(each.before), 'yes' if each.beyond else 'no')
-         for band in found if (each := band.found)]),
+         for band in found if (each := band.found)]) + '\n',
         f'No such band: {", ".join(without) or "none"}.\n'))
 
 
@@ -148,7 +149,7 @@ def _published(settled: Sequence[Settled]) -> str:
     heads = ('published, Hz', 'with', 'n = f T', f'strongest within {LINE_HZ:g} Hz here',
              'comparisons with a ringing band that holds it', 'verdict on the simulated robot',
              'how sure')
-    return '\n'.join((markdown_table(heads, rows), _rule(settled)))
+    return '\n'.join((table(heads, rows) + '\n', _rule(settled)))
 
 
 def _rule(settled: Sequence[Settled]) -> str:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from typing import Any
 
 from rich.table import Table
 
 from khr_bringup.scenario import Scenario
+from khr_common.markdown import table
 
 COLUMNS = ('scenario', 'motion', 'inclination', 'surface', 'ankle', 'hip', 'push')
 
@@ -31,17 +32,12 @@ def _staged(controller: Any) -> str:
 
 def scenario_table(scenarios: Iterable[Scenario]) -> Table:
     """Return the table that ``khr scenarios`` prints."""
-    table = Table(*COLUMNS)
+    shown = Table(*COLUMNS)
     for scenario in scenarios:
-        table.add_row(*scenario_row(scenario))
-    return table
+        shown.add_row(*scenario_row(scenario))
+    return shown
 
 
 def scenario_markdown(scenarios: Iterable[Scenario]) -> str:
     """Return the same table for a document."""
-    return markdown_table(COLUMNS, map(scenario_row, scenarios))
-
-
-def markdown_table(heads: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a table in Markdown."""
-    return ''.join(f'| {" | ".join(row)} |\n' for row in (heads, ['---'] * len(heads), *rows))
+    return table(COLUMNS, map(scenario_row, scenarios))

@@ -41,8 +41,9 @@ from khr_common.parameters import ParameterError, Specification, build, specific
 from khr_common.wire import Form
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
-# ROS user matches that too); the depth lets a recorder fall two seconds behind without loss.
+# ROS user matches that too); the depth holds what a listener may be behind, see `heard`.
 DATA = QoSProfile(depth=500)
+PACE = 1_500_000_000  # ns of simulated time after which a listener tells again how far it is
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
 GATHERED = 4  # instants at a time; lockstep has two under way
@@ -90,6 +91,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self.table = table
         self.failure: str | None = None
         self._ready = self.create_publisher(String, 'ready', LATCHED)
+        self._told = -PACE
         for specification in specifications(table).values():
             self._declare(specification)
         self.parameters = self._build({})
@@ -129,9 +131,15 @@ class KhrNode(Node):  # type: ignore[misc]
 
         return self.create_subscription(kind, topic, hear, DATA, raw=True)
 
-    def announce_ready(self) -> None:
-        """Tell the simulator that this node hears all it must hear (latched)."""
-        self._ready.publish(String(data=self.get_name()))
+    def heard(self, stamp_ns: int) -> None:
+        """Tell the simulator, at first and now and then, that this node heard all up to here.
+
+        The run starts when every listener has told so (latched). In lockstep it waits for one that
+        falls far behind: what a reader does not fetch in time, the middleware drops.
+        """
+        if not 0 <= stamp_ns - self._told < PACE:  # far enough on, or in another run
+            self._told = stamp_ns
+            self._ready.publish(String(data=f'{self.get_name()} {stamp_ns}'))
 
     def fail(self, reason: str) -> None:
         """End this node with an error of one line."""

@@ -14,6 +14,7 @@ from __future__ import annotations
 import dataclasses
 import math
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from khr_common.errors import KhrError
@@ -105,11 +106,16 @@ def parameter(default: Any, description: str, *, unit: str = '', minimum: float 
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def specifications(table: type[Any]) -> dict[str, Specification]:
+def specifications(table: type[Any]) -> Mapping[str, Specification]:
     """List the parameters of a table by name, in the order of their declaration."""
-    hints = get_type_hints(table)
-    return {field.name: _specification(field, hints[field.name])
-            for field in dataclasses.fields(table)}
+    if table not in _KNOWN:  # to look up the types takes milliseconds
+        hints = get_type_hints(table)
+        _KNOWN[table] = MappingProxyType({field.name: _specification(field, hints[field.name])
+                                          for field in dataclasses.fields(table)})
+    return _KNOWN[table]
+
+
+_KNOWN: dict[type[Any], Mapping[str, Specification]] = {}
 
 
 def _specification(field: dataclasses.Field[Any], hint: Any) -> Specification:

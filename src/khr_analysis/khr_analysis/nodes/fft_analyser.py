@@ -25,7 +25,6 @@ class FftAnalyserNode(KhrNode):
         self._judge = StampJudge(self._analyser.reset)
         self._spectrum = self.publish_on(Float64MultiArray, 'spectrum')
         self._peaks = self.publish_on(DiagnosticArray, 'spectrum/peaks')
-        self._silent = True
         self.listen_to_bytes(Imu, 'imu/data_raw', self._on_imu)
 
     def configure(self, parameters: FftAnalyserParameters) -> None:
@@ -33,10 +32,8 @@ class FftAnalyserNode(KhrNode):
         self._analyser.configure(parameters)
 
     def _on_imu(self, imu: bytes) -> None:
-        if self._silent:
-            self._silent = False
-            self.announce_ready()
         stamp_ns = wire.clock(imu)
+        self.heard(stamp_ns)
         if not self._judge.is_new(stamp_ns):
             return
         before = self._analyser.reason

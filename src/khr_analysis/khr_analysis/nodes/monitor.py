@@ -53,7 +53,6 @@ class MonitorNode(KhrNode):
         self._inputs = StampedSet(tuple(INPUTS))
         self._outcome_out = self.publish_on(DiagnosticStatus, 'outcome', LATCHED)
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
-        self._silent = True
         self._restart()
         for topic, (kind, read) in INPUTS.items():
             self.listen_to_bytes(kind, topic, partial(self._on_input, topic, read))
@@ -80,9 +79,7 @@ class MonitorNode(KhrNode):
         inputs = self._inputs.put(topic, stamp_ns, read(message))
         if inputs is None:
             return
-        if self._silent:
-            self._silent = False
-            self.announce_ready()
+        self.heard(stamp_ns)
         if not self._judge.is_new(stamp_ns):
             return
         torso, rate, soles, *contacts = inputs

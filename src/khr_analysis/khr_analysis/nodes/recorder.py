@@ -112,16 +112,12 @@ class RecorderNode(KhrNode):
             if self._last.get(topic) == data:
                 return  # the simulator asked again for what it missed
             self._last[topic] = data
-            self._hear(topic)
+            self._awaited.discard(topic)
+            if not self._awaited:
+                self.heard(self._now)
         recording = self._recording
         if recording is not None:
             self._attempt(lambda: recording.write(topic, data, self._now))
-
-    def _hear(self, topic: str) -> None:
-        if topic in self._awaited:
-            self._awaited.discard(topic)
-            if not self._awaited:
-                self.announce_ready()
 
     def _attempt(self, action: Any) -> None:
         try:

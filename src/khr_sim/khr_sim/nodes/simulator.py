@@ -28,6 +28,7 @@ TOPICS = {'gait': 'joint_reference', 'ankle_controller': 'ankle_controller/corre
           'hip_controller': 'hip_controller/correction'}
 CORRECTIONS = ('ankle_controller', 'hip_controller')
 ASK_AGAIN = 0.1  # s of wall time without an answer
+LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
 LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
@@ -56,7 +57,7 @@ class SimulatorNode(KhrNode):
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
         self._state_out = self.publish_on(DiagnosticStatus, 'simulator/state', LATCHED)
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
-        self._heard: set[str] = set()
+        self._heard: dict[str, int] = {}  # by listener, up to when, ns
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         for source, topic in TOPICS.items():
             self.listen_to_bytes(JointState, topic, partial(self._on_answer, source))
@@ -116,13 +117,19 @@ class SimulatorNode(KhrNode):
             self._begin(list(reference.position))
         if self.state == 'waiting' and not self._waiting_for():
             self._enter('running')
-        while self.state == 'running' and self._lockstep and not self._barrier.missing(self._due):
+        while self.state == 'running' and self._lockstep and not self._missing():
             self._advance(self._barrier.at(self._due))
 
     @property
     def _due(self) -> int:
         """The instant whose answers act in the coming period."""
         return max(0, self._now - self.parameters.control_delay * self._period_ns)
+
+    def _missing(self) -> list[str]:
+        """List whom the coming period waits for: answers, and listeners that are far behind."""
+        return self._barrier.missing(self._due) + [
+            name for name in self.parameters.listeners
+            if name and self._now - self._heard.get(name, 0) > LEAD]
 
     def _waiting_for(self) -> list[str]:
         absent = [name for name in self.parameters.listeners if name and name not in self._heard]
@@ -163,7 +170,8 @@ class SimulatorNode(KhrNode):
             self._abort(str(error))
 
     def _on_ready(self, message: String) -> None:
-        self._heard.add(message.data)
+        name, stamp_ns = message.data.split()
+        self._heard[name] = int(stamp_ns)
         self._pump()
 
     def _on_push(self, message: WrenchStamped) -> None:
@@ -218,7 +226,7 @@ class SimulatorNode(KhrNode):
             self._wait(now)
         elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN:
             if silent > self.parameters.lockstep_timeout:
-                self._abort(f'no answer from {", ".join(self._barrier.missing(self._due))} for '
+                self._abort(f'no answer from {", ".join(self._missing())} for '
                             f't = {self._due / 1e9:.3f} s within '
                             f'{self.parameters.lockstep_timeout:g} s of wall time')
             else:
