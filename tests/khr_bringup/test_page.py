@@ -115,7 +115,8 @@ def reproduction(folder, bench=None, runs=None, **changes):
                                                      run('walk_3deg', 1, 'fell')]},
         'seeds': {'a': 2}, 'seconds': 754.0, 'fast': False,
         'versions': {'code': 'abcdef', 'numpy': '2.0'}, 'command': 'khr reproduce',
-        'lines': '# Lines\n\nThe gait makes most of them.\n\n## Peaks\n\n| a |\n|---|\n| b |'}
+        'lines': '# Lines\n\nThe gait makes most of them.\n\n## Peaks\n\n| a |\n|---|\n| b |',
+        'tables': {'map_a': '| best gain |\n| --- |\n| fifteen |\n'}}
     return Reproduction(**(contents | changes))
 
 
@@ -127,6 +128,7 @@ def test_page_holds_every_figure_row_and_run_and_stands_alone(tmp_path):
     path = write_index(tmp_path, contents)
     assert path == tmp_path / 'index.html'
     page = check_alone(path)
+    assert 'fifteen' in page.text
     for each in (*contents.figures, *contents.maps):
         assert each.title in page.text
         if each.error:

@@ -64,6 +64,11 @@ def cells_of(runs: Runs, x: str, y: str) -> list[Cell]:
     return [_cell(*place, group) for place, group in groups.items()]
 
 
+def map_markdown(runs: Runs) -> str:
+    """Tell in words and tables what a map of inclination and another parameter shows."""
+    return (rubber_markdown if _other_axis(runs) == FRICTION else best_gain_markdown)(runs)
+
+
 def best_gain_markdown(runs: Runs) -> str:
     """Tell the best gain per inclination of a map of inclination and a gain, as Markdown."""
     y = _other_axis(runs)

@@ -12,6 +12,7 @@ from platform import python_version
 from typing import TYPE_CHECKING
 
 from khr_bringup import experiments
+from khr_bringup.best_gain import map_markdown
 from khr_bringup.critical import limit_of_seed
 from khr_bringup.errors import BringupError
 from khr_bringup.experiments import ROOT, Opened, shipped
@@ -204,7 +205,8 @@ def _contents(asked: Wanted, found: Found, began: float) -> Reproduction:
     return Reproduction(
         [each for each in found.drawn if each.number in FIGURES], *found.scoreboard,
         [each for each in found.drawn if each.number not in FIGURES], runs, found.seeds,
-        time.monotonic() - began, asked.fast, _versions(), asked.command, lines)
+        time.monotonic() - began, asked.fast, _versions(), asked.command, lines,
+        {name: map_markdown(runs[name]) for name in asked.maps if runs[name]})
 
 
 def _write(out: Path, findings: Path, contents: Reproduction) -> Path:

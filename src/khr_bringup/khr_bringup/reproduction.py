@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from khr_bringup.experiments import Runs
@@ -48,6 +48,7 @@ class Reproduction:
         versions: of the code, and of what it rests on.
         command: does it again.
         lines: of the origin of the spectral lines, in Markdown; empty if it was not asked for.
+        tables: what the maps tell in numbers, in Markdown, by experiment.
     """
 
     figures: list[FigureResult]
@@ -61,3 +62,4 @@ class Reproduction:
     versions: dict[str, str]
     command: str
     lines: str = ''
+    tables: dict[str, str] = field(default_factory=dict)

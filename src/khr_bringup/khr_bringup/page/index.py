@@ -39,7 +39,7 @@ def write_index(out: Path, contents: Reproduction) -> Path:
         sections.append(Section('Scoreboard', markdown(contents.scoreboard, out)))
     sections.append(_figures(contents, out))
     if contents.maps:
-        sections.append(Section('Stability maps', _all(contents.maps, out)))
+        sections.append(Section('Stability maps', _maps(contents, out)))
     if contents.lines:
         sections.append(Section('Origin of the spectral lines', markdown(contents.lines, out)))
     sections.append(_making(contents))
@@ -83,6 +83,12 @@ def _figures(contents: Reproduction, out: Path) -> Section:
 
 def _all(figures: Sequence[FigureResult], out: Path) -> Markup:
     return Markup().join(_figure(figure, out) for figure in figures)
+
+
+def _maps(contents: Reproduction, out: Path) -> Markup:
+    return Markup().join(
+        _figure(figure, out) + markdown(contents.tables.get(figure.number, ''), out)
+        for figure in contents.maps)
 
 
 def _figure(figure: FigureResult, out: Path) -> Markup:
