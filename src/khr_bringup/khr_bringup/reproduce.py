@@ -36,7 +36,7 @@ SCOREBOARD = 'scoreboard'
 LINES = 'lines'  # the experiment that the origin of the spectral lines is told from
 MAP = 'map_'  # what the names of experiments begin with that are drawn as stability maps
 SEEDS, TOLERANCE = 3, 0.2  # of the scoreboard; the tolerance is that of each bisection, in deg
-FAST_SEEDS, FAST_TOLERANCE = 1, 0.8
+FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE = 1, 0.8, (0.0, 3.0, 6.0)
 LIMIT_RUNS = 5  # that a bisection takes, about
 # What decides the scoreboard's measurements beside the runs themselves.
 MEASURING = (('khr_analysis', '**/*.py'), ('khr_bringup', 'critical.py'),
@@ -228,7 +228,8 @@ def _write(out: Path, findings: Path, contents: Reproduction) -> Path:
 def _bench(client: Client, bar: Bar, fast: bool) -> Bench:
     pool = KeptJobs(client, ROOT / SCOREBOARD, code_version(*MEASURING), bar,
                     {limit_of_seed: LIMIT_RUNS})
-    return Bench(pool, FAST_SEEDS if fast else SEEDS, FAST_TOLERANCE if fast else TOLERANCE)
+    return (Bench(pool, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE) if fast else
+            Bench(pool, SEEDS, TOLERANCE))
 
 
 def _versions() -> dict[str, str]:

@@ -33,7 +33,6 @@ from khr_bringup.scoreboard_page import (
 from khr_bringup.scoreboard_rows import (
     LIMITS,
     STAGE_1,
-    STAGE_1_GRID,
     STAGE_1_READ,
     STAGE_2,
     STAGE_2_GRID,
@@ -143,7 +142,7 @@ def ask_all(bench: Bench) -> None:
     for trend in TRENDS:
         for condition in trend.conditions:
             bench.ask(walk, condition, trend.inclination_deg)
-    for condition, grid in ((STAGE_1, STAGE_1_GRID + STAGE_1_READ), (STAGE_2, STAGE_2_GRID),
+    for condition, grid in ((STAGE_1, bench.curve + STAGE_1_READ), (STAGE_2, STAGE_2_GRID),
                             (STAGE_3, STAGE_3_GRID)):
         for phi in grid:
             bench.ask(lift, condition, phi)

@@ -22,7 +22,6 @@ from khr_bringup.scoreboard_rows import (
     ORDERS,
     READ_BACK_DEG,
     STAGE_1,
-    STAGE_1_GRID,
     STAGE_1_READ,
     STAGE_2,
     STAGE_2_GRID,
@@ -76,14 +75,14 @@ def order_rows(limits: dict[Condition, Limit], tolerance: float) -> list[Row]:
 
 def standing_rows(bench: Bench, stage_1: Limit) -> list[Row]:
     """Compare the forces under the support foot."""
-    curve = [bench.lifts(STAGE_1, phi) for phi in STAGE_1_GRID]
+    curve = [bench.lifts(STAGE_1, phi) for phi in bench.curve]
     delta = [runs.typical(one.toe - one.heel for one in lifts) for lifts in curve]
     toe = [runs.typical(one.toe for one in lifts) for lifts in curve]
     heel = [runs.typical(one.heel for one in lifts) for lifts in curve]
     last = bench.lifts(STAGE_1, round(stage_1.mean, 2))
     share = runs.typical(one.share for one in last)
     heel_share = (1.0 - share) / 2.0
-    known = [(phi, value) for phi, value in zip(STAGE_1_GRID, delta, strict=True)
+    known = [(phi, value) for phi, value in zip(bench.curve, delta, strict=True)
              if not isnan(value)]
     read = {phi: [_read_back(known, one) - phi for one in bench.lifts(STAGE_1, phi)]
             for phi in STAGE_1_READ}
@@ -92,7 +91,7 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[Row]:
         Row(('toe force over phi, N', 'rises', series(toe)), 'predicted', '', grows(toe)),
         Row(('heel force over phi, N', 'falls', series(heel)), 'predicted', '',
             grows([-value for value in heel])),
-        Row((f'Delta over phi = {series(STAGE_1_GRID, 0)} deg, N', 'monotonic', series(delta)),
+        Row((f'Delta over phi = {series(bench.curve, 0)} deg, N', 'monotonic', series(delta)),
             'predicted', '', grows(delta)),
         Row(("Delta at stage 1's limit, over the weight", '1', f'{share:.2f}'), 'predicted',
             f'{share - 1.0:+.2f}', share >= 0.9),

@@ -15,6 +15,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gait import Gait
 from khr_bringup.critical import Condition, Limit, limit_of_seed, run, start_of_lift
 from khr_bringup.jobs import Pool
+from khr_bringup.scoreboard_rows import STAGE_1_GRID
 
 CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
@@ -98,11 +99,20 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
 
 
 class Bench:
-    """A pool of processes and what it has been asked to measure; nothing is measured twice."""
+    """A pool of processes and what it has been asked to measure; nothing is measured twice.
 
-    def __init__(self, pool: Pool, seeds: int, tolerance: float) -> None:
+    Args:
+        pool: computes.
+        seeds: of every measurement.
+        tolerance: of each bisection, deg.
+        curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
+    """
+
+    def __init__(self, pool: Pool, seeds: int, tolerance: float,
+                 curve: tuple[float, ...] = STAGE_1_GRID) -> None:
         self.seeds = seeds
         self.tolerance = tolerance
+        self.curve = curve
         self._pool = pool
         self._jobs: dict[tuple[Any, ...], Any] = {}  # futures
 

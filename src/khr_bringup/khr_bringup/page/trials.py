@@ -85,7 +85,7 @@ def _friction(walks: Runs) -> list[str]:
     """Tell how steep the ground may be for each friction, of walks that are otherwise alike."""
     told = []
     for twins in _alike(walks, ('friction', 'inclination_deg')):
-        frictions = _by(twins, lambda run: float(run.scenario.table('simulator').friction))
+        frictions = _by(twins, lambda run: float(run.scenario.table('simulator').sole_friction))
         if len(frictions) > 1:
             listed = '; '.join(f'{value:g}: {_steepest(frictions[value])}'
                                for value in sorted(frictions))
