@@ -269,6 +269,12 @@ def test_soles_are_compared_as_they_came_out():
     assert 'it falls (2 of 2) on rubber, and stays up (2 of 2)' in worse
 
 
+def test_a_run_of_several_experiments_counts_once():
+    once = soles('walked', 'walked')
+    assert '2 of 2' in added(once)[0]
+    assert added(once | {'again': once['soles'][:2]}) == added(once)
+
+
 def test_friction_tells_how_steep_the_ground_may_be():
     def runs(limits):
         return {'map': [run('walk_6.99deg_ka12', 0, 'walked' if phi <= limit else 'fell', mu / 10,

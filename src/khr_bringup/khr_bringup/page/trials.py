@@ -44,8 +44,8 @@ class Tally:
 
 
 def tally(runs: Iterable[Run]) -> Tally:
-    """Count runs."""
-    rows = [run.row for run in runs]
+    """Count runs; one that several experiments have made counts once, by its trajectory."""
+    rows = list({run.row['trajectory_hash']: run.row for run in runs}.values())
     kept = [row for row in rows if row['verdict'] != 'fell']
     return Tally(len(rows), len(rows) - len(kept),
                  1000.0 * median([row['largest_slip_m'] for row in kept] or [nan]),
