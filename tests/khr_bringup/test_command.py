@@ -26,6 +26,11 @@ def khr(monkeypatch, capsys, *arguments):
     (['figure', '9.9'], ['9.9', '3.8']),
     (['reproduce', '--only', '3.8,9.9'], ['--only', '9.9', '3.8', 'map_walk_ka', 'scoreboard']),
     (['reproduce', '--workers', '0'], ['--workers', '0']),
+    (['critical', '--ka', 'much'], ['--ka', 'number', 'khr critical --help']),
+    (['run', 'walk_0deg', '--fly'], ['--fly', 'khr run --help']),
+    (['run'], ['scenario', 'khr run --help']),
+    (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
+    (['fly'], ['fly', 'khr --help']),
 ])
 def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
     monkeypatch.chdir(tmp_path)
@@ -55,11 +60,30 @@ def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
     assert out.strip().splitlines()[-1].startswith('trajectory hash ')
 
 
-def test_scenarios_lists_all(monkeypatch, capsys):
-    monkeypatch.setenv('COLUMNS', '200')
+@pytest.mark.parametrize(('arguments', 'expected'), [([], 2), (['--help'], 0)])
+def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
+    code, out, err = khr(monkeypatch, capsys, *arguments)
+    assert code == expected
+    assert 'scenarios' in out
+    assert err == ''
+
+
+def test_interruption_is_exit_code_130(monkeypatch, capsys):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command.scenarios, 'load', interrupt)
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out, err) == (130, '', '')
+
+
+@pytest.mark.parametrize('columns', ['80', '200'])
+def test_scenarios_lists_all(monkeypatch, capsys, columns):
+    monkeypatch.setenv('COLUMNS', columns)
     code, out, _ = khr(monkeypatch, capsys, 'scenarios')
     assert code == 0
-    for name in ('walk_7.68deg_ka12', 'lift_3.8deg', 'push_behind'):
+    for name in ('walk_7.68deg_ka12', 'lift_3.8deg', 'push_behind',
+                 'walk_9.7deg_ka12_kh12_rubber'):
         assert name in out
 
 

@@ -8,6 +8,7 @@ from typing import Annotated
 
 import typer
 from rich.console import Console
+from typer.exceptions import TyperException
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.errors import RunError
@@ -63,7 +64,9 @@ def list_scenarios() -> None:
     """List the scenarios that come with the project."""
     from khr_bringup.tables_of_text import scenario_table
 
-    Console().print(scenario_table(map(scenarios.load, map(str, scenarios.shipped()))))
+    table = scenario_table(map(scenarios.load, map(str, scenarios.shipped())))
+    table.columns[0].no_wrap = True  # a name that is cut cannot be typed
+    Console().print(table)
 
 
 @app.command(name='get')
@@ -304,15 +307,25 @@ def verify_bag(
 def main() -> None:
     """Run the command; a user's mistake is one line on stderr and exit code 2."""
     try:
-        app()
+        sys.exit(app(standalone_mode=False) or 0)
+    except TyperException as error:
+        _leave(_usage(error), error.exit_code)
     except RunError as error:
         _leave(str(error), 1)
     except KhrError as error:
         _leave(str(error), 2)
 
 
+def _usage(error: TyperException) -> str:
+    """Return one line for what the command line's parser refuses; none where it gave the help."""
+    text = ' '.join(error.format_message().split()).rstrip('.')
+    context = getattr(error, 'ctx', None)
+    return f'{text}; see {context.command_path} --help' if text and context else text
+
+
 def _leave(text: str, code: int) -> None:
-    print(f'khr: {text}', file=sys.stderr)
+    if text:
+        print(f'khr: {text}', file=sys.stderr)
     sys.exit(code)
 
 
