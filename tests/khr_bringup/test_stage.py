@@ -1,6 +1,7 @@
 """Staged control on the simulated robot: what it reads of the ground, and how it climbs."""
 
 import csv
+from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -124,6 +125,8 @@ def test_the_figure_draws_each_case_up_to_its_fall(climb, tmp_path):
     fell_at = {'no control': 12.0, 'automatic': None}  # the one is invented
     runs = [Run({'case': case}, 0, {'verdict': 'fell' if end else 'stood', 'fell_at_s': end},
                 scenario, tmp_path / 'run.npz') for case, end in fell_at.items()]
+    runs += [replace(run, point={'case': 'one of two'}, seed=seed)
+             for seed, run in enumerate(runs)]
     _, table = draw('stages', tmp_path, {'stages': runs})
     with table.open(encoding='utf-8') as file:
         ends = {(row['panel'], row['curve']): (float(row['x']), float(row['y']))
@@ -133,4 +136,5 @@ def test_the_figure_draws_each_case_up_to_its_fall(climb, tmp_path):
     _, read = ends['inclination, true and read back', 'read back, automatic, seed 0']
     assert read == pytest.approx(np.degrees(series.read_inclination[-1]), rel=1e-3)
     assert any(curve.startswith('no control: falls at 6.0°') for _, curve in ends)
-    assert not any('automatic: falls' in curve for _, curve in ends)
+    assert any(curve.startswith('one of two: 1 of 2 fall at 6.0°') for _, curve in ends)
+    assert not any('automatic: ' in curve for _, curve in ends)

@@ -59,7 +59,8 @@ def _draw_ground(axis: Axes, runs: Runs) -> None:
 
 def _where_it_fell(runs: Runs) -> str:
     ends = [record(run).inclination[-1] for run in runs if fell(run)]
-    return f': falls at {np.degrees(np.mean(ends)):.1f}°' if ends else ''
+    who = 'falls' if len(ends) == len(runs) else f'{len(ends)} of {len(runs)} fall'
+    return f': {who} at {np.degrees(np.mean(ends)):.1f}°' if ends else ''
 
 
 def _read(run: Run) -> tuple[Array, Array]:
