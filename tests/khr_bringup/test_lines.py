@@ -105,6 +105,16 @@ def test_what_no_run_shows_is_not_settled(runs):
     assert never.line is None and never.sure == 'low' and 'no walk' in never.verdict
 
 
+def test_a_peak_whose_experiments_tie_stands_out_all_the_same(runs, monkeypatch):
+    near = lines.strongest_near
+    monkeypatch.setattr(lines, 'strongest_near', lambda *given: replace(
+        near(*given), origin=None, label='unexplained', sure='low'))
+    walks = walks_of(runs)
+    found = settle(Published(2.58, 12.0), walks, bands_of(walks))
+    assert found.share > lines.PEAK and found.sure == 'low'
+    assert found.verdict == 'not settled: the experiments on the peak there tie'
+
+
 def test_the_page_tells_every_published_peak_first(runs):
     text = lines_markdown(runs)
     lead = text.split('\n\n')[0]
@@ -122,6 +132,17 @@ def test_the_figure_shows_lines_bands_and_names(runs, tmp_path):
     assert image.is_file()
     rows = table.read_text(encoding='utf-8')
     assert 'K_H 13: 6.99°, K_A 12, K_H 13' in rows and 'lines of the gait' in rows
+
+
+@pytest.mark.parametrize(('origin', 'sure', 'mark'), [
+    ('gait', 'low', '6'), ('feedback', 'medium', 'K'), ('slipping', 'high', 's'),
+    ('feedback', 'low', '?'), (None, 'low', '?')])
+def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, sure, mark):
+    line, = (each for each in lines.explained(walks_of(runs)) if round(each.order) == 6)
+    monkeypatch.setattr(figures.lines, 'origins', lambda *_: (
+        replace(line, origin=origin, sure=sure),))
+    axis = figures.lines.origin_of_lines({'lines': runs}).axes[0]
+    assert [text.get_text() for text in axis.texts] == [mark]
 
 
 def test_what_is_no_walk_is_refused(tmp_path):

@@ -183,6 +183,9 @@ def settle(peak: Published, walks: Sequence[Walks], bands: Sequence[Band]) -> Se
         return replace(settled, verdict=f'{line.label}: the gait, where the loop rings too')
     if share >= PEAK and line.origin is not None:
         return replace(settled, verdict=line.label, sure=line.sure)
+    if share >= PEAK:
+        return replace(settled, verdict='not settled: the experiments on the peak there tie'
+                       + (', and the loop rings' if ringing else ''))
     if ringing:
         most = len(ringing) > 1 and 2 * len(ringing) > len(near)
         return replace(settled, verdict='control: no line stands out there, and the loop rings',

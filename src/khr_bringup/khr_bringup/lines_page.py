@@ -156,9 +156,10 @@ def _rule(settled: Sequence[Settled]) -> str:
     widths = [band.found.high - band.found.low for each in settled for band in each.bands
               if band.found]
     text = (f'From {PEAK:.0%} of the largest on the verdict is the label of the line there, as '
-            'above. Below that nothing stands out, and the verdict is control if a loop rings '
-            'there: medium if more than half of two or more comparisons have a band that holds '
-            'the frequency, else low.')
+            'above, with low sureness where the loop rings too; a line whose experiments tie '
+            'settles nothing. Below that nothing stands out, and the verdict is control if a '
+            'loop rings there: medium if more than half of two or more comparisons have a band '
+            'that holds the frequency, else low.')
     if widths:
         text += (f' A band is {np.mean(widths):.1f} Hz wide on average: of the frequencies up to '
                  f'{SPAN:g} Hz, chance puts {np.mean(widths) / SPAN:.0%} into it.')

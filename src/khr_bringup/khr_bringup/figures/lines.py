@@ -17,8 +17,8 @@ from khr_bringup.lines import EXPERIMENT, PEAK, PUBLISHED, Band, bands_of, walks
 LARGEST_HZ = 11.0
 SHOWN = ('as it is', 'K_A 18', 'K_H 13', 'T 2.1 s', '5 deg', '5 deg, no feedback',
          '5 deg, mu 0.8', '5 deg, T 2.6 s', '5 deg, K_A 30', '5 deg, K_H 24')
-COLORS = {'gait': '#0072B2', 'feedback': '#D55E00', 'slipping': '#009E73', None: '0.4'}
-MARKS = {'feedback': 'K', 'slipping': 's', None: '?'}
+COLORS = {'gait': '#0072B2', 'feedback': '#D55E00', 'slipping': '#009E73'}
+MARKS = {'feedback': 'K', 'slipping': 's'}
 
 
 def origin_of_lines(runs: Mapping[str, Runs]) -> Figure:
@@ -39,7 +39,7 @@ def origin_of_lines(runs: Mapping[str, Runs]) -> Figure:
                         + ', '.join(f'{peak.frequency:.2f}' for peak in PUBLISHED) + ' Hz')
     figure.supylabel('amplitude of the pitch rate (°/s)', fontsize=9)
     figure.suptitle('Origin of the lines: n on a line n/T of the gait; K feedback, s slipping, '
-                    '? unexplained\ngrey: between the lines; shaded: where a loop rings with more '
+                    '? not settled\ngrey: between the lines; shaded: where a loop rings with more '
                     'gain', fontsize=10)
     return figure
 
@@ -73,9 +73,18 @@ def _shade(axis: Axes, band: Band | None) -> None:
 
 def _name(axis: Axes, lines: Sequence[Line]) -> None:
     for line in lines:
-        if line.frequency > LARGEST_HZ or (line.origin != 'gait' and line.sure == 'low'):
+        if line.frequency > LARGEST_HZ:
             continue
-        text = f'{line.order:.0f}' if line.origin == 'gait' else MARKS[line.origin]
+        text, color = _mark(line)
         axis.annotate(text, (line.frequency, np.degrees(line.amplitude)), xytext=(0, 2),
                       textcoords='offset points', ha='center', fontsize=7,
-                      color=COLORS[line.origin])
+                      color=color)
+
+
+def _mark(line: Line) -> tuple[str, str]:
+    """Return what a peak is marked with, and the colour."""
+    if line.origin == 'gait':
+        return f'{line.order:.0f}', COLORS['gait']
+    if line.origin is None or line.sure == 'low':
+        return '?', '0.4'
+    return MARKS[line.origin], COLORS[line.origin]
