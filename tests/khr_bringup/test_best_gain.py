@@ -8,13 +8,15 @@ import pytest
 from khr_bringup.best_gain import (
     FRICTION,
     INCLINATION,
+    RUBBER,
+    SMOOTH,
     Cell,
     best,
     best_gain_markdown,
     cells_of,
     rubber_markdown,
 )
-from khr_bringup.experiments import Run
+from khr_bringup.experiments import Run, specification_of
 from khr_bringup.scenario import load
 from khr_bringup.sweeps.trial import RESULTS
 
@@ -82,3 +84,15 @@ def test_rubber_is_put_beside_smooth():
     assert limits['0.8'] == pytest.approx(5.0, abs=0.2)
     assert 'inf' not in text and 'from' in text
     assert 'slip by 0.05 and the vibration by 2.00' in text and 'up to 4 deg' in text
+
+
+def test_soles_that_do_not_slip_have_no_ratio():
+    runs = [run(4.0, y, 0, 'walked', 0.1, slip, FRICTION) for y, slip in ((0.18, 0.0), (0.8, 0.0))]
+    text = rubber_markdown(runs)
+    assert 'slip by - and the vibration by 1.00' in text
+
+
+def test_the_map_of_friction_holds_both_soles():
+    """The table has columns for them: a map without them would leave them empty."""
+    tried = specification_of('map_walk_mu', False).axes[FRICTION].values
+    assert {SMOOTH, RUBBER} <= set(tried)

@@ -12,11 +12,12 @@ from khr_bringup.experiments import Run, Runs
 from khr_bringup.scoreboard_page import number
 from khr_bringup.sweeps.statistics import crossing, wilson
 from khr_common.markdown import table
+from khr_sim.parameters import SimulatorParameters
 
 CRITERION = ('the gain with which most seeds survive; among equals the one with which fewest '
              'slip; among equals the one that vibrates least')
 INCLINATION, FRICTION = 'simulator.inclination_deg', 'simulator.friction'
-SMOOTH, RUBBER = 0.18, 0.8  # of the tables' columns; defaults of friction_smooth, friction_rubber
+SMOOTH, RUBBER = SimulatorParameters().friction_smooth, SimulatorParameters().friction_rubber
 GAINS = {'ankle_controller.gain': 'K_A', 'hip_controller.gain': 'K_H'}
 
 
@@ -125,10 +126,16 @@ def _change(place: dict[tuple[Any, Any], Cell], slopes: Sequence[float]) -> str:
             and place[slope, SMOOTH].survived and place[slope, RUBBER].survived]
     if not both:
         return 'On no ground do runs survive with both soles.\n'
-    vibration = np.median([rubber.vibration / smooth.vibration for smooth, rubber in both])
-    slip = np.median([rubber.slip / smooth.slip for smooth, rubber in both])
+    vibration, slip = (_growth([(getattr(smooth, name), getattr(rubber, name))
+                                for smooth, rubber in both]) for name in ('vibration', 'slip'))
     return (f'Where both survive (up to {both[-1][0].x:g} deg) rubber multiplies the largest slip '
-            f'by {slip:.2f} and the vibration by {vibration:.2f} (medians over the ground).\n')
+            f'by {slip} and the vibration by {vibration} (medians over the ground).\n')
+
+
+def _growth(pairs: Sequence[tuple[float, float]]) -> str:
+    """Write the median of the second over the first, of those whose first is not 0."""
+    known = [second / first for first, second in pairs if first]
+    return number(float(np.median(known)) if known else np.nan, 2)
 
 
 def _cell(x: Any, y: Any, runs: Sequence[Run]) -> Cell:
