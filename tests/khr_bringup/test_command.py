@@ -77,6 +77,13 @@ def test_interruption_is_exit_code_130(monkeypatch, capsys):
     assert (code, out, err) == (130, '', '')
 
 
+def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(command.scenarios, 'load', lambda _: (tmp_path / 'gone').read_text())
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out) == (2, '')
+    assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"
+
+
 @pytest.mark.parametrize('columns', ['80', '200'])
 def test_scenarios_lists_all(monkeypatch, capsys, columns):
     monkeypatch.setenv('COLUMNS', columns)

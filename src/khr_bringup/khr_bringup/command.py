@@ -314,6 +314,10 @@ def main() -> None:
         _leave(str(error), 1)
     except KhrError as error:
         _leave(str(error), 2)
+    except OSError as error:
+        if error.filename is None:  # no file that the user could look at
+            raise
+        _leave(f'{str(error.filename)!r}: {error.strerror}', 2)
 
 
 def _usage(error: TyperException) -> str:
