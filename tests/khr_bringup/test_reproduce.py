@@ -9,7 +9,7 @@ import pytest
 from khr_bringup.errors import BringupError
 from khr_bringup.figures import FIGURES, paths
 from khr_bringup.page.board import judged
-from khr_bringup.reproduce import MAP, SCOREBOARD, reproduce, wanted
+from khr_bringup.reproduce import MAP, SCOREBOARD, Found, _told, reproduce, wanted
 from khr_bringup.scoreboard_rows import LIMITS, TRENDS, WALKS
 from tests.graph.conftest import KHR
 
@@ -108,6 +108,13 @@ def test_what_is_wanted_is_what_is_named():
     every = wanted(None, fast=False)
     assert every.scoreboard and every.figures == tuple(FIGURES)
     assert SCOREBOARD not in every.experiments
+
+
+def test_a_text_that_cannot_be_told_does_not_lose_the_page():
+    found = Found([], ('', ''), {}, 0, [])
+    assert _told(lambda runs: str(1 / len(runs)), 'lines', [], found) == ''
+    assert found.failed == ['lines: ZeroDivisionError: division by zero']
+    assert _told(lambda runs: 'well', 'lines', [], found) == 'well'
 
 
 def test_a_place_that_cannot_be_written_is_one_line(tmp_path):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -15,7 +16,7 @@ from khr_bringup import experiments
 from khr_bringup.best_gain import map_markdown
 from khr_bringup.critical import limit_of_seed
 from khr_bringup.errors import BringupError
-from khr_bringup.experiments import ROOT, Opened, shipped
+from khr_bringup.experiments import ROOT, Opened, Runs, shipped
 from khr_bringup.figures import FIGURES, draw, drawing_of
 from khr_bringup.jobs import KeptJobs
 from khr_bringup.lines_page import lines_markdown
@@ -27,7 +28,6 @@ from khr_bringup.scoreboard import ask_all, board
 from khr_bringup.scoreboard_runs import Bench
 from khr_bringup.sweeps import INTERRUPTED, check_workers, tell_lost
 from khr_bringup.sweeps.version import code_version
-from khr_common import KhrError
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -196,17 +196,21 @@ def _board(bench: Bench, asked: Wanted) -> tuple[tuple[str, str], list[str]]:
 
 def _contents(asked: Wanted, found: Found, began: float) -> Reproduction:
     runs = runs_by_name(asked.experiments, ROOT, asked.fast)
-    lines = ''
-    if LINES in runs:
-        try:
-            lines = lines_markdown(runs[LINES])
-        except KhrError as error:
-            found.failed.append(f'{LINES}: {error}')
+    lines = _told(lines_markdown, LINES, runs[LINES], found) if LINES in runs else ''
     return Reproduction(
         [each for each in found.drawn if each.number in FIGURES], *found.scoreboard,
         [each for each in found.drawn if each.number not in FIGURES], runs, found.seeds,
         time.monotonic() - began, asked.fast, _versions(), asked.command, lines,
-        {name: map_markdown(runs[name]) for name in asked.maps if runs[name]})
+        {name: _told(map_markdown, name, runs[name], found) for name in asked.maps if runs[name]})
+
+
+def _told(tell: Callable[[Runs], str], name: str, runs: Runs, found: Found) -> str:
+    """Return what runs tell; nothing, and why, if that fails."""
+    try:
+        return tell(runs)
+    except Exception as error:  # whatever is wrong with it, the page is written
+        found.failed.append(f'{name}: {reason(error)}')
+        return ''
 
 
 def _write(out: Path, findings: Path, contents: Reproduction) -> Path:
