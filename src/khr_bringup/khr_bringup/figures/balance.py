@@ -101,8 +101,8 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
             linestyle=line, marker=mark, markerfacecolor='white')
     axis.set(xlabel=standing.SLOPE, ylabel=standing.DIFFERENCE)
     legend_below(axis, 2)
-    figure.suptitle('Figure 3.10: the toe-heel difference at rest rises with the inclination as '
-                    'in (3.7)\nmedian of the seeds, band from smallest to largest; x: a seed fell')
+    figure.suptitle('Figure 3.10: the toe-heel difference at rest over the inclination, models '
+                    'and robot\nmedian of seeds, band from smallest to largest; x: a seed fell')
     return figure
 
 

@@ -148,8 +148,8 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
         axis.set(xlabel='time from the start of the motion (s)', ylabel='force (N)',
                  ylim=(-0.18 * ROBOT.weight, 1.3 * ROBOT.weight))
         seed_legend(axis, loc='upper right', ncols=3)
-    figure.suptitle('Figure 3.4: the steeper the ground, the more the toe carries, and the less '
-                    'the heel\na thin line per seed, true forces, no control')
+    figure.suptitle('Figure 3.4: toe and heel force of the support foot while the other leg '
+                    'lifts\na thin line per seed, true forces, no control')
     return figure
 
 
@@ -164,8 +164,8 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
         axis.set(xlabel=SLOPE, ylabel='force of the support foot (N)', ylim=(0.0, None))
     legend_below(axes[0], 3)
     share_scale(axes)
-    figure.suptitle('Figure 3.5: the toe force rises with the inclination and the heel force '
-                    'falls to nothing\nmedian of the seeds, band from smallest to largest; '
+    figure.suptitle('Figure 3.5: toe and heel force of the support foot over the inclination'
+                    '\nmedian of the seeds, band from smallest to largest; '
                     'x: a seed fell; no control')
     return figure
 
@@ -185,8 +185,8 @@ def stages(runs: Mapping[str, Runs]) -> Figure:
     draw_own_difference(axis, lifts[STAGE_1][0])
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
     legend_below(axis, 2)
-    figure.suptitle('Figure 3.6: each loop lets the robot stand at a smaller Δ, until the toe '
-                    'carries all again\nmedian of the seeds and their range; x: a seed fell')
+    figure.suptitle('Figure 3.6: the toe-heel difference over the inclination in the three '
+                    'stages of control\nmedian of the seeds and their range; x: a seed fell')
     return figure
 
 
@@ -205,8 +205,8 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
                   fontsize=8, color='0.3')
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
     axis.legend(handles=main_lines(axis), loc='lower right')
-    figure.suptitle('Figure 3.15: the more gain on the toe-heel difference, the smaller it is on '
-                    'the same ground\nmedian of the seeds and their range; x: a seed fell')
+    figure.suptitle('Figure 3.15: the toe-heel difference over the inclination for raised gains '
+                    'of its loop\nmedian of the seeds and their range; x: a seed fell')
     return figure
 
 
