@@ -157,8 +157,8 @@ def _moved(why: Sequence[Row]) -> list[str]:
         return []
     listed = ', '.join(f'{name} {shift:+.2f}' for shift, name in
                        sorted(told, key=lambda each: -abs(each[0])))
-    return [f'**What moves the limits that miss**, in deg on average, the strongest first: '
-            f'{listed}.']
+    return [f'**What moves the limits that miss**, in deg on average, by one seed, the strongest '
+            f'first: {listed}.']
 
 
 def _lines(contents: Reproduction) -> list[str]:
