@@ -123,6 +123,7 @@ def test_the_page_tells_every_published_peak_first(runs):
     assert 'gait line 6: the gait (high)' in lead
     assert '| 2.60 | 6.00 |' in text and 'f_0' in text
     assert 'no power' in text and '7%' in text
+    assert 'up to 15 Hz lies on lines of the gait (chance: 25%)' in text
     heads = [line for line in text.splitlines() if line.startswith('## ')]
     assert heads[0] == '## The peaks of walk_6.99deg_ka12, as it is' and len(heads) == 4
 

@@ -24,6 +24,7 @@ from khr_bringup.experiments import Run, Runs, missing, run_on, runs_of, shipped
 from khr_bringup.progress import Bar
 from khr_bringup.scenario import load, read_yaml
 from khr_bringup.scoreboard_rows import LINE_HZ
+from khr_bringup.sweeps import tell_lost
 from khr_bringup.sweeps.axes import CASE
 from khr_bringup.sweeps.folder import Folder, discard_other
 from khr_bringup.sweeps.reading import parse
@@ -223,7 +224,8 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         if left := missing(sweeps):
             with (Bar(EXPERIMENT, left, lines=True) as bar,
                   connected(min(workers, left)) as client):
-                run_on(client, sweeps, bar)
+                if lost := run_on(client, sweeps, bar):
+                    tell_lost(lost)
         folder.export()
     return runs_of(path)
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from khr_analysis.cycle_spectrum import Walks
+from khr_analysis.cycle_spectrum import HIGHEST, Walks
 from khr_analysis.line_chance import chance_within, places
 from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.origin import RULE, Line
@@ -107,9 +107,9 @@ def _peaks(walks: Sequence[Walks], lines: Sequence[Line]) -> str:
     text = (f'{base.cycles} whole cycles of {base.treatment.cycle_period:g} s resolve '
             f'{width:.3f} Hz; seeds: {len(base.records)}. {of_gait} of {len(lines)} peaks from '
             f'{PEAK:.0%} of the largest on come from the gait; the largest is {strongest.label} '
-            f'at {strongest.frequency:.2f} Hz. Second method, averaging over cycles: '
-            f"{base.repeating_share():.1%} of the pitch rate's variance repeats in every cycle; "
-            'for each peak it is the last column.\n')
+            f"at {strongest.frequency:.2f} Hz. {base.repeating_share():.1%} of the pitch rate's "
+            f'variance up to {HIGHEST:g} Hz lies on lines of the gait (chance: '
+            f'{1.0 / base.cycles:.0%}). Second method, averaging over cycles: the last column.\n')
     rows = [(f'{line.frequency:.2f}', f'{line.order:.2f}', _within(line), line.label, line.sure,
              f'{line.locked:.0%}') for line in lines]
     return '\n'.join((text, table(
@@ -153,8 +153,8 @@ def _published(settled: Sequence[Settled]) -> str:
 
 
 def _rule(settled: Sequence[Settled]) -> str:
-    widths = [band.found.high - band.found.low for each in settled for band in each.bands
-              if band.found]
+    bands = {band for each in settled for band in each.bands}  # of a loop they are the same
+    widths = [band.found.high - band.found.low for band in bands if band.found]
     text = (f'From {PEAK:.0%} of the largest on the verdict is the label of the line there, as '
             'above, with low sureness where the loop rings too; a line whose experiments tie '
             'settles nothing. Below that nothing stands out, and the verdict is control if a '
