@@ -154,12 +154,14 @@ def lines(
 
 @app.command()
 def push(
-    ka: Annotated[str, typer.Option(help='Ankle gains K_A; 0 is no control.')] = '0,12,18',
-    duration: Annotated[str, typer.Option(help='Of the pushes, in s.')] = '0.1,0.2,0.5',
+    ka: Annotated[str, typer.Option(
+        help='Ankle gains K_A, with commas; 0 is no control.')] = '0,12,18',
+    duration: Annotated[str, typer.Option(
+        help='Of the pushes, in s, with commas.')] = '0.1,0.2,0.5',
     direction: Annotated[str, typer.Option(
-        help='Where they come from: front, behind or both.')] = 'front,behind',
+        help='Where they come from, with commas: front, behind.')] = 'front,behind',
     gyro: Annotated[str, typer.Option(
-        help='Gyro models: packaged, circuit or both.')] = 'packaged,circuit',
+        help='Gyro models, with commas: packaged, circuit.')] = 'packaged,circuit',
     out: Annotated[Path | None, typer.Option(
         help='Folder for push.csv and push.md; only printed if left out.')] = None,
 ) -> None:
@@ -182,7 +184,7 @@ def critical(
         '--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.')] = True,
     ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
     kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
-    surface: Annotated[str, typer.Option(help='Under a walk: smooth or rubber.')] = 'smooth',
+    surface: Annotated[str, typer.Option(help='Under a walk: smooth, rubber or pads.')] = 'smooth',
     seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
     tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
