@@ -1,6 +1,7 @@
 """Films: the pictures are those of the run, and the run is the one recorded."""
 
 import json
+from math import nan
 
 import numpy as np
 import pytest
@@ -76,7 +77,9 @@ def test_run_that_does_not_repeat_is_told(folder):
 
 @pytest.mark.parametrize(('options', 'word'), [
     ({'size': (95, 80, 20.0)}, '--width'), ({'size': (96, 80, 0.0)}, '--rate'),
-    ({'still': 9.0, 'size': SMALL}, '--still'), ({'part': (5.0, 6.0), 'size': SMALL}, '--start')])
+    ({'still': 9.0, 'size': SMALL}, '--still'), ({'still': nan, 'size': SMALL}, '--still'),
+    ({'part': (5.0, 6.0), 'size': SMALL}, '--start'),
+    ({'part': (0.1, 0.05), 'size': SMALL}, '--end')])
 def test_arguments_are_refused(folder, options, word):
     with pytest.raises(BringupError, match=word):
         render_run(str(folder), **options)

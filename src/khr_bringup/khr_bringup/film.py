@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from khr_bringup.errors import BringupError, RunError
-from khr_bringup.offline import Controllers, run_offline
+from khr_bringup.offline import Controllers, duration, run_offline
 from khr_bringup.scenario import Scenario, load
 from khr_common.rotation import matrix, pitched
 from khr_sim.camera import render
@@ -209,6 +209,7 @@ def render_run(run: str, out: Path | None = None, still: float | None = None,
     """
     look = _look(*size)
     scenario = scenario_of(run)
+    _within(duration(scenario), still, part)
     base = _base(run, scenario, out)
     _writable(base)
     kept = frames(scenario, run)
@@ -242,6 +243,16 @@ def _pictures(scenario: Scenario, kept: list[Frame], picked: list[int],
             yield caption.draw(stage.picture(kept[index].truth), index)
     finally:
         stage.close()
+
+
+def _within(longest: float, still: float | None, part: tuple[float, float | None]) -> None:
+    """Refuse times that no run of this length has, before it is repeated."""
+    for name, time in (('still', still), ('start', part[0]), ('end', part[1])):
+        if time is not None and not 0.0 <= time <= longest:
+            raise BringupError(f'--{name}: {time:g} is not accepted; accepted: [0, {longest:g}] s')
+    if part[1] is not None and part[1] <= part[0]:
+        raise BringupError(f'--end: {part[1]:g} is not accepted; accepted: after --start, '
+                           f'({part[0]:g}, {longest:g}] s')
 
 
 def _look(width: int, height: int, rate: float) -> Look:
