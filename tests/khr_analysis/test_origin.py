@@ -113,6 +113,15 @@ def test_without_experiments_nothing_is_sure():
     assert {line.sure for line in found} == {'low'}
 
 
+def test_one_seed_makes_nothing_quite_sure():
+    base, *changed = ([replace(each, records=each.records[:1]) for each in
+                       (walks('as it is', BASE), *others())])
+    found = origins(base, changed, 0.2)
+    assert found and not any(line.sure == 'high' for line in found)
+    assert not any(each.speaks_for for line in found for each in line.evidence
+                   if each.experiment == 'gain' and 'does not matter' in each.words)
+
+
 def test_wrong_evidence_changes_the_label():
     """Records of another walk under the name of an experiment: the label follows them."""
     base = walks('as it is', BASE)

@@ -28,7 +28,8 @@ PEAKS_PER_CYCLE = 4  # f_0 = 4/T
 GAINS = ('ankle_gain', 'hip_gain')
 RULE = ('high: at least four experiments speak for the label, none against, and averaging over '
         'cycles agrees; medium: at least three for, and one of these conditions short of high; '
-        'low: anything less, or an amplitude whose interval over the seeds holds 0')
+        'low: anything less, or an amplitude whose interval over the seeds holds 0; one seed has '
+        'no interval and is short of high')
 
 
 @dataclass(frozen=True)
@@ -170,7 +171,8 @@ def _label(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Line:
     low, high = _interval(amplitudes)
     return Line(peak.frequency, base.order(peak.frequency), float(amplitudes.mean()), low, high,
                 origin, _words(origin, peak, base),
-                _sure(origin, most, against, (locked >= 0.5) == (origin == 'gait'), low <= 0.0),
+                _sure(origin, most, against, (locked >= 0.5) == (origin == 'gait'),
+                      None if np.isnan(low) else low <= 0.0),
                 locked, evidence)
 
 
@@ -182,8 +184,8 @@ def _interval(values: Array) -> tuple[float, float]:
 
 
 def _sure(origin: Origin | None, votes: int, against: int, checked: bool,
-          scattered: bool) -> Sureness:
-    short = (votes < 4) + against + (not checked)
+          scattered: bool | None) -> Sureness:
+    short = (votes < 4) + against + (not checked) + (scattered is None)
     if origin is None or scattered or votes < 3 or short > 1:
         return 'low'
     return 'medium' if short else 'high'
@@ -259,7 +261,7 @@ def _cycle(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None
     if set(said) == {'Hz'}:
         return Evidence('cycle', frozenset({'feedback', 'slipping'}),
                         'stays at its frequency with another cycle')
-    return Evidence('cycle', frozenset(), 'follows neither n nor frequency with another cycle')
+    return Evidence('cycle', frozenset(), 'another cycle does not tell whether n or Hz stays')
 
 
 def _gain(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -277,6 +279,8 @@ def _gain(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
         speaks: frozenset[Origin] = frozenset() if peak.line is not None else frozenset(
             {'feedback'})
         return Evidence('gain', speaks, f'grows or shrinks with the gain: {words}')
+    if not any(np.isfinite(each.low) for _, each in found):
+        return Evidence('gain', frozenset(), f'one seed tells no scatter: {words}')
     return Evidence('gain', frozenset({'gait', 'slipping'}),
                     f'the gain does not matter beyond the seeds: {words}')
 

@@ -103,6 +103,8 @@ def _peaks(walks: Sequence[Walks], lines: Sequence[Line]) -> str:
     base = walks[0]
     width = base.frequency[1]
     of_gait = sum(line.origin == 'gait' for line in lines)
+    if not lines:
+        return 'The spectrum has no peak.\n'
     strongest = max(lines, key=lambda line: line.amplitude)
     text = (f'{base.cycles} whole cycles of {base.treatment.cycle_period:g} s resolve '
             f'{width:.3f} Hz; seeds: {len(base.records)}. {of_gait} of {len(lines)} peaks from '

@@ -89,7 +89,10 @@ def draw_seeds(axis: Axes, runs: Runs, signal: Callable[[Run], tuple[Array, Arra
 
 def draw_over_inclination(axis: Axes, runs: Runs, value: Callable[[Run], float], label: str,
                           **look: Any) -> None:
-    """Draw a value over the inclination; NaN is one that a run fell too early to have."""
+    """Draw a value over the inclination; NaN is one that a run fell too early to have.
+
+    Such a run is marked at the bottom of the panel, and its mark is no value of the table.
+    """
     groups = sorted(grouped(runs, inclination_deg).items())
     table = [np.array([value(run) for run in group]) for _, group in groups]
     known = [index for index, values in enumerate(table) if np.isfinite(values).any()]
@@ -105,9 +108,13 @@ def draw_over_inclination(axis: Axes, runs: Runs, value: Callable[[Run], float],
                       label=f'{label}, {name} of the seeds')
     fallen = [(phi, found) for (phi, group), values in zip(groups, table, strict=True)
               for run, found in zip(group, values, strict=True) if fell(run)]
-    if fallen:
-        axis.plot([phi for phi, _ in fallen], [np.nan_to_num(found) for _, found in fallen],
-                  label=f'{label}: fell', **{**FALLEN, 'color': color})
+    look = {**FALLEN, 'color': color}
+    late = [each for each in fallen if np.isfinite(each[1])]
+    if late:
+        axis.plot(*zip(*late, strict=True), label=f'{label}: fell', **look)
+    axis.plot([phi for phi, found in fallen if not np.isfinite(found)],
+              [0.02 for _, found in fallen if not np.isfinite(found)],
+              label='_fell before', transform=axis.get_xaxis_transform(), **look)
 
 
 def main_lines(axis: Axes) -> list[Line2D]:
