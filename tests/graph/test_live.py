@@ -81,6 +81,16 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     assert ratio_changes_once(bag, 12.0, 18.0)
 
 
+def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(run):
+    for source in ('force', 'gyro') * 3:
+        changed = khr('set', 'ankle_controller', 'source', source, '--domain', run.domain)
+        assert changed.code == 0, changed.err
+    assert interrupt(run).code == 130
+    stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+              for _, message in read_bag(run.folder / 'bag')['/ankle_controller/correction']]
+    assert {b - a for a, b in pairwise(stamps)} == {15_000_000}
+
+
 def ratio_changes_once(bag, before, after):
     """Correction by rate tells the gain of every period; it must jump from one to the other."""
     rates = {message.header.stamp.sec * 10**9 + message.header.stamp.nanosec:

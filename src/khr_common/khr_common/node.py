@@ -230,19 +230,22 @@ class StampJudge:
 
     A simulator that misses an answer asks again with the same stamp: a node then sends its last
     answer once more and its core does not step. A stamp that goes back is a run that starts anew.
+
+    Attributes:
+        last: the newest stamp of the run, ns; negative before the first.
     """
 
     def __init__(self, restart: Callable[[], None]) -> None:
-        self._last = -1
+        self.last = -1
         self._restart = restart
 
     def is_new(self, stamp_ns: int) -> bool:
         """Return whether the core should step; restart it first if time went back."""
-        if stamp_ns == self._last:
+        if stamp_ns == self.last:
             return False
-        if stamp_ns < self._last:
+        if stamp_ns < self.last:
             self._restart()
-        self._last = stamp_ns
+        self.last = stamp_ns
         return True
 
 

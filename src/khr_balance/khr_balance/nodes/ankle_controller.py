@@ -19,12 +19,14 @@ class AnkleControllerNode(CorrectionNode):
         super().__init__('ankle_controller', AnkleControllerParameters,
                          ('l_ankle_pitch', 'r_ankle_pitch'))
         self._controller = AnkleController(self.parameters)
-        self.configure(self.parameters)
+        self.listen(PITCH_RATE, 'gyro')
+        self.listen(FOOT_FORCES, 'force')
+        self.answer_from(self.parameters.source)
 
     def configure(self, parameters: AnkleControllerParameters) -> None:
-        """Pass changed parameters to the law, and listen to its source alone."""
+        """Pass changed parameters to the law, and answer from its source."""
         self._controller.configure(parameters)
-        self.listen(PITCH_RATE if parameters.source == 'gyro' else FOOT_FORCES)
+        self.answer_from(parameters.source)
 
     def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
         """Step the law with what its source has measured."""

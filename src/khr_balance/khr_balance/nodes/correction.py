@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -16,10 +17,7 @@ PITCH_RATE: Inputs = {'imu/data_raw': (Imu, lambda imu: wire.angular_velocity(im
 
 
 class CorrectionNode(InstantNode):
-    """Publish ``~/correction`` for a pair of joints, stamped as the sample that it answers.
-
-    A change of what it listens to during a run loses nothing: the simulator asks again.
-    """
+    """Publish ``~/correction`` for a pair of joints, stamped as the sample that it answers."""
 
     parameters: FeedbackParameters
 
@@ -29,14 +27,14 @@ class CorrectionNode(InstantNode):
         self._output = self.publish_form(
             JointState(name=list(joints), position=[BLANK, BLANK]), '~/correction')
 
+    @abstractmethod
     def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
         """Return the law's correction, rad, to what the sensors have measured."""
-        raise NotImplementedError
 
-    def listen(self, sensors: Inputs) -> None:
-        """Listen to the sensors, and to the stage if the controller is staged."""
+    def listen(self, sensors: Inputs, group: str = '') -> None:
+        """Listen to a group of sensors, and to the stage if the controller is staged."""
         stage: Inputs = {'stage': (JointState, self._share)}
-        self.listen_for({**sensors, **stage} if self.parameters.staged else sensors)
+        self.listen_for({**sensors, **stage} if self.parameters.staged else sensors, group)
 
     def _share(self, stage: bytes) -> float:
         return dict(zip(*wire.joint_positions(stage), strict=True))[self.get_name()]
