@@ -43,7 +43,7 @@ class Reproduction:
         maps: stability maps, by the names of their experiments.
         runs: by experiment.
         seeds: number of seeds, by experiment; 0 for one that has its scenario's own.
-        seconds: that everything took, of wall time.
+        seconds: of wall time, of the command; what had been done before is not in it.
         fast: whether it is the quick and coarse form.
         versions: of the code, and of what it rests on.
         command: does it again.
@@ -63,3 +63,9 @@ class Reproduction:
     command: str
     lines: str = ''
     tables: dict[str, str] = field(default_factory=dict)
+
+    @property
+    def run_seconds(self) -> float:
+        """Return how long all runs took, one after the other, s."""
+        return float(sum(run.row.get('wall_time_s') or 0.0
+                         for runs in self.runs.values() for run in runs))

@@ -46,7 +46,8 @@ class Lift:
         outcome: of the monitor.
         toe, heel: mean force on the support foot in the later half of the time on one leg, N;
             NaN if the robot fell before it was over.
-        overshoot: largest pitch rate of the torso in the whole motion, either way, rad/s.
+        overshoot: largest pitch rate of the torso, either way, from where the motion begins, rad/s;
+            NaN if the robot fell before.
     """
 
     outcome: Outcome
@@ -81,19 +82,21 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
     """Lift one leg once."""
     gait = condition.scenario(inclination_deg).table('gait')
     support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
-    up = start_of_lift(inclination_deg) + gait.shift_time + gait.lift_time
+    begin = start_of_lift(inclination_deg)  # before, the robot settles and the board tilts
+    up = begin + gait.shift_time + gait.lift_time
     forces: list[Any] = []
     rates: list[float] = []
 
     def look(truth: Any, _: object) -> None:
         time = truth.stamp_ns / 1e9
-        rates.append(abs(float(truth.angular_rate[1])))
+        if time >= begin:
+            rates.append(abs(float(truth.angular_rate[1])))
         if up + gait.hold_time / 2.0 <= time <= up + gait.hold_time:
             forces.append(truth.contact_force[support, 2])
 
     outcome = run(condition, inclination_deg, seed, look)
     if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
-        return Lift(outcome, np.nan, np.nan, max(rates))
+        return Lift(outcome, np.nan, np.nan, max(rates, default=np.nan))
     toe, heel = np.mean(forces, axis=0).tolist()
     return Lift(outcome, toe, heel, max(rates))
 

@@ -112,9 +112,11 @@ def draw_over_inclination(axis: Axes, runs: Runs, value: Callable[[Run], float],
     late = [each for each in fallen if np.isfinite(each[1])]
     if late:
         axis.plot(*zip(*late, strict=True), label=f'{label}: fell', **look)
-    axis.plot([phi for phi, found in fallen if not np.isfinite(found)],
-              [0.02 for _, found in fallen if not np.isfinite(found)],
-              label='_fell before', transform=axis.get_xaxis_transform(), **look)
+    early = [phi for phi, found in fallen if not np.isfinite(found)]
+    if early:
+        mark, = axis.plot(early, [0.02] * len(early), label='_fell before',
+                          transform=axis.get_xaxis_transform(), **look)
+        mark.set_in_layout(False)  # it is no data, and must not move the panel
 
 
 def main_lines(axis: Axes) -> list[Line2D]:

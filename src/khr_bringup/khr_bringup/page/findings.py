@@ -171,8 +171,8 @@ def _lines(contents: Reproduction) -> list[str]:
 def _repeat(contents: Reproduction) -> str:
     runs = sum(map(len, contents.runs.values()))
     versions = ', '.join(f'{name} {version}' for name, version in contents.versions.items())
-    return (f'`{contents.command}` repeats all of it: {runs} runs, {len(contents.figures)} '
-            f'figures; it took {duration(contents.seconds)}. With the same versions ({versions}) '
+    return (f'`{contents.command}` repeats all of it: {len(contents.figures)} figures and {runs} '
+            f'runs, which took {duration(contents.run_seconds)} of one core. With the same versions ({versions}) '
             'every run takes the same trajectory, bit for bit; the page that it writes tells the '
             'hash of each.')
 

@@ -54,7 +54,8 @@ def _lead(contents: Reproduction) -> list[str]:
         'and walked a robot of 1.5 kg on an incline, held up by its ankles and hips.',
         'Here a simulated robot does the same, and every number on its side is measured: '
         f'{count(len(drawn), "figure")}, {count(runs, "run")} in '
-        f'{count(len(contents.runs), "experiment")}, in {duration(contents.seconds)}.']
+        f'{count(len(contents.runs), "experiment")}, which took '
+        f'{duration(contents.run_seconds)} of one core.']
     if contents.fast:
         return [*lines, 'This is the quick form: fewer seeds and points, so coarser limits.']
     return [*lines, 'What misses the thesis is shown like what agrees with it.']
@@ -115,8 +116,9 @@ def _making(contents: Reproduction) -> Section:
     listed = Markup('<pre><code>{}</code></pre>').format('\n'.join(dict.fromkeys(commands)))
     seeds = [(name, len(runs), contents.seeds.get(name) or "the scenario's own")
              for name, runs in contents.runs.items()]
-    body = part('paragraphs', [f'Everything took {duration(contents.seconds)}. The same versions '
-                               'give the same trajectories, bit for bit.'])
+    body = part('paragraphs', [
+        f'The command took {duration(contents.seconds)}, without what had been done before. The '
+        'same versions give the same trajectories, bit for bit.'])
     body += part('folded', 'Commands: all of it, and each figure alone', listed)
     body += part('table', ['what', 'version'], sorted(contents.versions.items()))
     if seeds:
