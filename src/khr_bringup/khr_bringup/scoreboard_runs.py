@@ -46,8 +46,8 @@ class Lift:
         outcome: of the monitor.
         toe, heel: mean force on the support foot in the later half of the time on one leg, N;
             NaN if the robot fell before it was over.
-        overshoot: largest pitch rate of the torso, either way, from where the motion begins, rad/s;
-            NaN if the robot fell before.
+        overshoot: largest pitch rate of the torso, either way, from where the motion begins,
+            rad/s; NaN if the robot fell before.
     """
 
     outcome: Outcome
