@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
@@ -116,7 +117,9 @@ def opened(names: Iterable[str], fast: bool, root: Path = ROOT) -> Iterator[list
         for name in names:
             specification, path = specification_of(name, fast), folder_of(name, fast, root)
             request = {'version': code_version(), **specification.record()}
-            discard_other(path, request)
+            if discard_other(path, request):
+                print(f'khr: {path}: its runs are of another version or experiment, and are made '
+                      'anew', file=sys.stderr)
             sweeps.append((specification, stack.enter_context(Folder(path, request))))
         try:
             yield sweeps
