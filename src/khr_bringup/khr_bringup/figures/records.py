@@ -91,7 +91,7 @@ def draw_over_inclination(axis: Axes, runs: Runs, value: Callable[[Run], float],
                           **look: Any) -> None:
     """Draw a value over the inclination; NaN is one that a run fell too early to have.
 
-    Such a run is marked at the bottom of the panel, and its mark is no value of the table.
+    Such a run is marked at the bottom of the panel; in the table it has no value.
     """
     groups = sorted(grouped(runs, inclination_deg).items())
     table = [np.array([value(run) for run in group]) for _, group in groups]
@@ -109,9 +109,8 @@ def draw_over_inclination(axis: Axes, runs: Runs, value: Callable[[Run], float],
     fallen = [(phi, found) for (phi, group), values in zip(groups, table, strict=True)
               for run, found in zip(group, values, strict=True) if fell(run)]
     look = {**FALLEN, 'color': color}
-    late = [each for each in fallen if np.isfinite(each[1])]
-    if late:
-        axis.plot(*zip(*late, strict=True), label=f'{label}: fell', **look)
+    if fallen:
+        axis.plot(*zip(*fallen, strict=True), label=f'{label}: fell', **look)
     early = [phi for phi, found in fallen if not np.isfinite(found)]
     if early:
         mark, = axis.plot(early, [0.02] * len(early), label='_fell before',
