@@ -58,7 +58,7 @@ def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
     khr_sim.world.bullet = SimpleNamespace(
         **{**vars(real), 'setJointMotorControlArray': motors})
     try:
-        run_offline(SHORT, lambda truth, _: positions.append(truth.joint_position.tolist()))
+        run_offline(SHORT, lambda truth, *_: positions.append(truth.joint_position.tolist()))
     finally:
         khr_sim.world.bullet = real
     return joints, torques, positions[-1]
@@ -106,7 +106,7 @@ def offline() -> Figures:
     """Return the real-time factor of the offline twin, from its first instant on."""
     began = (0.0, 0.0)
 
-    def watch(truth: Truth, _: object) -> None:
+    def watch(truth: Truth, *_: object) -> None:
         nonlocal began
         if truth.step == 0:
             began = clocks()

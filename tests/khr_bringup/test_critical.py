@@ -95,9 +95,9 @@ def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
         (('gait', 'shift_time'), 0.3), (('gait', 'lift_time'), 0.2), (('gait', 'hold_time'), 0.1),
         (('gait', 'lift'), 0.003), (('gait', 'end_pause'), 0.0)))
     seen = []
-    run(condition, 1.0, 0, lambda truth, _: seen.append((truth.stamp_ns / 1e9,
-                                                         np.degrees(truth.inclination),
-                                                         truth.joint_position[7])))
+    run(condition, 1.0, 0, lambda truth, *_: seen.append((truth.stamp_ns / 1e9,
+                                                          np.degrees(truth.inclination),
+                                                          truth.joint_position[7])))
     time, inclination, hip_roll = np.array(seen).T
     assert inclination[0] == 0.0
     assert inclination[-1] == pytest.approx(1.0)

@@ -21,9 +21,8 @@ from scipy import stats
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.errors import BringupError
-from khr_bringup.offline import Controllers, run_offline
+from khr_bringup.offline import Watch, run_offline
 from khr_bringup.scenario import Scenario, noise_seeds
-from khr_sim.truth import Truth
 from khr_sim.world import TILTING_SPEED
 
 LOWEST, HIGHEST = 0.0, 20.0  # deg, where a search ends
@@ -170,7 +169,7 @@ def attempt(condition: Condition, inclination_deg: float, seed: int) -> Trial:
 
 
 def run(condition: Condition, inclination_deg: float, seed: int,
-        watch: Callable[[Truth, Controllers], object] | None = None) -> Outcome:
+        watch: Watch | None = None) -> Outcome:
     """Run one trial and return how it ended.
 
     A walk starts on the inclined ground. For a leg lift the board is tilted under the standing

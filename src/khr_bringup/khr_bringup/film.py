@@ -88,7 +88,7 @@ def frames(scenario: Scenario, run: str = '') -> list[Frame]:
     """
     kept: list[Frame] = []
 
-    def keep(truth: Truth, controllers: Controllers) -> None:
+    def keep(truth: Truth, controllers: Controllers, _: object) -> None:
         kept.append(Frame(truth, controllers.pitch_rate,
                           tuple(truth.contact_force[:, 2].tolist())))
 

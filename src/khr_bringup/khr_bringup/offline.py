@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from khr_analysis.outcome import Outcome, OutcomeMonitor
 from khr_balance.ankle import AnkleController
@@ -19,6 +18,7 @@ from khr_sim.truth import Truth
 
 ANKLES = ('l_ankle_pitch', 'r_ankle_pitch')
 HIPS = ('l_hip_pitch', 'r_hip_pitch')
+Watch = Callable[[Truth, 'Controllers', Outcome], object]  # called at each instant of a run
 
 
 @dataclass(frozen=True)
@@ -82,13 +82,12 @@ class Controllers:
         return mix(self.reference(time), [dict.fromkeys(ANKLES, ankle), dict.fromkeys(HIPS, hip)])
 
 
-def run_offline(scenario: Scenario,
-                watch: Callable[[Truth, Controllers], Any] | None = None) -> OfflineResult:
+def run_offline(scenario: Scenario, watch: Watch | None = None) -> OfflineResult:
     """Run a scenario as fast as the physics goes.
 
     Args:
         scenario: what to run.
-        watch: called with the truth and the controllers of each instant.
+        watch: called with the truth, the controllers and the outcome so far of each instant.
     """
     parameters = replace(scenario.table('simulator'), duration=duration(scenario))
     plant = Plant(parameters)
@@ -99,7 +98,7 @@ def run_offline(scenario: Scenario,
 
 
 def _run(scenario: Scenario, plant: Plant, controllers: Controllers,
-         watch: Callable[[Truth, Controllers], Any] | None) -> OfflineResult:
+         watch: Watch | None) -> OfflineResult:
     monitor = OutcomeMonitor(scenario.table('monitor'))
     delayed = plant.parameters.control_delay > 0
     due = controllers.reference(0.0)  # what the board holds before the first answer
@@ -108,7 +107,7 @@ def _run(scenario: Scenario, plant: Plant, controllers: Controllers,
         answer = controllers.answer(truth)
         outcome = monitor.update(truth)
         if watch is not None:
-            watch(truth, controllers)
+            watch(truth, controllers, outcome)
         if plant.end:
             return OfflineResult(outcome, plant.trajectory_hash, truth.stamp_ns / 1e9, plant.end)
         truth = plant.advance(due if delayed else answer)

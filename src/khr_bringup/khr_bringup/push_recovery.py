@@ -20,7 +20,7 @@ from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.push import Direction, capture_force
 from khr_balance.gait import Gait, GaitParameters
 from khr_bringup.errors import BringupError
-from khr_bringup.offline import Controllers, run_offline
+from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
 from khr_common.rotation import matrix
 from khr_sim.contact import corners
@@ -187,7 +187,7 @@ def push_robot(condition: Condition, force: float) -> Motion:
     parameters = scenario.table('simulator')
     rows: list[tuple[float, float]] = []
 
-    def watch(truth: Truth, _: Controllers) -> None:
+    def watch(truth: Truth, *_: object) -> None:
         rows.append((truth.stamp_ns / 1e9 - START, _x_com(truth, condition.side, parameters)))
 
     result = run_offline(scenario, watch)

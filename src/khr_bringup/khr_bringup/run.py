@@ -129,7 +129,7 @@ def _offline(scenario: Scenario, folder: Path, _: Options, console: Console,
 
     began = start
     with _progress(console, scenario.table('simulator').duration) as show:
-        def watch(truth: Any, controllers: Any) -> None:
+        def watch(truth: Any, controllers: Any, _: object) -> None:
             nonlocal began
             seconds = truth.stamp_ns / 1e9
             if truth.step == 0:

@@ -16,6 +16,7 @@ from khr_balance.gait import Gait
 from khr_bringup.critical import Condition, Limit, limit_of_seed, run, start_of_lift
 from khr_bringup.jobs import Pool
 from khr_bringup.scoreboard_rows import STAGE_1_GRID
+from khr_sim.truth import Truth
 
 CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
@@ -69,7 +70,7 @@ class Lift:
 def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
     """Walk once."""
     samples: list[tuple[float, float]] = []
-    outcome = run(condition, inclination_deg, seed, lambda truth, _: samples.append(
+    outcome = run(condition, inclination_deg, seed, lambda truth, *_: samples.append(
         (truth.stamp_ns / 1e9, float(truth.angular_rate[1]))))
     if outcome.verdict == 'fell':
         return Walk(outcome, ())
@@ -87,7 +88,7 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
     forces: list[Any] = []
     rates: list[float] = []
 
-    def look(truth: Any, _: object) -> None:
+    def look(truth: Truth, *_: object) -> None:
         time = truth.stamp_ns / 1e9
         if time >= begin:
             rates.append(abs(float(truth.angular_rate[1])))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.outcome import OutcomeMonitor
+from khr_analysis.outcome import Outcome, OutcomeMonitor
 from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup.bags import EVENT_TOPIC, Messages, changes, read_messages
 from khr_bringup.errors import BringupError
@@ -102,11 +102,9 @@ class Series:
 
 def run_with_series(scenario: Scenario) -> tuple[OfflineResult, Series]:
     """Run a scenario offline and keep its signals."""
-    monitor = OutcomeMonitor(scenario.table('monitor'))
     rows: list[tuple[Any, ...]] = []
 
-    def look(truth: Truth, controllers: Controllers) -> None:
-        outcome = monitor.update(truth)
+    def look(truth: Truth, controllers: Controllers, outcome: Outcome) -> None:
         rows.append((truth.stamp_ns / 1e9, truth.inclination, _pitch(*truth.orientation.tolist()),
                      float(truth.angular_rate[1]), controllers.pitch_rate,
                      truth.contact_force[:, 2].copy(), controllers.forces,

@@ -113,5 +113,5 @@ def _repeat(recorded: Recorded) -> str:
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task('repeating', total=seconds)
-        return run_offline(scenario, lambda truth, _: progress.update(
+        return run_offline(scenario, lambda truth, *_: progress.update(
             task, completed=truth.stamp_ns / 1e9)).trajectory_hash
