@@ -11,9 +11,8 @@ import numpy as np
 
 from khr_analysis.errors import AnalysisError
 from khr_common import parameter
-from khr_common.rotation import matrix
+from khr_common.rotation import Vector, dot, matrix
 
-Vector = tuple[float, float, float]
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
 
 
@@ -161,7 +160,7 @@ class OutcomeMonitor:
         own = self.parameters
         fallen = (upright < cos(radians(own.fall_tilt_deg))
                   or height < own.fall_height * start.height)
-        forward, leftward = (_dot(place, axis) - _dot(start.position, axis)
+        forward, leftward = (dot(place, axis) - dot(start.position, axis)
                              for axis in (start.ahead, start.left))
         slip = max(sole.largest for sole in self._soles)
         verdict: Verdict = ('fell' if fallen
@@ -230,15 +229,11 @@ def _sum(first: Vector, second: Vector) -> Vector:
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
-def _dot(first: Vector, second: Vector) -> float:
-    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
-
-
 def _across(before: Vector, now: Vector, normal_before: Vector, normal: Vector) -> Vector:
     """Return the part of a step that is normal to the mean of two normals."""
     mean = _sum(normal_before, normal)
     step = now[0] - before[0], now[1] - before[1], now[2] - before[2]
-    along = _dot(step, mean) / _dot(mean, mean)
+    along = dot(step, mean) / dot(mean, mean)
     return step[0] - along * mean[0], step[1] - along * mean[1], step[2] - along * mean[2]
 
 

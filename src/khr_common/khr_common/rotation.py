@@ -68,6 +68,11 @@ def inverse(of: Sequence[float]) -> tuple[float, float, float, float]:
     return -x, -y, -z, w
 
 
+def dot(first: Sequence[float], second: Sequence[float]) -> float:
+    """Return the scalar product of two vectors (3,): a few plain numbers, without NumPy."""
+    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]
+
+
 def cross(first: Sequence[float] | Array, second: Sequence[float] | Array) -> Vector:
     """Return the vector product (3,), a tenth of the time of NumPy's general one."""
     ax, ay, az = first

@@ -14,7 +14,7 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_common.rotation import Vector, carried, inverse
+from khr_common.rotation import Vector, carried, dot, inverse
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
 
@@ -82,7 +82,7 @@ class ContactForces:
         for side, (foot, (position, orientation)) in enumerate(zip(feet, soles, strict=True)):
             forward = carried(orientation, (1.0, 0.0, 0.0))
             toe, heel = self._impulses[2 * side:2 * side + 2]
-            self._of_foot[foot] = forward, _dot(forward, position), toe, heel
+            self._of_foot[foot] = forward, dot(forward, position), toe, heel
 
     def add(self, contacts: Sequence[Any]) -> None:
         """Take the engine's contact points of the robot with the ground after one step."""
@@ -90,7 +90,7 @@ class ContactForces:
         for _, _, _, link, _, place, _, up, _, press, slip, along, slide, across in contacts:
             if link in self._of_foot:
                 forward, ankle, toe, heel = self._of_foot[link]
-                impulse = toe if _dot(forward, place) >= ankle else heel
+                impulse = toe if dot(forward, place) >= ankle else heel
                 impulse[0] += press
                 impulse[1] += slip
                 impulse[2] += slide
@@ -106,9 +106,5 @@ class ContactForces:
             return [(0.0, 0.0, 0.0)] * 4
         along = tuple(zip(*self._directions, strict=True))
         to_sole = [inverse(orientation) for _, orientation in soles for _ in range(2)]
-        return [carried(turn, [_dot(impulse, each) / self._steps for each in along])
+        return [carried(turn, [dot(impulse, each) / self._steps for each in along])
                 for turn, impulse in zip(to_sole, self._impulses, strict=True)]
-
-
-def _dot(first: Sequence[float], second: Sequence[float]) -> float:
-    return first[0] * second[0] + first[1] * second[1] + first[2] * second[2]

@@ -11,6 +11,9 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 
+# Of the four forces: the last part of their topics' names, and their frames.
+CONTACTS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
+            'right_toe': 'r_toe', 'right_heel': 'r_heel'}
 RECORDED = 47  # numbers that the trajectory hash is made of, the first ones of a truth
 
 

@@ -10,9 +10,7 @@ from khr_common import wire
 from khr_common.node import KhrNode, StampedSet, StampJudge, run_node
 from khr_common.wire import BLANK
 from khr_sim.foot_force import FootForce, FootForceParameters
-
-REGIONS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
-           'right_toe': 'r_toe', 'right_heel': 'r_heel'}  # with their frames
+from khr_sim.truth import CONTACTS
 
 
 class FootForceNode(KhrNode):
@@ -22,13 +20,13 @@ class FootForceNode(KhrNode):
         super().__init__('foot_force', FootForceParameters)
         self._sensors = FootForce(self.parameters)
         self._judge = StampJudge(self._sensors.reset)
-        self._contacts = StampedSet(tuple(REGIONS))
+        self._contacts = StampedSet(tuple(CONTACTS))
         self._outputs = []
-        for name, frame in REGIONS.items():
+        for name, frame in CONTACTS.items():
             answer = WrenchStamped()
             answer.header.frame_id, answer.wrench.force.z = frame, BLANK
             self._outputs.append(self.publish_form(answer, f'foot_force/{name}'))
-        for name in REGIONS:
+        for name in CONTACTS:
             self.listen_to_bytes(WrenchStamped, f'ground_truth/contact/{name}',
                                  partial(self._on_contact, name))
 

@@ -14,10 +14,7 @@ from khr_common.node import LATCHED, KhrNode
 from khr_common.rotation import carried, inverse
 from khr_common.wire import BLANK
 from khr_sim.robot import JOINTS
-from khr_sim.truth import Truth
-
-CONTACTS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
-            'right_toe': 'r_toe', 'right_heel': 'r_heel'}  # with their frames
+from khr_sim.truth import CONTACTS, Truth
 
 
 class TruthPublisher:
