@@ -1,8 +1,11 @@
 """The bag of a run: every topic of the graph, at its rate, with scenario and outcome."""
 
 import math
+import re
 import signal
+from contextlib import suppress
 
+import psutil
 import pytest
 
 from khr_bringup import scenario as scenarios
@@ -86,25 +89,53 @@ def test_bag_is_in_simulated_time(bag):
     assert all(time_ns <= 4_100_000_000 for messages in bag.values() for time_ns, _ in messages)
 
 
-def test_run_waits_for_a_recorder_that_is_far_behind(in_background, tmp_path):
-    """Without that the run would end while it stands still, and the middleware drop the rest."""
-    folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--processes', '--duration', 12, '--out', folder,
-                            '--set', 'simulator.lockstep_timeout=60.0')
-    domain = wait_for(lambda: domain_of(folder), 'the run')
-    wait_for(lambda: is_running(domain), 'the graph')
-    recorder = children(process)['recorder']
-    recorder.send_signal(signal.SIGSTOP)
-    simulator = children(process)['simulator']
-    try:
-        wait_for(lambda: process.poll() is not None or is_idle(simulator), 'the simulator to wait')
-    finally:
-        recorder.send_signal(signal.SIGCONT)
-    assert finish(process, folder).code == 0
+@pytest.fixture
+def stopped_recorder(in_background, tmp_path):
+    """A long run whose recorder has been stopped in the middle, so that all wait for it."""
+    stopped = []
+
+    def start(timeout):
+        folder = tmp_path / 'run'
+        process = in_background('run', 'stand_0deg', '--processes', '--duration', 600, '--out',
+                                folder, '--set', f'simulator.lockstep_timeout={timeout}')
+        domain = wait_for(lambda: domain_of(folder), 'the run')
+        wait_for(lambda: is_running(domain), 'the graph')
+        nodes = children(process)
+        nodes['recorder'].send_signal(signal.SIGSTOP)
+        stopped.append(nodes['recorder'])
+        return process, folder, nodes
+
+    yield start
+    for recorder in stopped:
+        with suppress(psutil.NoSuchProcess):
+            recorder.send_signal(signal.SIGCONT)
+
+
+def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
+    """Without that the middleware would drop what comes while it stands still."""
+    process, folder, nodes = stopped_recorder(60.0)
+    wait_for(lambda: is_idle(nodes['simulator']), 'the simulator to wait')
+    nodes['recorder'].send_signal(signal.SIGCONT)
+    process.send_signal(signal.SIGINT)  # the recorder is still behind
+    assert finish(process, folder).code == 130
     bag = read_bag(folder / 'bag')
+    _, state = bag['/simulator/state'][-1]
+    end = {pair.key: pair.value for pair in state.values}['time_ns']
     for topic in EACH_PERIOD:
         assert [stamp_ns(message) for _, message in bag[topic]] == list(
-            range(0, 12_000_000_001, PERIOD_NS))
+            range(0, int(end) + 1, PERIOD_NS))
+
+
+def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
+    process, folder, nodes = stopped_recorder(2.0)
+    wait_for(lambda: not nodes['simulator'].is_running() or
+             nodes['simulator'].status() == psutil.STATUS_ZOMBIE, 'the simulator to end')
+    nodes['recorder'].send_signal(signal.SIGCONT)
+    result = finish(process, folder)
+    assert result.code == 1
+    assert re.search(r'no word from recorder after t = \d+\.\d{3} s within 2 s of wall time',
+                     result.err)
+    assert len(read_bag(folder / 'bag')['/clock']) > 100, 'what was heard must be kept'
 
 
 def is_idle(process):

@@ -96,13 +96,13 @@ def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool
             else:
                 for node in nodes:
                     processes.start_node(node, parameters)
-            return _watch(processes, interrupted, show,
+            return _watch(processes, scenario.table('simulator'), interrupted, show,
                           'graph' if one_process else 'simulator')
         finally:
             processes.stop()
 
 
-def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], None],
+def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callable[[Any], None],
            simulator: str) -> GraphResult:
     import rclpy
     from rclpy.experimental.events_executor import EventsExecutor
@@ -111,7 +111,7 @@ def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], N
     from khr_bringup.watcher import Watcher
 
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    watcher = Watcher()
+    watcher = Watcher(run.listeners)
     executor = EventsExecutor()
     executor.add_node(watcher)
     view, deadline = watcher.view, float('inf')
@@ -122,9 +122,10 @@ def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], N
             if interrupted and deadline == float('inf'):
                 deadline = time.monotonic() + LAST_WORDS
                 processes.interrupt(simulator)
-            death = None if interrupted or view.over else processes.ended()
-            if death is not None:
-                raise RunError(f'{death}; the run was stopped')
+            trouble = None if interrupted or view.over else (
+                processes.ended() or _unfinished(view, run.lockstep_timeout))
+            if trouble is not None:
+                raise RunError(f'{trouble}; the run was stopped')
     finally:
         executor.remove_node(watcher)
         watcher.destroy_node()
@@ -136,6 +137,16 @@ def _watch(processes: Processes, interrupted: list[int], show: Callable[[Any], N
     return GraphResult(view.verdict, view.outcome, values.get('trajectory_hash', ''),
                        values.get('end', ''), view.entered.get('running', ended), ended,
                        tuple(view.warnings))
+
+
+def _unfinished(view: Any, patience: float) -> str | None:
+    """Tell what is missing of a finished run if it has not come for ``patience`` s."""
+    if view.state != 'finished' or time.monotonic() - view.news < patience:
+        return None
+    if view.state_values.get('end') == 'error':
+        return str(view.state_values['reason'])
+    return ('the run ended, but not all of it was heard: ' + ', '.join(view.behind) if view.behind
+            else 'the monitor did not judge the run')
 
 
 @contextmanager

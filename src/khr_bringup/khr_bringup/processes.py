@@ -11,7 +11,8 @@ from pathlib import Path
 
 from khr_bringup.tables import PACKAGES
 
-LAST = ('recorder', 'graph')  # what writes the bag: stopped last, to hear the others' last words
+FIRST = ('simulator',)  # it ends the run, and waits until that has been heard
+LAST = ('recorder', 'graph')  # what writes the bag, with the others' last words
 GRACE = 5.0  # s of wall time before a process that does not stop is killed
 CLOSING = 25.0  # the same for what may have a bag to finish
 
@@ -67,9 +68,9 @@ class Processes:
 
     def stop(self) -> None:
         """Stop all processes, what writes the bag last; kill what does not obey."""
-        last = [name for name in self._children if name in LAST]
-        others = [name for name in self._children if name not in LAST]
-        for names, patience in ((others, GRACE), (last, CLOSING)):
+        others = set(self._children) - {*FIRST, *LAST}
+        for group, patience in ((FIRST, GRACE), (others, GRACE), (LAST, CLOSING)):
+            names = [name for name in self._children if name in group]
             for name in names:
                 self.interrupt(name)
             end = time.monotonic() + patience

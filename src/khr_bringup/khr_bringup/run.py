@@ -109,7 +109,8 @@ def _graph(scenario: Scenario, folder: Path, options: Options, console: Console,
         with _progress(console, seconds) as show:
             def show_view(view: Any) -> None:
                 values = view.progress
-                waiting = view.state_values.get('waiting_for')
+                waiting = (', '.join(view.behind) if view.state == 'finished' else
+                           view.state_values.get('waiting_for'))
                 show(float(values.get('time', 0.0)),
                      f'waiting for {waiting}' if waiting else view.state,
                      values.get('real_time_factor'), values.get('pitch_rate'),

@@ -14,6 +14,7 @@ from typing import Any
 
 import rclpy
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -38,16 +39,15 @@ from std_msgs.msg import String
 
 from khr_common.errors import KhrError
 from khr_common.parameters import ParameterError, Specification, build, specifications
+from khr_common.stamps import HISTORY
 from khr_common.wire import Form
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
-# ROS user matches that too); the depth holds what a listener may be behind, see `heard`.
-DATA = QoSProfile(depth=500)
+# ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
+DATA = QoSProfile(depth=HISTORY)
 PACE = 1_500_000_000  # ns of simulated time after which a listener tells again how far it is
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
-GATHERED = 4  # instants at a time; lockstep has two under way
-SETTLING = 20.0  # s of wall time that a node may take to hear what is still on its way
 
 
 def to_stamp(nanoseconds: int) -> Time:
@@ -80,18 +80,29 @@ def serialized(message: Any) -> bytes:
         data = data[:-1]
 
 
+def little_endian(data: bytes, kind: type[Any]) -> bytes:
+    """Return a message as little-endian CDR; another encoding is rare, and left to ROS."""
+    if data[:2] == b'\0\1':
+        return data
+    recoded: bytes = serialize_message(deserialize_message(data, kind))
+    return recoded
+
+
 class KhrNode(Node):  # type: ignore[misc]
     """A node with one parameter table; its core is told of every accepted change.
 
     Subclasses build their core in ``__init__`` and override :meth:`configure`.
+
+    Attributes:
+        patience: s of wall time that it may take to settle; a run kills what needs much longer.
     """
+
+    patience = 4.0
 
     def __init__(self, name: str, table: type[Any]) -> None:
         super().__init__(name)
         self.table = table
         self.failure: str | None = None
-        self._ready = self.create_publisher(String, 'ready', LATCHED)
-        self._told = -PACE
         for specification in specifications(table).values():
             self._declare(specification)
         self.parameters = self._build({})
@@ -101,8 +112,11 @@ class KhrNode(Node):  # type: ignore[misc]
     def configure(self, parameters: Any) -> None:
         """Take changed parameters; a core acts on them from the next control period."""
 
+    def finish(self) -> None:
+        """End what the node does; called once, before it settles."""
+
     def settled(self) -> bool:
-        """Return whether the node may close; one that waits for stragglers overrides this."""
+        """Return whether the node may close; one that waits for others overrides this."""
         return True
 
     def close(self) -> None:
@@ -125,21 +139,9 @@ class KhrNode(Node):  # type: ignore[misc]
                         callback: Callable[[bytes], None]) -> Subscription:
         """Create a subscription to what flows in every period, for :mod:`khr_common.wire`."""
         def hear(data: bytes) -> None:
-            # Another encoding than little-endian CDR is rare, and left to ROS.
-            callback(data if data[:2] == b'\0\1' else
-                     serialize_message(deserialize_message(data, kind)))
+            callback(little_endian(data, kind))
 
         return self.create_subscription(kind, topic, hear, DATA, raw=True)
-
-    def heard(self, stamp_ns: int) -> None:
-        """Tell the simulator, at first and now and then, that this node heard all up to here.
-
-        The run starts when every listener has told so (latched). In lockstep it waits for one that
-        falls far behind: what a reader does not fetch in time, the middleware drops.
-        """
-        if not 0 <= stamp_ns - self._told < PACE:  # far enough on, or in another run
-            self._told = stamp_ns
-            self._ready.publish(String(data=f'{self.get_name()} {stamp_ns}'))
 
     def fail(self, reason: str) -> None:
         """End this node with an error of one line."""
@@ -178,6 +180,48 @@ class KhrNode(Node):  # type: ignore[misc]
         if changes:
             self.parameters = self._build(changes)
             self.configure(self.parameters)
+
+
+class Listener(KhrNode):
+    """A node that hears the whole run, answers nothing, and tells how far it has heard.
+
+    The run starts when every listener has told so (``ready``, latched). In lockstep it waits for
+    one that falls far behind: what a reader does not fetch in time, the middleware drops. And it
+    is over when every listener has heard its last instant.
+
+    Attributes:
+        end: the last instant of a finished run, ns; negative while it goes on.
+    """
+
+    def __init__(self, name: str, table: type[Any]) -> None:
+        super().__init__(name, table)
+        self.end = -1
+        self._heard, self._told = -1, -PACE
+        self._ready = self.publish_on(String, 'ready', LATCHED)
+        self.listen_to(DiagnosticStatus, 'simulator/state', self.on_state, LATCHED)
+
+    def heard(self, stamp_ns: int) -> None:
+        """Say that this node has heard all up to here; it is told at first, last and at times."""
+        self._heard = stamp_ns
+        near = 0 <= stamp_ns - self._told < PACE  # and in the same run
+        if not near or stamp_ns == self.end != self._told:
+            self._tell()
+
+    @property
+    def heard_all(self) -> bool:
+        """Tell whether the run has finished and this node has heard its last instant."""
+        return self._heard == self.end >= 0
+
+    def on_state(self, status: DiagnosticStatus) -> None:
+        """Take a change of the simulator's state."""
+        values = {pair.key: pair.value for pair in status.values}
+        self.end = int(values['time_ns']) if status.message == 'finished' else -1
+        if self.heard_all:
+            self._tell()
+
+    def _tell(self) -> None:
+        self._told = self._heard
+        self._ready.publish(String(data=f'{self.get_name()} {self._heard}'))
 
 
 def _plain(value: Any) -> Any:
@@ -223,53 +267,6 @@ class Output:
     def send(self) -> None:
         """Publish what has been filled in, once more if it has been before."""
         self._publisher.publish(self._data)
-
-
-class StampJudge:
-    """Tell a new stamp from a repeated one and from a restarted run.
-
-    A simulator that misses an answer asks again with the same stamp: a node then sends its last
-    answer once more and its core does not step. A stamp that goes back is a run that starts anew.
-
-    Attributes:
-        last: the newest stamp of the run, ns; negative before the first.
-    """
-
-    def __init__(self, restart: Callable[[], None]) -> None:
-        self.last = -1
-        self._restart = restart
-
-    def is_new(self, stamp_ns: int) -> bool:
-        """Return whether the core should step; restart it first if time went back."""
-        if stamp_ns == self.last:
-            return False
-        if stamp_ns < self.last:
-            self._restart()
-        self.last = stamp_ns
-        return True
-
-
-class StampedSet:
-    """Gather messages of several topics until all of one stamp are there.
-
-    Topics take ways of different lengths: of one, the next instant may come before the last of
-    another has. So some instants are gathered at a time.
-    """
-
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._names = names
-        self._values: dict[int, dict[str, Any]] = {}  # by stamp, the one begun last at the end
-
-    def put(self, name: str, stamp_ns: int, value: Any) -> list[Any] | None:
-        """Take one message; return all in the order of the names once they are complete."""
-        values = self._values.setdefault(stamp_ns, {})
-        values[name] = value
-        if len(values) == len(self._names):
-            del self._values[stamp_ns]
-            return [values[each] for each in self._names]
-        if len(self._values) > GATHERED:
-            del self._values[next(iter(self._values))]
-        return None
 
 
 class _Turn:
@@ -319,6 +316,8 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
         while not turn.interrupted and not any(node.failure for node in nodes):
             turn.take(executor)
         for node in nodes:
+            node.finish()
+        for node in nodes:
             _close(node, executor)
     except KhrError as error:
         # A node that could not be built has no name yet but its class's.
@@ -334,8 +333,8 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
 
 def _close(node: KhrNode, executor: EventsExecutor) -> None:
     """Let a node hear what is on its way, close it, and send what it says last."""
-    patience = time.monotonic() + SETTLING
-    while not node.settled() and time.monotonic() < patience:
+    end = time.monotonic() + node.patience
+    while not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
     node.close()
     sent = time.monotonic() + LAST_WORDS

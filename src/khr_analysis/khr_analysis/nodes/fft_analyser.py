@@ -8,10 +8,11 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
 from khr_common import wire
-from khr_common.node import KhrNode, StampJudge, restamp, run_node
+from khr_common.node import Listener, restamp, run_node
+from khr_common.stamps import StampJudge
 
 
-class FftAnalyserNode(KhrNode):
+class FftAnalyserNode(Listener):
     """Turn ``imu/data_raw`` into ``spectrum`` and ``spectrum/peaks``.
 
     ``spectrum`` holds three rows (its first dimension): frequency in Hz, amplitude in rad/s, phase

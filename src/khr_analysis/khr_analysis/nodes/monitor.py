@@ -16,7 +16,8 @@ from sensor_msgs.msg import Imu
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import figures
 from khr_common import wire
-from khr_common.node import LATCHED, KhrNode, StampedSet, StampJudge, run_node
+from khr_common.node import LATCHED, Listener, run_node
+from khr_common.stamps import StampedSet, StampJudge
 from khr_common.wire import Floats
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
@@ -40,7 +41,7 @@ class Heard(NamedTuple):
     sole_orientation: list[Floats]
 
 
-class MonitorNode(KhrNode):
+class MonitorNode(Listener):
     """Publish ``outcome`` (latched, on every change of verdict) and ``/diagnostics``.
 
     The outcome is final when the simulator has finished and its last instant has been judged.
@@ -56,7 +57,6 @@ class MonitorNode(KhrNode):
         self._restart()
         for topic, (kind, read) in INPUTS.items():
             self.listen_to_bytes(kind, topic, partial(self._on_input, topic, read))
-        self.listen_to(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
         self.listen_to(DiagnosticArray, 'spectrum/peaks', self._on_peaks)
         self.create_timer(REPORT_PERIOD, self._report, clock=Clock(
             clock_type=ClockType.STEADY_TIME))
@@ -69,7 +69,6 @@ class MonitorNode(KhrNode):
         self._monitor.reset()
         self._outcome: Outcome | None = None
         self._now = -1
-        self._end = -1
         self._pitch_rate = 0.0
         self._peak = ''
         self._mark = (time.monotonic(), 0)
@@ -89,20 +88,20 @@ class MonitorNode(KhrNode):
             stamp_ns, torso[:3], torso[3:], rate, contacts,
             [sole[:3] for sole in soles], [sole[3:] for sole in soles]))
         self._now = stamp_ns
-        if self._now == self._end or before is None or before.verdict != self._outcome.verdict:
+        if self._now == self.end or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
 
-    def _on_state(self, status: DiagnosticStatus) -> None:
-        values = {pair.key: pair.value for pair in status.values}
-        self._end = int(values['time_ns']) if status.message == 'finished' else -1
-        if self._outcome is not None and self._end == self._now:
+    def on_state(self, status: DiagnosticStatus) -> None:
+        """Tell the outcome once more when it is final."""
+        super().on_state(status)
+        if self._outcome is not None and self.heard_all:
             self._publish(self._outcome)
 
     def _on_peaks(self, peaks: DiagnosticArray) -> None:
         self._peak = peaks.status[0].message if peaks.status else ''
 
     def _publish(self, outcome: Outcome) -> None:
-        values = {**figures(outcome), 'final': str(self._now == self._end).lower()}
+        values = {**figures(outcome), 'final': str(self._now == self.end).lower()}
         self._outcome_out.publish(DiagnosticStatus(
             name='outcome', message=outcome.verdict, values=_pairs(values)))
 

@@ -14,14 +14,14 @@ from rcl_interfaces.msg import ParameterEvent
 from rclpy.clock import Clock as RclpyClock
 from rclpy.clock import ClockType
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import Float64MultiArray
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.recording import SCENARIO_TOPIC, RecorderParameters, Recording
-from khr_common.node import KhrNode, run_node, to_nanoseconds
+from khr_common import wire
+from khr_common.node import Listener, little_endian, run_node
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 # What flows in every control period: the run starts when each of these has been heard.
@@ -41,11 +41,15 @@ EVENT_TOPICS: dict[str, type[Any]] = {
 DEPTH = QoSProfile(depth=5000)
 DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SEARCH_PERIOD = 0.5  # s of wall time between looks for new topics
-IDLE_SPINS = 10  # of 20 ms without a message, after which the last one has arrived
+# Spins of 20 ms without a message, after which there is none left: if the run has been heard
+# whole, and if not, when the middleware may be about to send again what it has lost.
+IDLE_SPINS, LOST_SPINS = 10, 50
 
 
-class RecorderNode(KhrNode):
+class RecorderNode(Listener):
     """Record raw messages of all topics; stop, and say so, when the disk takes no more."""
+
+    patience = 20.0
 
     def __init__(self) -> None:
         super().__init__('recorder', RecorderParameters)
@@ -57,8 +61,8 @@ class RecorderNode(KhrNode):
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
         self._clock_topic = self.resolve_topic_name('/clock')
         data = DATA_TOPICS | (STAGE if self.parameters.staged else {})
-        self._awaited = {self.resolve_topic_name(topic) for topic in data}
-        self._data = frozenset(self._awaited)
+        self._kinds = {self.resolve_topic_name(topic): kind for topic, kind in data.items()}
+        self._stamps = dict.fromkeys(self._kinds, -1)  # of the newest, ns
         if self.parameters.scenario_file:
             text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
             self._attempt(lambda: recording.write_text(SCENARIO_TOPIC, text, 0))
@@ -71,7 +75,7 @@ class RecorderNode(KhrNode):
     def settled(self) -> bool:
         """Return whether all that was on its way has arrived: nothing came for some spins."""
         self._idle_spins += 1
-        return self._idle_spins > IDLE_SPINS
+        return self._idle_spins > (IDLE_SPINS if self.heard_all else LOST_SPINS)
 
     def close(self) -> None:
         """Finish the bag."""
@@ -106,15 +110,16 @@ class RecorderNode(KhrNode):
 
     def _on_message(self, topic: str, data: bytes) -> None:
         self._idle_spins = 0
-        if topic == self._clock_topic:
-            self._now = to_nanoseconds(deserialize_message(data, Clock).clock)
-        if topic in self._data:
+        if topic in self._stamps:
             if self._last.get(topic) == data:
                 return  # the simulator asked again for what it missed
             self._last[topic] = data
-            self._awaited.discard(topic)
-            if not self._awaited:
-                self.heard(self._now)
+            self._stamps[topic] = wire.clock(little_endian(data, self._kinds[topic]))
+            if topic == self._clock_topic:
+                self._now = self._stamps[topic]
+            behind = min(self._stamps.values())
+            if behind >= 0:
+                self.heard(behind)
         recording = self._recording
         if recording is not None:
             self._attempt(lambda: recording.write(topic, data, self._now))

@@ -11,8 +11,10 @@ from typing import Any
 from geometry_msgs.msg import WrenchStamped
 
 from khr_common import wire
-from khr_common.node import GATHERED, KhrNode, StampedSet, StampJudge
+from khr_common.node import KhrNode
+from khr_common.stamps import StampedSet, StampJudge
 
+RECENT = 4  # instants; lockstep has two under way
 Inputs = Mapping[str, tuple[type[Any], Callable[[bytes], Any]]]  # message and reader by topic
 
 FOOT_FORCES: Inputs = {
@@ -47,7 +49,7 @@ class InstantNode(KhrNode, ABC):
     def listen_for(self, inputs: Inputs, group: str = '') -> None:
         """Listen to a group of topics."""
         gathered = StampedSet(tuple(inputs))
-        self._recent[group] = deque(maxlen=GATHERED)
+        self._recent[group] = deque(maxlen=RECENT)
         for topic, (kind, read) in inputs.items():
             self.listen_to_bytes(kind, topic, partial(self._hear, group, gathered, topic, read))
 

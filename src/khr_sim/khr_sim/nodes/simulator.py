@@ -57,6 +57,7 @@ class SimulatorNode(KhrNode):
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
         self._state_out = self.publish_on(DiagnosticStatus, 'simulator/state', LATCHED)
         self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
+        self._listeners = [name for name in self.parameters.listeners if name]
         self._heard: dict[str, int] = {}  # by listener, up to when, ns
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         for source, topic in TOPICS.items():
@@ -81,10 +82,17 @@ class SimulatorNode(KhrNode):
         """Pass changed parameters to the physics; they act from the next control period."""
         self.plant.configure(parameters)
 
-    def close(self) -> None:
-        """Say how far the run got, and release the physics."""
+    def finish(self) -> None:
+        """Say how far the run got."""
         if self.state != 'finished':
             self._enter('finished', end='stopped')
+
+    def settled(self) -> bool:
+        """Return whether the listeners have heard all; what they missed comes from here alone."""
+        return self.failure is not None or not self._behind(0)
+
+    def close(self) -> None:
+        """Release the physics."""
         self.plant.world.close()
 
     # ---- the course of a run ----
@@ -93,8 +101,9 @@ class SimulatorNode(KhrNode):
         self._barrier: Barrier[Answer] = Barrier([s for s in self.parameters.answers if s])
         self._barrier.open(0)
         self._now = 0
+        self._heard = dict.fromkeys(self._heard, 0)
         self._started = False
-        self._progress = self._born = self._reported = time.monotonic()
+        self._progress = self._attention = self._born = self._reported = time.monotonic()
         self._stale = self._missed = 0
         self._last_tick = 0.0
         self._enter('waiting')
@@ -127,13 +136,15 @@ class SimulatorNode(KhrNode):
 
     def _missing(self) -> list[str]:
         """List whom the coming period waits for: answers, and listeners that are far behind."""
-        return self._barrier.missing(self._due) + [
-            name for name in self.parameters.listeners
-            if name and self._now - self._heard.get(name, 0) > LEAD]
+        return self._barrier.missing(self._due) + self._behind(LEAD)
+
+    def _behind(self, lead: int) -> list[str]:
+        """List the listeners that have not heard what was ``lead`` ns ago."""
+        return [name for name in self._listeners if self._now - self._heard.get(name, 0) > lead]
 
     def _waiting_for(self) -> list[str]:
-        absent = [name for name in self.parameters.listeners if name and name not in self._heard]
-        return self._barrier.missing(0) + absent
+        return self._barrier.missing(0) + [
+            name for name in self._listeners if name not in self._heard]
 
     def _advance(self, answers: dict[str, Answer]) -> None:
         # With a delay the first period has no answer yet: the board holds the first reference.
@@ -171,8 +182,10 @@ class SimulatorNode(KhrNode):
 
     def _on_ready(self, message: String) -> None:
         name, stamp_ns = message.data.split()
-        self._heard[name] = int(stamp_ns)
-        self._pump()
+        if int(stamp_ns) <= self._now:  # otherwise it is from before a reset
+            self._heard[name] = int(stamp_ns)
+            self._attention = time.monotonic()
+            self._pump()
 
     def _on_push(self, message: WrenchStamped) -> None:
         p, force = self.parameters, message.wrench.force
@@ -221,19 +234,27 @@ class SimulatorNode(KhrNode):
     def _on_watch(self) -> None:
         """Ask again for what is missing, and give up on it after its time."""
         now = time.monotonic()
-        silent = now - self._progress
+        silent = now - max(self._progress, self._attention)
         if self.state == 'waiting':
             self._wait(now)
         elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN:
             if silent > self.parameters.lockstep_timeout:
-                self._abort(f'no answer from {", ".join(self._missing())} for '
-                            f't = {self._due / 1e9:.3f} s within '
-                            f'{self.parameters.lockstep_timeout:g} s of wall time')
-            else:
+                self._abort(f'{self._silence()} within {self.parameters.lockstep_timeout:g} s '
+                            'of wall time')
+            elif self._barrier.missing(self._due):
                 self._output.repeat()
         if now - self._reported > REPORT_PERIOD:
             self._reported = now
             self._report()
+
+    def _silence(self) -> str:
+        """Tell whom the run waits for."""
+        silent = self._barrier.missing(self._due)
+        if silent:
+            return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'
+        return 'no word from ' + ', '.join(
+            f'{name} after t = {self._heard.get(name, 0) / 1e9:.3f} s'
+            for name in self._behind(LEAD))
 
     def _wait(self, now: float) -> None:
         absent = self._waiting_for()
