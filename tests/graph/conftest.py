@@ -88,3 +88,45 @@ def in_background():
         if process.poll() is None:
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=30)
+
+
+@pytest.fixture
+def client(monkeypatch):
+    """Give a function that joins a run's domain and returns a node there."""
+    import rclpy
+
+    contexts = []
+
+    def join(entry):
+        for key, value in entry.environment().items():
+            monkeypatch.setenv(key, value)
+        context = rclpy.Context()
+        rclpy.init(args=[], context=context)
+        contexts.append(context)
+        return rclpy.create_node('test_client', context=context)
+
+    yield join
+    for context in contexts:
+        rclpy.try_shutdown(context=context)
+
+
+def entry_of(folder):
+    from khr_bringup.domain import running
+    return next(entry for entry in running() if entry.folder == str(folder))
+
+
+def wait_until(node, seconds):
+    """Wait until the simulated time is past ``seconds``."""
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from rosgraph_msgs.msg import Clock
+    executor = SingleThreadedExecutor(context=node.context)
+    reached = rclpy.Future(executor=executor)
+
+    def on_clock(message):
+        if message.clock.sec + message.clock.nanosec / 1e9 > seconds and not reached.done():
+            reached.set_result(True)
+    subscription = node.create_subscription(Clock, '/clock', on_clock, 10)
+    rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
+    assert reached.done()
+    node.destroy_subscription(subscription)

@@ -9,8 +9,8 @@ import psutil
 import pytest
 
 from khr_bringup import scenario as scenarios
-from tests.graph.conftest import finish, read_bag
-from tests.graph.test_live import children, domain_of, is_running, wait_for
+from tests.graph.conftest import entry_of, finish, read_bag, wait_until
+from tests.graph.test_live import children, domain_of, wait_for
 
 PERIOD_NS = 15_000_000
 EACH_PERIOD = [
@@ -90,7 +90,7 @@ def test_bag_is_in_simulated_time(bag):
 
 
 @pytest.fixture
-def stopped_recorder(in_background, tmp_path):
+def stopped_recorder(in_background, client, tmp_path):
     """A long run whose recorder has been stopped in the middle, so that all wait for it."""
     stopped = []
 
@@ -98,8 +98,8 @@ def stopped_recorder(in_background, tmp_path):
         folder = tmp_path / 'run'
         process = in_background('run', 'stand_0deg', '--processes', '--duration', 600, '--out',
                                 folder, '--set', f'simulator.lockstep_timeout={timeout}')
-        domain = wait_for(lambda: domain_of(folder), 'the run')
-        wait_for(lambda: is_running(domain), 'the graph')
+        wait_for(lambda: domain_of(folder), 'the run')
+        wait_until(client(entry_of(folder)), seconds=1.0)
         nodes = children(process)
         nodes['recorder'].send_signal(signal.SIGSTOP)
         stopped.append(nodes['recorder'])
@@ -127,15 +127,15 @@ def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
 
 
 def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
-    process, folder, nodes = stopped_recorder(2.0)
+    process, folder, nodes = stopped_recorder(5.0)
     wait_for(lambda: not nodes['simulator'].is_running() or
              nodes['simulator'].status() == psutil.STATUS_ZOMBIE, 'the simulator to end')
     nodes['recorder'].send_signal(signal.SIGCONT)
     result = finish(process, folder)
     assert result.code == 1
-    assert re.search(r'no word from recorder after t = \d+\.\d{3} s within 2 s of wall time',
+    assert re.search(r'no word from recorder after t = \d+\.\d{3} s within 5 s of wall time',
                      result.err)
-    assert len(read_bag(folder / 'bag')['/clock']) > 100, 'what was heard must be kept'
+    assert len(read_bag(folder / 'bag')['/clock']) > 10, 'what was heard must be kept'
 
 
 def is_idle(process):

@@ -3,35 +3,8 @@
 import os
 import signal
 
-import pytest
-
-from tests.graph.conftest import finish, khr, read_bag
+from tests.graph.conftest import entry_of, finish, khr, read_bag, wait_until
 from tests.graph.test_live import domain_of, is_running, wait_for
-
-
-@pytest.fixture
-def client(monkeypatch):
-    """Give a function that joins a run's domain and returns a node there."""
-    import rclpy
-
-    contexts = []
-
-    def join(entry):
-        for key, value in entry.environment().items():
-            monkeypatch.setenv(key, value)
-        context = rclpy.Context()
-        rclpy.init(args=[], context=context)
-        contexts.append(context)
-        return rclpy.create_node('test_client', context=context)
-
-    yield join
-    for context in contexts:
-        rclpy.try_shutdown(context=context)
-
-
-def entry_of(folder):
-    from khr_bringup.domain import running
-    return next(entry for entry in running() if entry.folder == str(folder))
 
 
 def call(node, kind, name, request):
@@ -44,23 +17,6 @@ def call(node, kind, name, request):
     rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=20.0)
     assert future.done()
     return future.result()
-
-
-def wait_until(node, seconds):
-    """Wait until the simulated time is past ``seconds``."""
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-    from rosgraph_msgs.msg import Clock
-    executor = SingleThreadedExecutor(context=node.context)
-    reached = rclpy.Future(executor=executor)
-
-    def on_clock(message):
-        if message.clock.sec + message.clock.nanosec / 1e9 > seconds and not reached.done():
-            reached.set_result(True)
-    subscription = node.create_subscription(Clock, '/clock', on_clock, 10)
-    rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
-    assert reached.done()
-    node.destroy_subscription(subscription)
 
 
 def start(in_background, folder, *options):
