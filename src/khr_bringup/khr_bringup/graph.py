@@ -111,7 +111,8 @@ def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callabl
     from khr_bringup.watcher import Watcher
 
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    watcher = Watcher(run.listeners)
+    # In realtime a node may fall silent and the run goes on, so not all can hear all of it.
+    watcher = Watcher(run.listeners if run.sync == 'lockstep' else ())
     executor = EventsExecutor()
     executor.add_node(watcher)
     view, deadline = watcher.view, float('inf')

@@ -79,6 +79,10 @@ class RecorderNode(Listener):
 
     def close(self) -> None:
         """Finish the bag."""
+        late = [topic for topic, stamp_ns in self._stamps.items() if stamp_ns < self._now]
+        if late:
+            self.get_logger().warning(f'not heard up to t = {self._now / 1e9:.3f} s: '
+                                      f'{", ".join(late)}')
         if self._recording is not None:
             recording, self._recording = self._recording, None
             self._attempt(recording.close)

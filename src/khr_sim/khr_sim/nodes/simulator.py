@@ -252,7 +252,7 @@ class SimulatorNode(KhrNode):
         silent = self._barrier.missing(self._due)
         if silent:
             return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'
-        return 'no word from ' + ', '.join(
+        return 'nothing more was heard whole by ' + ', '.join(
             f'{name} after t = {self._heard.get(name, 0) / 1e9:.3f} s'
             for name in self._behind(LEAD))
 
