@@ -46,6 +46,10 @@ def test_figures_and_experiments_belong_together():
     assert needed <= set(shipped())
 
 
+def run(name, fast, workers):
+    return experiments.run(experiments.sweeps_of([name], fast), workers)
+
+
 @pytest.fixture(scope='module')
 def cluster():
     """Let what is run be run in this process; test_sweep_cluster has others."""
@@ -64,8 +68,8 @@ def place(tmp_path_factory, cluster):
     (place / 'config' / 'experiments' / 'small.yaml').write_text(SMALL)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
-        assert experiments.run(['small'], False, 2) == 0
-        assert experiments.run(['small'], True, 1) == 0
+        assert run('small', fast=False, workers=2) == 0
+        assert run('small', fast=True, workers=1) == 0
     return place
 
 
@@ -112,7 +116,7 @@ def test_a_run_without_signals_says_so(here, tmp_path):
 
 def test_what_is_there_is_not_run_again(here, monkeypatch):
     monkeypatch.setattr('khr_bringup.sweeps.cluster.connected', None)  # must not be asked for
-    assert experiments.run(['small'], False, 2) == 0
+    assert run('small', fast=False, workers=2) == 0
 
 
 def test_a_map_can_be_drawn_over_scenarios_and_cases(here, tmp_path):
@@ -128,10 +132,10 @@ def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
     for name, value in (('version', 'older'), ('seeds', 7)):
         path = folder_of('small', True) / 'sweep.json'
         path.write_text(json.dumps(request | {name: value}))
-        with experiments.opened(['small'], True) as sweeps:
+        with experiments.opened(experiments.sweeps_of(['small'], True)) as sweeps:
             assert experiments.missing(sweeps) == 2
             assert (folder_of('small', True) / JOURNAL).read_bytes() == b''
-        assert experiments.run(['small'], True, 1) == 0
+        assert run('small', fast=True, workers=1) == 0
         again = runs_of(folder_of('small', True))
         assert [run.row['trajectory_hash'] for run in again] == before
         assert all(run.series is not None for run in again)

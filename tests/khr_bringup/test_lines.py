@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import khr_bringup.figures as figures
-from khr_bringup import lines
+from khr_bringup import experiments, lines
 from khr_bringup.errors import BringupError
 from khr_bringup.experiments import Run, specification_of
 from khr_bringup.lines import PUBLISHED, Published, bands_of, run_variants, settle, walks_of
@@ -154,14 +154,16 @@ def test_what_is_no_walk_is_refused(tmp_path):
 
 def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
     """Without the runs themselves: what is asked for is the scenario's own, as often as said."""
-    asked = []
+    asked = {}
 
-    def none_missing(sweeps):
-        asked.append(sweeps[0][0])
-        return 0
+    def ask(sweeps, workers, title):
+        asked.update(sweeps)
+        with experiments.opened(sweeps):
+            return 0
 
-    monkeypatch.setattr(lines, 'missing', none_missing)
+    monkeypatch.setattr(lines, 'run', ask)
     assert run_variants('walk_5.55deg', True, 1, tmp_path) == []
-    assert list(asked[0].scenarios) == ['walk_5.55deg'] and asked[0].seeds == 1
-    assert asked[0].cases == specification_of('lines', True).cases
-    assert (tmp_path / 'walk_5.55deg-fast').is_dir()
+    (folder, specification), = asked.items()
+    assert list(specification.scenarios) == ['walk_5.55deg'] and specification.seeds == 1
+    assert specification.cases == specification_of('lines', True).cases
+    assert folder == tmp_path / 'walk_5.55deg-fast'

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from khr_bringup.experiments import Run, Runs
+from khr_bringup.experiments import Run, Runs, by
 from khr_bringup.scoreboard_page import number
 from khr_bringup.sweeps.statistics import crossing, wilson
 from khr_common.markdown import table
@@ -58,10 +58,8 @@ def best(cells: Iterable[Cell]) -> list[Cell]:
 
 def cells_of(runs: Runs, x: str, y: str) -> list[Cell]:
     """Count runs by two swept parameters, ``node.parameter``."""
-    groups: dict[tuple[Any, Any], list[Run]] = {}
-    for run in runs:
-        if run.row['verdict'] is not None:
-            groups.setdefault((run.point[x], run.point[y]), []).append(run)
+    made = (run for run in runs if run.row['verdict'] is not None)
+    groups = by(made, lambda run: (run.point[x], run.point[y]))
     return [_cell(*place, group) for place, group in groups.items()]
 
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from khr_bringup.errors import BringupError
 from khr_bringup.progress import Bar
@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from distributed import Client
 
 ROOT = Path('runs/experiments')
+Key = TypeVar('Key')
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +81,14 @@ def runs_of(folder: Path) -> Runs:
     return sorted(runs, key=place)
 
 
+def by(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
+    """Sort runs into groups, in the order in which they come."""
+    groups: dict[Key, Runs] = {}
+    for run in runs:
+        groups.setdefault(key(run), []).append(run)
+    return groups
+
+
 def shipped() -> dict[str, Path]:
     """Return the files of the experiments by name; those in ``config`` here come first."""
     return {path.stem: path for place in (CONFIG, Path('config'))
@@ -103,28 +112,36 @@ def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
     return root / (f'{name}-fast' if fast else name)
 
 
+def sweeps_of(names: Iterable[str], fast: bool, root: Path = ROOT) -> dict[Path, Specification]:
+    """Read experiments, by the folder of each.
+
+    Raises:
+        BringupError: if one is not known, or does not read.
+    """
+    return {folder_of(name, fast, root): specification_of(name, fast) for name in names}
+
+
 @contextmanager
-def opened(names: Iterable[str], fast: bool, root: Path = ROOT) -> Iterator[list[Opened]]:
-    """Open experiments for their missing runs; at the end their tables are written.
+def opened(sweeps: Mapping[Path, Specification]) -> Iterator[list[Opened]]:
+    """Open sweeps by folder for their missing runs; at the end their tables are written.
 
     What a folder holds of another version of the code or the experiment is discarded.
 
     Raises:
-        BringupError: if one is not known, or its folder cannot be written.
+        BringupError: if a folder cannot be written.
     """
     with ExitStack() as stack:
-        sweeps = []
-        for name in names:
-            specification, path = specification_of(name, fast), folder_of(name, fast, root)
+        entered = []
+        for path, specification in sweeps.items():
             request = {'version': code_version(), **specification.record()}
             if discard_other(path, request):
                 print(f'khr: {path}: its runs are of another version or experiment, and are made '
                       'anew', file=sys.stderr)
-            sweeps.append((specification, stack.enter_context(Folder(path, request))))
+            entered.append((specification, stack.enter_context(Folder(path, request))))
         try:
-            yield sweeps
+            yield entered
         finally:
-            for _, folder in sweeps:
+            for _, folder in entered:
                 folder.export()
 
 
@@ -150,19 +167,23 @@ def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
     return lost
 
 
-def run(names: Iterable[str], fast: bool, workers: int, root: Path = ROOT) -> int:
-    """Run what experiments lack on this machine; return how many runs lost their worker.
+def run(sweeps: Mapping[Path, Specification], workers: int, title: str = 'experiments') -> int:
+    """Run what sweeps lack on this machine; return how many runs lost their worker.
+
+    Args:
+        sweeps: by folder.
+        workers: processes.
+        title: of the progress bar.
 
     Raises:
-        BringupError: if one is not known, or its folder cannot be written.
+        BringupError: if a folder cannot be written.
         RunError: if the computation could not go on; what is finished is kept.
     """
-    with opened(names, fast, root) as sweeps:
-        left = missing(sweeps)
+    with opened(sweeps) as entered:
+        left = missing(entered)
         if not left:
             return 0
         from khr_bringup.sweeps.cluster import connected
 
-        with (Bar('experiments', left, lines=True) as bar,
-              connected(min(workers, left)) as client):
-            return run_on(client, sweeps, bar)
+        with Bar(title, left, lines=True) as bar, connected(min(workers, left)) as client:
+            return run_on(client, entered, bar)

@@ -20,15 +20,12 @@ from khr_analysis.resonance import Resonance, resonance
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.errors import BringupError
-from khr_bringup.experiments import Run, Runs, missing, run_on, runs_of, shipped
-from khr_bringup.progress import Bar
+from khr_bringup.experiments import Run, Runs, run, runs_of, shipped
 from khr_bringup.scenario import load, read_yaml
 from khr_bringup.scoreboard_rows import LINE_HZ
 from khr_bringup.sweeps import tell_lost
 from khr_bringup.sweeps.axes import CASE
-from khr_bringup.sweeps.folder import Folder, discard_other
 from khr_bringup.sweeps.reading import parse
-from khr_bringup.sweeps.version import code_version
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
@@ -207,8 +204,6 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         BringupError: if the scenario is no walk, or is not accepted.
         RunError: if the computation could not go on; what is finished is kept.
     """
-    from khr_bringup.sweeps.cluster import connected
-
     walk = load(scenario)
     if walk.table('gait').motion != 'walk':
         raise BringupError(f'{scenario}: its motion is not accepted; accepted: a walk')
@@ -217,16 +212,8 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
     specification = parse(yaml.safe_dump(given, sort_keys=False), f'{EXPERIMENT} of {scenario}',
                           fast)
     path = root / (walk.name + ('-fast' if fast else ''))
-    request = {'version': code_version(), **specification.record()}
-    discard_other(path, request)
-    with Folder(path, request) as folder:
-        sweeps = [(specification, folder)]
-        if left := missing(sweeps):
-            with (Bar(EXPERIMENT, left, lines=True) as bar,
-                  connected(min(workers, left)) as client):
-                if lost := run_on(client, sweeps, bar):
-                    tell_lost(lost)
-        folder.export()
+    if lost := run({path: specification}, workers, EXPERIMENT):
+        tell_lost(lost)
     return runs_of(path)
 
 

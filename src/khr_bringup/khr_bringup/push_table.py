@@ -151,7 +151,7 @@ def momentum() -> str:
                       *(f'{duration * capture_force(own, each, duration):.3f}'
                         for each in (own.inertia, inertia)), after])
     return table(['push, s', 'robot, N s', 'point mass, N s', 'rigid body, N s',
-                   f'COM carried by {SAME:g} N s'], lines)
+                  f'COM carried by {SAME:g} N s'], lines)
 
 
 def compliance() -> str:
@@ -168,8 +168,8 @@ def compliance() -> str:
             largest_of_model(replace(loop, pid=pid), duration=duration, watch=WATCH),
             capture_force(edge, edge.inertia, duration)))])
     return table(['push, s', 'robot, N', 'with stiff servos, N', 'rigid, closed form, N',
-                   'model of its body, N', 'with a stiff servo, N',
-                   'rigid point mass, closed form, N'], lines)
+                  'model of its body, N', 'with a stiff servo, N',
+                  'rigid point mass, closed form, N'], lines)
 
 
 def document_part() -> str:

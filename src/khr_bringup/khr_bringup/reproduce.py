@@ -108,7 +108,7 @@ def reproduce(out: Path, only: str | None = None, fast: bool = False,
     asked = wanted(only, fast)
     _make(out / 'figures')
     try:
-        with experiments.opened(asked.experiments, fast) as sweeps:
+        with experiments.opened(experiments.sweeps_of(asked.experiments, fast)) as sweeps:
             found = _compute(asked, sweeps, out / 'figures', workers or os.cpu_count() or 1)
     except KeyboardInterrupt:
         print('khr: interrupted; repeat the command to go on', file=sys.stderr)
@@ -135,8 +135,7 @@ def figure(number: str, out: Path, fast: bool) -> list[Path]:
         KhrError: if there is no such figure, or it cannot be drawn or written.
     """
     needed = drawing_of(number).experiments
-    lost = experiments.run(needed, fast, os.cpu_count() or 1) if needed else 0
-    if lost:
+    if lost := experiments.run(experiments.sweeps_of(needed, fast), os.cpu_count() or 1):
         tell_lost(lost)
     return draw(number, out, runs_by_name(needed, ROOT, fast), fast)
 

@@ -107,7 +107,7 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
         text += f'\nbest {GAINS[counted.y.name]}: {gains}\n({CRITERION})'
     page.suptitle(text, fontsize='medium')
     handles: list[Artist] = [Patch(facecolor='none', edgecolor='0.25', hatch='///',
-                     label='95 % interval of the survival holds 1/2')]
+                                   label='95 % interval of the survival holds 1/2')]
     if counted.critical:
         handles += panel.plot([], [], **MARK,
                               label='half of the runs survive, with 95 % interval')

@@ -126,7 +126,7 @@ def _friction() -> str:
         rows.append([f'{friction:.2f}', f'{slides:.2f}', 'slides' if slides < tips else 'tips',
                      f'{change:.3f}', f'{block:.3f}'])
     return table(['mu', 'atan(mu), deg', 'which comes first',
-                   'slide 2 deg beyond, simulated, m/s^2', 'a block, m/s^2'], rows)
+                  'slide 2 deg beyond, simulated, m/s^2', 'a block, m/s^2'], rows)
 
 
 def _loop() -> str:
@@ -184,7 +184,7 @@ def _stiffness() -> str:
                 share, sweep.ringing_frequency, sweep.damping_ratio, sweep.ringing_rate,
                 sweep.stability_limit, strict=True)]
     return table(['K over the identified', 'f_A0 at K_A = 12, Hz', 'damping ratio',
-                   'ringing rate, deg/s rms', 'largest K_A'], rows)
+                  'ringing rate, deg/s rms', 'largest K_A'], rows)
 
 
 def _harmonics() -> str:
@@ -200,7 +200,7 @@ def _harmonics() -> str:
     return '\n\n'.join([
         'A pitch of 3 deg at f_0, amplitudes over that of f_0:',
         table(['phi, deg', 'a_2/a_0 printed, 1/s^2', 'a_1/a_0 printed, 1/s^2',
-                '2 f_0 series', '2 f_0 integrated', '3 f_0 series', '3 f_0 integrated'], rows)])
+               '2 f_0 series', '2 f_0 integrated', '3 f_0 series', '3 f_0 integrated'], rows)])
 
 
 def _push() -> str:

@@ -209,4 +209,3 @@ def _adjust(inclination_deg: float, form: Form) -> model.Motion:
     return simulate_servo(ROBOT, Pid(), target=target, inclination=inclination,
                           initial_lean=INITIAL_LEAN, duration=1.0, step=2e-3,
                           form=form)
-

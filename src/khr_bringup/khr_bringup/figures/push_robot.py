@@ -98,18 +98,24 @@ def _impulses(axis: Axes, base: Condition, gyros: Sequence[str], color: str) -> 
 
 
 def _motions(axis: Axes, force: float) -> None:
-    for index, (gain, gyro) in enumerate(((0.0, 'packaged'), *((18.0, each) for each in GYROS))):
-        condition = Condition(gain, PUSHED, gyro=gyro)
+    conditions = [Condition(0.0, PUSHED, gyro='packaged'),
+                  *(Condition(18.0, PUSHED, gyro=gyro) for gyro in GYROS)]
+    colors = {condition: f'C{index}' for index, condition in enumerate(conditions)}
+    for condition in conditions:
         motion = push_robot(condition, force)
         shown = (motion.time >= -0.1) & (motion.time <= SHOWN)
-        name = f'K_A = {gain:g}' + (f', {gyro}' if gain else '')
-        axis.plot(motion.time[shown], 1e3 * motion.x_com[shown], color=f'C{index}',
-                  linestyle='-', label=f'robot, {name}')
-    model = simulate_push(model_loop(condition, 'physical', 'robot'), Push(force, PUSHED),
-                          gyro=model_gyro(condition), duration=SHOWN)
-    axis.plot(model.time, 1e3 * model.x_com, color=f'C{index}', linestyle='--',
-              label=f'model, {name}')
+        axis.plot(motion.time[shown], 1e3 * motion.x_com[shown], color=colors[condition],
+                  linestyle='-', label=f'robot, {_control(condition)}')
+    last = conditions[-1]
+    model = simulate_push(model_loop(last, 'physical', 'robot'), Push(force, PUSHED),
+                          gyro=model_gyro(last), duration=SHOWN)
+    axis.plot(model.time, 1e3 * model.x_com, color=colors[last], linestyle='--',
+              label=f'model, {_control(last)}')
     _show_band(axis)
+
+
+def _control(condition: Condition) -> str:
+    return f'K_A = {condition.gain:g}' + (f', {condition.gyro}' if condition.gain else '')
 
 
 def _show_band(axis: Axes) -> None:

@@ -2,14 +2,15 @@
 
 Over time every seed is a thin line; a run that fell is drawn up to its fall, with a cross there.
 Over the inclination a line is the median of the seeds, its band goes from the smallest to the
-largest, and a cross stands where a seed fell: on its value, or on 0 if it fell too early for one.
+largest, and a cross stands where a seed fell: on its value, or at the bottom if it fell too early
+to have one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import fields
-from typing import Any, TypeVar
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,10 +18,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from khr_bringup.critical import Condition
-from khr_bringup.experiments import Run, Runs
+from khr_bringup.experiments import Key, Run, Runs, by
 from khr_bringup.series import Array, Series
 
-Key = TypeVar('Key', bound=Hashable)
 FALLEN: dict[str, Any] = {
     'color': '#b00000', 'linestyle': '', 'marker': 'x', 'markersize': 6.0,
     'markeredgewidth': 1.5, 'clip_on': False}
@@ -55,11 +55,7 @@ def fell(run: Run) -> bool:
 
 def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
     """Sort runs into groups, in the order in which they come; runs without signals are left."""
-    groups: dict[Key, Runs] = {}
-    for run in runs:
-        if run.series is not None:
-            groups.setdefault(key(run), []).append(run)
-    return groups
+    return by((run for run in runs if run.series is not None), key)
 
 
 def record(run: Run) -> Series:

@@ -3,19 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from itertools import takewhile
 from math import nan
 from statistics import median
-from typing import TypeVar
 
 from khr_balance.stage import STAGES
-from khr_bringup.experiments import Run, Runs
+from khr_bringup.experiments import Run, Runs, by
 from khr_bringup.scenario import Scenario, Values
 from khr_bringup.sweeps.trial import complete
 
-Key = TypeVar('Key')
 SEEDS = ('seed', 'initial_tilt_deg')
 STAGED = 'staged, '
 
@@ -73,7 +71,7 @@ def _soles(walks: Runs) -> list[str]:
     """Compare walks on rubber with their twins on smooth ground."""
     told = []
     for twins in _alike(walks, ('surface',)):
-        surfaces = _by(twins, lambda run: str(run.scenario.table('simulator').surface))
+        surfaces = by(twins, lambda run: str(run.scenario.table('simulator').surface))
         if {'smooth', 'rubber'} <= set(surfaces):
             rubber, smooth = tally(surfaces['rubber']), tally(surfaces['smooth'])
             told.append(f'{_where(twins[0].scenario)} it {rubber.text} on rubber, and '
@@ -85,7 +83,7 @@ def _friction(walks: Runs) -> list[str]:
     """Tell how steep the ground may be for each friction, of walks that are otherwise alike."""
     told = []
     for twins in _alike(walks, ('friction', 'inclination_deg')):
-        frictions = _by(twins, lambda run: float(run.scenario.table('simulator').sole_friction))
+        frictions = by(twins, lambda run: float(run.scenario.table('simulator').sole_friction))
         if len(frictions) > 1:
             listed = '; '.join(f'{value:g}: {_steepest(frictions[value])}'
                                for value in sorted(frictions))
@@ -95,7 +93,7 @@ def _friction(walks: Runs) -> list[str]:
 
 def _steepest(runs: Runs) -> str:
     """Tell the steepest ground up to which most seeds stay up wherever they were tried."""
-    grounds = _by(runs, lambda run: float(run.scenario.table('simulator').inclination_deg))
+    grounds = by(runs, lambda run: float(run.scenario.table('simulator').inclination_deg))
     stayed = list(takewhile(lambda each: each[1].stays,
                             ((phi, tally(grounds[phi])) for phi in sorted(grounds))))
     if not stayed:
@@ -109,7 +107,7 @@ def _tilting(runs: Runs) -> list[str]:
     growing = [run for run in runs
                if run.scenario.table('simulator').inclination_rate_deg_s > 0.0]
     told = []
-    for name, some in _by(growing, lambda run: control(run.scenario)).items():
+    for name, some in by(growing, lambda run: control(run.scenario)).items():
         fell = [_reached(run) for run in some if run.row['verdict'] == 'fell']
         ends = (f'falls at {median(fell):.2f} deg' if 2 * len(fell) > len(some) else
                 f'stays up to {median(_reached(run) for run in some):.2f} deg, where it ended')
@@ -133,17 +131,10 @@ def _where(scenario: Scenario) -> str:
 
 def _alike(runs: Runs, but: tuple[str, ...]) -> list[Runs]:
     """Group the runs whose parameters are the same but for the seeds and those named."""
-    return list(_by(runs, lambda run: json.dumps(
+    return list(by(runs, lambda run: json.dumps(
         _without(complete(run.scenario), (*SEEDS, *but)), sort_keys=True)).values())
 
 
 def _without(values: Values, keys: tuple[str, ...]) -> Values:
     return {node: {key: value for key, value in held.items() if key not in keys}
             for node, held in values.items()}
-
-
-def _by(runs: Runs, key: Callable[[Run], Key]) -> dict[Key, Runs]:
-    groups: dict[Key, Runs] = {}
-    for run in runs:
-        groups.setdefault(key(run), []).append(run)
-    return groups

@@ -142,7 +142,7 @@ def _steps(where: str, specification: Specification, start: Any, stop: Any,
     count = floor((stop - start) / step + 1e-9) + 1
     if not 0 < count <= LARGEST_AXIS:
         refuse(where, {'start': start, 'stop': stop, 'step': step},
-                f'a start up to the stop, and at most {LARGEST_AXIS} values')
+               f'a start up to the stop, and at most {LARGEST_AXIS} values')
     # Without the rounding 0.1 taken three times would be 0.30000000000000004.
     values = (start + step * number for number in range(count))
     return tuple(checked(where, specification, round(value, 10)) for value in values)

@@ -101,7 +101,7 @@ def _scenarios(where: str, given: dict[str, Any]) -> dict[str, Scenario]:
     names = names if isinstance(names, list) else [names]
     if not names or not all(isinstance(name, str) for name in names):
         refuse(f'{where}: scenario', given['scenario'],
-                'a scenario file or name, or a list of them')
+               'a scenario file or name, or a list of them')
     changes = _values(where, 'set', given.get('set', {}))
     if 'duration' in given:
         changes['simulator.duration'] = checked(
@@ -140,7 +140,7 @@ def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
     for kind in kinds:
         if not isinstance(given[kind], dict) or not given[kind]:
             refuse(f'{where}: {kind}', given[kind],
-                    'a mapping of node.parameter to what it takes')
+                   'a mapping of node.parameter to what it takes')
         read = grid_axis if kind == 'grid' else random_axis
         for name, values in given[kind].items():
             specification = parameter_named(f'{where}: {kind}', name)
@@ -151,7 +151,7 @@ def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
 def _samples(where: str, given: dict[str, Any]) -> int | None:
     if ('random' in given) != ('samples' in given):
         refuse(f'{where}: samples', given.get('samples'),
-                'an integer from 1 on with random, nothing without')
+               'an integer from 1 on with random, nothing without')
     return _count(where, 'samples', given['samples']) if 'random' in given else None
 
 
@@ -191,4 +191,3 @@ def _check_starts(where: str, sweep: Specification, fixed: dict[str, Any]) -> No
     if sweep.seeds is not None and INITIAL_ERROR not in sweep.axes and not stated:
         raise BringupError(f'{where}: seeds: {INITIAL_ERROR} is not stated; accepted: a value for '
                            'it under set, or an axis of it')
-

@@ -50,7 +50,7 @@ def _constants(circuit: Circuit) -> str:
         return [f'`{field.name}`', data['description'], f'{value:.5g}', data['unit'], source]
 
     return table(['name', 'what', 'value', 'unit', 'source'],
-                  map(row, dataclasses.fields(circuit)))
+                 map(row, dataclasses.fields(circuit)))
 
 
 def _derived(circuit: Circuit) -> str:
@@ -80,7 +80,7 @@ def _derived(circuit: Circuit) -> str:
          noise * math.sqrt(math.pi * circuit.bandwidth), 'deg/s'),
     ]
     return table(['what', 'value', 'unit'],
-                  [[what, f'{value:.4g}', unit] for what, value, unit in rows])
+                 [[what, f'{value:.4g}', unit] for what, value, unit in rows])
 
 
 def _fit() -> str:
