@@ -73,7 +73,7 @@ def test_no_runs_say_nothing():
 
 @given(st.integers(1, 6), st.integers(1, 30), st.floats(-20.0, 20.0), st.floats(0.1, 5.0),
        st.booleans())
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 def test_a_clean_step_is_crossed_in_its_middle(before, runs, start, step, falling):
     x = start + step * np.arange(8)
     hits = runs * ((np.arange(8) < before) == falling)
@@ -86,7 +86,7 @@ def test_a_clean_step_is_crossed_in_its_middle(before, runs, start, step, fallin
 
 
 @given(st.integers(2, 40))
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 def test_survival_everywhere_and_nowhere_leave_a_side_open(runs):
     x, all_runs = np.arange(5.0), np.full(5, float(runs))
     above = crossing(x, all_runs, all_runs)

@@ -202,7 +202,7 @@ def test_page_of_a_truncated_bag_says_so(recorded, tmp_path, capsys):
 
 
 @given(st.data())
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.differing_executors])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
 def test_what_is_left_of_a_bag_cut_anywhere_is_its_beginning(tmp_path_factory, data):
     folder = tmp_path_factory.mktemp('cut')
     pushes = [push() for _ in range(20)]

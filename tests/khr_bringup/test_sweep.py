@@ -41,7 +41,7 @@ def unique_floats(low, high):
 
 
 @given(unique_floats(-30.0, 30.0), unique_floats(0.0, 60.0), st.integers(1, 4))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_a_grid_is_every_combination_with_every_seed_once(inclinations, gains, seeds):
     every = trials(f'{HEAD}seeds: {seeds}\n{TILT}grid:\n'
                    f'  simulator.inclination_deg: {axis(inclinations)}\n'
@@ -58,7 +58,7 @@ def test_a_grid_is_every_combination_with_every_seed_once(inclinations, gains, s
 
 
 @given(st.integers(0, 100), st.integers(1, 40), st.integers(1, 60))
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 def test_a_stepped_axis_holds_both_ends_and_no_rounding_errors(start, step, count):
     stop = start + step * (count - 1)
     sweep = parse(f'{HEAD}grid:\n  monitor.walk_distance: {{start: {0.01 + start / 1000}, '
@@ -122,7 +122,7 @@ def test_the_fast_form_replaces_what_stands_above():
 
 @given(st.lists(st.sampled_from(['stand_0deg', 'walk_3deg', 'lift_3.8deg']), min_size=1,
                 unique=True), st.booleans(), st.booleans(), st.integers(1, 2))
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 def test_the_record_tells_each_run_s_scenario(names, with_cases, with_grid, seeds):
     text = (f'scenario: {axis(names)}\nseeds: {seeds}\n{TILT}'
             + 'cases: {a: {}, b: {simulator.control_period: 0.02}}\n' * with_cases
@@ -248,7 +248,7 @@ def shipped_sweeps():
 
 
 @given(st.floats(0.0, 60.0), st.floats(0.0, 60.0))
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_a_run_is_its_parameters_and_the_code(first, second):
     one, other = (trials(f'{HEAD}grid:\n  ankle_controller.gain: {axis([gain])}\n')[0]
                   for gain in (first, second))
@@ -306,7 +306,7 @@ def row_of(number):
 
 
 @given(st.integers(1, 6), st.data())
-@settings(max_examples=30, deadline=None, suppress_health_check=[HealthCheck.differing_executors])
+@settings(max_examples=30, suppress_health_check=[HealthCheck.differing_executors])
 def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, count, data):
     path = tmp_path_factory.mktemp('sweep')
     with Folder(path, REQUEST) as folder:

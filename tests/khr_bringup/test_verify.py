@@ -162,7 +162,7 @@ def whole(tmp_path_factory, result):
 
 
 @given(st.data())
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.differing_executors])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
 def test_a_bag_cut_anywhere_is_told(whole, tmp_path_factory, data):
     damaged = tmp_path_factory.mktemp('damaged')
     shutil.copytree(whole, damaged, dirs_exist_ok=True)
@@ -173,7 +173,7 @@ def test_a_bag_cut_anywhere_is_told(whole, tmp_path_factory, data):
 
 
 @given(st.data())
-@settings(max_examples=25, deadline=None, suppress_health_check=[HealthCheck.differing_executors])
+@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
 def test_a_damaged_bag_is_told_or_says_the_same(whole, tmp_path_factory, data):
     damaged = tmp_path_factory.mktemp('damaged')
     shutil.copytree(whole, damaged, dirs_exist_ok=True)

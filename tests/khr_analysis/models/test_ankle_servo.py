@@ -63,7 +63,7 @@ def test_a_larger_step_is_a_larger_overshoot_of_the_rate():
     assert largest_rate(down) == pytest.approx(-rates[1], rel=1e-6)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(0.0, 0.02), st.floats(-0.2, 0.2), st.floats(-0.02, 0.02))
 def test_the_force_loop_meets_statics(gain, inclination, lean0):
     pendulum = Pendulum()
@@ -79,7 +79,7 @@ def test_without_gain_the_force_loop_does_nothing():
         critical_inclination(pendulum, 0.01, 'exact'))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(1e-4, 0.01))
 def test_the_force_loop_carries_the_whole_weight_at_its_critical_inclination(gain):
     pendulum = Pendulum()

@@ -20,7 +20,7 @@ from khr_analysis.models.pendulum import GRAVITY, Pendulum, critical_inclination
 DEG = math.pi / 180.0
 
 
-@settings(max_examples=15, deadline=None)
+@settings(max_examples=15)
 @given(st.floats(0.02, 0.6), st.booleans())
 def test_a_robot_at_rest_slides_from_atan_mu_and_not_before(friction, downhill):
     side = 1.0 if downhill else -1.0
@@ -46,8 +46,13 @@ def test_a_held_pendulum_slides_as_a_block(friction, inclination_deg):
     assert motion.normal_force[-1] == pytest.approx(1.611 * GRAVITY * math.cos(phi), rel=1e-3)
 
 
-@settings(max_examples=15, deadline=None)
-@given(st.floats(0.0, 0.5), st.floats(-0.1, 0.1), st.floats(-0.08, 0.08))
+def measurable(low, high):
+    """Give what an instrument tells from 0: with less the integrator's own numbers underflow."""
+    return st.floats(low, high).map(lambda value: round(value, 9))
+
+
+@settings(max_examples=15)
+@given(measurable(0.0, 0.5), measurable(-0.1, 0.1), measurable(-0.08, 0.08))
 def test_the_friction_stays_in_its_cone_and_opposes_the_slide(friction, inclination, target):
     motion = simulate_sliding(Pendulum(), SlidingFoot(friction=friction), Pid(), target=target,
                               inclination=inclination, duration=1.0)

@@ -23,7 +23,7 @@ P = Pendulum()
 forms = pytest.mark.parametrize('form', ['published', 'physical'])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(0.01, 0.1), st.floats(-0.3, 0.3), st.sampled_from(['published', 'physical']),
        st.floats(1.5, 4.0))
 def test_series_and_integration_agree_to_the_next_power(amplitude, inclination, form, frequency):

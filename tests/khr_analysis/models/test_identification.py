@@ -12,7 +12,7 @@ from khr_analysis.models.servo_loop import ServoLoop, gain_of_board
 GAINS = (gain_of_board(12.0), gain_of_board(18.0))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(5.0, 100.0), st.floats(0.2, 0.95), st.floats(0.1, 0.9), st.floats(0.05, 0.9),
        st.sampled_from(['published', 'physical']))
 def test_a_known_servo_is_found_again_and_predicted(natural, ratio1, share, middle, form):

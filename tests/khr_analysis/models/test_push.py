@@ -25,7 +25,7 @@ P = Pendulum()
 FORMS = ('published', 'physical')
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(st.floats(0.05, 2.0), st.floats(0.01, 0.9), st.floats(-1.5, 1.5))
 def test_the_tipping_length_is_the_distance_from_toe_to_mass(length, share, ankle):
     robot = Pendulum(1.0, length, share * length)
@@ -112,7 +112,7 @@ def test_a_locked_physical_ankle_survives_what_a_rocking_block_does():
     assert largest_push(PushLoop(), duration=duration) < limit
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=10)
 @given(st.floats(0.5, 5.0), st.floats(0.02, 0.5), st.floats(0.0, 0.1), st.sampled_from(FORMS))
 def test_front_and_behind_mirror_each_other_on_the_flat(force, duration, gain, form):
     loop = PushLoop(gain=gain, form=form)

@@ -39,7 +39,7 @@ def test_the_board_s_gain_in_seconds():
     assert gain_of_board(18.0) == pytest.approx(1.5 * gain_of_board(12.0))
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(loops, st.floats(0.05, 50.0))
 def test_closing_the_loop_block_by_block_gives_the_physical_form(loop, frequency):
     s = 2j * math.pi * frequency
@@ -57,7 +57,7 @@ def test_the_printed_damping_lacks_the_stiffness_and_agrees_where_it_is_one():
     assert replace(stiff, form='physical').feedback_damping == pytest.approx(2.0 - 7.5)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(loops)
 def test_without_gain_the_loop_is_the_servo(loop):
     servo = replace(loop, gain=0.0)
@@ -66,7 +66,7 @@ def test_without_gain_the_loop_is_the_servo(loop):
                        [servo.stiffness / servo.inertia])
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(loops)
 def test_the_exact_frequency_and_decay_are_the_poles(loop):
     loop = replace(loop, form='physical')
@@ -93,7 +93,7 @@ def test_the_frequency_rises_with_the_thesis_s_gain_and_falls_with_opposing_feed
     assert replace(light, gain=-0.02).ringing_frequency < light.ringing_frequency
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(loops, st.floats(0.2, 20.0), st.floats(-3.0, 3.0))
 @example(ServoLoop(5.0, 38.75, 19220.0, 19.375, 'published'), 1.0, 0.0)  # stiff, hardly damped
 def test_inverse_laplace_agrees_with_integration(loop, frequency, phase):
@@ -123,7 +123,7 @@ def test_inverse_laplace_survives_a_tone_on_an_undamped_pole():
     assert np.allclose(response, math.pi * TIME * np.sin(2.0 * math.pi * TIME), atol=1e-5)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=50)
 @given(loops)
 def test_tones_superpose_and_start_from_rest(loop):
     one, two = Tone(0.1, 1.73), Tone(0.04, 3.46, 0.7)

@@ -50,7 +50,7 @@ def test_agreement_refuses_a_bad_period():
         disagreement(1.0, 0.0, held=True)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(circuits, st.floats(1e-5, 0.02), st.lists(rates, min_size=1, max_size=8))
 def test_update_is_the_matrix_exponential_of_the_averaged_equations(circuit, period, inputs):
     """The envelope's equations, from m z'' + b z' + k z = F with z = Re(Z exp(j w_d t))."""

@@ -24,7 +24,7 @@ def test_no_rate_gives_no_output():
     assert np.abs(waveforms.drive_velocity).max() == pytest.approx(KRG4.drive_speed, rel=1e-2)
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), st.floats(1.0, 500.0))
 def test_output_is_linear_in_the_rate(a, b, frequency):
     def wave(time):
