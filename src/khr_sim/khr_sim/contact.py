@@ -87,10 +87,11 @@ class ContactForces:
     def add(self, contacts: Sequence[Any]) -> None:
         """Take the engine's contact points of the robot with the ground after one step."""
         self._steps += 1
-        for _, _, _, link, _, place, _, up, _, press, slip, along, slide, across in contacts:
-            if link in self._of_foot:
-                forward, ankle, toe, heel = self._of_foot[link]
-                impulse = toe if dot(forward, place) >= ankle else heel
+        of_foot = self._of_foot
+        for _, _, _, link, _, (x, y, z), _, up, _, press, slip, along, slide, across in contacts:
+            if link in of_foot:
+                (fx, fy, fz), ankle, toe, heel = of_foot[link]
+                impulse = toe if fx * x + fy * y + fz * z >= ankle else heel
                 impulse[0] += press
                 impulse[1] += slip
                 impulse[2] += slide

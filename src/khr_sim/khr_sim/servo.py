@@ -106,7 +106,7 @@ class Servos:
         torques, angles, rates = [], [], []
         for goal, joint, speed, angle, rate, stiffness, offset, gear, damping in zip(
                 command, position, velocity, self._angle, self._rate, self._stiffness,
-                self._offsets(command), self._gear, self._gear_damping, strict=True):
+                self._offsets(command), self._gear, self._gear_damping, strict=False):
             twist, slide = angle - joint, rate - speed
             if play:
                 twist -= min(max(twist, -play), play)

@@ -6,6 +6,7 @@ import tempfile
 from collections.abc import Sequence
 from itertools import chain
 from math import radians
+from operator import itemgetter
 from pathlib import Path
 
 import numpy as np
@@ -24,6 +25,7 @@ from khr_sim.servo import Servos
 from khr_sim.truth import Truth
 
 Array = NDArray[np.float64]
+_FIRST, _SECOND = itemgetter(0), itemgetter(1)
 
 SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
@@ -241,8 +243,8 @@ class World:
         return link, np.array(state[4]) + rotation @ offset, rotation
 
     def _read_joints(self) -> None:
-        self._position, self._velocity, _, _ = zip(
-            *bullet.getJointStates(self.body, self._joints, self.client), strict=True)
+        states = bullet.getJointStates(self.body, self._joints, self.client)
+        self._position, self._velocity = [*map(_FIRST, states)], [*map(_SECOND, states)]
 
     def _soles(self) -> list[contact.Pose]:
         """Return the poses of l_sole and r_sole in odom."""
