@@ -144,3 +144,22 @@ def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
 def test_an_unknown_experiment_is_one_line():
     with pytest.raises(BringupError, match=r"experiment: 'walks' is not known; accepted: .*walk"):
         specification_of('walks', fast=False)
+
+
+def test_a_run_of_two_experiments_is_made_once_and_told_in_both(here, place):
+    """The twin keeps no signals and has one case more."""
+    twin = SMALL.replace('keep: series\n', '').replace(
+        'cases:\n', 'cases:\n  other: {ankle_controller.gain: 3.0}\n')
+    for name, text in (('once', SMALL), ('twin', twin)):
+        (place / 'config' / 'experiments' / f'{name}.yaml').write_text(text)
+    sweeps = experiments.sweeps_of(['once', 'twin'], fast=False)
+    assert experiments.run(sweeps, workers=1) == 0
+    once, twins = (runs_of(path) for path in sweeps)
+    assert (len(once), len(twins)) == (8, 12)
+    assert all(run.series is not None for run in once)
+    assert all(run.series is None for run in twins)
+
+    def took(runs):
+        return {(*run.point.values(), run.seed): run.row['wall_time_s'] for run in runs
+                if run.point['case'] != 'other'}
+    assert took(once) == took(twins), 'two runs never take as long'

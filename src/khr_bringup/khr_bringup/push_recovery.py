@@ -181,9 +181,7 @@ def push_robot(condition: Condition, force: float) -> Motion:
     Raises:
         BringupError: if the force is negative or not finite.
     """
-    if not 0.0 <= force < math.inf:
-        raise BringupError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
-    scenario = condition.scenario(force)
+    scenario = _pushed(condition, force)
     parameters = scenario.table('simulator')
     rows: list[tuple[float, float]] = []
 
@@ -193,6 +191,21 @@ def push_robot(condition: Condition, force: float) -> Motion:
     result = run_offline(scenario, watch)
     time, x_com = np.array(rows).T
     return Motion(time, x_com, result.outcome.verdict == 'fell')
+
+
+def falls(condition: Condition, force: float) -> bool:
+    """Return whether a push of so many N, at least 0, topples the robot.
+
+    Raises:
+        BringupError: if the force is negative or not finite.
+    """
+    return run_offline(_pushed(condition, force)).outcome.verdict == 'fell'
+
+
+def _pushed(condition: Condition, force: float) -> Scenario:
+    if not 0.0 <= force < math.inf:
+        raise BringupError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
+    return condition.scenario(force)
 
 
 def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
@@ -219,19 +232,19 @@ class Bracket:
         return math.sqrt(self.survived * self.fatal)
 
 
-def bracket(falls: Callable[[float], bool], guess: float,
+def bracket(fatal_at: Callable[[float], bool], guess: float,
             tolerance: float = TOLERANCE) -> Bracket:
     """Find where survival turns into a fall, from a guess in steps that grow, then by halves.
 
     Args:
-        falls: whether a force in N, more than 0, is fatal.
+        fatal_at: whether a force in N, more than 0, is fatal.
         guess: N.
         tolerance: largest relative distance between the two forces.
     """
     survived, fatal = 0.0, math.inf
     force, stride = guess, 1.0 + tolerance
     while fatal > survived * (1.0 + tolerance):
-        if falls(force):
+        if fatal_at(force):
             fatal = force
         else:
             survived = force
@@ -257,4 +270,4 @@ def _largest(condition: Condition) -> Bracket:
     else:
         guess = capture_force(*stance(condition.base()).tipping(condition.direction),
                               condition.duration)
-    return bracket(lambda force: push_robot(condition, force).fell, guess or LEAST)
+    return bracket(lambda force: falls(condition, force), guess or LEAST)

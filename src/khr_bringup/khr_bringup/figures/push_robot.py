@@ -25,13 +25,14 @@ _SIDES = {'behind': 'from behind', 'front': 'from the front'}
 _MARKS = {'packaged': 'o', 'circuit': '^'}
 
 
-def side_by_side(durations: Sequence[float] = DURATIONS,
-                 gyros: Sequence[str] = tuple(GYROS)) -> Figure:
+def side_by_side(durations: Sequence[float] = DURATIONS, gyros: Sequence[str] = tuple(GYROS),
+                 gains: Sequence[float] = GAINS) -> Figure:
     """Draw the largest impulse over the gain, and x_COM of pushes about the largest one.
 
     Args:
         durations: of the pushes of the upper panels, s.
         gyros: of the robot there.
+        gains: K_A there.
     """
     figure, axes = panels(
         *(f'the largest, {_SIDES[side]}' for side in DIRECTIONS),
@@ -40,7 +41,7 @@ def side_by_side(durations: Sequence[float] = DURATIONS,
     for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
         for index, duration in enumerate(durations):
             _impulses(axis, Condition(duration=duration, direction=direction), gyros,
-                      f'C{index}')
+                      gains, f'C{index}')
         axis.set(xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)',
                  ylim=(0.0, 2.1))
     largest = largest_push(Condition(duration=PUSHED)).middle
@@ -59,8 +60,8 @@ def side_by_side(durations: Sequence[float] = DURATIONS,
 
 
 def for_one_duration() -> Figure:
-    """Draw the same for one duration and one gyro, which takes a tenth of the time."""
-    return side_by_side((PUSHED,), ('packaged',))
+    """Draw the same for one duration, one gyro and two gains, in a fraction of the time."""
+    return side_by_side((PUSHED,), ('packaged',), (GAINS[0], GAINS[-1]))
 
 
 def with_and_without_control() -> Figure:
@@ -84,15 +85,16 @@ def with_and_without_control() -> Figure:
     return figure
 
 
-def _impulses(axis: Axes, base: Condition, gyros: Sequence[str], color: str) -> None:
+def _impulses(axis: Axes, base: Condition, gyros: Sequence[str], gains: Sequence[float],
+              color: str) -> None:
     duration = base.duration
     for gyro in gyros:
-        tried = [replace(base, gain=gain, gyro=gyro) for gain in GAINS]
-        axis.plot(GAINS, [duration * largest_push(each).middle for each in tried], color=color,
+        tried = [replace(base, gain=gain, gyro=gyro) for gain in gains]
+        axis.plot(gains, [duration * largest_push(each).middle for each in tried], color=color,
                   linestyle='-', marker=_MARKS[gyro], label=f'robot, {gyro}, {duration:g} s')
-    tried = [replace(base, gain=gain) for gain in GAINS]
+    tried = [replace(base, gain=gain) for gain in gains]
     for form, body, line in (('physical', 'robot', '--'), ('published', 'thesis', ':')):
-        axis.plot(GAINS, [duration * model_push(each, form, body) for each in tried],
+        axis.plot(gains, [duration * model_push(each, form, body) for each in tried],
                   color=color, linestyle=line, marker='',
                   label=f'model, {form}, {body}, {duration:g} s')
 

@@ -3,53 +3,85 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
 
 from distributed import Client
 
 from khr_bringup.sweeps.cluster import compute
 from khr_bringup.sweeps.folder import Folder
 from khr_bringup.sweeps.specification import Specification
-from khr_bringup.sweeps.trial import Row, Trial, identity, run_trial
+from khr_bringup.sweeps.trial import Row, Trial, run_trial
 from khr_bringup.sweeps.version import code_version
+
+if TYPE_CHECKING:
+    from khr_bringup.series import Series
 
 
 def run_missing(client: Client,
                 sweeps: Sequence[tuple[Specification, Folder]]) -> Iterator[list[Row | None]]:
     """Compute what the folders of several sweeps lack; yield batches of rows that are kept.
 
-    Workers need not see the folders: signals come back with the row and are written here.
+    A run that several sweeps have, or several cases of one, is made once. Workers need not see
+    the folders: signals come back with the results and are written here.
 
     Args:
         client: of the cluster, from :func:`khr_bringup.sweeps.cluster.connected`.
         sweeps: each with its open folder.
 
     Yields:
-        Rows; None for a run whose workers died again and again.
+        Rows; None for one whose run's workers died again and again.
 
     Raises:
         RunError: if the computation could not go on; what is finished is kept.
     """
     version = code_version()
-    # The same parameters may be a run of several sweeps, whose rows differ in their columns.
-    folders = {f'{specification.name}-{identity(specification.record(), version)}': folder
-               for specification, folder in sweeps}
+    wanted: dict[str, list[_Wanted]] = {}  # by run; without its scenario, as they may be many
+    for trial, folder in _lacking(sweeps, version):
+        labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
+        wanted.setdefault(trial.run, []).append(_Wanted(folder, labels, trial.keep))
 
     def tasks() -> Iterator[tuple[str, Trial]]:
-        for key, (specification, folder) in zip(folders, sweeps, strict=True):
-            finished = folder.finished()
-            for trial in specification.trials(version):
-                if trial.id not in finished:
-                    yield f'{key}/{trial.id}', trial
+        begun = set()
+        for trial, _ in _lacking(sweeps, version):
+            if trial.run not in begun:
+                begun.add(trial.run)
+                yield trial.run, replace(trial, keep=any(each.keep for each in wanted[trial.run]))
 
     for batch in compute(client, run_trial, tasks()):
-        rows: dict[str, list[Row]] = {}
-        for task, result in batch:
-            if result is not None:
-                row, series = result
-                key = task.rpartition('/')[0]
-                if series is not None:
-                    folders[key].keep(row['id'], series)
-                rows.setdefault(key, []).append(row)
-        for key, some in rows.items():
-            folders[key].append(some)
-        yield [None if result is None else result[0] for _, result in batch]
+        yield _kept([(each, result) for run, result in batch for each in wanted[run]])
+
+
+class _Wanted(NamedTuple):
+    """Where a run's row goes, what stands there beside its results, and whether it has signals."""
+
+    folder: Folder
+    labels: Row
+    keep: bool
+
+
+def _lacking(sweeps: Sequence[tuple[Specification, Folder]],
+             version: str) -> Iterator[tuple[Trial, Folder]]:
+    for specification, folder in sweeps:
+        finished = folder.finished()
+        for trial in specification.trials(version):
+            if trial.id not in finished:
+                yield trial, folder
+
+
+def _kept(batch: Sequence[tuple[_Wanted, tuple[Row, Series | None] | None]]) -> list[Row | None]:
+    """Write what has come to where it is wanted; return the rows."""
+    rows: list[Row | None] = []
+    of_folder: dict[Folder, list[Row]] = {}
+    for (folder, labels, keep), result in batch:
+        if result is None:
+            rows.append(None)
+            continue
+        results, series = result
+        if keep and series is not None:
+            folder.keep(labels['id'], series)
+        rows.append(labels | results)
+        of_folder.setdefault(folder, []).append(labels | results)
+    for folder, some in of_folder.items():
+        folder.append(some)
+    return rows

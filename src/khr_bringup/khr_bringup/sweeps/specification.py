@@ -79,11 +79,12 @@ class Specification:
             for labels, start in starts:
                 for point in self._draws(axes):
                     changes = _by_node({**point, **seeds_of(seed)})
-                    key = identity(start.complete_with(changes), version, labels.values())
+                    run = identity(start.complete_with(changes), version)
+                    key = identity([run, *labels.values()], version) if labels else run
                     if key in seen:
                         continue  # the same draw again
                     seen.add(key)
-                    yield Trial(key, labels | point, seed, start.changed(changes), version,
+                    yield Trial(run, key, labels | point, seed, start.changed(changes), version,
                                 self.keep)
 
     def record(self) -> dict[str, Any]:

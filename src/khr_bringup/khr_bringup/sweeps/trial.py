@@ -5,7 +5,6 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterable
 from dataclasses import dataclass
 from math import degrees
 from typing import TYPE_CHECKING, Any
@@ -34,7 +33,9 @@ class Trial:
     """One point of a sweep with one seed.
 
     Attributes:
-        id: digest of all parameters, defaults included, and of the code's version.
+        run: digest of all parameters, defaults included, and of the code's version.
+        id: the same with the names that a sweep has for them; two cases that come to the same are
+            two trials of one run.
         point: the swept values, by axis.
         seed: number of the seed; None if the sweep leaves the scenario's own.
         scenario: what to run.
@@ -42,6 +43,7 @@ class Trial:
         keep: whether its signals are asked for.
     """
 
+    run: str
     id: str
     point: dict[str, Any]
     seed: int | None
@@ -57,20 +59,14 @@ def complete(scenario: Scenario) -> Values:
             for node, table in TABLES.items()}
 
 
-def identity(values: Values, version: str, labels: Iterable[str] = ()) -> str:
-    """Return the digest of a complete set of parameters under a version of the code.
-
-    Args:
-        values: by node and key.
-        version: of the code.
-        labels: the names that a sweep has for them: two cases that come to the same are two runs.
-    """
-    text = json.dumps([version, values, *labels], sort_keys=True)
+def identity(values: Any, version: str) -> str:
+    """Return the digest of plain values, such as a complete set of parameters, and a version."""
+    text = json.dumps([version, values], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 def run_trial(trial: Trial) -> tuple[Row, Series | None]:
-    """Run a trial offline; return its row, and its signals if they are kept.
+    """Run a trial offline; return its RESULTS, and its signals if they are kept.
 
     A run that its parameters do not allow, such as a gait out of the legs' reach, yields a row
     with the reason in ``error`` and no verdict.
@@ -84,7 +80,7 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     from khr_bringup.offline import run_offline
     from khr_bringup.series import run_with_series
 
-    row: Row = {'id': trial.id, **trial.point, 'seed': trial.seed, **dict.fromkeys(RESULTS)}
+    row: Row = dict.fromkeys(RESULTS)
     series = None
     start = time.monotonic()
     try:
