@@ -8,7 +8,8 @@ from hypothesis import strategies as st
 from khr_balance import joints
 from khr_balance.body import HEEL_X, TOE_X, forward
 from khr_balance.errors import BalanceError
-from khr_balance.gait import Gait, GaitParameters
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
 from khr_common import ParameterError, build, specifications
 from tests.khr_balance.test_kinematics import mirrored
 

@@ -8,8 +8,8 @@ import pytest
 from matplotlib.figure import Figure
 
 from khr_analysis.models.pendulum import Pendulum, critical_inclination
-from khr_bringup import figures
 from khr_bringup.figures import FIGURES, FigureError, draw
+from khr_bringup.look import styled
 from khr_common.errors import KhrError
 
 ASKED = ('3.4', '3.5', '3.6', '3.8', '3.9', '3.10', '3.11b', '3.12', '3.13', '3.15', '4.4', '4.5',
@@ -41,7 +41,7 @@ def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
 
 @pytest.mark.parametrize('number', ['3.9', '4.10', 'harmonics'])
 def test_every_panel_names_its_axes_and_nothing_leaves_the_page(number):
-    with matplotlib.rc_context(), matplotlib.style.context(figures.STYLE):
+    with styled():
         figure = FIGURES[number].draw()
         figure.draw_without_rendering()
         assert isinstance(figure, Figure)

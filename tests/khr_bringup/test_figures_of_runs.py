@@ -3,13 +3,13 @@
 import csv
 import math
 
-import matplotlib
 import numpy as np
 import pytest
 
 from khr_analysis.models.pendulum import Pendulum
-from khr_bringup.figures import FIGURES, STYLE
+from khr_bringup.figures import FIGURES
 from khr_bringup.figures.table import write_table
+from khr_bringup.look import styled
 from khr_bringup.push_recovery import stance
 from khr_bringup.scoreboard_rows import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from tests.khr_bringup.invented_runs import (
@@ -33,7 +33,7 @@ def table(tmp_path_factory):
 
     def rows(number, falls=NOBODY):
         if (number, falls) not in drawn:
-            with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+            with styled():
                 figure = FIGURES[number].draw(runs_for(number, falls))
             drawn[number, falls] = rows_of(figure, tmp_path_factory.mktemp('figure'))
         return drawn[number, falls]
@@ -70,7 +70,7 @@ def curve(rows, name, panel=''):
     *((number, NOBODY) for number in ('5.7', '5.9', '5.12', '5.14')),
     *((number, EVERYBODY) for number in ('3.6', '3.12', '5.5', '5.8', '5.10', '5.11'))])
 def test_a_figure_is_whole_whoever_falls(number, falls):
-    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+    with styled():
         check_whole(FIGURES[number].draw(runs_for(number, falls)))
 
 
@@ -215,7 +215,7 @@ def test_smooth_and_rubber_side_by_side(table):
 def pushed(tmp_path_factory):
     """Draw the figures of pushes, whose robot is simulated; return their rows."""
     found = {}
-    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+    with styled():
         for number in ('4.8', '4.11', '4.12'):
             figure = FIGURES[number].draw()
             check_whole(figure)

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from khr_balance.gait import Gait, GaitParameters
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
 from khr_common import build
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.world import World

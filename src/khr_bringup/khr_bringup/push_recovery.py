@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.push import Direction, capture_force
-from khr_balance.gait import Gait, GaitParameters
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario

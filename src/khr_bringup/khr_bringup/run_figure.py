@@ -7,13 +7,11 @@ from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 
-import matplotlib.style
 import numpy as np
 from matplotlib.axes import Axes
 
 from khr_analysis.spectrum import Spectrum, SpectrumAnalyser, spectrum
-from khr_bringup.figures import STYLE
-from khr_bringup.figures.layout import panels
+from khr_bringup.look import panels, styled
 from khr_bringup.scenario import Scenario
 from khr_bringup.series import Array, Series, series_of_bag
 
@@ -59,7 +57,7 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
         BringupError: if the bag cannot be read.
     """
     series = series_of_bag(bag)
-    with matplotlib.style.context(STYLE):
+    with styled():
         groups = (RATE, FEET, CORRECTIONS)
         figure, (*axes, lines) = panels(*groups, 'Spectrum of the gyro', columns=2, height=5.2)
         figure.suptitle(scenario.title or scenario.name, fontsize=10)

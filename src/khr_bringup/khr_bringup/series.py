@@ -9,7 +9,7 @@ from math import atan2, radians
 from operator import itemgetter
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -20,11 +20,13 @@ from khr_analysis.outcome import Outcome, OutcomeMonitor
 from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup.bags import EVENT_TOPIC, Messages, changes, read_messages
 from khr_bringup.errors import BringupError
-from khr_bringup.offline import Controllers, OfflineResult, run_offline
 from khr_bringup.scenario import Scenario, parse
 from khr_common import wire
 from khr_sim.truth import Truth
 from khr_sim.world import STEEPEST, TILTING_SPEED
+
+if TYPE_CHECKING:
+    from khr_bringup.offline import Controllers, OfflineResult
 
 Array = NDArray[np.float64]
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
@@ -102,6 +104,8 @@ class Series:
 
 def run_with_series(scenario: Scenario) -> tuple[OfflineResult, Series]:
     """Run a scenario offline and keep its signals."""
+    from khr_bringup.offline import run_offline  # a bag is read without gait and physics
+
     rows: list[tuple[Any, ...]] = []
 
     def look(truth: Truth, controllers: Controllers, outcome: Outcome) -> None:

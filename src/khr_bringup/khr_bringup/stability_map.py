@@ -9,8 +9,6 @@ from math import nan
 from pathlib import Path
 from typing import Any
 
-import matplotlib
-import matplotlib.style
 import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
@@ -156,7 +154,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     Raises:
         BringupError: if there is no sweep, a parameter is not swept, or a file not writable.
     """
-    from khr_bringup.figures import STYLE
+    from khr_bringup.look import styled
     from khr_bringup.stability_figure import figure
 
     counted = stability_map(read_table(folder), x, y)
@@ -166,7 +164,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         ('_best', _best_rows(counted))) if rows}
     try:
         image.parent.mkdir(parents=True, exist_ok=True)
-        with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+        with styled():
             figure(counted).savefig(image, metadata={'Software': None}, format='png')
         for path, rows in tables.items():
             _write(path, rows)

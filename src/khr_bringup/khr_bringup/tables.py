@@ -8,7 +8,7 @@ from khr_analysis.outcome import MonitorParameters
 from khr_analysis.recording import RecorderParameters
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.gait import GaitParameters
+from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_sim.foot_force import FootForceParameters

@@ -5,7 +5,8 @@ from __future__ import annotations
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
 
-from khr_balance.gait import Gait, GaitParameters
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
 from khr_balance.joints import JOINTS
 from khr_common import KhrError, wire
 from khr_common.node import KhrNode, run_node

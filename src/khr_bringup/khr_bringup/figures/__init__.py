@@ -11,8 +11,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
-import matplotlib
-import matplotlib.style
 from matplotlib.figure import Figure
 
 from khr_bringup.experiments import Runs
@@ -29,6 +27,7 @@ from khr_bringup.figures import (
     walking,
 )
 from khr_bringup.figures.table import write_table
+from khr_bringup.look import styled
 from khr_common.errors import KhrError
 
 
@@ -54,7 +53,6 @@ class Drawing:
         return text[:1].upper() + text[1:]
 
 
-STYLE = Path(__file__).with_name('khr.mplstyle')
 FIGURES: dict[str, Drawing] = {
     '3.4': Drawing(standing.forces_over_time, ('lift_inclination',)),
     '3.5': Drawing(standing.toe_and_heel, ('lift_inclination',)),
@@ -133,7 +131,7 @@ def draw(number: str, out: Path, runs: dict[str, Runs] | None = None,
     """
     drawing = drawing_of(number)
     image, table = paths(number, out)
-    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+    with styled():
         function = drawing.quick if fast and drawing.quick else drawing.draw
         figure = function(runs) if drawing.experiments else function()
         try:

@@ -16,7 +16,6 @@ from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN, STALL_TORQUE
 from khr_bringup.experiments import Runs
 from khr_bringup.figures import standing
-from khr_bringup.figures.layout import TITLES, head, panels, share_scale
 from khr_bringup.figures.records import (
     LOOKS,
     condition,
@@ -29,6 +28,7 @@ from khr_bringup.figures.records import (
     main_lines,
     seed_legend,
 )
+from khr_bringup.look import TITLES, head, panels, share_scale
 from khr_bringup.scoreboard_rows import STAGE_2, STAGE_3
 
 ROBOT = Pendulum()

@@ -9,10 +9,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_balance.gait import Gait, GaitParameters
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.critical import Condition
 from khr_bringup.experiments import Run, Runs
-from khr_bringup.figures.layout import panels, share_scale
 from khr_bringup.figures.records import (
     LOOKS,
     condition,
@@ -23,6 +23,7 @@ from khr_bringup.figures.records import (
     inclination_deg,
     record,
 )
+from khr_bringup.look import panels, share_scale
 from khr_bringup.scoreboard_rows import walking
 from khr_bringup.scoreboard_runs import CYCLE
 from khr_bringup.series import Array

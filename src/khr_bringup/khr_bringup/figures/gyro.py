@@ -8,7 +8,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from khr_bringup.figures.layout import panels
+from khr_bringup.look import panels
 from khr_sim.gyro_circuit import carrier
 from khr_sim.gyro_circuit.circuit import KRG4
 

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from khr_analysis.cycle_spectrum import Walks
 from khr_analysis.origin import Line, origins
 from khr_bringup.experiments import Runs
-from khr_bringup.figures.layout import panels
 from khr_bringup.lines import EXPERIMENT, PEAK, PUBLISHED, Band, bands_of, walks_of
+from khr_bringup.look import panels
 
 LARGEST_HZ = 11.0
 SHOWN = ('as it is', 'K_A 18', 'K_H 13', 'T 2.1 s', '5 deg', '5 deg, no feedback',

@@ -11,8 +11,8 @@ from matplotlib.lines import Line2D
 
 from khr_analysis.models.push import DIRECTIONS, simulate_push
 from khr_analysis.models.tipping import Push
-from khr_bringup.figures.layout import head, panels
 from khr_bringup.figures.records import LOOKS
+from khr_bringup.look import head, panels
 from khr_bringup.push_model import model_gyro, model_loop, model_push
 from khr_bringup.push_recovery import GYROS, Condition, largest_push, push_robot, stance
 from khr_bringup.push_table import DURATIONS, GAINS

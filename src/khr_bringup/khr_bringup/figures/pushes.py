@@ -13,8 +13,8 @@ from khr_analysis.models.checks import FORMS
 from khr_analysis.models.push import DIRECTIONS, Gyro, largest_push, simulate_push
 from khr_analysis.models.servo_loop import gain_of_board
 from khr_analysis.models.tipping import Push, PushLoop, tipping_force
-from khr_bringup.figures.layout import TITLES, head, panels
 from khr_bringup.figures.records import FALLEN, main_lines
+from khr_bringup.look import TITLES, head, panels
 from khr_bringup.push_model import model_loop
 from khr_bringup.push_recovery import START, Condition, push_robot, stance
 from khr_bringup.series import run_with_series

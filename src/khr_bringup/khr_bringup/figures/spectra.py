@@ -18,7 +18,6 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_bringup.critical import Condition
 from khr_bringup.experiments import Run, Runs
 from khr_bringup.figures.gaits import Walk, cycle_of, gait_3, name_of, walks_of
-from khr_bringup.figures.layout import head, panels
 from khr_bringup.figures.records import (
     LOOKS,
     condition,
@@ -31,6 +30,7 @@ from khr_bringup.figures.records import (
     record,
     seed_legend,
 )
+from khr_bringup.look import head, panels
 from khr_bringup.scoreboard_rows import COMMON_DEG, LINE_HZ, WALKS, walking
 from khr_bringup.series import Array
 

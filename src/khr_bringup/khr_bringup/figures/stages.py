@@ -9,7 +9,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_bringup.experiments import Run, Runs
-from khr_bringup.figures.layout import panels
 from khr_bringup.figures.records import (
     LOOKS,
     draw_seeds,
@@ -18,6 +17,7 @@ from khr_bringup.figures.records import (
     record,
     seed_legend,
 )
+from khr_bringup.look import panels
 from khr_bringup.series import Array
 
 

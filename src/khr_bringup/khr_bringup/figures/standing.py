@@ -24,7 +24,6 @@ from khr_analysis.models.pendulum import (
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN
 from khr_bringup.critical import Condition
 from khr_bringup.experiments import Run, Runs
-from khr_bringup.figures.layout import panels, share_scale
 from khr_bringup.figures.records import (
     LOOKS,
     condition,
@@ -38,6 +37,7 @@ from khr_bringup.figures.records import (
     record,
     seed_legend,
 )
+from khr_bringup.look import panels, share_scale
 from khr_bringup.push_recovery import stance
 from khr_bringup.scoreboard_rows import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_bringup.series import Array

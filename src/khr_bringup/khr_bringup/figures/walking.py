@@ -17,8 +17,8 @@ from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, identified_servo
 from khr_bringup.experiments import Runs
 from khr_bringup.figures import spectra
 from khr_bringup.figures.gaits import walks_of
-from khr_bringup.figures.layout import head, panels
 from khr_bringup.figures.records import main_lines
+from khr_bringup.look import head, panels
 from khr_bringup.scoreboard_rows import WALKS
 
 # Inclinations at which the thesis walked with each gain, deg

@@ -11,13 +11,10 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import matplotlib
-import matplotlib.style
 import numpy as np
 from markupsafe import Markup
 
-from khr_bringup.figures import STYLE
-from khr_bringup.figures.layout import panels
+from khr_bringup.look import panels, styled
 from khr_bringup.page.html import Section, data_uri, part, write_page
 from khr_bringup.page.text import count
 from khr_bringup.run_figure import (
@@ -178,7 +175,7 @@ def _making(found: Sequence[Found]) -> Markup:
 
 def _picture(title: str, height: float, draw: Callable[..., None], *what: Any) -> Markup:
     """Draw one panel, ``draw(axis, *what)``, and return it as a figure of the page."""
-    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+    with styled():
         figure, (axis,) = panels('', height=height)
         draw(axis, *what)
         content = io.BytesIO()

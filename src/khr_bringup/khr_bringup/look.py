@@ -1,16 +1,27 @@
-"""Sheets of panels, alike in every figure."""
+"""The look of every figure: its style, and sheets of panels."""
 
 from __future__ import annotations
 
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
 
+import matplotlib.style
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+STYLE = Path(__file__).with_name('khr.mplstyle')
 TITLES = {'published': 'as published', 'physical': 'physical'}
 WIDTH = 7.0  # inches
 LINE = 84  # characters of a heading's line
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw and save in the style of all figures, whatever the user's own settings are."""
+    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+        yield
 
 
 def panels(*titles: str, columns: int = 0, height: float = 3.4) -> tuple[Figure, list[Axes]]:
