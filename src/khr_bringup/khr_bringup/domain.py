@@ -87,6 +87,8 @@ def registered(scenario: str, folder: Path, domain: int | None = None,
 def choose(domain: int | None = None) -> RunEntry:
     """Return the run that a command means: the one of ``domain``, or the only one.
 
+    Among several, ``ROS_DOMAIN_ID`` names one as for every ROS tool.
+
     Raises:
         BringupError: if there is none, or more than one and no domain was named.
     """
@@ -96,8 +98,12 @@ def choose(domain: int | None = None) -> RunEntry:
         raise BringupError(f'no run is going on {which}; start one with "khr run SCENARIO"'
                            .replace('  ', ' ').replace(' ;', ';'))
     if len(entries) > 1:
+        meant = os.environ.get('ROS_DOMAIN_ID')
+        entries = [entry for entry in entries if str(entry.domain) == meant] or entries
+    if len(entries) > 1:
         listed = ', '.join(f'{entry.domain} ({entry.scenario})' for entry in entries)
-        raise BringupError(f'{len(entries)} runs are going on; name one with --domain: {listed}')
+        raise BringupError(f'{len(entries)} runs are going on; name one with --domain or '
+                           f'ROS_DOMAIN_ID: {listed}')
     return entries[0]
 
 
