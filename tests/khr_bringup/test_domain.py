@@ -29,7 +29,7 @@ def test_the_only_run_is_meant_whatever_the_environment_says(tmp_path, monkeypat
 def test_of_several_the_domain_tells_by_option_or_as_for_every_ros_tool(tmp_path, monkeypatch):
     with registered('walk', tmp_path) as first, registered('stand', tmp_path) as second:
         assert first.domain != second.domain
-        with pytest.raises(BringupError, match='--domain or ROS_DOMAIN_ID: .*walk.*stand'):
+        with pytest.raises(BringupError, match=r'--domain or ROS_DOMAIN_ID: .*walk.*stand'):
             choose()
         assert choose(second.domain) == second
         monkeypatch.setenv('ROS_DOMAIN_ID', str(first.domain))

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_common.node import to_nanoseconds, to_stamp
+from khr_common.messages import to_nanoseconds, to_stamp
 from khr_common.stamps import StampedSet, StampJudge
 
 

@@ -10,7 +10,7 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from khr_common import wire
-from khr_common.node import serialized, to_nanoseconds, to_stamp
+from khr_common.messages import serialized, to_nanoseconds, to_stamp
 
 texts = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
 stamps = st.integers(0, 2**31 * 10**9 - 1)

@@ -7,7 +7,8 @@ import sys
 from typing import Any
 
 from khr_bringup.tables import PACKAGES
-from khr_common.node import KhrNode, run_nodes
+from khr_common.node import KhrNode
+from khr_common.spin import run_nodes
 
 
 def node_class(node: str) -> type[Any]:

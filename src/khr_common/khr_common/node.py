@@ -1,19 +1,13 @@
-"""The shell that every khr node wears: parameters from a table, stamps, a clean stop.
+"""The shell that every khr node wears: parameters from a table, topics, the run's begin and end.
 
-The one module of this package that needs ROS.
+This module, ``messages`` and ``spin`` are what of the package needs ROS.
 """
 
 from __future__ import annotations
 
-import gc
-import signal
-import sys
-import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any
 
-import rclpy
-from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import (
     FloatingPointRange,
@@ -26,66 +20,22 @@ from rclpy.exceptions import (
     InvalidParameterValueException,
     ParameterUninitializedException,
 )
-from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
-from rclpy.serialization import deserialize_message, serialize_message
-from rclpy.signals import SignalHandlerOptions
 from rclpy.subscription import Subscription
-from rclpy.task import Future
 from std_msgs.msg import String
 
-from khr_common.errors import KhrError
+from khr_common.messages import Output, little_endian
 from khr_common.parameters import ParameterError, Specification, build, specifications
 from khr_common.stamps import HISTORY
-from khr_common.wire import Form
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
 # ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
 DATA = QoSProfile(depth=HISTORY)
 PACE = 1_500_000_000  # ns of simulated time after which a listener tells again how far it is
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
-
-
-def to_stamp(nanoseconds: int) -> Time:
-    """Convert integer nanoseconds to a message stamp."""
-    seconds, rest = divmod(nanoseconds, 1_000_000_000)
-    return Time(sec=seconds, nanosec=rest)
-
-
-def to_nanoseconds(stamp: Time) -> int:
-    """Convert a message stamp to integer nanoseconds."""
-    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
-
-
-def restamp(stamp: Time, nanoseconds: int) -> None:
-    """Set a stamp to integer nanoseconds."""
-    stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
-
-
-def serialized(message: Any) -> bytes:
-    """Return a message's bytes as they are sent.
-
-    ROS's own function returns a few more behind them, of any value, where a list is empty.
-    """
-    data: bytes = serialize_message(message)
-    while True:
-        try:
-            deserialize_message(data[:-1], type(message))
-        except RuntimeError:
-            return data
-        data = data[:-1]
-
-
-def little_endian(data: bytes, kind: type[Any]) -> bytes:
-    """Return a message as little-endian CDR; another encoding is rare, and left to ROS."""
-    if data[:2] == b'\0\1':
-        return data
-    recoded: bytes = serialize_message(deserialize_message(data, kind))
-    return recoded
 
 
 class KhrNode(Node):  # type: ignore[misc]
@@ -244,99 +194,3 @@ def _descriptor(specification: Specification) -> ParameterDescriptor:
         elif specification.kind is int:
             descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
     return descriptor
-
-
-class Output:
-    """A topic on which one message flows, filled anew every period.
-
-    Args:
-        publisher: of the topic.
-        message: a Clock or a message with a header; it has :data:`khr_common.wire.BLANK` where
-            numbers change, and the rest of it stays.
-    """
-
-    def __init__(self, publisher: Publisher, message: Any) -> None:
-        self._publisher = publisher
-        self._form = Form(serialized(message))
-        self._data = b''
-
-    def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:
-        """Fill in a stamp and, from the first blank to the last, the numbers."""
-        self._data = self._form.filled(stamp_ns, numbers)
-
-    def send(self) -> None:
-        """Publish what has been filled in, once more if it has been before."""
-        self._publisher.publish(self._data)
-
-
-class _Turn:
-    """Hear messages until there is nothing to hear, or a signal comes.
-
-    To spin once is to hear one message, and costs as much as to hear two. Spinning with a time
-    limit hears all, but with messages always waiting it does not come back: the signal says so.
-    """
-
-    def __init__(self) -> None:
-        self.interrupted = False
-        self._over: Future[None] = Future()
-
-    def take(self, executor: EventsExecutor) -> None:
-        self._over = Future()
-        if not self.interrupted:
-            executor.spin_until_future_complete(self._over, 0.1)
-
-    def interrupt(self, *_: object) -> None:
-        self.interrupted = True
-        self._over.set_result(None)
-
-
-def run_node(factory: Callable[[], KhrNode]) -> int:
-    """Run one node in this process until it ends or is interrupted; return the exit code."""
-    return run_nodes([factory])
-
-
-def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
-    """Run nodes on one executor until one ends or they are interrupted; return the exit code.
-
-    ROS's own signal handlers tear the context down before a node could say its last words, so
-    SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
-    """
-    turn = _Turn()
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, turn.interrupt)
-    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
-    nodes: list[KhrNode] = []
-    try:
-        executor = EventsExecutor()
-        for factory in factories:
-            nodes.append(factory())
-            executor.add_node(nodes[-1])
-        gc.collect()
-        gc.freeze()  # a search for garbage through all that is loaded would outlast a period
-        while not turn.interrupted and not any(node.failure for node in nodes):
-            turn.take(executor)
-        for node in nodes:
-            node.finish()
-        for node in nodes:
-            _close(node, executor)
-    except KhrError as error:
-        # A node that could not be built has no name yet but its class's.
-        print(f'{factory.__name__}: {error}', file=sys.stderr)
-        return 2
-    finally:
-        rclpy.try_shutdown()
-    failed = [node for node in nodes if node.failure]
-    for node in failed:
-        print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
-    return 1 if failed else 0
-
-
-def _close(node: KhrNode, executor: EventsExecutor) -> None:
-    """Let a node hear what is on its way, close it, and send what it says last."""
-    end = time.monotonic() + node.patience
-    while not node.settled() and time.monotonic() < end:
-        executor.spin_once(0.02)
-    node.close()
-    sent = time.monotonic() + LAST_WORDS
-    while time.monotonic() < sent:
-        executor.spin_once(0.02)

@@ -8,7 +8,9 @@ from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
 from khr_common import wire
-from khr_common.node import Listener, restamp, run_node
+from khr_common.messages import restamp
+from khr_common.node import Listener
+from khr_common.spin import run_node
 from khr_common.stamps import StampJudge
 
 

@@ -16,7 +16,8 @@ from sensor_msgs.msg import Imu
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import figures
 from khr_common import wire
-from khr_common.node import LATCHED, Listener, run_node
+from khr_common.node import LATCHED, Listener
+from khr_common.spin import run_node
 from khr_common.stamps import StampedSet, StampJudge
 from khr_common.wire import Floats
 

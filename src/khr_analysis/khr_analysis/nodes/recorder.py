@@ -21,7 +21,9 @@ from std_msgs.msg import Float64MultiArray
 from khr_analysis.errors import AnalysisError
 from khr_analysis.recording import SCENARIO_TOPIC, RecorderParameters, Recording
 from khr_common import wire
-from khr_common.node import Listener, little_endian, run_node
+from khr_common.messages import little_endian
+from khr_common.node import Listener
+from khr_common.spin import run_node
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 # What flows in every control period: the run starts when each of these has been heard.

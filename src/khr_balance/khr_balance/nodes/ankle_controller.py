@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.nodes.correction import PITCH_RATE, CorrectionNode
 from khr_balance.nodes.instant import FOOT_FORCES
-from khr_common.node import run_node
+from khr_common.spin import run_node
 
 
 class AnkleControllerNode(CorrectionNode):

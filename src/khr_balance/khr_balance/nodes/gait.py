@@ -9,7 +9,8 @@ from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.joints import JOINTS
 from khr_common import KhrError, wire
-from khr_common.node import KhrNode, run_node
+from khr_common.node import KhrNode
+from khr_common.spin import run_node
 from khr_common.wire import BLANK
 
 

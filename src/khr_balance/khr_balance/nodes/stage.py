@@ -13,7 +13,9 @@ from khr_balance.joints import JOINTS
 from khr_balance.nodes.instant import FOOT_FORCES, InstantNode
 from khr_balance.stage import StageParameters, StagePolicy
 from khr_common import wire
-from khr_common.node import LATCHED, restamp, run_node
+from khr_common.messages import restamp
+from khr_common.node import LATCHED
+from khr_common.spin import run_node
 
 MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 

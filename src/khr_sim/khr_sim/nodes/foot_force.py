@@ -7,7 +7,8 @@ from functools import partial
 from geometry_msgs.msg import WrenchStamped
 
 from khr_common import wire
-from khr_common.node import KhrNode, run_node
+from khr_common.node import KhrNode
+from khr_common.spin import run_node
 from khr_common.stamps import StampedSet, StampJudge
 from khr_common.wire import BLANK
 from khr_sim.foot_force import FootForce, FootForceParameters

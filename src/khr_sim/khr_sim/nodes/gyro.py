@@ -6,7 +6,8 @@ from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import Imu
 
 from khr_common import wire
-from khr_common.node import KhrNode, run_node
+from khr_common.node import KhrNode
+from khr_common.spin import run_node
 from khr_common.stamps import StampJudge
 from khr_common.wire import BLANK
 from khr_sim.gyro import Gyro, GyroParameters

@@ -16,7 +16,9 @@ from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from khr_common import KhrError, wire
-from khr_common.node import LATCHED, KhrNode, run_node, to_nanoseconds, to_stamp
+from khr_common.messages import to_nanoseconds, to_stamp
+from khr_common.node import LATCHED, KhrNode
+from khr_common.spin import run_node
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
