@@ -8,8 +8,9 @@ import pytest
 
 from khr_analysis.cycle_spectrum import Record, Treatment, Walks
 from khr_analysis.errors import AnalysisError
+from khr_analysis.evidence import ratio
 from khr_analysis.line_chance import chance_within, places, sum_of_uniform
-from khr_analysis.origin import origins, ratio, strongest_near
+from khr_analysis.origin import origins, strongest_near
 from khr_analysis.resonance import resonance
 
 PERIOD, CYCLES, SEEDS = 0.015, 4, 3

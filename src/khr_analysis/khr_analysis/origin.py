@@ -1,44 +1,27 @@
 """Where a spectral line comes from: the gait, the feedback or slipping, told by experiments.
 
-A peak is followed through walks that differ from its own in one thing. A line of the gait stays
-at its number n when the cycle T changes and needs neither feedback nor slipping; a resonance of
-the feedback stays at its frequency and changes with the gains; what slipping makes is gone on
-ground that does not let the soles slip. Each experiment speaks for the origins that would give
-what it found, and the origin that most of them speak for is the label.
+The origin that most experiments of :mod:`khr_analysis.evidence` speak for is a peak's label.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-from khr_analysis.cycle_spectrum import Treatment, Walks
+from khr_analysis.cycle_spectrum import Walks
+from khr_analysis.evidence import EXPERIMENTS, Array, Evidence, Origin, Peak
 
-Array = NDArray[np.float64]
-Origin = Literal['gait', 'feedback', 'slipping']
 Sureness = Literal['high', 'medium', 'low']
 
-LEFT = 1.0 / 3.0  # of a peak; with less of it left it has vanished
 PEAKS_PER_CYCLE = 4  # f_0 = 4/T
-GAINS = ('ankle_gain', 'hip_gain')
 RULE = ('high: at least four experiments speak for the label, none against, and averaging over '
         'cycles agrees; medium: at least three for, and one of these conditions short of high; '
         'low: anything less, or an amplitude whose interval over the seeds holds 0; one seed has '
         'no interval and is short of high')
-
-
-@dataclass(frozen=True)
-class Evidence:
-    """What one experiment says of a peak; it may speak for several origins, or for none."""
-
-    experiment: str
-    speaks_for: frozenset[Origin]
-    words: str
 
 
 @dataclass(frozen=True)
@@ -68,47 +51,6 @@ class Line:
     evidence: tuple[Evidence, ...]
 
 
-@dataclass(frozen=True)
-class _Peak:
-    """A peak of some walks: its frequency, Hz, and its line, or None between the lines."""
-
-    frequency: float
-    line: int | None
-    spacing: float  # of the bins, Hz
-
-    def in_walks(self, walks: Walks) -> Array:
-        """Return its amplitude in other walks, (seeds,): at its line, or at its frequency."""
-        if self.line is not None:
-            return walks.at_line(self.line)
-        reach = 1.5 * self.spacing
-        return walks.strongest_between(self.frequency - reach, self.frequency + reach)[1]
-
-
-@dataclass(frozen=True)
-class Ratio:
-    """A geometric mean over another, with the interval over the seeds (nan if there is none)."""
-
-    value: float
-    low: float
-    high: float
-
-    @property
-    def vanished(self) -> bool:
-        """Say whether less than a third is left, beyond the seeds' scatter if that is known."""
-        return self.value < LEFT and not self.high >= 1.0
-
-    @property
-    def changed(self) -> bool:
-        """Say whether the interval excludes no change."""
-        return self.low > 1.0 or self.high < 1.0
-
-    @property
-    def words(self) -> str:
-        """Write the ratio."""
-        known = f' ({self.low:.2f} to {self.high:.2f})' if np.isfinite(self.low) else ''
-        return f'x {self.value:.2f}{known}'
-
-
 def origins(base: Walks, others: Sequence[Walks], threshold: float = 0.1) -> tuple[Line, ...]:
     """Label every peak of a walk's spectrum from ``threshold`` of the largest on.
 
@@ -131,34 +73,19 @@ def strongest_near(base: Walks, others: Sequence[Walks], frequency: float, reach
     return _label(_peak(base, int(place)), base, others)
 
 
-def ratio(reference: Array, changed: Array, tests: int = 1) -> Ratio:
-    """Return how much larger amplitudes are than others, both (seeds,), by their logarithms.
-
-    Args:
-        reference, changed: rad/s.
-        tests: how many such ratios are looked at; the 95 % hold for all of them together.
-    """
-    first, second = (np.log(np.maximum(values, 1e-9)) for values in (reference, changed))
-    value = float(np.exp(second.mean() - first.mean()))
-    if min(len(first), len(second)) < 2 or first.std() + second.std() == 0.0:
-        return Ratio(value, np.nan, np.nan)
-    interval = stats.ttest_ind(second, first, equal_var=False).confidence_interval(
-        1.0 - 0.05 / tests)
-    return Ratio(value, float(np.exp(interval.low)), float(np.exp(interval.high)))
-
-
-def _peak(base: Walks, place: int) -> _Peak:
+def _peak(base: Walks, place: int) -> Peak:
     spacing = float(base.frequency[1])
     if not base.between[place]:
-        return _Peak(float(base.frequency[place]), place // base.cycles, spacing)
+        return Peak(float(base.frequency[place]), place // base.cycles, spacing)
     near = [peak.frequency for each in base.spectra for peak in each.peaks
             if abs(peak.frequency - base.frequency[place]) <= spacing]
     frequency = float(np.median(near)) if near else float(base.frequency[place])
-    return _Peak(frequency, None, spacing)
+    return Peak(frequency, None, spacing)
 
 
-def _label(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Line:
-    evidence = tuple(found for found in (test(peak, base, others) for test in _TESTS) if found)
+def _label(peak: Peak, base: Walks, others: Sequence[Walks]) -> Line:
+    said = (experiment(peak, base, others) for experiment in EXPERIMENTS)
+    evidence = tuple(each for each in said if each)
     locked = base.locked_share(peak.frequency)
     votes: dict[Origin, int] = {
         origin: sum(origin in each.speaks_for for each in evidence)
@@ -191,7 +118,7 @@ def _sure(origin: Origin | None, votes: int, against: int, checked: bool,
     return 'medium' if short else 'high'
 
 
-def _words(origin: Origin | None, peak: _Peak, base: Walks) -> str:
+def _words(origin: Origin | None, peak: Peak, base: Walks) -> str:
     nearest = round(base.order(peak.frequency))
     if origin != 'gait':
         return origin or 'unexplained'
@@ -199,132 +126,3 @@ def _words(origin: Origin | None, peak: _Peak, base: Walks) -> str:
         return f'gait line {nearest}'
     times = nearest // PEAKS_PER_CYCLE
     return 'f_0' if times == 1 else f'harmonic {times} of f_0'
-
-
-# ---- the experiments ----
-
-
-def _pairs(peak: _Peak, base: Walks, others: Sequence[Walks], differ: set[str],
-           accept: Callable[[Treatment, Treatment], bool] = lambda *_: True,
-           ) -> list[tuple[Walks, Walks]]:
-    """Return walks and those that differ from them in these fields alone.
-
-    The walks to compare with are the base, or, if it has no counterpart, those nearest to it that
-    still show the peak.
-    """
-    level = LEFT * peak.in_walks(base).mean()
-    found = [(len(_different(base, reference)), reference, other)
-             for reference in (base, *others) if peak.in_walks(reference).mean() >= level
-             for other in others
-             if set(_different(reference, other)) and set(_different(reference, other)) <= differ
-             and accept(reference.treatment, other.treatment)]
-    nearest = min((distance for distance, _, _ in found), default=0)
-    return [(reference, other) for distance, reference, other in found if distance == nearest]
-
-
-def _different(one: Walks, other: Walks) -> list[str]:
-    return [each.name for each in fields(Treatment)
-            if getattr(one.treatment, each.name) != getattr(other.treatment, each.name)]
-
-
-def _controlled(treatment: Treatment) -> bool:
-    return any(getattr(treatment, gain) for gain in GAINS)
-
-
-def _place(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence:
-    order = base.order(peak.frequency)
-    if peak.line is not None:
-        return Evidence('place', frozenset({'gait'}), f'on line {peak.line} of the cycle')
-    return Evidence('place', frozenset({'feedback', 'slipping'}),
-                    f'between the lines, n = {order:.2f}')
-
-
-def _cycle(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
-    """Ask whether it stays at its number n, or at its frequency, when the cycle changes."""
-    said: list[Literal['n', 'Hz', '']] = []
-    for reference, other in _pairs(peak, base, others, {'cycle_period'}):
-        moved = (peak.frequency * reference.treatment.cycle_period
-                 / other.treatment.cycle_period)
-        if abs(moved - peak.frequency) < 1.5 * peak.spacing:
-            continue
-        least = LEFT * peak.in_walks(reference).mean()
-        reach = 1.5 * peak.spacing
-        scaled = (other.at_line(peak.line) if peak.line is not None
-                  else other.strongest_between(moved - reach, moved + reach)[1]).mean() >= least
-        fixed = other.strongest_between(peak.frequency - reach,
-                                        peak.frequency + reach)[1].mean() >= least
-        said.append('' if scaled == fixed else 'n' if scaled else 'Hz')
-    if not said:
-        return None
-    if set(said) == {'n'}:
-        return Evidence('cycle', frozenset({'gait'}), 'stays at its n with another cycle')
-    if set(said) == {'Hz'}:
-        return Evidence('cycle', frozenset({'feedback', 'slipping'}),
-                        'stays at its frequency with another cycle')
-    return Evidence('cycle', frozenset(), 'another cycle does not tell whether n or Hz stays')
-
-
-def _gain(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
-    """Ask whether it changes with the gains, and how."""
-    pairs = _pairs(peak, base, others, set(GAINS),
-                   lambda one, other: _controlled(one) and _controlled(other))
-    if not pairs:
-        return None
-    found = [(other.label, ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs)))
-             for reference, other in pairs]
-    words = ', '.join(f'{label} {each.words}' for label, each in found)
-    if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for _, each in found):
-        return Evidence('gain', frozenset({'feedback'}), f'comes or goes with the gain: {words}')
-    if any(each.changed for _, each in found):
-        speaks: frozenset[Origin] = frozenset() if peak.line is not None else frozenset(
-            {'feedback'})
-        return Evidence('gain', speaks, f'grows or shrinks with the gain: {words}')
-    if not any(np.isfinite(each.low) for _, each in found):
-        return Evidence('gain', frozenset(), f'one seed tells no scatter: {words}')
-    return Evidence('gain', frozenset({'gait', 'slipping'}),
-                    f'the gain does not matter beyond the seeds: {words}')
-
-
-def _feedback(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
-    """Ask whether it is there without feedback."""
-    without = frozenset[Origin]({'gait', 'slipping'})
-    if not _controlled(base.treatment):
-        return Evidence('no feedback', without, 'there is no feedback')
-    return _absent(peak, _pairs(peak, base, others, set(GAINS),
-                                lambda one, other: _controlled(one) and not _controlled(other)),
-                   'no feedback', 'without feedback', frozenset({'feedback'}), without)
-
-
-def _grip(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
-    """Ask whether it is there on ground that does not let the soles slip."""
-    return _absent(peak, _pairs(peak, base, others, {'friction'},
-                                lambda one, other: other.friction > one.friction),
-                   'no slipping', 'with more friction', frozenset({'slipping'}),
-                   frozenset({'gait', 'feedback'}))
-
-
-def _absent(peak: _Peak, pairs: list[tuple[Walks, Walks]], experiment: str, words: str,
-            if_vanished: frozenset[Origin], if_not: frozenset[Origin]) -> Evidence | None:
-    if not pairs:
-        return None
-    found = [ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs))
-             for reference, other in pairs]
-    text = f'{words} {", ".join(each.words for each in found)}'
-    if any(each.vanished for each in found):
-        return Evidence(experiment, if_vanished, f'vanishes {text}')
-    return Evidence(experiment, if_not, f'stays {text}')
-
-
-def _slip(peak: _Peak, base: Walks, others: Sequence[Walks]) -> Evidence:
-    """Ask whether its changes from cycle to cycle follow those of the slip speed."""
-    coherence, limit = base.slip_coherence(peak.frequency)
-    words = f'coherence with the slip speed {coherence:.2f}, chance stays below {limit:.2f}'
-    if coherence <= limit:
-        return Evidence('slip', frozenset({'gait', 'feedback'}), words)
-    if base.locked_share(peak.frequency) >= 0.5:
-        return Evidence('slip', frozenset(), f'{words}, but most of it repeats in every cycle')
-    return Evidence('slip', frozenset({'slipping'}), words)
-
-
-_TESTS: tuple[Callable[[_Peak, Walks, Sequence[Walks]], Evidence | None], ...] = (
-    _place, _cycle, _gain, _feedback, _grip, _slip)
