@@ -35,7 +35,7 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class Peak:
+class TracedPeak:
     """A peak of some walks: its frequency, Hz, and its line, or None between the lines."""
 
     frequency: float
@@ -91,7 +91,7 @@ def ratio(reference: Array, changed: Array, tests: int = 1) -> Ratio:
     return Ratio(value, float(np.exp(interval.low)), float(np.exp(interval.high)))
 
 
-def _pairs(peak: Peak, base: Walks, others: Sequence[Walks], differ: set[str],
+def _pairs(peak: TracedPeak, base: Walks, others: Sequence[Walks], differ: set[str],
            accept: Callable[[Treatment, Treatment], bool] = lambda *_: True,
            ) -> list[tuple[Walks, Walks]]:
     """Return walks and those that differ from them in these fields alone.
@@ -118,7 +118,7 @@ def _controlled(treatment: Treatment) -> bool:
     return any(getattr(treatment, gain) for gain in GAINS)
 
 
-def _place(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence:
+def _place(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     order = base.order(peak.frequency)
     if peak.line is not None:
         return Evidence('place', frozenset({'gait'}), f'on line {peak.line} of the cycle')
@@ -126,7 +126,7 @@ def _place(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence:
                     f'between the lines, n = {order:.2f}')
 
 
-def _cycle(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
+def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it stays at its number n, or at its frequency, when the cycle changes."""
     said: list[Literal['n', 'Hz', '']] = []
     for reference, other in _pairs(peak, base, others, {'cycle_period'}):
@@ -151,7 +151,7 @@ def _cycle(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     return Evidence('cycle', frozenset(), 'another cycle does not tell whether n or Hz stays')
 
 
-def _gain(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
+def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it changes with the gains, and how."""
     pairs = _pairs(peak, base, others, set(GAINS),
                    lambda one, other: _controlled(one) and _controlled(other))
@@ -172,7 +172,7 @@ def _gain(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
                     f'the gain does not matter beyond the seeds: {words}')
 
 
-def _feedback(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
+def _feedback(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it is there without feedback."""
     without = frozenset[Origin]({'gait', 'slipping'})
     if not _controlled(base.treatment):
@@ -182,7 +182,7 @@ def _feedback(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | No
                    'no feedback', 'without feedback', frozenset({'feedback'}), without)
 
 
-def _grip(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
+def _grip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it is there on ground that does not let the soles slip."""
     return _absent(peak, _pairs(peak, base, others, {'friction'},
                                 lambda one, other: other.friction > one.friction),
@@ -190,7 +190,7 @@ def _grip(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
                    frozenset({'gait', 'feedback'}))
 
 
-def _absent(peak: Peak, pairs: list[tuple[Walks, Walks]], experiment: str, words: str,
+def _absent(peak: TracedPeak, pairs: list[tuple[Walks, Walks]], experiment: str, words: str,
             if_vanished: frozenset[Origin], if_not: frozenset[Origin]) -> Evidence | None:
     if not pairs:
         return None
@@ -202,7 +202,7 @@ def _absent(peak: Peak, pairs: list[tuple[Walks, Walks]], experiment: str, words
     return Evidence(experiment, if_not, f'stays {text}')
 
 
-def _slip(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence:
+def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     """Ask whether its changes from cycle to cycle follow those of the slip speed."""
     coherence, limit = base.slip_coherence(peak.frequency)
     words = f'coherence with the slip speed {coherence:.2f}, chance stays below {limit:.2f}'
@@ -213,5 +213,5 @@ def _slip(peak: Peak, base: Walks, others: Sequence[Walks]) -> Evidence:
     return Evidence('slip', frozenset({'slipping'}), words)
 
 
-EXPERIMENTS: tuple[Callable[[Peak, Walks, Sequence[Walks]], Evidence | None], ...] = (
+EXPERIMENTS: tuple[Callable[[TracedPeak, Walks, Sequence[Walks]], Evidence | None], ...] = (
     _place, _cycle, _gain, _feedback, _grip, _slip)

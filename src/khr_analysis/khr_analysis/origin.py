@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 
 from khr_analysis.cycle_spectrum import Walks
-from khr_analysis.evidence import EXPERIMENTS, Array, Evidence, Origin, Peak
+from khr_analysis.evidence import EXPERIMENTS, Array, Evidence, Origin, TracedPeak
 
 Sureness = Literal['high', 'medium', 'low']
 
@@ -73,17 +73,17 @@ def strongest_near(base: Walks, others: Sequence[Walks], frequency: float, reach
     return _label(_peak(base, int(place)), base, others)
 
 
-def _peak(base: Walks, place: int) -> Peak:
+def _peak(base: Walks, place: int) -> TracedPeak:
     spacing = float(base.frequency[1])
     if not base.between[place]:
-        return Peak(float(base.frequency[place]), place // base.cycles, spacing)
+        return TracedPeak(float(base.frequency[place]), place // base.cycles, spacing)
     near = [peak.frequency for each in base.spectra for peak in each.peaks
             if abs(peak.frequency - base.frequency[place]) <= spacing]
     frequency = float(np.median(near)) if near else float(base.frequency[place])
-    return Peak(frequency, None, spacing)
+    return TracedPeak(frequency, None, spacing)
 
 
-def _label(peak: Peak, base: Walks, others: Sequence[Walks]) -> Line:
+def _label(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Line:
     said = (experiment(peak, base, others) for experiment in EXPERIMENTS)
     evidence = tuple(each for each in said if each)
     locked = base.locked_share(peak.frequency)
@@ -118,7 +118,7 @@ def _sure(origin: Origin | None, votes: int, against: int, checked: bool,
     return 'medium' if short else 'high'
 
 
-def _words(origin: Origin | None, peak: Peak, base: Walks) -> str:
+def _words(origin: Origin | None, peak: TracedPeak, base: Walks) -> str:
     nearest = round(base.order(peak.frequency))
     if origin != 'gait':
         return origin or 'unexplained'

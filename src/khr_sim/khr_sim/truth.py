@@ -14,13 +14,22 @@ Array = NDArray[np.float64]
 # Of the four forces: the last part of their topics' names, and their frames.
 CONTACTS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
             'right_toe': 'r_toe', 'right_heel': 'r_heel'}
-RECORDED = 47  # numbers that the trajectory hash is made of, the first ones of a truth
 
 
-def _part(start: int, *shape: int) -> Any:
-    """Make a property that shows a part of the numbers in its shape."""
-    part = slice(start, start + prod(shape))
-    return property(lambda truth: truth.numbers[part].reshape(shape))
+class _Row:
+    """Hand out the numbers of a row, part behind part, each as a property that shows its shape."""
+
+    def __init__(self) -> None:
+        self.end = 0
+
+    def part(self, *shape: int) -> Any:
+        """Return the next part."""
+        part = slice(self.end, self.end + prod(shape))
+        self.end = part.stop
+        return property(lambda truth: truth.numbers[part].reshape(shape))
+
+
+_row = _Row()
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,17 +60,18 @@ class Truth:
     numbers: Array
     inclination: float
 
-    position = _part(0, 3)
-    orientation = _part(3, 4)
-    linear_velocity = _part(7, 3)
-    angular_velocity = _part(10, 3)
-    joint_position = _part(13, 17)
-    joint_velocity = _part(30, 17)
-    angular_rate = _part(RECORDED, 3)
-    joint_effort = _part(50, 17)
-    contact_force = _part(67, 4, 3)
-    sole_position = _part(79, 2, 3)
-    sole_orientation = _part(85, 2, 4)
+    position = _row.part(3)
+    orientation = _row.part(4)
+    linear_velocity = _row.part(3)
+    angular_velocity = _row.part(3)
+    joint_position = _row.part(17)
+    joint_velocity = _row.part(17)
+    _recorded = _row.end  # that the trajectory hash is made of
+    angular_rate = _row.part(3)
+    joint_effort = _row.part(17)
+    contact_force = _row.part(4, 3)
+    sole_position = _row.part(2, 3)
+    sole_orientation = _row.part(2, 4)
 
     @property
     def tilt(self) -> float:
@@ -76,4 +86,4 @@ class Truth:
         base_link, joint positions and velocities; all little-endian.
         """
         return (self.step.to_bytes(8, 'little', signed=True)
-                + self.numbers[:RECORDED].astype('<f8', copy=False).tobytes())
+                + self.numbers[:self._recorded].astype('<f8', copy=False).tobytes())
