@@ -4,7 +4,9 @@ import os
 import signal
 import subprocess
 import sys
+import time
 from collections import defaultdict
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -90,29 +92,33 @@ def in_background():
             process.communicate(timeout=30)
 
 
-@pytest.fixture
-def client(monkeypatch):
-    """Give a function that joins a run's domain and returns a node there."""
+def wait_for(condition, what, seconds=40.0):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
+        value = condition()
+        if value:
+            return value
+        time.sleep(0.05)  # polls a condition; the deadline is what fails
+    pytest.fail(f'{what} did not come within {seconds} s')
+
+
+@contextmanager
+def joined(folder):
+    """Wait for the run of a folder, join its domain, and yield a node there."""
     import rclpy
 
-    contexts = []
-
-    def join(entry):
+    from khr_bringup.domain import running
+    entry = wait_for(lambda: next((entry for entry in running() if entry.folder == str(folder)),
+                                  None), 'the run')
+    with pytest.MonkeyPatch.context() as patch:
         for key, value in entry.environment().items():
-            monkeypatch.setenv(key, value)
+            patch.setenv(key, value)
         context = rclpy.Context()
         rclpy.init(args=[], context=context)
-        contexts.append(context)
-        return rclpy.create_node('test_client', context=context)
-
-    yield join
-    for context in contexts:
-        rclpy.try_shutdown(context=context)
-
-
-def entry_of(folder):
-    from khr_bringup.domain import running
-    return next(entry for entry in running() if entry.folder == str(folder))
+        try:
+            yield rclpy.create_node('test_client', context=context)
+        finally:
+            rclpy.try_shutdown(context=context)
 
 
 def wait_until(node, seconds):
@@ -130,3 +136,10 @@ def wait_until(node, seconds):
     rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
     assert reached.done()
     node.destroy_subscription(subscription)
+
+
+def wait_until_running(folder):
+    """Wait until all nodes of a run are there and its time goes on; return its domain."""
+    with joined(folder) as node:
+        wait_until(node, seconds=0.0)
+        return node.context.get_domain_id()

@@ -12,19 +12,9 @@ from itertools import pairwise
 import psutil
 import pytest
 
-from tests.graph.conftest import finish, khr, read_bag
+from tests.graph.conftest import finish, khr, read_bag, wait_until_running
 
 LONG = 600  # s of simulated time: longer than any test waits
-
-
-def wait_for(condition, what, seconds=40.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.05)  # polls a condition; the deadline is what fails
-    pytest.fail(f'{what} did not come within {seconds} s')
 
 
 @pytest.fixture
@@ -35,18 +25,8 @@ def run(in_background, tmp_path):
                             '--set', 'ankle_controller.enabled=true', '--set', 'gyro.adc=false',
                             '--out', folder)
     process.folder = folder
-    process.domain = wait_for(lambda: domain_of(folder), 'the run')
-    wait_for(lambda: is_running(process.domain), 'the graph')
+    process.domain = wait_until_running(folder)
     return process
-
-
-def domain_of(folder):
-    from khr_bringup.domain import running
-    return next((entry.domain for entry in running() if entry.folder == str(folder)), None)
-
-
-def is_running(domain):
-    return khr('get', 'ankle_controller', 'gain', '--domain', domain).code == 0
 
 
 def children(process):
@@ -143,10 +123,7 @@ def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
 def test_two_runs_do_not_meet(in_background, tmp_path):
     runs = [in_background('run', 'stand_0deg', '--one-process', '--duration', LONG, '--no-record',
                           '--out', tmp_path / name) for name in 'ab']
-    domains = [wait_for(lambda name=name: domain_of(tmp_path / name), 'a run') for name in 'ab']
-    assert len(set(domains)) == 2
-    for domain in domains:
-        wait_for(lambda domain=domain: is_running(domain), 'its graph')
+    assert len({wait_until_running(tmp_path / name) for name in 'ab'}) == 2
     for process in runs:
         process.send_signal(signal.SIGINT)
     for process in runs:

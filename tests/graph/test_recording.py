@@ -9,8 +9,8 @@ import psutil
 import pytest
 
 from khr_bringup import scenario as scenarios
-from tests.graph.conftest import entry_of, finish, read_bag, wait_until
-from tests.graph.test_live import children, domain_of, wait_for
+from tests.graph.conftest import finish, joined, read_bag, wait_for, wait_until
+from tests.graph.test_live import children
 
 PERIOD_NS = 15_000_000
 EACH_PERIOD = [
@@ -90,7 +90,7 @@ def test_bag_is_in_simulated_time(bag):
 
 
 @pytest.fixture
-def stopped_recorder(in_background, client, tmp_path):
+def stopped_recorder(in_background, tmp_path):
     """A long run whose recorder has been stopped in the middle, so that all wait for it."""
     stopped = []
 
@@ -98,8 +98,8 @@ def stopped_recorder(in_background, client, tmp_path):
         folder = tmp_path / 'run'
         process = in_background('run', 'stand_0deg', '--processes', '--duration', 600, '--out',
                                 folder, '--set', f'simulator.lockstep_timeout={timeout}')
-        wait_for(lambda: domain_of(folder), 'the run')
-        wait_until(client(entry_of(folder)), seconds=1.0)
+        with joined(folder) as node:
+            wait_until(node, seconds=1.0)
         nodes = children(process)
         nodes['recorder'].send_signal(signal.SIGSTOP)
         stopped.append(nodes['recorder'])

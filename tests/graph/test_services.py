@@ -3,8 +3,16 @@
 import os
 import signal
 
-from tests.graph.conftest import entry_of, finish, khr, read_bag, wait_until
-from tests.graph.test_live import domain_of, is_running, wait_for
+from tests.graph.conftest import (
+    finish,
+    joined,
+    khr,
+    read_bag,
+    wait_for,
+    wait_until,
+    wait_until_running,
+)
+from tests.graph.test_live import children
 
 
 def call(node, kind, name, request):
@@ -19,44 +27,38 @@ def call(node, kind, name, request):
     return future.result()
 
 
-def start(in_background, folder, *options):
-    process = in_background('run', 'stand_0deg', '--one-process', '--out', folder, *options)
-    wait_for(lambda: domain_of(folder), 'the run')
-    wait_for(lambda: is_running(domain_of(folder)), 'the graph')
-    return process
-
-
-def test_reset_is_a_fresh_run(in_background, client, tmp_path):
+def test_reset_is_a_fresh_run(in_background, tmp_path):
     from std_srvs.srv import Trigger
     duration = ('--duration', '6')
     process = in_background('run', 'stand_0deg', '--one-process', '--no-record', *duration,
                             '--out', tmp_path / 'run')
-    wait_for(lambda: domain_of(tmp_path / 'run'), 'the run')
-    node = client(entry_of(tmp_path / 'run'))
-    wait_until(node, seconds=0.5)
-    assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
+    with joined(tmp_path / 'run') as node:
+        wait_until(node, seconds=0.5)
+        assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
     ended = finish(process, tmp_path / 'run')
     assert ended.code == 0, ended.err
     fresh = khr('run', 'stand_0deg', '--offline', *duration, '--out', tmp_path / 'fresh')
     assert ended.hash == fresh.hash
 
 
-def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(
-        in_background, client, tmp_path):
+def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background, tmp_path):
     from geometry_msgs.msg import WrenchStamped
     from std_srvs.srv import SetBool
     folder = tmp_path / 'run'
-    process = start(in_background, folder, '--duration', '600')
-    node = client(entry_of(folder))
-    assert call(node, SetBool, 'simulator/pause', SetBool.Request(data=True)).message == 'paused'
-    publisher = node.create_publisher(WrenchStamped, 'push', 10)
-    wait_for(lambda: publisher.get_subscription_count() > 0, 'the simulator')
-    push = WrenchStamped()
-    push.header.frame_id = 'odom'
-    push.wrench.force.x = -30.0
-    publisher.publish(push)
-    resumed = call(node, SetBool, 'simulator/pause', SetBool.Request(data=False))
-    assert resumed.message == 'running'
+    process = in_background('run', 'stand_0deg', '--one-process', '--out', folder,
+                            '--duration', '600')
+    with joined(folder) as node:
+        wait_until(node, seconds=1.0)
+        paused = call(node, SetBool, 'simulator/pause', SetBool.Request(data=True))
+        assert paused.message == 'paused'
+        publisher = node.create_publisher(WrenchStamped, 'push', 10)
+        wait_for(lambda: publisher.get_subscription_count() > 0, 'the simulator')
+        push = WrenchStamped()
+        push.header.frame_id = 'odom'
+        push.wrench.force.x = -30.0
+        publisher.publish(push)
+        resumed = call(node, SetBool, 'simulator/pause', SetBool.Request(data=False))
+        assert resumed.message == 'running'
     ended = finish(process, folder)
     assert ended.code == 0, ended.err
     bag = read_bag(folder / 'bag')
@@ -71,12 +73,10 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(
 
 
 def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background, tmp_path):
-    from tests.graph.test_live import children
     folder = tmp_path / 'run'
     process = in_background('run', 'stand_0deg', '--processes', '--realtime', '--out', folder,
-                            '--duration', '12', '--set', 'ankle_controller.enabled=true')
-    wait_for(lambda: domain_of(folder), 'the run')
-    wait_for(lambda: is_running(domain_of(folder)), 'the graph')
+                            '--duration', '7', '--set', 'ankle_controller.enabled=true')
+    wait_until_running(folder)
     os.kill(children(process)['ankle_controller'].pid, signal.SIGSTOP)
     ended = finish(process, folder)
     assert ended.code == 0, ended.err

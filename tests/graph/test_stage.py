@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import pytest
 
-from tests.graph.conftest import khr, read_bag
-from tests.graph.test_live import domain_of, interrupt, is_running, wait_for
+from tests.graph.conftest import khr, read_bag, wait_until_running
+from tests.graph.test_live import interrupt
 
 # Fast ground and low thresholds: all three stages in two seconds.
 QUICK = ['stand_tilting_staged', '--duration', 1.95, *(text for change in (
@@ -70,8 +70,7 @@ def test_a_stage_is_set_while_the_graph_runs(in_background, tmp_path):
                         '--set', 'simulator.inclination_rate_deg_s=0', '--set',
                         'stage.mode=fixed')
     run.folder = folder
-    domain = wait_for(lambda: domain_of(folder), 'the run')
-    wait_for(lambda: is_running(domain), 'the graph')
+    domain = wait_until_running(folder)
     assert khr('set', 'stage', 'fixed_stage', '2', '--domain', domain).code == 0
     assert khr('set', 'hip_controller', 'staged', 'false', '--domain', domain).code == 2
     assert interrupt(run).code == 130
