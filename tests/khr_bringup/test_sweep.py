@@ -257,13 +257,14 @@ def test_a_run_is_its_parameters_and_the_code(first, second):
     assert identity(complete(one.scenario), 'w') != one.id
 
 
-def test_version_changes_with_the_code_and_not_with_its_place(tmp_path, monkeypatch):
+def test_version_changes_with_the_code_and_not_with_its_place_or_its_nodes(tmp_path, monkeypatch):
     from khr_bringup.sweeps import version
-    for name in ('a', 'b', 'c'):
-        (tmp_path / name).mkdir()
+    for name in 'abc':
+        (tmp_path / name / 'nodes').mkdir(parents=True)
         (tmp_path / name / 'x.py').write_text('1' if name != 'c' else '2')
+        (tmp_path / name / 'nodes' / 'y.py').write_text(name)
     digests = []
-    for name in ('a', 'b', 'c'):
+    for name in 'abc':
         monkeypatch.setattr(version, 'files', lambda _, name=name: tmp_path / name)
         digests.append(version.code_version.__wrapped__())
     assert digests[0] == digests[1] != digests[2]
