@@ -8,7 +8,7 @@ import pytest
 from PIL import Image
 
 from khr_bringup.errors import BringupError, RunError
-from khr_bringup.film import HALF_HEIGHT, Look, Stage, frames, render_run
+from khr_bringup.film import HALF_HEIGHT, Look, Stage, frames, render_run, scenario_of
 from khr_bringup.offline import Controllers
 from khr_bringup.scenario import load
 from khr_common.rotation import matrix
@@ -88,3 +88,12 @@ def test_arguments_are_refused(folder, options, word):
 def test_name_with_degrees_keeps_them(tmp_path):
     path, = render_run('walk_5.55deg', tmp_path / 'walk_5.55deg', 0.0, size=SMALL)
     assert path.name == 'walk_5.55deg.png'
+
+
+@pytest.mark.parametrize(('run', 'word'), [
+    ('runs/nosuch', 'no such run; accepted: the folder of a run, or a scenario'),
+    ('nosuch', 'no such scenario'), ('.', r'no scenario\.yaml in it')])
+def test_what_is_no_run_is_told(tmp_path, monkeypatch, run, word):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(BringupError, match=word):
+        scenario_of(run)

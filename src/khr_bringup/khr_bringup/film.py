@@ -73,7 +73,13 @@ def scenario_of(run: str) -> Scenario:
         BringupError: if there is neither.
     """
     folder = Path(run)
-    return load(str(folder / 'scenario.yaml') if folder.is_dir() else run)
+    if not folder.is_dir():
+        if folder.name != run and not folder.exists():
+            raise BringupError(f'{run}: no such run; accepted: the folder of a run, or a scenario')
+        return load(run)
+    if not (folder / 'scenario.yaml').is_file():
+        raise BringupError(f'{run}: there is no scenario.yaml in it; accepted: the folder of a run')
+    return load(str(folder / 'scenario.yaml'))
 
 
 def frames(scenario: Scenario, run: str = '') -> list[Frame]:
