@@ -78,7 +78,7 @@ def scenario_of(run: str) -> Scenario:
             raise BringupError(f'{run}: no such run; accepted: the folder of a run, or a scenario')
         return load(run)
     if not (folder / 'scenario.yaml').is_file():
-        raise BringupError(f'{run}: there is no scenario.yaml in it; accepted: the folder of a run')
+        raise BringupError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
     return load(str(folder / 'scenario.yaml'))
 
 
