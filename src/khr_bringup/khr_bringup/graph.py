@@ -18,7 +18,9 @@ from khr_bringup.scenario import Scenario
 from khr_bringup.sweeps.version import MARK, code_version
 from khr_bringup.tables import TABLES
 
-START_TIMEOUT = 30.0  # s of wall time for nodes to appear; a loaded machine is slow, not broken
+# s of wall time for nodes to appear, and at the end without a word of those that still have to
+# hear it: a loaded machine is slow, not broken.
+PATIENCE = 30.0
 LAST_WORDS = 5.0  # s of wall time for the outcome of a run that was interrupted
 
 
@@ -51,7 +53,7 @@ def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
     staged = 'stage' in nodes_of(scenario, record)
     return scenario.changed({
         ('simulator', 'listeners'): listeners,
-        ('simulator', 'start_timeout'): START_TIMEOUT,
+        ('simulator', 'start_timeout'): PATIENCE,
         ('recorder', 'folder'): str(folder / 'bag'),
         ('recorder', 'scenario_file'): str(folder / 'scenario.yaml'),
         ('recorder', 'staged'): staged,
@@ -124,7 +126,7 @@ def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callabl
                 deadline = time.monotonic() + LAST_WORDS
                 processes.interrupt(simulator)
             trouble = None if interrupted or view.over else (
-                processes.ended() or _unfinished(view, run.lockstep_timeout))
+                processes.ended() or _unfinished(view))
             if trouble is not None:
                 raise RunError(f'{trouble}; the run was stopped')
     finally:
@@ -140,9 +142,9 @@ def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callabl
                        tuple(view.warnings))
 
 
-def _unfinished(view: Any, patience: float) -> str | None:
-    """Tell what is missing of a finished run if it has not come for ``patience`` s."""
-    if view.state != 'finished' or time.monotonic() - view.news < patience:
+def _unfinished(view: Any) -> str | None:
+    """Tell what is missing of a finished run if nothing has come for long."""
+    if view.state != 'finished' or time.monotonic() - view.news < PATIENCE:
         return None
     if view.state_values.get('end') == 'error':
         return str(view.state_values['reason'])

@@ -14,7 +14,7 @@ from khr_bringup.tables import PACKAGES
 FIRST = ('simulator',)  # it ends the run, and waits until that has been heard
 LAST = ('recorder', 'graph')  # what writes the bag, with the others' last words
 GRACE = 5.0  # s of wall time before a process that does not stop is killed
-CLOSING = 25.0  # the same for what may have a bag to finish
+CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
 
 
 class Processes:
@@ -69,7 +69,7 @@ class Processes:
     def stop(self) -> None:
         """Stop all processes, what writes the bag last; kill what does not obey."""
         others = set(self._children) - {*FIRST, *LAST}
-        for group, patience in ((FIRST, GRACE), (others, GRACE), (LAST, CLOSING)):
+        for group, patience in ((FIRST, CLOSING), (others, GRACE), (LAST, CLOSING)):
             names = [name for name in self._children if name in group]
             for name in names:
                 self.interrupt(name)

@@ -31,6 +31,7 @@ TOPICS = {'gait': 'joint_reference', 'ankle_controller': 'ankle_controller/corre
 CORRECTIONS = ('ankle_controller', 'hip_controller')
 ASK_AGAIN = 0.1  # s of wall time without an answer
 LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
+SILENCE = 4.0  # s of wall time without a word of those that have not heard the end
 LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
@@ -51,6 +52,7 @@ class SimulatorNode(KhrNode):
     """
 
     parameters: RunParameters
+    patience = 20.0
 
     def __init__(self) -> None:
         super().__init__('simulator', RunParameters)
@@ -86,12 +88,14 @@ class SimulatorNode(KhrNode):
 
     def finish(self) -> None:
         """Say how far the run got."""
+        self._attention = time.monotonic()
         if self.state != 'finished':
             self._enter('finished', end='stopped')
 
     def settled(self) -> bool:
         """Return whether the listeners have heard all; what they missed comes from here alone."""
-        return self.failure is not None or not self._behind(0)
+        waited = time.monotonic() - self._attention
+        return self.failure is not None or not self._behind(0) or waited > SILENCE
 
     def close(self) -> None:
         """Release the physics."""
