@@ -11,7 +11,7 @@ from pathlib import Path
 # What decides a trajectory and its outcome: whole packages, and single modules of the others.
 # Nodes only carry numbers between cores: over topics or offline, the trajectory is the same.
 NODES = 'nodes'
-SOURCES = (('khr_common', '**/*.py'), ('khr_sim', '**/*.py'), ('khr_sim', '**/*.urdf'),
+SOURCES = (('khr_common', '**/*.py'), ('khr_sim', '**/*.py'), ('khr_sim', 'urdf/*.urdf'),
            ('khr_balance', '**/*.py'), ('khr_analysis', 'outcome.py'),
            ('khr_bringup', 'offline.py'), ('khr_bringup', 'series.py'))
 LIBRARIES = ('numpy', 'pybullet')
