@@ -89,7 +89,7 @@ class MonitorNode(Listener):
             stamp_ns, torso[:3], torso[3:], rate, contacts,
             [sole[:3] for sole in soles], [sole[3:] for sole in soles]))
         self._now = stamp_ns
-        if self._now == self.end or before is None or before.verdict != self._outcome.verdict:
+        if self.heard_all or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
 
     def on_state(self, status: DiagnosticStatus) -> None:
@@ -102,7 +102,7 @@ class MonitorNode(Listener):
         self._peak = peaks.status[0].message if peaks.status else ''
 
     def _publish(self, outcome: Outcome) -> None:
-        values = {**figures(outcome), 'final': str(self._now == self.end).lower()}
+        values = {**figures(outcome), 'final': str(self.heard_all).lower()}
         self._outcome_out.publish(DiagnosticStatus(
             name='outcome', message=outcome.verdict, values=_pairs(values)))
 

@@ -24,6 +24,7 @@ from khr_common import wire
 from khr_common.messages import little_endian
 from khr_common.node import Listener
 from khr_common.spin import run_node
+from khr_common.stamps import StampedSet
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 # What flows in every control period: the run starts when each of these has been heard.
@@ -64,7 +65,7 @@ class RecorderNode(Listener):
         self._clock_topic = self.resolve_topic_name('/clock')
         data = DATA_TOPICS | (STAGE if self.parameters.staged else {})
         self._kinds = {self.resolve_topic_name(topic): kind for topic, kind in data.items()}
-        self._stamps = dict.fromkeys(self._kinds, -1)  # of the newest, ns
+        self._instants = StampedSet(tuple(self._kinds))
         if self.parameters.scenario_file:
             text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
             self._attempt(lambda: recording.write_text(SCENARIO_TOPIC, text, 0))
@@ -81,7 +82,7 @@ class RecorderNode(Listener):
 
     def close(self) -> None:
         """Finish the bag."""
-        late = [topic for topic, stamp_ns in self._stamps.items() if stamp_ns < self._now]
+        late = [topic for topic in self._kinds if self._stamp(topic) < self._now]
         if late:
             self.get_logger().warning(f'not heard up to t = {self._now / 1e9:.3f} s: '
                                       f'{", ".join(late)}')
@@ -116,19 +117,23 @@ class RecorderNode(Listener):
 
     def _on_message(self, topic: str, data: bytes) -> None:
         self._idle_spins = 0
-        if topic in self._stamps:
+        if topic in self._kinds:
             if self._last.get(topic) == data:
                 return  # the simulator asked again for what it missed
             self._last[topic] = data
-            self._stamps[topic] = wire.clock(little_endian(data, self._kinds[topic]))
+            stamp_ns = self._stamp(topic)
             if topic == self._clock_topic:
-                self._now = self._stamps[topic]
-            behind = min(self._stamps.values())
-            if behind >= 0:
-                self.heard(behind)
+                self._now = stamp_ns
+            if self._instants.put(topic, stamp_ns, None) is not None:
+                self.heard(stamp_ns)
         recording = self._recording
         if recording is not None:
             self._attempt(lambda: recording.write(topic, data, self._now))
+
+    def _stamp(self, topic: str) -> int:
+        """Return the newest stamp of a topic, ns; negative before the first."""
+        data = self._last.get(topic)
+        return -1 if data is None else wire.clock(little_endian(data, self._kinds[topic]))
 
     def _attempt(self, action: Any) -> None:
         try:
