@@ -3,6 +3,7 @@
 import base64
 import re
 from html.parser import HTMLParser
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -94,12 +95,15 @@ def figure(folder, number, experiments=(), error=''):
                         experiments, 1.0, error)
 
 
+TIMES = count(1.0, 0.125)  # no two runs take as long
+
+
 def run(name, seed, verdict='walked', slip=0.01, **changes):
     scenario = load(name).changed({tuple(key.split('__')): value
                                    for key, value in changes.items()})
     row = {'verdict': verdict, 'fell_at_s': 4.25 if verdict == 'fell' else None, 'time_s': 13.6,
            'largest_slip_m': slip, 'vibration_rad_s': 0.1, 'trajectory_hash': f'{HASH}{seed}',
-           'error': None}
+           'wall_time_s': next(TIMES), 'error': None}
     return Run({'scenario': name, **changes}, seed, row, scenario, Path('absent'))
 
 
@@ -296,3 +300,11 @@ def test_staged_control_is_compared_on_tilting_ground():
     assert 'K_A 12 falls at 2.12 deg' in line(True)
     assert 'staged, K_A 12, K_H 13 falls at 2.12 deg' in line(True)
     assert 'staged, K_A 12, K_H 13 stays up to 6.80 deg' in line(False)
+
+
+def test_a_run_of_two_experiments_is_counted_once(tmp_path):
+    shared, own = run('walk_3deg', 0), run('walk_3deg', 1)
+    contents = reproduction(tmp_path, runs={'a': [shared], 'b': [shared, own]})
+    assert contents.made == [shared.row, own.row]
+    assert contents.run_seconds == shared.row['wall_time_s'] + own.row['wall_time_s']
+    assert 'and 2 runs, which took' in findings(contents)

@@ -123,7 +123,7 @@ def reproduce(out: Path, only: str | None = None, fast: bool = False,
         tell_lost(found.lost)
     drawn = sum(not each.error for each in found.drawn)
     print(f'{page}: {drawn} of {len(found.drawn)} figures, '
-          f'{sum(map(len, contents.runs.values()))} runs, scoreboard: '
+          f'{len(contents.made)} runs, scoreboard: '
           f'{contents.scoreboard_summary or "not asked for"}; {duration(contents.seconds)}')
     return 1 if failed or found.lost else 0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from khr_bringup.experiments import Runs
 
@@ -65,7 +66,12 @@ class Reproduction:
     tables: dict[str, str] = field(default_factory=dict)
 
     @property
+    def made(self) -> list[dict[str, Any]]:
+        """Return the rows of all runs; one that several experiments have is there once."""
+        rows = (run.row for runs in self.runs.values() for run in runs)
+        return list({(row['trajectory_hash'], row['wall_time_s']): row for row in rows}.values())
+
+    @property
     def run_seconds(self) -> float:
         """Return how long all runs took, one after the other, s."""
-        return float(sum(run.row.get('wall_time_s') or 0.0
-                         for runs in self.runs.values() for run in runs))
+        return float(sum(row['wall_time_s'] for row in self.made))

@@ -169,12 +169,11 @@ def _lines(contents: Reproduction) -> list[str]:
 
 
 def _repeat(contents: Reproduction) -> str:
-    runs = sum(map(len, contents.runs.values()))
     versions = ', '.join(f'{name} {version}' for name, version in contents.versions.items())
-    return (f'`{contents.command}` repeats all of it: {len(contents.figures)} figures and {runs} '
-            f'runs, which took {duration(contents.run_seconds)} of one core. With the same '
-            f'versions ({versions}) every run takes the same trajectory, bit for bit; the page '
-            'that it writes tells the hash of each.')
+    return (f'`{contents.command}` repeats all of it: {len(contents.figures)} figures and '
+            f'{len(contents.made)} runs, which took {duration(contents.run_seconds)} of one core. '
+            f'With the same versions ({versions}) every run takes the same trajectory, bit for '
+            'bit; the page that it writes tells the hash of each.')
 
 
 def _capital(text: str) -> str:

@@ -47,7 +47,7 @@ def write_index(out: Path, contents: Reproduction) -> Path:
 
 
 def _lead(contents: Reproduction) -> list[str]:
-    runs = sum(map(len, contents.runs.values()))
+    runs = len(contents.made)
     drawn = [figure for figure in (*contents.figures, *contents.maps) if not figure.error]
     lines = [
         'Dutta (2021), Study of Dynamic Control for Balanced Walking of Humanoid Robots, stood '
