@@ -9,6 +9,7 @@ import sys
 import time
 from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import psutil
@@ -21,20 +22,12 @@ from khr_bringup.series import Series, run_with_series
 from khr_bringup.sweeps import cluster
 from khr_bringup.sweeps.folder import JOURNAL, read_table, series_path
 from khr_bringup.sweeps.reading import load
+from tests.graph import conftest as graph
 from tests.graph.conftest import KHR
 
 PATIENCE = 60.0  # s
 STARTING = 20.0  # s to start the command on a loaded machine
-
-
-def wait_for(condition, what):
-    end = time.monotonic() + PATIENCE
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.02)  # polls a condition; the deadline is what fails
-    pytest.fail(f'{what} did not come within {PATIENCE} s')
+wait_for = partial(graph.wait_for, seconds=PATIENCE)
 
 
 def khr(*arguments):

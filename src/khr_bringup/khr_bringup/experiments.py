@@ -112,13 +112,13 @@ def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
     return root / (f'{name}-fast' if fast else name)
 
 
-def sweeps_of(names: Iterable[str], fast: bool, root: Path = ROOT) -> dict[Path, Specification]:
+def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Specification]:
     """Read experiments, by the folder of each.
 
     Raises:
         BringupError: if one is not known, or does not read.
     """
-    return {folder_of(name, fast, root): specification_of(name, fast) for name in names}
+    return {folder_of(name, fast): specification_of(name, fast) for name in names}
 
 
 @contextmanager

@@ -73,13 +73,14 @@ def scenario_of(run: str) -> Scenario:
         BringupError: if there is neither.
     """
     folder = Path(run)
-    if not folder.is_dir():
-        if folder.name != run and not folder.exists():
-            raise BringupError(f'{run}: no such run; accepted: the folder of a run, or a scenario')
-        return load(run)
-    if not (folder / 'scenario.yaml').is_file():
-        raise BringupError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
-    return load(str(folder / 'scenario.yaml'))
+    if folder.is_dir():
+        if not (folder / 'scenario.yaml').is_file():
+            raise BringupError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
+        return load(str(folder / 'scenario.yaml'))
+    is_path = folder.name != run
+    if is_path and not folder.exists():
+        raise BringupError(f'{run}: no such run; accepted: the folder of a run, or a scenario')
+    return load(run)
 
 
 def frames(scenario: Scenario, run: str = '') -> list[Frame]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,6 +17,7 @@ from khr_bringup.processes import Processes
 from khr_bringup.scenario import Scenario
 from khr_bringup.sweeps.version import MARK, code_version
 from khr_bringup.tables import TABLES
+from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and at the end without a word of those that still have to
 # hear it: a loaded machine is slow, not broken.
@@ -98,14 +99,14 @@ def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool
             else:
                 for node in nodes:
                     processes.start_node(node, parameters)
-            return _watch(processes, scenario.table('simulator'), interrupted, show,
+            return _watch(processes, _awaited(scenario.table('simulator')), interrupted, show,
                           'graph' if one_process else 'simulator')
         finally:
             processes.stop()
 
 
-def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callable[[Any], None],
-           simulator: str) -> GraphResult:
+def _watch(processes: Processes, listeners: Sequence[str], interrupted: list[int],
+           show: Callable[[Any], None], simulator: str) -> GraphResult:
     import rclpy
     from rclpy.experimental.events_executor import EventsExecutor
     from rclpy.signals import SignalHandlerOptions
@@ -113,8 +114,7 @@ def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callabl
     from khr_bringup.watcher import Watcher
 
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
-    # In realtime a node may fall silent and the run goes on, so not all can hear all of it.
-    watcher = Watcher(run.listeners if run.sync == 'lockstep' else ())
+    watcher = Watcher(listeners)
     executor = EventsExecutor()
     executor.add_node(watcher)
     view, deadline = watcher.view, float('inf')
@@ -142,12 +142,16 @@ def _watch(processes: Processes, run: Any, interrupted: list[int], show: Callabl
                        tuple(view.warnings))
 
 
+def _awaited(simulator: RunParameters) -> Sequence[str]:
+    """List who must have heard the run whole before it is over."""
+    # In realtime a node may fall silent and the run goes on, so not all can hear all of it.
+    return simulator.listeners if simulator.sync == 'lockstep' else ()
+
+
 def _unfinished(view: Any) -> str | None:
     """Tell what is missing of a finished run if nothing has come for long."""
     if view.state != 'finished' or time.monotonic() - view.news < PATIENCE:
         return None
-    if view.state_values.get('end') == 'error':
-        return str(view.state_values['reason'])
     return ('the run ended, but not all of it was heard: ' + ', '.join(view.behind) if view.behind
             else 'the monitor did not judge the run')
 

@@ -271,4 +271,4 @@ def _largest(condition: Condition) -> Bracket:
     else:
         guess = capture_force(*stance(condition.base()).tipping(condition.direction),
                               condition.duration)
-    return bracket(lambda force: falls(condition, force), guess or LEAST)
+    return bracket(functools.partial(falls, condition), guess or LEAST)

@@ -80,8 +80,9 @@ def _kept(batch: Sequence[tuple[_Wanted, tuple[Row, Series | None] | None]]) -> 
         results, series = result
         if keep and series is not None:
             folder.keep(labels['id'], series)
-        rows.append(labels | results)
-        of_folder.setdefault(folder, []).append(labels | results)
+        row = labels | results
+        rows.append(row)
+        of_folder.setdefault(folder, []).append(row)
     for folder, some in of_folder.items():
         folder.append(some)
     return rows
