@@ -1,10 +1,10 @@
 # make run    installs everything into .venv and runs the main job
 # make test   installs the same and runs the tests
 PYTHON ?= python3.11
-SCENARIO ?= config/walk_7.68deg_ka12.yaml
+SCENARIO ?= config/scenarios/walk_7.68deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
-PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup)
+PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup experiments report cli)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
@@ -35,7 +35,7 @@ lint: install
 	$(BIN)/mypy src/khr_*/khr_*
 
 docs: install
-	$(BIN)/python -m khr_bringup.generate
+	$(BIN)/python -m khr_report.docs_generator
 
 bench: install
 	$(BIN)/python -m tests.benchmarks

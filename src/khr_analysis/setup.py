@@ -1,23 +1,25 @@
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
 package = 'khr_analysis'
+manifest = ElementTree.parse('package.xml')
 setup(
     name=package,
-    version='0.1.0',
+    version=manifest.findtext('version'),
     packages=find_packages(include=[package, f'{package}.*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
     ],
-    package_data={'': ['py.typed', '*.mplstyle']},
-    install_requires=['setuptools'],
+    package_data={'': ['py.typed']},
+    install_requires=['khr_common', 'numpy', 'rosbags', 'scipy'],
     extras_require={'test': ['pytest']},
     zip_safe=True,
-    maintainer='khr developers',
-    maintainer_email='maintainers@khr.invalid',
-    description='Spectrum, outcome, recording and pendulum models for balance experiments',
-    license='Apache-2.0',
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
 )

@@ -1,11 +1,13 @@
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
 package = 'khr_balance'
+manifest = ElementTree.parse('package.xml')
 setup(
     name=package,
-    version='0.1.0',
+    version=manifest.findtext('version'),
     packages=find_packages(include=[package, f'{package}.*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
@@ -13,11 +15,11 @@ setup(
         (f'lib/{package}', glob('scripts/*')),
     ],
     package_data={'': ['py.typed']},
-    install_requires=['setuptools'],
+    install_requires=['khr_common', 'numpy', 'scipy'],
     extras_require={'test': ['pytest']},
     zip_safe=True,
-    maintainer='khr developers',
-    maintainer_email='maintainers@khr.invalid',
-    description='Gait and feedback controllers for the KONDO KHR-3HV',
-    license='Apache-2.0',
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
 )

@@ -1,28 +1,38 @@
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
 package = 'khr_bringup'
+manifest = ElementTree.parse('package.xml')
 setup(
     name=package,
-    version='0.1.0',
+    version=manifest.findtext('version'),
     packages=find_packages(include=[package, f'{package}.*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
         (f'share/{package}/launch', glob('launch/*')),
-        (f'share/{package}/config', glob('khr_bringup/config/*.yaml')),
-        (f'share/{package}/config/sweeps', glob('khr_bringup/config/sweeps/*.yaml')),
-        (f'share/{package}/config/experiments', glob('khr_bringup/config/experiments/*.yaml')),
+        *(
+            (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.yaml'))
+            for folder in ('', 'scenarios', 'sweeps', 'experiments')
+        ),
     ],
-    entry_points={'console_scripts': ['khr = khr_bringup.command:main']},
-    package_data={'': ['py.typed', '*.mplstyle', 'templates/*', '*.xml', 'config/*.yaml',
-                      'config/sweeps/*.yaml', 'config/experiments/*.yaml']},
-    install_requires=['setuptools'],
+    package_data={'': ['py.typed', '*.xml', 'config/*.yaml', 'config/*/*.yaml']},
+    install_requires=[
+        'khr_common',
+        'khr_sim',
+        'khr_balance',
+        'khr_analysis',
+        'numpy',
+        'rich',
+        'rosbags',
+        'PyYAML',
+    ],
     extras_require={'test': ['pytest']},
     zip_safe=True,
-    maintainer='khr developers',
-    maintainer_email='maintainers@khr.invalid',
-    description='Scenarios, launch files and the khr command',
-    license='Apache-2.0',
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
 )

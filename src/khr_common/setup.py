@@ -1,20 +1,23 @@
+from xml.etree import ElementTree
+
 from setuptools import find_packages, setup
 
 package = 'khr_common'
+manifest = ElementTree.parse('package.xml')
 setup(
     name=package,
-    version='0.1.0',
+    version=manifest.findtext('version'),
     packages=find_packages(include=[package, f'{package}.*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
     ],
     package_data={'': ['py.typed']},
-    install_requires=['setuptools'],
+    install_requires=['numpy'],
     extras_require={'test': ['pytest']},
     zip_safe=True,
-    maintainer='khr developers',
-    maintainer_email='maintainers@khr.invalid',
-    description='What every khr package shares: parameter tables, errors, the node shell',
-    license='Apache-2.0',
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
 )

@@ -1,24 +1,26 @@
 from glob import glob
+from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
 package = 'khr_sim'
+manifest = ElementTree.parse('package.xml')
 setup(
     name=package,
-    version='0.1.0',
+    version=manifest.findtext('version'),
     packages=find_packages(include=[package, f'{package}.*']),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
-        (f'share/{package}/urdf', glob('urdf/*')),
         (f'lib/{package}', glob('scripts/*')),
+        (f'share/{package}/urdf', glob('urdf/*')),
     ],
     package_data={'': ['py.typed', 'urdf/*.urdf']},
-    install_requires=['setuptools'],
+    install_requires=['khr_common', 'numpy', 'pybullet', 'scipy'],
     extras_require={'test': ['pytest']},
     zip_safe=True,
-    maintainer='khr developers',
-    maintainer_email='maintainers@khr.invalid',
-    description='A PyBullet simulator of the KONDO KHR-3HV, its foot-force sensors and its gyro',
-    license='Apache-2.0',
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
 )

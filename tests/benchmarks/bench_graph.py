@@ -36,7 +36,7 @@ SHORT = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
 REPEATS = 3
 STANDING = 300.0  # s simulated, over which memory may grow
 WINDOW = 0.3, 0.9  # share of the standing between which growth counts: settled, not yet closing
-KHR = [sys.executable, '-m', 'khr_bringup.command', 'run']
+KHR = [sys.executable, '-m', 'khr_cli.command', 'run']
 
 FACTORS = 'factor', 'by computing time'
 
@@ -55,8 +55,7 @@ def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
             torques.append(options['forces'])
         real.setJointMotorControlArray(*arguments, **options)
 
-    khr_sim.world.bullet = SimpleNamespace(
-        **{**vars(real), 'setJointMotorControlArray': motors})
+    khr_sim.world.bullet = SimpleNamespace(**{**vars(real), 'setJointMotorControlArray': motors})
     try:
         run_offline(SHORT, lambda truth, *_: positions.append(truth.joint_position.tolist()))
     finally:
@@ -77,12 +76,16 @@ def plain(motors: bool) -> Figures:
     plant.start(Controllers(SHORT).reference(0.0))
     body, client = plant.world.body, plant.world.client
     held = [bullet.getJointState(body, i, client)[0] for i in joints]
-    control, key = ((bullet.POSITION_CONTROL, 'targetPositions') if motors else
-                    (bullet.TORQUE_CONTROL, 'forces'))
+    control, key = (
+        (bullet.POSITION_CONTROL, 'targetPositions')
+        if motors
+        else (bullet.TORQUE_CONTROL, 'forces')
+    )
     began = clocks()
     for torque in torques:
-        bullet.setJointMotorControlArray(body, joints, control, physicsClientId=client,
-                                         **{key: held if motors else torque})
+        bullet.setJointMotorControlArray(
+            body, joints, control, physicsClientId=client, **{key: held if motors else torque}
+        )
         bullet.stepSimulation(client)
         states = bullet.getJointStates(body, joints, client)
     figures = factors(len(torques) * plant.parameters.physics_step, began)
@@ -110,6 +113,7 @@ def offline() -> Figures:
         nonlocal began
         if truth.step == 0:
             began = clocks()
+
     return factors(run_offline(SHORT, watch).time, began)
 
 
@@ -119,8 +123,11 @@ def graph(*options: str) -> Figures:
         out = Path(folder) / 'run'
         memory = run_khr(SCENARIO, SECONDS, out, *options)
         outcome = json.loads((out / 'outcome.json').read_text())
-        result = {'factor': outcome['real_time_factor'], 'startup_s': outcome['startup_s'],
-                  **{f'MiB {name}': max(sizes) for name, sizes in sorted(memory.items())}}
+        result = {
+            'factor': outcome['real_time_factor'],
+            'startup_s': outcome['startup_s'],
+            **{f'MiB {name}': max(sizes) for name, sizes in sorted(memory.items())},
+        }
         if (out / 'bag').exists():
             result |= bag_figures(out / 'bag')
         return result
@@ -130,7 +137,9 @@ def run_khr(scenario: str, seconds: float, out: Path, *options: str) -> dict[str
     """Run khr; return the memory of each of its processes over wall time, MiB (their own)."""
     process = subprocess.Popen(
         [*KHR, scenario, '--duration', str(seconds), *options, '--out', str(out)],
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
     memory: dict[str, list[float]] = {}
     while process.poll() is None:
         for child in psutil.Process(process.pid).children():
@@ -149,26 +158,41 @@ def growth(seconds: float) -> Figures:
     """Return by how many MiB each process grows in an hour, from so long a simulated standing."""
     tell(f'memory: {seconds:g} s of standing')
     with tempfile.TemporaryDirectory() as folder:
-        memory = run_khr('stand_0deg', seconds, Path(folder) / 'run', '--processes',
-                         '--no-record')
+        memory = run_khr('stand_0deg', seconds, Path(folder) / 'run', '--processes', '--no-record')
     hours = (WINDOW[1] - WINDOW[0]) * seconds / 3600.0
-    return {name: (sizes[round(WINDOW[1] * len(sizes))] - sizes[round(WINDOW[0] * len(sizes))])
-            / hours for name, sizes in sorted(memory.items())}
+    return {
+        name: (sizes[round(WINDOW[1] * len(sizes))] - sizes[round(WINDOW[0] * len(sizes))]) / hours
+        for name, sizes in sorted(memory.items())
+    }
 
 
 def bag_figures(folder: Path) -> Figures:
     """Return messages per topic against instants, and the simulator's own latency figures."""
     from tests.graph.conftest import read_bag
+
     bag = read_bag(folder)
-    instants = {message.clock.sec * 10**9 + message.clock.nanosec
-                for _, message in bag['/clock']}
-    lost = sum(len(instants) - len(messages) for topic, messages in bag.items()
-               if topic.startswith(('/ground_truth', '/imu', '/foot_force', '/joint')))
-    latest = {pair.key: pair.value for _, array in bag['/diagnostics'] for status in array.status
-              if status.name == 'simulator' for pair in status.values}
-    return {'messages': sum(map(len, bag.values())), 'lost': lost,
-            **{key: float(latest[key]) for key in ('latency_p50_ms', 'latency_p99_ms')
-               if latest.get(key)}}
+    instants = {message.clock.sec * 10**9 + message.clock.nanosec for _, message in bag['/clock']}
+    lost = sum(
+        len(instants) - len(messages)
+        for topic, messages in bag.items()
+        if topic.startswith(('/ground_truth', '/imu', '/foot_force', '/joint'))
+    )
+    latest = {
+        pair.key: pair.value
+        for _, array in bag['/diagnostics']
+        for status in array.status
+        if status.name == 'simulator'
+        for pair in status.values
+    }
+    return {
+        'messages': sum(map(len, bag.values())),
+        'lost': lost,
+        **{
+            key: float(latest[key])
+            for key in ('latency_p50_ms', 'latency_p99_ms')
+            if latest.get(key)
+        },
+    }
 
 
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
@@ -184,12 +208,16 @@ CASES: dict[str, Callable[[], Figures]] = {
     'nine processes, realtime': lambda: graph('--processes', '--realtime'),
 }
 WALL, COMPUTING = FACTORS
-AGAINST = [(TWIN, RAW, '90 %', WALL), (TWIN, RAW, '90 %', COMPUTING),
-           (TWIN, MOTORS, '90 %', WALL), (TWIN, MOTORS, '90 %', COMPUTING),
-           ('one process', TWIN, '80 %', WALL),
-           ('one process, recorded', 'one process', '85 %', WALL),
-           ('nine processes', TWIN, '60 %', WALL),
-           ('nine processes, recorded', 'nine processes', '85 %', WALL)]
+AGAINST = [
+    (TWIN, RAW, '90 %', WALL),
+    (TWIN, RAW, '90 %', COMPUTING),
+    (TWIN, MOTORS, '90 %', WALL),
+    (TWIN, MOTORS, '90 %', COMPUTING),
+    ('one process', TWIN, '80 %', WALL),
+    ('one process, recorded', 'one process', '85 %', WALL),
+    ('nine processes', TWIN, '60 %', WALL),
+    ('nine processes, recorded', 'nine processes', '85 %', WALL),
+]
 
 
 def measure(repeats: int) -> dict[str, list[Figures]]:
@@ -210,42 +238,73 @@ def tell(text: str) -> None:
 def report(runs: dict[str, list[Figures]], grown: Figures, standing: float) -> str:
     """Return the figures as Markdown: ratios first, then what depends on the machine more."""
     lines = [
-        '# Performance', '',
+        '# Performance',
+        '',
         f'Generated by `python -m tests.benchmarks --write docs/performance.md`: '
         f'`{SCENARIO}`, {SECONDS:g} simulated seconds, {len(runs[TWIN])} round(s) of all cases; '
         'physics step 1 ms, control period 15 ms. Steps per second of wall time, or of the time '
         'that the process computed, as a ratio within a round, so that the machine and most of '
-        'its load cancel; on a machine with other work the spread is wide.', '',
+        'its load cancel; on a machine with other work the spread is wide.',
+        '',
         'The plain loop sets all 17 joints in one array call, calls stepSimulation and reads the '
         '17 joint states, and nothing else: no contacts, torso, servos, board, sensors or '
         "control. World, robot and start are the twin's. It replays the torques that the twin "
         "reckoned, so its motion and contacts are the twin's, bit for bit; with the engine's "
-        'motors, it holds the joints by POSITION_CONTROL.', '',
+        'motors, it holds the joints by POSITION_CONTROL.',
+        '',
         '| steps per second of | against | clock | goal | least | median | most |',
-        '|---|---|---|---|---|---|---|']
+        '|---|---|---|---|---|---|---|',
+    ]
     for name, base, goal, clock in AGAINST:
         kind = 'wall' if clock == WALL else 'computing'
-        lines.append(f'| {name} | {base} | {kind} | {goal} | ' + ' | '.join(
-            f'{value:.0%}' for value in spread(
-                mine[clock] / other[clock] for mine, other
-                in zip(runs[name], runs[base], strict=True))) + ' |')
-    lines += ['', 'Simulated by wall time, here and then:', '',
-              '| case | least | median | most |', '|---|---|---|---|']
-    lines += [f'| {name} | ' + ' | '.join(
-        f'{value:.2f}' for value in spread(run['factor'] for run in each)) + ' |'
-        for name, each in runs.items()]
-    lines += ['', 'Medians of start-up (s), memory of each process of its own (MiB), messages in '
-              'the bag, messages lost, and time from a sample to its correction (ms):', '']
+        lines.append(
+            f'| {name} | {base} | {kind} | {goal} | '
+            + ' | '.join(
+                f'{value:.0%}'
+                for value in spread(
+                    mine[clock] / other[clock]
+                    for mine, other in zip(runs[name], runs[base], strict=True)
+                )
+            )
+            + ' |'
+        )
+    lines += [
+        '',
+        'Simulated by wall time, here and then:',
+        '',
+        '| case | least | median | most |',
+        '|---|---|---|---|',
+    ]
+    lines += [
+        f'| {name} | '
+        + ' | '.join(f'{value:.2f}' for value in spread(run['factor'] for run in each))
+        + ' |'
+        for name, each in runs.items()
+    ]
+    lines += [
+        '',
+        'Medians of start-up (s), memory of each process of its own (MiB), messages in '
+        'the bag, messages lost, and time from a sample to its correction (ms):',
+        '',
+    ]
     for name, each in runs.items():
-        rest = {key: round(statistics.median(run[key] for run in each if key in run), 2)
-                for key in each[0] if key not in FACTORS}
+        rest = {
+            key: round(statistics.median(run[key] for run in each if key in run), 2)
+            for key in each[0]
+            if key not in FACTORS
+        }
         if rest:
-            lines.append(f'- {name}: ' + ', '.join(f'{key} {value:g}'
-                                                   for key, value in rest.items()))
+            lines.append(
+                f'- {name}: ' + ', '.join(f'{key} {value:g}' for key, value in rest.items())
+            )
     if grown:
-        lines += ['', f'Growth of memory, MiB in an hour of simulated time, from {standing:g} '
-                  's of standing: ' + ', '.join(f'{name} {each:+.1f}'
-                                                for name, each in grown.items()) + '.']
+        lines += [
+            '',
+            f'Growth of memory, MiB in an hour of simulated time, from {standing:g} '
+            's of standing: '
+            + ', '.join(f'{name} {each:+.1f}' for name, each in grown.items())
+            + '.',
+        ]
     return '\n'.join(lines) + '\n'
 
 
@@ -259,8 +318,12 @@ def main() -> None:
     """Measure, print the report, write it and the raw figures where asked to."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument('--repeats', type=int, default=REPEATS, help='rounds of all cases')
-    parser.add_argument('--standing', type=float, default=STANDING,
-                        help='simulated s over which memory may grow; 0 leaves it out')
+    parser.add_argument(
+        '--standing',
+        type=float,
+        default=STANDING,
+        help='simulated s over which memory may grow; 0 leaves it out',
+    )
     parser.add_argument('--json', type=Path)
     parser.add_argument('--write', type=Path)
     options = parser.parse_args()

@@ -18,6 +18,7 @@ REPEATS = 5
 
 def median_time(work: Callable[[], object]) -> float:
     """Return the median of the processor times of ``REPEATS`` runs, s."""
+
     def once() -> float:
         start = time.process_time()
         work()

@@ -37,19 +37,34 @@ PUSHED = PushLoop(gain=gain_of_board(12.0))
 CASES: dict[str, tuple[Callable[[], object], float | None]] = {  # what, and its limit in ms
     'phi_cr curve, 1,000 points': (lambda: critical_inclination(ROBOT, LEANS, 'published'), 50.0),
     'pendulum (3.6), 5 s, published': (
-        lambda: simulate(ROBOT, initial_lean=0.05, inclination=0.1, form='published'), 50.0),
+        lambda: simulate(ROBOT, initial_lean=0.05, inclination=0.1, form='published'),
+        50.0,
+    ),
     'pendulum (3.6), 5 s, physical, foot reacting': (
-        lambda: simulate(ROBOT, initial_lean=0.01, inclination=0.05,
-                         difference=lambda _t, lean, rate: 400.0 * lean + 30.0 * rate), 50.0),
-    'servo (3.11), 5 s': (lambda: simulate_servo(ROBOT, Pid(), target=-0.05, inclination=0.1),
-                          50.0),
+        lambda: simulate(
+            ROBOT,
+            initial_lean=0.01,
+            inclination=0.05,
+            difference=lambda _t, lean, rate: 400.0 * lean + 30.0 * rate,
+        ),
+        50.0,
+    ),
+    'servo (3.11), 5 s': (
+        lambda: simulate_servo(ROBOT, Pid(), target=-0.05, inclination=0.1),
+        50.0,
+    ),
     'sliding foot, 5 s, sliding': (
         lambda: simulate_sliding(ROBOT, SlidingFoot(), Pid(), inclination=math.radians(11.0)),
-        50.0),
+        50.0,
+    ),
     'three tones (5.22), 5 s, residues': (
-        lambda: response_by_residues(identified_servo().loop(0.07), TONES, TIME), None),
+        lambda: response_by_residues(identified_servo().loop(0.07), TONES, TIME),
+        None,
+    ),
     'three tones (5.22), 5 s, integrated': (
-        lambda: response_by_simulation(identified_servo().loop(0.07), TONES, TIME), None),
+        lambda: response_by_simulation(identified_servo().loop(0.07), TONES, TIME),
+        None,
+    ),
     'identification with 4,000 samples': (lambda: identify(GAINS_S, PEAKS), None),
     'harmonics by series': (lambda: series_harmonics(ROBOT, 0.05, 0.15), None),
     'harmonics by integration': (lambda: integrated_harmonics(ROBOT, 0.05, 0.15), None),
@@ -68,8 +83,14 @@ def measure() -> list[dict[str, float | str | None]]:
             start = time.process_time()
             run()
             times.append(1e3 * (time.process_time() - start))
-        results.append({'case': name, 'median_ms': statistics.median(times),
-                        'largest_ms': max(times), 'limit_ms': limit})
+        results.append(
+            {
+                'case': name,
+                'median_ms': statistics.median(times),
+                'largest_ms': max(times),
+                'limit_ms': limit,
+            }
+        )
     return results
 
 

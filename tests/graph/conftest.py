@@ -15,7 +15,7 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-KHR = [sys.executable, '-m', 'khr_bringup.command']
+KHR = [sys.executable, '-m', 'khr_cli.command']
 
 
 @dataclass
@@ -41,16 +41,21 @@ def read_bag(folder):
     with Reader(folder) as reader:
         for connection, time_ns, data in reader.messages():
             messages[connection.topic].append(
-                (time_ns, STORE.deserialize_cdr(data, connection.msgtype)))
+                (time_ns, STORE.deserialize_cdr(data, connection.msgtype))
+            )
     return messages
 
 
 def start_khr(*arguments):
     """Start khr in the background, in a session of its own."""
     return subprocess.Popen(
-        [*KHR, *map(str, arguments)], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        [*KHR, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
         env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1', 'COLUMNS': '200'},
-        start_new_session=True)
+        start_new_session=True,
+    )
 
 
 def finish(process, folder, timeout=90):
@@ -72,8 +77,18 @@ def khr(*arguments, folder=None, timeout=90):
 def standing(tmp_path_factory):
     """Four seconds of standing on the flat, one process per node, recorded."""
     folder = tmp_path_factory.mktemp('runs') / 'standing'
-    return khr('run', 'stand_0deg', '--processes', '--duration', 4, '--out', folder,
-               '--expect', 'stood', folder=folder)
+    return khr(
+        'run',
+        'stand_0deg',
+        '--processes',
+        '--duration',
+        4,
+        '--out',
+        folder,
+        '--expect',
+        'stood',
+        folder=folder,
+    )
 
 
 @pytest.fixture
@@ -107,9 +122,12 @@ def joined(folder):
     """Wait for the run of a folder, join its domain, and yield a node there."""
     import rclpy
 
-    from khr_bringup.domain import running
-    entry = wait_for(lambda: next((entry for entry in running() if entry.folder == str(folder)),
-                                  None), 'the run')
+    from khr_bringup.run_registry import running
+
+    entry = wait_for(
+        lambda: next((entry for entry in running() if entry.folder == str(folder)), None),
+        'the run',
+    )
     with pytest.MonkeyPatch.context() as patch:
         for key, value in entry.environment().items():
             patch.setenv(key, value)
@@ -126,12 +144,14 @@ def wait_until(node, seconds):
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
     from rosgraph_msgs.msg import Clock
+
     executor = SingleThreadedExecutor(context=node.context)
     reached = rclpy.Future(executor=executor)
 
     def on_clock(message):
         if message.clock.sec + message.clock.nanosec / 1e9 > seconds and not reached.done():
             reached.set_result(True)
+
     subscription = node.create_subscription(Clock, '/clock', on_clock, 10)
     rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
     assert reached.done()

@@ -9,10 +9,10 @@ import time
 import pytest
 
 from khr_bringup import scenario as scenarios
-from khr_bringup.domain import registered
 from khr_bringup.graph import prepare
+from khr_bringup.node_registry import PACKAGES
 from khr_bringup.offline import run_offline
-from khr_bringup.tables import PACKAGES
+from khr_bringup.run_registry import registered
 
 PATIENCE = 60.0  # s of wall time
 FIRST = ['simulator']
@@ -33,8 +33,9 @@ def graph(tmp_path, monkeypatch):
 
     children = {}
     parameters = tmp_path / 'scenario.yaml'
-    by_hand = prepare(SCENARIO, tmp_path, record=True).changed({
-        ('simulator', 'start_timeout'): 0.0})
+    by_hand = prepare(SCENARIO, tmp_path, record=True).changed(
+        {('simulator', 'start_timeout'): 0.0}
+    )
     parameters.write_text(by_hand.to_yaml())
     with registered('by_hand', tmp_path) as entry:
         for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
@@ -45,9 +46,17 @@ def graph(tmp_path, monkeypatch):
         def start(nodes):
             for node in nodes:
                 children[node] = subprocess.Popen(
-                    [sys.executable, '-m', f'{PACKAGES[node]}.nodes.{node}', '--ros-args',
-                     '--params-file', str(parameters)],
-                    env=os.environ.copy(), start_new_session=True)
+                    [
+                        sys.executable,
+                        '-m',
+                        f'{PACKAGES[node]}.nodes.{node}',
+                        '--ros-args',
+                        '--params-file',
+                        str(parameters),
+                    ],
+                    env=os.environ.copy(),
+                    start_new_session=True,
+                )
 
         yield Observer(context), start
         for child in children.values():
@@ -66,13 +75,14 @@ class Observer:
         from rclpy.experimental.events_executor import EventsExecutor
         from sensor_msgs.msg import JointState
 
-        from khr_common.node import DATA, LATCHED
+        from khr_common.nodes.node import DATA, LATCHED
 
         self.state, self.values, self.meddled = '', {}, 0
         self.node = rclpy.create_node('observer', context=context)
         self.node.create_subscription(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
         self._publisher = self.node.create_publisher(
-            JointState, 'ankle_controller/correction', DATA)
+            JointState, 'ankle_controller/correction', DATA
+        )
         self._kind, self._depth = JointState, DATA
         self._executor = EventsExecutor(context=context)
         self._executor.add_node(self.node)
@@ -80,7 +90,8 @@ class Observer:
     def meddle(self):
         """Say every correction twice, and wild ones for instants that are not asked for."""
         self.node.create_subscription(
-            self._kind, 'ankle_controller/correction', self._on_correction, self._depth)
+            self._kind, 'ankle_controller/correction', self._on_correction, self._depth
+        )
 
     def until(self, condition, what):
         end = time.monotonic() + PATIENCE

@@ -22,16 +22,39 @@ def test_offline_one_process_and_nine_give_the_same_bits(scenario, tmp_path):
 
 
 def test_another_gain_gives_another_trajectory(tmp_path):
-    hashes = {khr('run', 'walk_8.88deg_ka18', '--offline', '--duration', '3', '--set',
-                  f'ankle_controller.gain={gain}', '--out', tmp_path / gain).hash
-              for gain in ('12.0', '18.0')}
+    hashes = {
+        khr(
+            'run',
+            'walk_8.88deg_ka18',
+            '--offline',
+            '--duration',
+            '3',
+            '--set',
+            f'ankle_controller.gain={gain}',
+            '--out',
+            tmp_path / gain,
+        ).hash
+        for gain in ('12.0', '18.0')
+    }
     assert len(hashes) == 2
 
 
 def test_without_delay_graph_and_offline_agree_too(tmp_path):
-    hashes = {khr('run', 'walk_0deg', way, '--no-record', '--duration', '1', '--set',
-                  'simulator.control_delay=0', '--out', tmp_path / way.strip('-')).hash
-              for way in ('--offline', '--one-process')}
+    hashes = {
+        khr(
+            'run',
+            'walk_0deg',
+            way,
+            '--no-record',
+            '--duration',
+            '1',
+            '--set',
+            'simulator.control_delay=0',
+            '--out',
+            tmp_path / way.strip('-'),
+        ).hash
+        for way in ('--offline', '--one-process')
+    }
     assert len(hashes) == 1
 
 
@@ -46,8 +69,19 @@ def busy_cores():
 
 
 def test_a_loaded_machine_changes_nothing(busy_cores, tmp_path):
-    hashes = {khr('run', 'push_behind', *way, '--no-record', '--duration', '1', '--set',
-                  'simulator.pushes=["t=0.2 duration=0.2 link=base_link frame=odom force=4,0,0"]',
-                  '--out', tmp_path / str(number)).hash
-              for number, way in enumerate([['--offline'], ['--processes'], ['--one-process']])}
+    hashes = {
+        khr(
+            'run',
+            'push_behind',
+            *way,
+            '--no-record',
+            '--duration',
+            '1',
+            '--set',
+            'simulator.pushes=["t=0.2 duration=0.2 link=base_link frame=odom force=4,0,0"]',
+            '--out',
+            tmp_path / str(number),
+        ).hash
+        for number, way in enumerate([['--offline'], ['--processes'], ['--one-process']])
+    }
     assert len(hashes) == 1

@@ -21,17 +21,30 @@ LONG = 600  # s of simulated time: longer than any test waits
 def run(in_background, tmp_path):
     """Long standing in processes, one node each, in a domain of its own."""
     folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--processes', '--duration', LONG,
-                            '--set', 'ankle_controller.enabled=true', '--set', 'gyro.adc=false',
-                            '--out', folder)
+    process = in_background(
+        'run',
+        'stand_0deg',
+        '--processes',
+        '--duration',
+        LONG,
+        '--set',
+        'ankle_controller.enabled=true',
+        '--set',
+        'gyro.adc=false',
+        '--out',
+        folder,
+    )
     process.folder = folder
     process.domain = wait_until_running(folder)
     return process
 
 
 def children(process):
-    return {child.cmdline()[2].rsplit('.', 1)[-1]: child
-            for child in psutil.Process(process.pid).children() if len(child.cmdline()) > 2}
+    return {
+        child.cmdline()[2].rsplit('.', 1)[-1]: child
+        for child in psutil.Process(process.pid).children()
+        if len(child.cmdline()) > 2
+    }
 
 
 def interrupt(process, number=signal.SIGINT):
@@ -55,8 +68,12 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
 
     assert interrupt(run).code == 130
     bag = read_bag(run.folder / 'bag')
-    events = [(time_ns, each) for time_ns, message in bag['/parameter_events']
-              for each in message.changed_parameters if each.name == 'gain']
+    events = [
+        (time_ns, each)
+        for time_ns, message in bag['/parameter_events']
+        for each in message.changed_parameters
+        if each.name == 'gain'
+    ]
     assert [each.value.double_value for _, each in events] == [18.0]
     assert ratio_changes_once(bag, 12.0, 18.0)
 
@@ -66,15 +83,19 @@ def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(ru
         changed = khr('set', 'ankle_controller', 'source', source, '--domain', run.domain)
         assert changed.code == 0, changed.err
     assert interrupt(run).code == 130
-    stamps = [message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-              for _, message in read_bag(run.folder / 'bag')['/ankle_controller/correction']]
+    stamps = [
+        message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        for _, message in read_bag(run.folder / 'bag')['/ankle_controller/correction']
+    ]
     assert {b - a for a, b in pairwise(stamps)} == {15_000_000}
 
 
 def ratio_changes_once(bag, before, after):
     """Correction by rate tells the gain of every period; it must jump from one to the other."""
-    rates = {message.header.stamp.sec * 10**9 + message.header.stamp.nanosec:
-             message.angular_velocity.y for _, message in bag['/imu/data_raw']}
+    rates = {
+        message.header.stamp.sec * 10**9 + message.header.stamp.nanosec: message.angular_velocity.y
+        for _, message in bag['/imu/data_raw']
+    }
     unit = None
     gains = []
     for _, message in bag['/ankle_controller/correction']:
@@ -121,8 +142,19 @@ def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
 
 
 def test_two_runs_do_not_meet(in_background, tmp_path):
-    runs = [in_background('run', 'stand_0deg', '--one-process', '--duration', LONG, '--no-record',
-                          '--out', tmp_path / name) for name in 'ab']
+    runs = [
+        in_background(
+            'run',
+            'stand_0deg',
+            '--one-process',
+            '--duration',
+            LONG,
+            '--no-record',
+            '--out',
+            tmp_path / name,
+        )
+        for name in 'ab'
+    ]
     assert len({wait_until_running(tmp_path / name) for name in 'ab'}) == 2
     for process in runs:
         process.send_signal(signal.SIGINT)
@@ -133,8 +165,11 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
 
 def test_set_without_a_run_says_so(tmp_path):
     result = subprocess.run(
-        [sys.executable, '-m', 'khr_bringup.command', 'set', 'gait', 'stride', '0.05'],
-        env={**os.environ, 'XDG_RUNTIME_DIR': str(tmp_path)}, capture_output=True, text=True,
-        check=False)
+        [sys.executable, '-m', 'khr_cli.command', 'set', 'gait', 'stride', '0.05'],
+        env={**os.environ, 'XDG_RUNTIME_DIR': str(tmp_path)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert result.returncode == 2
     assert 'no run is going on' in result.stderr

@@ -14,11 +14,22 @@ from tests.graph.test_live import children
 
 PERIOD_NS = 15_000_000
 EACH_PERIOD = [
-    '/clock', '/joint_states', '/joint_reference', '/ground_truth/odom', '/ground_truth/imu',
-    '/ground_truth/soles', '/imu/data_raw', '/ankle_controller/correction',
+    '/clock',
+    '/joint_states',
+    '/joint_reference',
+    '/ground_truth/odom',
+    '/ground_truth/imu',
+    '/ground_truth/soles',
+    '/imu/data_raw',
+    '/ankle_controller/correction',
     '/hip_controller/correction',
-    *(f'/{group}/{side}_{part}' for group in ('ground_truth/contact', 'foot_force')
-      for side in ('left', 'right') for part in ('toe', 'heel'))]
+    *(
+        f'/{group}/{side}_{part}'
+        for group in ('ground_truth/contact', 'foot_force')
+        for side in ('left', 'right')
+        for part in ('toe', 'heel')
+    ),
+]
 WEIGHT = 1.5 * 9.80665
 
 
@@ -40,18 +51,22 @@ def test_every_period_is_there_once(bag, topic):
     assert stamps == instants
 
 
-@pytest.mark.parametrize('topic', ['/outcome', '/simulator/state', '/robot_description',
-                                   '/diagnostics', '/scenario'])
+@pytest.mark.parametrize(
+    'topic', ['/outcome', '/simulator/state', '/robot_description', '/diagnostics', '/scenario']
+)
 def test_topics_without_a_rate_are_there(bag, topic):
     assert bag[topic]
 
 
 def test_feet_carry_the_weight(bag):
-    sensors = [bag[f'/foot_force/{side}_{part}'] for side in ('left', 'right')
-               for part in ('toe', 'heel')]
-    sums = [sum(message.wrench.force.z for _, message in instant)
-            for instant in zip(*sensors, strict=False)]
-    settled = sums[-len(sums) // 4:]  # the sensors take half a second
+    sensors = [
+        bag[f'/foot_force/{side}_{part}'] for side in ('left', 'right') for part in ('toe', 'heel')
+    ]
+    sums = [
+        sum(message.wrench.force.z for _, message in instant)
+        for instant in zip(*sensors, strict=False)
+    ]
+    settled = sums[-len(sums) // 4 :]  # the sensors take half a second
     assert sum(settled) / len(settled) == pytest.approx(WEIGHT, rel=0.02)
 
 
@@ -63,7 +78,7 @@ def test_imu_says_what_it_does_not_measure(bag):
 
 
 def test_scenario_in_the_bag_is_the_one_that_ran(bag, standing):
-    (_, message), = bag['/scenario']
+    ((_, message),) = bag['/scenario']
     assert message.data == (standing.folder / 'scenario.yaml').read_text()
     stored = scenarios.parse(message.data, 'bag', 'stored')
     assert stored.table('gait').motion == 'stand'
@@ -96,8 +111,17 @@ def stopped_recorder(in_background, tmp_path):
 
     def start(timeout):
         folder = tmp_path / 'run'
-        process = in_background('run', 'stand_0deg', '--processes', '--duration', 600, '--out',
-                                folder, '--set', f'simulator.lockstep_timeout={timeout}')
+        process = in_background(
+            'run',
+            'stand_0deg',
+            '--processes',
+            '--duration',
+            600,
+            '--out',
+            folder,
+            '--set',
+            f'simulator.lockstep_timeout={timeout}',
+        )
         with joined(folder) as node:
             wait_until(node, seconds=1.0)
         nodes = children(process)
@@ -123,18 +147,27 @@ def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
     end = {pair.key: pair.value for pair in state.values}['time_ns']
     for topic in EACH_PERIOD:
         assert [stamp_ns(message) for _, message in bag[topic]] == list(
-            range(0, int(end) + 1, PERIOD_NS))
+            range(0, int(end) + 1, PERIOD_NS)
+        )
 
 
 def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
     process, folder, nodes = stopped_recorder(5.0)
-    wait_for(lambda: not nodes['simulator'].is_running() or
-             nodes['simulator'].status() == psutil.STATUS_ZOMBIE, 'the simulator to end')
+    wait_for(
+        lambda: (
+            not nodes['simulator'].is_running()
+            or nodes['simulator'].status() == psutil.STATUS_ZOMBIE
+        ),
+        'the simulator to end',
+    )
     nodes['recorder'].send_signal(signal.SIGCONT)
     result = finish(process, folder)
     assert result.code == 1
-    assert re.search(r'nothing more was heard whole by recorder after t = \d+\.\d{3} s within 5 s '
-                     'of wall time', result.err)
+    assert re.search(
+        r'nothing more was heard whole by recorder after t = \d+\.\d{3} s within 5 s '
+        'of wall time',
+        result.err,
+    )
     assert len(read_bag(folder / 'bag')['/clock']) > 10, 'what was heard must be kept'
 
 

@@ -18,6 +18,7 @@ from tests.graph.test_live import children
 def call(node, kind, name, request):
     import rclpy
     from rclpy.executors import SingleThreadedExecutor
+
     service = node.create_client(kind, name)
     assert service.wait_for_service(20.0)
     executor = SingleThreadedExecutor(context=node.context)
@@ -29,9 +30,11 @@ def call(node, kind, name, request):
 
 def test_reset_is_a_fresh_run(in_background, tmp_path):
     from std_srvs.srv import Trigger
+
     duration = ('--duration', '6')
-    process = in_background('run', 'stand_0deg', '--one-process', '--no-record', *duration,
-                            '--out', tmp_path / 'run')
+    process = in_background(
+        'run', 'stand_0deg', '--one-process', '--no-record', *duration, '--out', tmp_path / 'run'
+    )
     with joined(tmp_path / 'run') as node:
         wait_until(node, seconds=0.5)
         assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
@@ -44,9 +47,11 @@ def test_reset_is_a_fresh_run(in_background, tmp_path):
 def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background, tmp_path):
     from geometry_msgs.msg import WrenchStamped
     from std_srvs.srv import SetBool
+
     folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--one-process', '--out', folder,
-                            '--duration', '600')
+    process = in_background(
+        'run', 'stand_0deg', '--one-process', '--out', folder, '--duration', '600'
+    )
     with joined(folder) as node:
         wait_until(node, seconds=1.0)
         paused = call(node, SetBool, 'simulator/pause', SetBool.Request(data=True))
@@ -64,7 +69,7 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background,
     bag = read_bag(folder / 'bag')
     _, outcome = bag['/outcome'][-1]
     assert outcome.message == 'fell', 'a push of 30 N for 0.1 s topples the robot'
-    (pushed_at, message), = bag['/push']
+    ((pushed_at, message),) = bag['/push']
     assert message.wrench.force.x == -30.0
     rates = [(time_ns, m.angular_velocity.y) for time_ns, m in bag['/ground_truth/imu']]
     before = max(abs(rate) for time_ns, rate in rates if 0.5e9 < time_ns <= pushed_at)
@@ -74,15 +79,30 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background,
 
 def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background, tmp_path):
     folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--processes', '--realtime', '--out', folder,
-                            '--duration', '7', '--set', 'ankle_controller.enabled=true')
+    process = in_background(
+        'run',
+        'stand_0deg',
+        '--processes',
+        '--realtime',
+        '--out',
+        folder,
+        '--duration',
+        '7',
+        '--set',
+        'ankle_controller.enabled=true',
+    )
     wait_until_running(folder)
     os.kill(children(process)['ankle_controller'].pid, signal.SIGSTOP)
     ended = finish(process, folder)
     assert ended.code == 0, ended.err
     bag = read_bag(folder / 'bag')
-    values = {pair.key: pair.value for _, array in bag['/diagnostics'] for status in array.status
-              if status.name == 'simulator' for pair in status.values}
+    values = {
+        pair.key: pair.value
+        for _, array in bag['/diagnostics']
+        for status in array.status
+        if status.name == 'simulator'
+        for pair in status.values
+    }
     assert values['sync'] == 'realtime'
     assert int(values['stale_corrections']) > 100
     assert '"end": "duration"' in (folder / 'outcome.json').read_text()

@@ -8,9 +8,21 @@ from tests.graph.conftest import khr, read_bag, wait_until_running
 from tests.graph.test_live import interrupt
 
 # Fast ground and low thresholds: all three stages in two seconds.
-QUICK = ['stand_tilting_staged', '--duration', 1.95, *(text for change in (
-    'simulator.inclination_rate_deg_s=2.0', 'stage.ankle_above_deg=0.2',
-    'stage.hip_above_deg=1.0', 'stage.ramp_time=0.2') for text in ('--set', change))]
+QUICK = [
+    'stand_tilting_staged',
+    '--duration',
+    1.95,
+    *(
+        text
+        for change in (
+            'simulator.inclination_rate_deg_s=2.0',
+            'stage.ankle_above_deg=0.2',
+            'stage.hip_above_deg=1.0',
+            'stage.ramp_time=0.2',
+        )
+        for text in ('--set', change)
+    ),
+]
 PERIODS = 131  # of 15 ms in 1.95 s, the instant 0 included
 
 
@@ -23,8 +35,9 @@ def runs(tmp_path_factory):
     folder = tmp_path_factory.mktemp('runs')
     found = {}
     for way in ('--offline', '--one-process', '--processes'):
-        found[way] = khr('run', *QUICK, way, '--out', folder / way.strip('-'),
-                         folder=folder / way.strip('-'))
+        found[way] = khr(
+            'run', *QUICK, way, '--out', folder / way.strip('-'), folder=folder / way.strip('-')
+        )
         assert found[way].code == 0, found[way].err
     return found
 
@@ -36,21 +49,34 @@ def test_offline_one_process_and_ten_give_the_same_bits(runs):
 @pytest.mark.parametrize('way', ['--one-process', '--processes'])
 def test_the_bag_has_the_stage_of_every_period_and_every_change(runs, way):
     bag = runs[way].bag()
-    stages = [(stamp_ns(message), dict(zip(message.name, message.position, strict=True)))
-              for _, message in bag['/stage']]
+    stages = [
+        (stamp_ns(message), dict(zip(message.name, message.position, strict=True)))
+        for _, message in bag['/stage']
+    ]
     assert [stamp for stamp, _ in stages] == [i * 15_000_000 for i in range(PERIODS)]
-    entered = [(0, 1), *((stamp, after['stage']) for (_, before), (stamp, after)
-                         in pairwise(stages) if before['stage'] != after['stage'])]
+    entered = [
+        (0, 1),
+        *(
+            (stamp, after['stage'])
+            for (_, before), (stamp, after) in pairwise(stages)
+            if before['stage'] != after['stage']
+        ),
+    ]
     assert [number for _, number in entered] == [1, 2, 3]
-    told = [(stamp_ns(message), int({pair.key: pair.value for pair in status.values}['stage']))
-            for _, message in bag['/stage/changes'] for status in message.status]
+    told = [
+        (stamp_ns(message), int({pair.key: pair.value for pair in status.values}['stage']))
+        for _, message in bag['/stage/changes']
+        for status in message.status
+    ]
     assert told == entered
 
 
 def test_a_control_below_its_stage_says_nothing_but_zero(runs):
     bag = runs['--processes'].bag()
-    shares = {stamp_ns(message): dict(zip(message.name, message.position, strict=True))
-              for _, message in bag['/stage']}
+    shares = {
+        stamp_ns(message): dict(zip(message.name, message.position, strict=True))
+        for _, message in bag['/stage']
+    }
     for node in ('ankle_controller', 'hip_controller'):
         corrections = bag[f'/{node}/correction']
         assert len(corrections) == PERIODS
@@ -66,9 +92,18 @@ def test_without_stages_there_is_no_stage_node(standing):
 
 def test_a_stage_is_set_while_the_graph_runs(in_background, tmp_path):
     folder = tmp_path / 'run'
-    run = in_background('run', 'stand_tilting_staged', '--duration', 600, '--out', folder,
-                        '--set', 'simulator.inclination_rate_deg_s=0', '--set',
-                        'stage.mode=fixed')
+    run = in_background(
+        'run',
+        'stand_tilting_staged',
+        '--duration',
+        600,
+        '--out',
+        folder,
+        '--set',
+        'simulator.inclination_rate_deg_s=0',
+        '--set',
+        'stage.mode=fixed',
+    )
     run.folder = folder
     domain = wait_until_running(folder)
     assert khr('set', 'stage', 'fixed_stage', '2', '--domain', domain).code == 0

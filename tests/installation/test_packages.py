@@ -4,21 +4,34 @@ import os
 import shutil
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
-from khr_bringup.tables import PACKAGES
+from khr_bringup.node_registry import PACKAGES
+from tests import ROOT
 
-ROOT = Path(__file__).parents[2]
-NAMES = ['khr_common', 'khr_sim', 'khr_balance', 'khr_analysis', 'khr_bringup']
+NAMES = [
+    'khr_common',
+    'khr_sim',
+    'khr_balance',
+    'khr_analysis',
+    'khr_bringup',
+    'khr_experiments',
+    'khr_report',
+    'khr_cli',
+]
 
 
 def environment(**extra):
     """Return an environment without what pytest or this checkout put on the path."""
-    kept = {key: value for key, value in os.environ.items()
-            if key not in ('PYTHONPATH', 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE')}
+    kept = {
+        key: value
+        for key, value in os.environ.items()
+        if key not in ('PYTHONPATH', 'LD_LIBRARY_PATH', '_ROS_WHEELS_BOOTSTRAP_COMPLETE')
+    }
     return {**kept, 'PATH': f'{Path(sys.executable).parent}:{kept["PATH"]}', **extra}
 
 
@@ -31,7 +44,9 @@ def check_prefix(prefix, name):
             assert os.access(executable, os.X_OK), executable
     if name == 'khr_bringup':
         assert (prefix / 'share' / name / 'launch' / 'balance.launch.py').is_file()
-        assert (prefix / 'share' / name / 'config' / 'walk_7.68deg_ka12.yaml').is_file()
+        assert (
+            prefix / 'share' / name / 'config' / 'scenarios' / 'walk_7.68deg_ka12.yaml'
+        ).is_file()
     if name == 'khr_sim':
         assert (prefix / 'share' / name / 'urdf' / 'khr3hv.urdf').is_file()
 
@@ -43,8 +58,7 @@ def test_manifest_is_format_3_and_agrees_with_setup(name):
     assert manifest.findtext('name') == name
     assert manifest.findtext('license') == 'Apache-2.0'
     assert manifest.findtext('export/build_type') == 'ament_python'
-    assert f"version='{manifest.findtext('version')}'" in (
-        ROOT / 'src' / name / 'setup.py').read_text()
+    assert manifest.findtext('version') == version(name)
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -54,34 +68,67 @@ def test_pip_environment_has_the_ament_entries(name):
 
 
 def test_index_finds_the_packages_of_the_pip_environment():
-    code = ('from ament_index_python.packages import get_package_share_directory as share;'
-            f'print([share(name) for name in {NAMES}])')
-    result = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True,
-                            env=environment(AMENT_PREFIX_PATH=sys.prefix), check=False)
+    code = (
+        'from ament_index_python.packages import get_package_share_directory as share;'
+        f'print([share(name) for name in {NAMES}])'
+    )
+    result = subprocess.run(
+        [sys.executable, '-c', code],
+        capture_output=True,
+        text=True,
+        env=environment(AMENT_PREFIX_PATH=sys.prefix),
+        check=False,
+    )
     assert result.returncode == 0, result.stderr
     assert str(Path(sys.prefix) / 'share' / 'khr_sim') in result.stdout
 
 
 def test_colcon_builds_and_a_node_runs_from_the_overlay(tmp_path):
     for name in NAMES:  # a copy, so that a build of the checkout is left alone
-        shutil.copytree(ROOT / 'src' / name, tmp_path / 'src' / name, symlinks=False,
-                        ignore=shutil.ignore_patterns('build', '*.egg-info', '__pycache__'))
-    built = subprocess.run(['colcon', 'build', '--event-handlers', 'console_direct+'],
-                           cwd=tmp_path, env=environment(), capture_output=True, text=True,
-                           check=False)
+        shutil.copytree(
+            ROOT / 'src' / name,
+            tmp_path / 'src' / name,
+            symlinks=False,
+            ignore=shutil.ignore_patterns('build', '*.egg-info', '__pycache__'),
+        )
+    built = subprocess.run(
+        ['colcon', 'build', '--event-handlers', 'console_direct+'],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert built.returncode == 0, built.stdout + built.stderr
     for name in NAMES:
         check_prefix(tmp_path / 'install' / name, name)
     gait = subprocess.run(
-        ['bash', '-c', '. install/setup.bash && timeout -s INT 90 install/khr_balance/lib/'
-         'khr_balance/gait --ros-args -p motion:=run'],
-        cwd=tmp_path, env=environment(), capture_output=True, text=True, check=False)
+        [
+            'bash',
+            '-c',
+            '. install/setup.bash && timeout -s INT 90 install/khr_balance/lib/'
+            'khr_balance/gait --ros-args -p motion:=run',
+        ],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert gait.returncode == 2
     assert 'stand | walk | leg_lift' in gait.stderr
     where = subprocess.run(
-        ['bash', '-c', '. install/setup.bash && python3 -c "import khr_balance; '
-         'print(khr_balance.__file__)"'], cwd=tmp_path, env=environment(), capture_output=True,
-        text=True, check=False)
+        [
+            'bash',
+            '-c',
+            '. install/setup.bash && python3 -c "import khr_balance; print(khr_balance.__file__)"',
+        ],
+        cwd=tmp_path,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
     assert str(tmp_path / 'install') in where.stdout, where.stderr
 
 

@@ -73,8 +73,10 @@ class Walks:
     def __post_init__(self) -> None:
         shortest = min((record.rate.size for record in self.records), default=0)
         if shortest < round(2.0 * self.treatment.cycle_period / self.control_period):
-            raise AnalysisError(f'records: {len(self.records)} of at least {shortest} samples are '
-                                'not accepted; accepted: one or more of two whole cycles or more')
+            raise AnalysisError(
+                f'records: {len(self.records)} of at least {shortest} samples are '
+                'not accepted; accepted: one or more of two whole cycles or more'
+            )
 
     @cached_property
     def cycles(self) -> int:
@@ -86,8 +88,11 @@ class Walks:
     def spectra(self) -> tuple[Spectrum, ...]:
         """Return the spectrum of every record over the whole cycles."""
         parameters = FftAnalyserParameters(
-            control_period=self.control_period, max_frequency=HIGHEST, peak_count=50,
-            peak_threshold=0.0)
+            control_period=self.control_period,
+            max_frequency=HIGHEST,
+            peak_count=50,
+            peak_threshold=0.0,
+        )
         size = round(self.cycles * self.treatment.cycle_period / self.control_period)
         return tuple(spectrum(record.rate[:size], parameters) for record in self.records)
 
@@ -104,7 +109,7 @@ class Walks:
     @cached_property
     def amplitude(self) -> Array:
         """Return the root mean square of the amplitudes over the seeds, rad/s, (n,)."""
-        return np.asarray(np.sqrt(np.mean(self.amplitudes ** 2, axis=0)))
+        return np.asarray(np.sqrt(np.mean(self.amplitudes**2, axis=0)))
 
     @cached_property
     def between(self) -> NDArray[np.bool_]:
@@ -157,8 +162,10 @@ class Walks:
         cycle to cycle.
         """
         speeds = [np.gradient(record.slip, self.control_period) for record in self.records]
-        rate, slip = (self._cycle_parts(frequency, signals) for signals in
-                      ([record.rate for record in self.records], speeds))
+        rate, slip = (
+            self._cycle_parts(frequency, signals)
+            for signals in ([record.rate for record in self.records], speeds)
+        )
         rate, slip = (parts - parts.mean(axis=1, keepdims=True) for parts in (rate, slip))
         powers = float(np.sum(np.abs(rate) ** 2) * np.sum(np.abs(slip) ** 2))
         freedom = len(self.records) * (self.cycles - 1)

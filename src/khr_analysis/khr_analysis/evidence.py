@@ -87,31 +87,43 @@ def ratio(reference: Array, changed: Array, tests: int = 1) -> Ratio:
     if min(len(first), len(second)) < 2 or first.std() + second.std() == 0.0:
         return Ratio(value, np.nan, np.nan)
     interval = stats.ttest_ind(second, first, equal_var=False).confidence_interval(
-        1.0 - 0.05 / tests)
+        1.0 - 0.05 / tests
+    )
     return Ratio(value, float(np.exp(interval.low)), float(np.exp(interval.high)))
 
 
-def _pairs(peak: TracedPeak, base: Walks, others: Sequence[Walks], differ: set[str],
-           accept: Callable[[Treatment, Treatment], bool] = lambda *_: True,
-           ) -> list[tuple[Walks, Walks]]:
+def _pairs(
+    peak: TracedPeak,
+    base: Walks,
+    others: Sequence[Walks],
+    differ: set[str],
+    accept: Callable[[Treatment, Treatment], bool] = lambda *_: True,
+) -> list[tuple[Walks, Walks]]:
     """Return walks and those that differ from them in these fields alone.
 
     The walks to compare with are the base, or, if it has no counterpart, those nearest to it that
     still show the peak.
     """
     level = LEFT * peak.in_walks(base).mean()
-    found = [(len(_different(base, reference)), reference, other)
-             for reference in (base, *others) if peak.in_walks(reference).mean() >= level
-             for other in others
-             if set(_different(reference, other)) and set(_different(reference, other)) <= differ
-             and accept(reference.treatment, other.treatment)]
+    found = [
+        (len(_different(base, reference)), reference, other)
+        for reference in (base, *others)
+        if peak.in_walks(reference).mean() >= level
+        for other in others
+        if set(_different(reference, other))
+        and set(_different(reference, other)) <= differ
+        and accept(reference.treatment, other.treatment)
+    ]
     nearest = min((distance for distance, _, _ in found), default=0)
     return [(reference, other) for distance, reference, other in found if distance == nearest]
 
 
 def _different(one: Walks, other: Walks) -> list[str]:
-    return [each.name for each in fields(Treatment)
-            if getattr(one.treatment, each.name) != getattr(other.treatment, each.name)]
+    return [
+        each.name
+        for each in fields(Treatment)
+        if getattr(one.treatment, each.name) != getattr(other.treatment, each.name)
+    ]
 
 
 def _controlled(treatment: Treatment) -> bool:
@@ -122,54 +134,69 @@ def _place(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     order = base.order(peak.frequency)
     if peak.line is not None:
         return Evidence('place', frozenset({'gait'}), f'on line {peak.line} of the cycle')
-    return Evidence('place', frozenset({'feedback', 'slipping'}),
-                    f'between the lines, n = {order:.2f}')
+    return Evidence(
+        'place', frozenset({'feedback', 'slipping'}), f'between the lines, n = {order:.2f}'
+    )
 
 
 def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it stays at its number n, or at its frequency, when the cycle changes."""
     said: list[Literal['n', 'Hz', '']] = []
     for reference, other in _pairs(peak, base, others, {'cycle_period'}):
-        moved = (peak.frequency * reference.treatment.cycle_period
-                 / other.treatment.cycle_period)
+        moved = peak.frequency * reference.treatment.cycle_period / other.treatment.cycle_period
         if abs(moved - peak.frequency) < 1.5 * peak.spacing:
             continue
         least = LEFT * peak.in_walks(reference).mean()
         reach = 1.5 * peak.spacing
-        scaled = (other.at_line(peak.line) if peak.line is not None
-                  else other.strongest_between(moved - reach, moved + reach)[1]).mean() >= least
-        fixed = other.strongest_between(peak.frequency - reach,
-                                        peak.frequency + reach)[1].mean() >= least
+        scaled = (
+            other.at_line(peak.line)
+            if peak.line is not None
+            else other.strongest_between(moved - reach, moved + reach)[1]
+        ).mean() >= least
+        fixed = (
+            other.strongest_between(peak.frequency - reach, peak.frequency + reach)[1].mean()
+            >= least
+        )
         said.append('' if scaled == fixed else 'n' if scaled else 'Hz')
     if not said:
         return None
     if set(said) == {'n'}:
         return Evidence('cycle', frozenset({'gait'}), 'stays at its n with another cycle')
     if set(said) == {'Hz'}:
-        return Evidence('cycle', frozenset({'feedback', 'slipping'}),
-                        'stays at its frequency with another cycle')
+        return Evidence(
+            'cycle',
+            frozenset({'feedback', 'slipping'}),
+            'stays at its frequency with another cycle',
+        )
     return Evidence('cycle', frozenset(), 'another cycle does not tell whether n or Hz stays')
 
 
 def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it changes with the gains, and how."""
-    pairs = _pairs(peak, base, others, set(GAINS),
-                   lambda one, other: _controlled(one) and _controlled(other))
+    pairs = _pairs(
+        peak, base, others, set(GAINS), lambda one, other: _controlled(one) and _controlled(other)
+    )
     if not pairs:
         return None
-    found = [(other.label, ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs)))
-             for reference, other in pairs]
+    found = [
+        (other.label, ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs)))
+        for reference, other in pairs
+    ]
     words = ', '.join(f'{label} {each.words}' for label, each in found)
     if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for _, each in found):
         return Evidence('gain', frozenset({'feedback'}), f'comes or goes with the gain: {words}')
     if any(each.changed for _, each in found):
-        speaks: frozenset[Origin] = frozenset() if peak.line is not None else frozenset(
-            {'feedback'})
+        speaks: frozenset[Origin] = (
+            frozenset() if peak.line is not None else frozenset({'feedback'})
+        )
         return Evidence('gain', speaks, f'grows or shrinks with the gain: {words}')
     if not any(np.isfinite(each.low) for _, each in found):
         return Evidence('gain', frozenset(), f'one seed tells no scatter: {words}')
-    return Evidence('gain', frozenset({'gait', 'slipping'}),
-                    f'the gain does not matter beyond the seeds: {words}')
+    return Evidence(
+        'gain',
+        frozenset({'gait', 'slipping'}),
+        f'the gain does not matter beyond the seeds: {words}',
+    )
 
 
 def _feedback(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -177,25 +204,48 @@ def _feedback(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidenc
     without = frozenset[Origin]({'gait', 'slipping'})
     if not _controlled(base.treatment):
         return Evidence('no feedback', without, 'there is no feedback')
-    return _absent(peak, _pairs(peak, base, others, set(GAINS),
-                                lambda one, other: _controlled(one) and not _controlled(other)),
-                   'no feedback', 'without feedback', frozenset({'feedback'}), without)
+    return _absent(
+        peak,
+        _pairs(
+            peak,
+            base,
+            others,
+            set(GAINS),
+            lambda one, other: _controlled(one) and not _controlled(other),
+        ),
+        'no feedback',
+        'without feedback',
+        frozenset({'feedback'}),
+        without,
+    )
 
 
 def _grip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it is there on ground that does not let the soles slip."""
-    return _absent(peak, _pairs(peak, base, others, {'friction'},
-                                lambda one, other: other.friction > one.friction),
-                   'no slipping', 'with more friction', frozenset({'slipping'}),
-                   frozenset({'gait', 'feedback'}))
+    return _absent(
+        peak,
+        _pairs(peak, base, others, {'friction'}, lambda one, other: other.friction > one.friction),
+        'no slipping',
+        'with more friction',
+        frozenset({'slipping'}),
+        frozenset({'gait', 'feedback'}),
+    )
 
 
-def _absent(peak: TracedPeak, pairs: list[tuple[Walks, Walks]], experiment: str, words: str,
-            if_vanished: frozenset[Origin], if_not: frozenset[Origin]) -> Evidence | None:
+def _absent(
+    peak: TracedPeak,
+    pairs: list[tuple[Walks, Walks]],
+    experiment: str,
+    words: str,
+    if_vanished: frozenset[Origin],
+    if_not: frozenset[Origin],
+) -> Evidence | None:
     if not pairs:
         return None
-    found = [ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs))
-             for reference, other in pairs]
+    found = [
+        ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs))
+        for reference, other in pairs
+    ]
     text = f'{words} {", ".join(each.words for each in found)}'
     if any(each.vanished for each in found):
         return Evidence(experiment, if_vanished, f'vanishes {text}')
@@ -214,4 +264,10 @@ def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
 
 
 EXPERIMENTS: tuple[Callable[[TracedPeak, Walks, Sequence[Walks]], Evidence | None], ...] = (
-    _place, _cycle, _gain, _feedback, _grip, _slip)
+    _place,
+    _cycle,
+    _gain,
+    _feedback,
+    _grip,
+    _slip,
+)

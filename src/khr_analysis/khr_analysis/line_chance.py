@@ -45,8 +45,9 @@ def places(frequencies: Sequence[float], cycle_period: float, error: float) -> P
         raise AnalysisError('frequencies: none is not accepted; accepted: one or more')
     orders = tuple(frequency * cycle_period for frequency in frequencies)
     distances = tuple(abs(order - round(order)) for order in orders)
-    return Places(orders, distances, sum_of_uniform(len(orders), 2.0 * sum(distances)),
-                  error * cycle_period)
+    return Places(
+        orders, distances, sum_of_uniform(len(orders), 2.0 * sum(distances)), error * cycle_period
+    )
 
 
 def chance_within(distance: float) -> float:
@@ -56,6 +57,8 @@ def chance_within(distance: float) -> float:
 
 def sum_of_uniform(count: int, value: float) -> float:
     """Return how probably numbers drawn from 0 to 1 sum up to ``value`` at most (Irwin, Hall)."""
-    terms = sum((-1) ** k * comb(count, k) * (value - k) ** count
-                for k in range(floor(min(value, count)) + 1))
+    terms = sum(
+        (-1) ** k * comb(count, k) * (value - k) ** count
+        for k in range(floor(min(value, count)) + 1)
+    )
     return float(min(1.0, max(0.0, terms / factorial(count))))

@@ -18,10 +18,12 @@ from khr_analysis.evidence import EXPERIMENTS, Array, Evidence, Origin, TracedPe
 Sureness = Literal['high', 'medium', 'low']
 
 PEAKS_PER_CYCLE = 4  # f_0 = 4/T
-RULE = ('high: at least four experiments speak for the label, none against, and averaging over '
-        'cycles agrees; medium: at least three for, and one of these conditions short of high; '
-        'low: anything less, or an amplitude whose interval over the seeds holds 0; one seed has '
-        'no interval and is short of high')
+RULE = (
+    'high: at least four experiments speak for the label, none against, and averaging over '
+    'cycles agrees; medium: at least three for, and one of these conditions short of high; '
+    'low: anything less, or an amplitude whose interval over the seeds holds 0; one seed has '
+    'no interval and is short of high'
+)
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,9 @@ def origins(base: Walks, others: Sequence[Walks], threshold: float = 0.1) -> tup
     """
     height = base.amplitude
     inner = height[1:-1]
-    places = 1 + np.flatnonzero((inner > height[:-2]) & (inner >= height[2:])
-                                & (inner >= threshold * height[1:].max()))
+    places = 1 + np.flatnonzero(
+        (inner > height[:-2]) & (inner >= height[2:]) & (inner >= threshold * height[1:].max())
+    )
     return tuple(_label(_peak(base, int(place)), base, others) for place in places)
 
 
@@ -77,8 +80,12 @@ def _peak(base: Walks, place: int) -> TracedPeak:
     spacing = float(base.frequency[1])
     if not base.between[place]:
         return TracedPeak(float(base.frequency[place]), place // base.cycles, spacing)
-    near = [peak.frequency for each in base.spectra for peak in each.peaks
-            if abs(peak.frequency - base.frequency[place]) <= spacing]
+    near = [
+        peak.frequency
+        for each in base.spectra
+        for peak in each.peaks
+        if abs(peak.frequency - base.frequency[place]) <= spacing
+    ]
     frequency = float(np.median(near)) if near else float(base.frequency[place])
     return TracedPeak(frequency, None, spacing)
 
@@ -89,18 +96,32 @@ def _label(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Line:
     locked = base.locked_share(peak.frequency)
     votes: dict[Origin, int] = {
         origin: sum(origin in each.speaks_for for each in evidence)
-        for origin in ('gait', 'feedback', 'slipping')}
+        for origin in ('gait', 'feedback', 'slipping')
+    }
     most = max(votes.values())
     leaders = [origin for origin, count in votes.items() if count == most]
     origin = leaders[0] if len(leaders) == 1 else None
     against = sum(bool(each.speaks_for) for each in evidence) - most
     amplitudes = peak.in_walks(base)
     low, high = _interval(amplitudes)
-    return Line(peak.frequency, base.order(peak.frequency), float(amplitudes.mean()), low, high,
-                origin, _words(origin, peak, base),
-                _sure(origin, most, against, (locked >= 0.5) == (origin == 'gait'),
-                      None if np.isnan(low) else low <= 0.0),
-                locked, evidence)
+    return Line(
+        peak.frequency,
+        base.order(peak.frequency),
+        float(amplitudes.mean()),
+        low,
+        high,
+        origin,
+        _words(origin, peak, base),
+        _sure(
+            origin,
+            most,
+            against,
+            (locked >= 0.5) == (origin == 'gait'),
+            None if np.isnan(low) else low <= 0.0,
+        ),
+        locked,
+        evidence,
+    )
 
 
 def _interval(values: Array) -> tuple[float, float]:
@@ -110,8 +131,9 @@ def _interval(values: Array) -> tuple[float, float]:
     return float(values.mean()) - half, float(values.mean()) + half
 
 
-def _sure(origin: Origin | None, votes: int, against: int, checked: bool,
-          scattered: bool | None) -> Sureness:
+def _sure(
+    origin: Origin | None, votes: int, against: int, checked: bool, scattered: bool | None
+) -> Sureness:
     short = (votes < 4) + against + (not checked) + (scattered is None)
     if origin is None or scattered or votes < 3 or short > 1:
         return 'low'

@@ -21,26 +21,57 @@ class MonitorParameters:
     """The parameter table of the monitor."""
 
     fall_tilt_deg: float = parameter(
-        45.0, 'Angle between torso and vertical from which on the robot has fallen; it cannot '
-        'recover from a third of it.', unit='deg', minimum=5.0, maximum=90.0)
+        45.0,
+        'Angle between torso and vertical from which on the robot has fallen; it cannot '
+        'recover from a third of it.',
+        unit='deg',
+        minimum=5.0,
+        maximum=90.0,
+    )
     fall_height: float = parameter(
-        0.5, 'Height of the torso above the lower sole, over that at the start, below which the '
-        'robot has fallen.', minimum=0.0, maximum=1.0)
+        0.5,
+        'Height of the torso above the lower sole, over that at the start, below which the '
+        'robot has fallen.',
+        minimum=0.0,
+        maximum=1.0,
+    )
     walk_distance: float = parameter(
-        0.1, 'Way along the surface from which on the robot has walked.', unit='m',
-        minimum=0.001, maximum=10.0)
+        0.1,
+        'Way along the surface from which on the robot has walked.',
+        unit='m',
+        minimum=0.001,
+        maximum=10.0,
+    )
     step_slip: float = parameter(
-        0.014, 'Slide of one sole in one time on the ground from which on the robot has slipped; '
-        'the default is a quarter of its step of 56 mm.', unit='m', minimum=0.0001, maximum=1.0)
+        0.014,
+        'Slide of one sole in one time on the ground from which on the robot has slipped; '
+        'the default is a quarter of its step of 56 mm.',
+        unit='m',
+        minimum=0.0001,
+        maximum=1.0,
+    )
     load_threshold: float = parameter(
-        1.0, 'Normal force on a sole from which on it is loaded.', unit='N',
-        minimum=0.0, maximum=100.0)
+        1.0,
+        'Normal force on a sole from which on it is loaded.',
+        unit='N',
+        minimum=0.0,
+        maximum=100.0,
+    )
     vibration_frequency: float = parameter(
-        4.0, 'Corner above which the pitch rate counts as vibration.', unit='Hz',
-        minimum=0.1, maximum=15.0)
+        4.0,
+        'Corner above which the pitch rate counts as vibration.',
+        unit='Hz',
+        minimum=0.1,
+        maximum=15.0,
+    )
     control_period: float = parameter(
-        0.015, 'Period of the samples, that of the simulator.', unit='s',
-        minimum=0.001, maximum=0.03, read_only=True)
+        0.015,
+        'Period of the samples, that of the simulator.',
+        unit='s',
+        minimum=0.001,
+        maximum=0.03,
+        read_only=True,
+    )
 
 
 class Observation(Protocol):
@@ -135,14 +166,24 @@ class OutcomeMonitor:
         """
         if self._outcome is not None and self._outcome.final:
             return self._outcome
-        place, turn, rates, soles, turns, contacts = map(_plain, (
-            seen.position, seen.orientation, seen.angular_rate, seen.sole_position,
-            seen.sole_orientation, seen.contact_force))
+        place, turn, rates, soles, turns, contacts = map(
+            _plain,
+            (
+                seen.position,
+                seen.orientation,
+                seen.angular_rate,
+                seen.sole_position,
+                seen.sole_orientation,
+                seen.contact_force,
+            ),
+        )
         up = _up(turn)
         height, rate = place[2] - min(sole[2] for sole in soles), rates[1]
         if not all(map(isfinite, (*up, height, rate))):
-            raise AnalysisError(f'observation: orientation {seen.orientation}, height {height} m, '
-                                f'pitch rate {rate} rad/s are not accepted; accepted: finite')
+            raise AnalysisError(
+                f'observation: orientation {seen.orientation}, height {height} m, '
+                f'pitch rate {rate} rad/s are not accepted; accepted: finite'
+            )
         if self._start is None:
             self._start = _Start(place, height, *matrix(turns[0]).T.tolist()[:2])
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
@@ -155,20 +196,38 @@ class OutcomeMonitor:
         self._outcome = self._judge(seen.stamp_ns / 1e9, place, self._start, up[2], height)
         return self._outcome
 
-    def _judge(self, time: float, place: Vector, start: _Start, upright: float,
-               height: float) -> Outcome:
+    def _judge(
+        self, time: float, place: Vector, start: _Start, upright: float, height: float
+    ) -> Outcome:
         own = self.parameters
-        fallen = (upright < cos(radians(own.fall_tilt_deg))
-                  or height < own.fall_height * start.height)
-        forward, leftward = (dot(place, axis) - dot(start.position, axis)
-                             for axis in (start.ahead, start.left))
+        fallen = (
+            upright < cos(radians(own.fall_tilt_deg)) or height < own.fall_height * start.height
+        )
+        forward, leftward = (
+            dot(place, axis) - dot(start.position, axis) for axis in (start.ahead, start.left)
+        )
         slip = max(sole.largest for sole in self._soles)
-        verdict: Verdict = ('fell' if fallen
-                            else 'slipped' if slip > own.step_slip
-                            else 'walked' if abs(forward) > own.walk_distance else 'stood')
-        return Outcome(verdict, time, time if fallen else None, forward, leftward,
-                       self._largest_pitch, sum(sole.slip for sole in self._soles), slip,
-                       self._vibration.rms, final=fallen)
+        verdict: Verdict = (
+            'fell'
+            if fallen
+            else 'slipped'
+            if slip > own.step_slip
+            else 'walked'
+            if abs(forward) > own.walk_distance
+            else 'stood'
+        )
+        return Outcome(
+            verdict,
+            time,
+            time if fallen else None,
+            forward,
+            leftward,
+            self._largest_pitch,
+            sum(sole.slip for sole in self._soles),
+            slip,
+            self._vibration.rms,
+            final=fallen,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,8 +304,11 @@ class _Vibration:
         warped = tan(pi * parameters.vibration_frequency * parameters.control_period)
         scale = 1.0 / (1.0 + sqrt(2.0) * warped + warped * warped)
         self._b = (scale, -2.0 * scale, scale)
-        self._a = (1.0, 2.0 * (warped * warped - 1.0) * scale,
-                   (1.0 - sqrt(2.0) * warped + warped * warped) * scale)
+        self._a = (
+            1.0,
+            2.0 * (warped * warped - 1.0) * scale,
+            (1.0 - sqrt(2.0) * warped + warped * warped) * scale,
+        )
         self._first = self._second = self._sum = 0.0
         self._count = 0
 

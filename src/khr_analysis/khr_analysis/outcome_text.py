@@ -18,4 +18,5 @@ def figures(outcome: Outcome) -> dict[str, str]:
         'largest_pitch_deg': f'{degrees(outcome.largest_pitch):.2f}',
         'slip_distance_m': f'{outcome.slip_distance:.4f}',
         'largest_slip_m': f'{outcome.largest_slip:.4f}',
-        'vibration_rad_s': f'{outcome.vibration:.4f}'}
+        'vibration_rad_s': f'{outcome.vibration:.4f}',
+    }

@@ -55,8 +55,15 @@ class Peak:
     label: str
 
 
-def find_tones(transform: ComplexArray, window: Window, spacing: float, center: float,
-               count: int, floor: float, fundamental: float) -> tuple[Peak, ...]:
+def find_tones(
+    transform: ComplexArray,
+    window: Window,
+    spacing: float,
+    center: float,
+    count: int,
+    floor: float,
+    fundamental: float,
+) -> tuple[Peak, ...]:
     """Return the largest local maxima of a spectrum, read between the bins.
 
     Args:
@@ -73,19 +80,28 @@ def find_tones(transform: ComplexArray, window: Window, spacing: float, center: 
     is_peak = (inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner >= floor)
     bins = 1 + np.flatnonzero(is_peak)
     largest = bins[np.argsort(-amplitude[bins], kind='stable')][:count]
-    return tuple(_tone(transform, int(k), window, spacing, center, fundamental)
-                 for k in largest)
+    return tuple(_tone(transform, int(k), window, spacing, center, fundamental) for k in largest)
 
 
-def _tone(transform: ComplexArray, k: int, window: Window, spacing: float, center: float,
-          fundamental: float) -> Peak:
-    delta = offset(transform[k - 1:k + 2], window)
+def _tone(
+    transform: ComplexArray,
+    k: int,
+    window: Window,
+    spacing: float,
+    center: float,
+    fundamental: float,
+) -> Peak:
+    delta = offset(transform[k - 1 : k + 2], window)
     frequency = (k + delta) * spacing
     # A tone delta bins above the bin turns by 2 pi delta over the window, and the bin tells its
     # phase at the center of the window's weight.
     phase = float(np.angle(transform[k])) - 2.0 * np.pi * delta * center
-    return Peak(frequency, float(abs(transform[k])) / window.lobe(delta),
-                float(np.angle(np.exp(1j * phase))), label(frequency, fundamental, spacing))
+    return Peak(
+        frequency,
+        float(abs(transform[k])) / window.lobe(delta),
+        float(np.angle(np.exp(1j * phase))),
+        label(frequency, fundamental, spacing),
+    )
 
 
 def offset(neighbours: Sequence[complex] | ComplexArray, window: Window) -> float:

@@ -29,12 +29,16 @@ class RecorderParameters:
     """The parameter table of the recorder."""
 
     folder: str = parameter(
-        'bag', 'Folder of the rosbag2 to write; it must not exist yet.', read_only=True)
+        'bag', 'Folder of the rosbag2 to write; it must not exist yet.', read_only=True
+    )
     scenario_file: str = parameter(
-        '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True)
+        '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True
+    )
     staged: bool = parameter(
-        False, 'Whether the run has a stage node, which is then recorded from its start on.',
-        read_only=True)
+        False,
+        'Whether the run has a stage node, which is then recorded from its start on.',
+        read_only=True,
+    )
 
 
 class Recording:
@@ -56,8 +60,9 @@ class Recording:
             folder.parent.mkdir(parents=True, exist_ok=True)
             self._writer.open()
         except (WriterError, OSError) as error:
-            raise AnalysisError(f'folder: {str(folder)!r}: {error}; accepted: a new folder on a '
-                                'disk with room') from error
+            raise AnalysisError(
+                f'folder: {str(folder)!r}: {error}; accepted: a new folder on a disk with room'
+            ) from error
 
     def add_topic(self, topic: str, kind: str, latched: bool = False) -> None:
         """Add a topic of message type ``kind`` such as ``sensor_msgs/msg/Imu``.
@@ -66,10 +71,12 @@ class Recording:
             AnalysisError: if the type is not one of ROS 2 Jazzy's own.
         """
         if kind not in self._store.types:
-            raise AnalysisError(f'{topic}: type {kind} is not accepted; accepted: the message '
-                                'types of ROS 2 Jazzy')
+            raise AnalysisError(
+                f'{topic}: type {kind} is not accepted; accepted: the message types of ROS 2 Jazzy'
+            )
         self._connections[topic] = self._writer.add_connection(
-            topic, kind, typestore=self._store, offered_qos_profiles=[_qos(latched)])
+            topic, kind, typestore=self._store, offered_qos_profiles=[_qos(latched)]
+        )
         self.counts[topic] = 0
 
     def write(self, topic: str, data: bytes, time_ns: int) -> None:
@@ -100,5 +107,14 @@ class Recording:
 
 def _qos(latched: bool) -> Qos:
     durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
-    return Qos(QosHistory.KEEP_LAST, 10, QosReliability.RELIABLE, durability, _FOREVER, _FOREVER,
-               QosLiveliness.AUTOMATIC, _FOREVER, False)
+    return Qos(
+        QosHistory.KEEP_LAST,
+        10,
+        QosReliability.RELIABLE,
+        durability,
+        _FOREVER,
+        _FOREVER,
+        QosLiveliness.AUTOMATIC,
+        _FOREVER,
+        False,
+    )

@@ -51,25 +51,32 @@ def resonance(reference: Walks, changed: Walks, least: float = 2.0) -> Resonance
     first, second = (_smooth(_between(walks)) for walks in (reference, changed))
     added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
     top = int(np.argmax(added))
-    low = top - int(np.argmax(np.append(added[:top + 1][::-1] < 0.5 * added[top], True)))
+    low = top - int(np.argmax(np.append(added[: top + 1][::-1] < 0.5 * added[top], True)))
     high = top + int(np.argmax(np.append(added[top:] < 0.5 * added[top], True)))
     band = slice(low + 1, high)
     before, after = (np.sqrt(power[:, band].mean(axis=1)) for power in (first, second))
     if not after.mean() >= least * before.mean():
         return None
     line = 1.0 / reference.treatment.cycle_period
-    return Resonance((top + 0.5) * line, (low + 1) * line, high * line, float(after.mean()),
-                     float(before.mean()), bool(after.min() > before.max()))
+    return Resonance(
+        (top + 0.5) * line,
+        (low + 1) * line,
+        high * line,
+        float(after.mean()),
+        float(before.mean()),
+        bool(after.min() > before.max()),
+    )
 
 
 def _between(walks: Walks) -> Array:
     """Return the mean power from line n to line n + 1, both left out, (seeds, n)."""
     count = walks.frequency.size // walks.cycles
-    power = walks.amplitudes[:, :count * walks.cycles] ** 2
+    power = walks.amplitudes[:, : count * walks.cycles] ** 2
     return np.asarray(power.reshape(len(power), count, walks.cycles)[:, :, 1:].mean(axis=2))
 
 
 def _smooth(power: Array) -> Array:
     padded = np.pad(power, ((0, 0), (SMOOTHED // 2, SMOOTHED // 2)), mode='edge')
-    return np.asarray(np.lib.stride_tricks.sliding_window_view(padded, SMOOTHED, axis=1)
-                      .mean(axis=-1))
+    return np.asarray(
+        np.lib.stride_tricks.sliding_window_view(padded, SMOOTHED, axis=1).mean(axis=-1)
+    )

@@ -26,36 +26,61 @@ class FftAnalyserParameters:
     """
 
     window_length: float = parameter(
-        2.31, 'Length of the window, rounded to whole control periods; the default is one gait '
-        'cycle.', unit='s', minimum=0.1, maximum=60.0)
+        2.31,
+        'Length of the window, rounded to whole control periods; the default is one gait cycle.',
+        unit='s',
+        minimum=0.1,
+        maximum=60.0,
+    )
     window: str = parameter(
-        'rectangular', 'Window function. Over whole gait cycles "rectangular" puts every line of '
+        'rectangular',
+        'Window function. Over whole gait cycles "rectangular" puts every line of '
         'the gait on a bin of its own; for other lengths take "hann".',
-        choices=('rectangular', 'hann'))
+        choices=('rectangular', 'hann'),
+    )
     remove_mean: bool = parameter(True, 'Subtract the mean of the window first.')
     rate: float = parameter(
-        5.0, 'Spectra per second, once the window is full; rounded to whole control periods.',
-        unit='Hz', minimum=0.01, maximum=100.0)
+        5.0,
+        'Spectra per second, once the window is full; rounded to whole control periods.',
+        unit='Hz',
+        minimum=0.01,
+        maximum=100.0,
+    )
     max_frequency: float = parameter(
-        15.0, 'Highest frequency given.', unit='Hz', minimum=0.5, maximum=500.0)
+        15.0, 'Highest frequency given.', unit='Hz', minimum=0.5, maximum=500.0
+    )
     phase_threshold: float = parameter(
-        0.33, 'Amplitude from which on a phase is given, over the largest.',
-        minimum=0.0, maximum=1.0)
+        0.33,
+        'Amplitude from which on a phase is given, over the largest.',
+        minimum=0.0,
+        maximum=1.0,
+    )
     peak_count: int = parameter(8, 'Largest number of peaks.', minimum=1, maximum=50)
     peak_threshold: float = parameter(
-        0.1, 'Smallest peak given, over the largest amplitude.', minimum=0.0, maximum=1.0)
+        0.1, 'Smallest peak given, over the largest amplitude.', minimum=0.0, maximum=1.0
+    )
     fundamental: float = parameter(
-        4.0 / 2.31, 'f_0, four peaks per gait cycle; names the peaks.', unit='Hz',
-        minimum=0.1, maximum=20.0)
+        4.0 / 2.31,
+        'f_0, four peaks per gait cycle; names the peaks.',
+        unit='Hz',
+        minimum=0.1,
+        maximum=20.0,
+    )
     control_period: float = parameter(
-        0.015, 'Period of the samples, that of the simulator.', unit='s',
-        minimum=0.001, maximum=0.1, read_only=True)
+        0.015,
+        'Period of the samples, that of the simulator.',
+        unit='s',
+        minimum=0.001,
+        maximum=0.1,
+        read_only=True,
+    )
 
     def __post_init__(self) -> None:
         if self.size < 8:
             raise ParameterError(
                 f'window_length: {self.window_length!r} is not accepted; accepted: at least '
-                f'{8 * self.control_period:g} s, eight control periods')
+                f'{8 * self.control_period:g} s, eight control periods'
+            )
 
     @property
     def size(self) -> int:
@@ -90,8 +115,9 @@ class Spectrum:
     peaks: tuple[Peak, ...]
 
 
-def spectrum(samples: Sequence[float] | Array, parameters: FftAnalyserParameters,
-             start: float = 0.0) -> Spectrum:
+def spectrum(
+    samples: Sequence[float] | Array, parameters: FftAnalyserParameters, start: float = 0.0
+) -> Spectrum:
     """Return the spectrum of one window of any length.
 
     Args:
@@ -104,8 +130,9 @@ def spectrum(samples: Sequence[float] | Array, parameters: FftAnalyserParameters
     """
     signal = np.asarray(samples, dtype=np.float64)
     if signal.ndim != 1 or signal.size < 8 or not np.isfinite(signal).all():
-        raise AnalysisError(f'samples: shape {signal.shape} is not accepted; '
-                            f'accepted: (N,) finite numbers, N >= 8')
+        raise AnalysisError(
+            f'samples: shape {signal.shape} is not accepted; accepted: (N,) finite numbers, N >= 8'
+        )
     if parameters.remove_mean:
         signal = signal - signal.mean()
     window, size = WINDOWS[parameters.window], signal.size
@@ -121,10 +148,22 @@ def spectrum(samples: Sequence[float] | Array, parameters: FftAnalyserParameters
     phase: Array = np.angle(transform[:kept])
     phase[(amplitude < parameters.phase_threshold * largest) | (amplitude == 0.0)] = np.nan
     peaks = find_tones(
-        transform[:kept + 1], window, spacing, float(weights @ np.arange(size)) / size,
-        parameters.peak_count, parameters.peak_threshold * largest, parameters.fundamental)
-    return Spectrum(start, start + (size - 1) * parameters.control_period,
-                    spacing * np.arange(kept, dtype=np.float64), amplitude, phase, peaks)
+        transform[: kept + 1],
+        window,
+        spacing,
+        float(weights @ np.arange(size)) / size,
+        parameters.peak_count,
+        parameters.peak_threshold * largest,
+        parameters.fundamental,
+    )
+    return Spectrum(
+        start,
+        start + (size - 1) * parameters.control_period,
+        spacing * np.arange(kept, dtype=np.float64),
+        amplitude,
+        phase,
+        peaks,
+    )
 
 
 class SpectrumAnalyser:
@@ -182,6 +221,8 @@ class SpectrumAnalyser:
             return
         step, period = time - self._last, self.parameters.control_period
         if abs(step - period) > 0.1 * period:
-            self.reason = (f'{step:.4f} s between the samples at {self._last:.4f} s and '
-                           f'{time:.4f} s, not the control period of {period:.4f} s')
+            self.reason = (
+                f'{step:.4f} s between the samples at {self._last:.4f} s and '
+                f'{time:.4f} s, not the control period of {period:.4f} s'
+            )
             self._samples.clear()

@@ -21,11 +21,17 @@ class AnkleControllerParameters(FeedbackParameters):
     """The parameter table of the ankle controller."""
 
     source: str = parameter(
-        'gyro', 'What to feed back: the pitch rate, or the difference of toe and heel force.',
-        choices=('gyro', 'force'))
+        'gyro',
+        'What to feed back: the pitch rate, or the difference of toe and heel force.',
+        choices=('gyro', 'force'),
+    )
     force_scale: float = parameter(
-        0.00198, 'Output of the force sensors per newton, a calibrated constant (see the law).',
-        unit='V/N', minimum=0.0, maximum=1.0)
+        0.00198,
+        'Output of the force sensors per newton, a calibrated constant (see the law).',
+        unit='V/N',
+        minimum=0.0,
+        maximum=1.0,
+    )
 
 
 class AnkleController:
@@ -44,9 +50,13 @@ class AnkleController:
         """Take changed parameters from the next update on; the law has no state."""
         self.parameters = parameters
 
-    def update(self, time: float, pitch_rate: float | None = None,
-               foot_forces: Sequence[float] | None = None,
-               share: float | None = None) -> float:
+    def update(
+        self,
+        time: float,
+        pitch_rate: float | None = None,
+        foot_forces: Sequence[float] | None = None,
+        share: float | None = None,
+    ) -> float:
         """Return the correction of both ankle pitches in rad, positive against a forward lean.
 
         Args:
@@ -66,8 +76,9 @@ class AnkleController:
         if own.source == 'gyro':
             return shared(own, share, rate_correction(own, time, pitch_rate))
         difference = toe_heel_difference(foot_forces)
-        return shared(own, share, limited(
-            own, force_gain(own.gain, own.force_scale) * difference))  # (3.13)
+        return shared(
+            own, share, limited(own, force_gain(own.gain, own.force_scale) * difference)
+        )  # (3.13)
 
 
 def toe_heel_difference(foot_forces: Sequence[float] | None) -> float:

@@ -18,13 +18,13 @@ from khr_balance.joints import INDEX, SIDES
 Array = NDArray[np.float64]
 
 # Leg geometry in the left leg's terms (the right mirrors y), m.
-HIP_ROLL_Y = 0.017        # hip-roll and ankle-roll axes, from the midline
-LEG_PLANE_Y = 0.028       # thigh and shank, from the midline
-HIP_DROP = 0.0385         # hip roll down to hip pitch, and ankle pitch down to ankle roll
-LINK = 0.065              # thigh and shank
-SOLE_DROP = 0.026         # ankle roll down to the sole
-SOLE_OUT = 0.025          # the sole's centre outboard of the ankle-roll axis
-TOE_X, HEEL_X = 0.054, -0.056   # ends of the flat sole ahead of its centre (under the ankle axis)
+HIP_ROLL_Y = 0.017  # hip-roll and ankle-roll axes, from the midline
+LEG_PLANE_Y = 0.028  # thigh and shank, from the midline
+HIP_DROP = 0.0385  # hip roll down to hip pitch, and ankle pitch down to ankle roll
+LINK = 0.065  # thigh and shank
+SOLE_DROP = 0.026  # ankle roll down to the sole
+SOLE_OUT = 0.025  # the sole's centre outboard of the ankle-roll axis
+TOE_X, HEEL_X = 0.054, -0.056  # ends of the flat sole ahead of its centre (under the ankle axis)
 
 
 @dataclass(frozen=True)
@@ -32,9 +32,9 @@ class Part:
     """A rigid part that turns about one axis: lengths in m in the parent's or its own frame."""
 
     parent: str
-    axis: int                            # 0, 1, 2: x, y, z
+    axis: int  # 0, 1, 2: x, y, z
     joint_at: tuple[float, float, float]
-    mass: float                          # kg
+    mass: float  # kg
     centre: tuple[float, float, float]
 
 
@@ -44,25 +44,33 @@ def _arm_and_leg(side: str) -> dict[str, Part]:
     return {
         f'{side}_shoulder_pitch': Part('', 1, (0.0, s * 0.049, 0.11), 0.0153, (0, s * 0.017, 0)),
         f'{side}_shoulder_roll': Part(
-            f'{side}_shoulder_pitch', 0, (0.0, s * 0.0255, 0.0), 0.1091, (0, 0, -0.045)),
+            f'{side}_shoulder_pitch', 0, (0.0, s * 0.0255, 0.0), 0.1091, (0, 0, -0.045)
+        ),
         f'{side}_elbow_pitch': Part(
-            f'{side}_shoulder_roll', 1, (0.0, 0.0, -0.0875), 0.0315, (0, 0, -0.03)),
+            f'{side}_shoulder_roll', 1, (0.0, 0.0, -0.0875), 0.0315, (0, 0, -0.03)
+        ),
         f'{side}_hip_roll': Part(
-            '', 0, (0.0, s * HIP_ROLL_Y, 0.0), 0.0699, (0, s * 0.006, -0.025)),
+            '', 0, (0.0, s * HIP_ROLL_Y, 0.0), 0.0699, (0, s * 0.006, -0.025)
+        ),
         f'{side}_hip_pitch': Part(
-            f'{side}_hip_roll', 1, (0.0, -inward, -HIP_DROP), 0.1031, (0, 0, -0.0325)),
+            f'{side}_hip_roll', 1, (0.0, -inward, -HIP_DROP), 0.1031, (0, 0, -0.0325)
+        ),
         f'{side}_knee': Part(f'{side}_hip_pitch', 1, (0.0, 0.0, -LINK), 0.0694, (0, 0, -0.03)),
         f'{side}_ankle_pitch': Part(
-            f'{side}_knee', 1, (0.0, 0.0, -LINK), 0.0691, (0, s * -0.006, -0.019)),
+            f'{side}_knee', 1, (0.0, 0.0, -LINK), 0.0691, (0, s * -0.006, -0.019)
+        ),
         f'{side}_ankle_roll': Part(
-            f'{side}_ankle_pitch', 0, (0.0, inward, -HIP_DROP), 0.0419,
-            (-0.001, s * 0.02, -0.016))}
+            f'{side}_ankle_pitch', 0, (0.0, inward, -HIP_DROP), 0.0419, (-0.001, s * 0.02, -0.016)
+        ),
+    }
 
 
 TORSO_MASS, TORSO_CENTRE = 0.4665, (-0.03, 0.0, 0.0555)
 PARTS: dict[str, Part] = {
     'head_yaw': Part('', 2, (0.0, 0.0, 0.1215), 0.0149, (0.003, 0.0, 0.022)),
-    **_arm_and_leg('l'), **_arm_and_leg('r')}
+    **_arm_and_leg('l'),
+    **_arm_and_leg('r'),
+}
 MASS = TORSO_MASS + sum(part.mass for part in PARTS.values())  # kg
 
 
@@ -91,8 +99,7 @@ def forward(angles: ArrayLike) -> Posture:
         frames[name] = origin, rotation
         moment = moment + part.mass * (origin + rotation @ np.array(part.centre))
     soles = {side: _sole(side, *frames[f'{side}_ankle_roll']) for side in SIDES}
-    return Posture(moment / MASS, soles, {
-        side: frames[f'{side}_ankle_roll'][1] for side in SIDES})
+    return Posture(moment / MASS, soles, {side: frames[f'{side}_ankle_roll'][1] for side in SIDES})
 
 
 def _sole(side: str, origin: Array, rotation: Array) -> Array:

@@ -17,19 +17,34 @@ class FeedbackParameters:
 
     enabled: bool = parameter(True, 'Whether to correct; if not, the correction is 0.')
     staged: bool = parameter(
-        False, 'Whether to correct only by the share that the stage node gives; its mode must not '
-        'be none then.', read_only=True)
+        False,
+        'Whether to correct only by the share that the stage node gives; its mode must not '
+        'be none then.',
+        read_only=True,
+    )
     gain: float = parameter(
-        12.0, 'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
-        minimum=0.0, maximum=60.0)
+        12.0,
+        'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
+        minimum=0.0,
+        maximum=60.0,
+    )
     reference_amplitude: float = parameter(
-        0.0, 'Amplitude a of the reference rate a cos(2 pi f_0 t) of ideal walking.',
-        unit='rad/s', minimum=0.0, maximum=5.0)
+        0.0,
+        'Amplitude a of the reference rate a cos(2 pi f_0 t) of ideal walking.',
+        unit='rad/s',
+        minimum=0.0,
+        maximum=5.0,
+    )
     reference_frequency: float = parameter(
-        4.0 / 2.31, 'Frequency f_0 of the reference rate: four peaks per gait cycle.',
-        unit='Hz', minimum=0.0, maximum=20.0)
+        4.0 / 2.31,
+        'Frequency f_0 of the reference rate: four peaks per gait cycle.',
+        unit='Hz',
+        minimum=0.0,
+        maximum=20.0,
+    )
     limit_deg: float = parameter(
-        30.0, 'Largest correction, either way.', unit='deg', minimum=0.0, maximum=60.0)
+        30.0, 'Largest correction, either way.', unit='deg', minimum=0.0, maximum=60.0
+    )
 
 
 def rate_correction(own: FeedbackParameters, time: float, pitch_rate: float | None) -> float:
@@ -86,7 +101,9 @@ def checked_forces(foot_forces: Sequence[float] | None) -> tuple[float, float, f
         BalanceError: if they are not four finite numbers.
     """
     if foot_forces is None or len(foot_forces) != 4:
-        raise BalanceError(f'foot_forces: {foot_forces!r} is not accepted; '
-                           f'accepted: l_toe, l_heel, r_toe, r_heel in N')
+        raise BalanceError(
+            f'foot_forces: {foot_forces!r} is not accepted; '
+            f'accepted: l_toe, l_heel, r_toe, r_heel in N'
+        )
     l_toe, l_heel, r_toe, r_heel = (checked('foot_forces', force, 'N') for force in foot_forces)
     return l_toe, l_heel, r_toe, r_heel

@@ -57,8 +57,12 @@ class Gait:
         piece = min(int(time / self.duration * len(self._starts)), len(self._starts) - 1)
         t = time - float(self._starts[piece])
         t2, t3 = t * t, t * t * t
-        return tuple([d + c * t + b * t2 + a * t3 for a, b, c, d
-                      in zip(*self._pieces[piece].tolist(), strict=True)])
+        return tuple(
+            [
+                d + c * t + b * t2 + a * t3
+                for a, b, c, d in zip(*self._pieces[piece].tolist(), strict=True)
+            ]
+        )
 
     def cycle(self, number: int) -> tuple[float, float]:
         """Give the start and end (s) of a whole cycle of the walk, the first being number 1.
@@ -67,8 +71,9 @@ class Gait:
             BalanceError: if the motion has no such cycle.
         """
         if not 1 <= number <= len(self._cycles):
-            raise BalanceError(f'cycle: {number} is not accepted; '
-                               f'accepted: integer in [1, {len(self._cycles)}]')
+            raise BalanceError(
+                f'cycle: {number} is not accepted; accepted: integer in [1, {len(self._cycles)}]'
+            )
         return self._cycles[number - 1]
 
 
@@ -85,9 +90,11 @@ def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
             first = joints.INDEX[f'{side}_hip_roll']
             sole = plan.sole[side]
             try:
-                angles[:, first:first + 5] = leg_angles(
-                    side, _to_torso(attitude, sole.centre(time) - torso),
-                    _to_torso(attitude, sole.normal(time)))
+                angles[:, first : first + 5] = leg_angles(
+                    side,
+                    _to_torso(attitude, sole.centre(time) - torso),
+                    _to_torso(attitude, sole.normal(time)),
+                )
             except UnreachableError as error:
                 raise BalanceError(f'{error} (at {time[error.index]:.2f} s)') from error
         found = torso + np.einsum('nij,nj->ni', attitude, forward(angles).centre_of_mass)
@@ -118,7 +125,8 @@ def _check_ranges(time: Array, angles: Array) -> None:
     if excess[step, joint] > 0.0:
         raise BalanceError(
             f'{joints.JOINTS[joint]}: {angles[step, joint]:.3f} rad at {time[step]:.2f} s is not '
-            f'accepted; accepted: [{low[joint]:.3f}, {high[joint]:.3f}] rad')
+            f'accepted; accepted: [{low[joint]:.3f}, {high[joint]:.3f}] rad'
+        )
 
 
 def _check_speeds(time: Array, speeds: Array) -> None:
@@ -126,4 +134,5 @@ def _check_speeds(time: Array, speeds: Array) -> None:
     if abs(speeds[step, joint]) > joints.MAX_SPEED:
         raise BalanceError(
             f'{joints.JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s at {time[step]:.2f} s is '
-            f'not accepted; accepted: up to {joints.MAX_SPEED} rad/s, the speed of its servo')
+            f'not accepted; accepted: up to {joints.MAX_SPEED} rad/s, the speed of its servo'
+        )

@@ -44,9 +44,13 @@ class Sole:
     def centre(self, time: Array) -> Array:
         """Give the (N, 3) centre of the sole."""
         pitch = self.pitch(time)
-        return np.column_stack([self.x(time) + TOE_X * (1.0 - np.cos(pitch)),
-                                np.full(len(time), self.y),
-                                self.z(time) + TOE_X * np.sin(pitch)])
+        return np.column_stack(
+            [
+                self.x(time) + TOE_X * (1.0 - np.cos(pitch)),
+                np.full(len(time), self.y),
+                self.z(time) + TOE_X * np.sin(pitch),
+            ]
+        )
 
     def normal(self, time: Array) -> Array:
         """Give the (N, 3) normal of the sole."""
@@ -121,10 +125,15 @@ def _stand(p: GaitParameters) -> Plan:
     half = p.foot_spread / 2.0
     return Plan(
         duration=p.start_delay + p.end_pause,
-        sole={'l': Sole(half, _still(0.0), _still(0.0), _still(0.0)),
-              'r': Sole(-half, _still(0.0), _still(0.0), _still(0.0))},
-        com=(_still(p.com_stance), _still(0.0)), torso_roll=_still(0.0),
-        torso_pitch=p.torso_pitch, hip_height=p.hip_height)
+        sole={
+            'l': Sole(half, _still(0.0), _still(0.0), _still(0.0)),
+            'r': Sole(-half, _still(0.0), _still(0.0), _still(0.0)),
+        },
+        com=(_still(p.com_stance), _still(0.0)),
+        torso_roll=_still(0.0),
+        torso_pitch=p.torso_pitch,
+        hip_height=p.hip_height,
+    )
 
 
 def _leg_lift(p: GaitParameters) -> Plan:
@@ -135,22 +144,28 @@ def _leg_lift(p: GaitParameters) -> Plan:
     half = p.foot_spread / 2.0
 
     def shift(place: float) -> Path:
-        return _rests([Key(p.start_delay, 0.0), Key(shifted, place), Key(back, place),
-                       Key(end, 0.0)])
+        return _rests(
+            [Key(p.start_delay, 0.0), Key(shifted, place), Key(back, place), Key(end, 0.0)]
+        )
 
     def raised(side: str) -> Path:
         if side != p.first_foot[0]:
             return _still(0.0)
-        return _rests([Key(shifted, 0.0), Key(up, p.lift), *_unless_empty(up, down, p.lift),
-                       Key(back, 0.0)])
+        return _rests(
+            [Key(shifted, 0.0), Key(up, p.lift), *_unless_empty(up, down, p.lift), Key(back, 0.0)]
+        )
 
     return Plan(
         duration=end + p.end_pause,
-        sole={'l': Sole(half, _still(0.0), raised('l'), _still(0.0)),
-              'r': Sole(-half, _still(0.0), raised('r'), _still(0.0))},
+        sole={
+            'l': Sole(half, _still(0.0), raised('l'), _still(0.0)),
+            'r': Sole(-half, _still(0.0), raised('r'), _still(0.0)),
+        },
         com=(_still(p.com_stance), shift(stance_side * (half - p.lift_com_inboard))),
         torso_roll=shift(-stance_side * p.lift_torso_roll),
-        torso_pitch=p.torso_pitch, hip_height=p.hip_height)
+        torso_pitch=p.torso_pitch,
+        hip_height=p.hip_height,
+    )
 
 
 def _unless_empty(start: float, end: float, place: float) -> list[Key]:
@@ -180,7 +195,8 @@ class _Walk:
         self._lift_off, self._high, self._over, self._down = ends[:4].tolist()
         self._place = {'l': 0.0, 'r': 0.0}
         self._forward, self._upward, self._tipping = (
-            {side: [Key(0.0, 0.0)] for side in self._place} for _ in range(3))
+            {side: [Key(0.0, 0.0)] for side in self._place} for _ in range(3)
+        )
         self._com_x = [Key(p.start_delay, p.com_stance)]
         self._com_y = [Key(p.start_delay, 0.0)]
 
@@ -188,33 +204,54 @@ class _Walk:
         """Add the keys of one step, the first being number 0."""
         p, start = self._p, self._start(number)
         last = number == self.steps - 1
-        swing, stance = (p.first_foot[0], _other(p.first_foot[0]))[::1 - 2 * (number % 2)]
+        swing, stance = (p.first_foot[0], _other(p.first_foot[0]))[:: 1 - 2 * (number % 2)]
         here, before = self._place[stance], self._place[swing]
         self._place[swing] = here if last else here + p.stride
-        self._forward[swing] += [Key(start + self._lift_off, before),
-                                 Key(start + self._down, self._place[swing])]
-        self._upward[swing] += [Key(start + self._lift_off, 0.0), Key(start + self._high, p.lift),
-                                Key(start + self._over, p.lift), Key(start + self._down, 0.0)]
+        self._forward[swing] += [
+            Key(start + self._lift_off, before),
+            Key(start + self._down, self._place[swing]),
+        ]
+        self._upward[swing] += [
+            Key(start + self._lift_off, 0.0),
+            Key(start + self._high, p.lift),
+            Key(start + self._over, p.lift),
+            Key(start + self._down, 0.0),
+        ]
         if number > 0:
-            self._tipping[swing] += [Key(start, 0.0), Key(start + self._lift_off, p.heel_off),
-                                     Key(start + self._over, 0.0)]
+            self._tipping[swing] += [
+                Key(start, 0.0),
+                Key(start + self._lift_off, p.heel_off),
+                Key(start + self._over, 0.0),
+            ]
         if not last:
-            self._com_x += [Key(start + self._high, here + p.com_lifted),
-                            Key(start + self._down, here + p.com_touchdown)]
+            self._com_x += [
+                Key(start + self._high, here + p.com_lifted),
+                Key(start + self._down, here + p.com_touchdown),
+            ]
         self._sway(start, p.sway if stance == 'l' else -p.sway)
 
     def plan(self) -> Plan:
         """Give the plan of the steps taken."""
         p, finish = self._p, self._start(self.steps)
         com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance)]
-        sole = {side: Sole(y, *(_rests(keys[side]) for keys in (
-                    self._forward, self._upward, self._tipping)))
-                for side, y in (('l', p.foot_spread / 2.0), ('r', -p.foot_spread / 2.0))}
+        sole = {
+            side: Sole(
+                y, *(_rests(keys[side]) for keys in (self._forward, self._upward, self._tipping))
+            )
+            for side, y in (('l', p.foot_spread / 2.0), ('r', -p.foot_spread / 2.0))
+        }
         return Plan(
-            duration=finish + p.end_pause, sole=sole, com=(_flows(com_x), _flows(self._com_y)),
-            torso_roll=_still(0.0), torso_pitch=p.torso_pitch, hip_height=p.hip_height,
-            cycles=tuple((self._start(2 * cycle + 1), self._start(2 * cycle + 3))
-                         for cycle in range(p.cycles)))
+            duration=finish + p.end_pause,
+            sole=sole,
+            com=(_flows(com_x), _flows(self._com_y)),
+            torso_roll=_still(0.0),
+            torso_pitch=p.torso_pitch,
+            hip_height=p.hip_height,
+            cycles=tuple(
+                (self._start(2 * cycle + 1), self._start(2 * cycle + 3))
+                for cycle in range(p.cycles)
+            ),
+        )
 
     def _start(self, number: int) -> float:
         return self._p.start_delay + number * self._step_time

@@ -28,8 +28,7 @@ class HipController:
         """Take changed parameters from the next update on; the law has no state."""
         self.parameters = parameters
 
-    def update(self, time: float, pitch_rate: float | None,
-               share: float | None = None) -> float:
+    def update(self, time: float, pitch_rate: float | None, share: float | None = None) -> float:
         """Return the correction of both hip pitches in rad, positive against a forward lean.
 
         Args:

@@ -16,15 +16,22 @@ SIDES = ('l', 'r')
 JOINTS: tuple[str, ...] = (
     'head_yaw',
     *(f'{side}_{joint}' for side in SIDES for joint in ARM),
-    *(f'{side}_{joint}' for side in SIDES for joint in LEG))
+    *(f'{side}_{joint}' for side in SIDES for joint in LEG),
+)
 INDEX = {name: index for index, name in enumerate(JOINTS)}
 
 MAX_SPEED = 7.48  # rad/s, no load
 
 _LEFT_DEG = {
-    'shoulder_pitch': (-180.0, 90.0), 'shoulder_roll': (-30.0, 180.0),
-    'elbow_pitch': (-130.0, 30.0), 'hip_roll': (-15.0, 30.0), 'hip_pitch': (-119.0, 107.0),
-    'knee': (0.0, 150.0), 'ankle_pitch': (-104.0, 135.0), 'ankle_roll': (-30.0, 30.0)}
+    'shoulder_pitch': (-180.0, 90.0),
+    'shoulder_roll': (-30.0, 180.0),
+    'elbow_pitch': (-130.0, 30.0),
+    'hip_roll': (-15.0, 30.0),
+    'hip_pitch': (-119.0, 107.0),
+    'knee': (0.0, 150.0),
+    'ankle_pitch': (-104.0, 135.0),
+    'ankle_roll': (-30.0, 30.0),
+}
 
 
 def _limits(name: str) -> tuple[float, float]:

@@ -22,8 +22,9 @@ REACH = 2.0 * LINK
 def sole_normal(pitch: ArrayLike, roll: ArrayLike) -> Array:
     """Give the normal of a sole that is rolled about +x, then pitched about +y: (..., 3)."""
     pitch, roll = np.broadcast_arrays(np.asarray(pitch, float), np.asarray(roll, float))
-    return np.stack([np.sin(pitch) * np.cos(roll), -np.sin(roll),
-                     np.cos(pitch) * np.cos(roll)], axis=-1)
+    return np.stack(
+        [np.sin(pitch) * np.cos(roll), -np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=-1
+    )
 
 
 def leg_angles(side: str, sole: ArrayLike, normal: ArrayLike) -> Array:
@@ -56,8 +57,9 @@ def leg_angles(side: str, sole: ArrayLike, normal: ArrayLike) -> Array:
     x = point[..., 0] + rise * np.sin(sole_pitch)
     z = point[..., 2] + rise * np.cos(sole_pitch) + HIP_DROP
     hip_pitch, knee = _two_links(side, x, z)
-    return np.stack([hip_roll, hip_pitch, knee, sole_pitch - hip_pitch - knee, ankle_roll],
-                    axis=-1)
+    return np.stack(
+        [hip_roll, hip_pitch, knee, sole_pitch - hip_pitch - knee, ankle_roll], axis=-1
+    )
 
 
 def _hip_roll(side: str, point: Array, normal: Array) -> Array:
@@ -70,7 +72,7 @@ def _hip_roll(side: str, point: Array, normal: Array) -> Array:
     s = 1.0 if side == 'l' else -1.0
     y, z = point[..., 1], point[..., 2]
     n_y, n_z = normal[..., 1], normal[..., 2]
-    out2 = SOLE_OUT ** 2
+    out2 = SOLE_OUT**2
     a = z * z + out2 * (n_z * n_z - 1.0)
     half_b = y * z + out2 * n_y * n_z
     c = y * y + out2 * (n_y * n_y - 1.0)
@@ -95,10 +97,13 @@ def _unroll(angle: Array, vector: Array) -> Array:
     return np.stack([x, cos * y + sin * z, cos * z - sin * y], axis=-1)
 
 
-def _require(side: str, reachable: NDArray[np.bool_], distance: Array, bound: float,
-             word: str) -> None:
+def _require(
+    side: str, reachable: NDArray[np.bool_], distance: Array, bound: float, word: str
+) -> None:
     if not np.all(reachable):
         index = int(np.argmin(np.ravel(reachable)))
         raise UnreachableError(
             f'{_LEG_NAME[side]} leg: its ankle would be {np.ravel(distance)[index] * 1e3:.1f} mm '
-            f'from its hip; accepted: {word} {bound * 1e3:.1f} mm', index)
+            f'from its hip; accepted: {word} {bound * 1e3:.1f} mm',
+            index,
+        )

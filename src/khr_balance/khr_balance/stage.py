@@ -38,40 +38,77 @@ class StageParameters:
     """
 
     mode: str = parameter(
-        'none', 'What decides the stage: nothing (all controls that are enabled act, as in stage '
+        'none',
+        'What decides the stage: nothing (all controls that are enabled act, as in stage '
         '3; khr starts no stage node), the parameter fixed_stage, or the inclination read back.',
-        choices=('none', 'fixed', 'auto'))
+        choices=('none', 'fixed', 'auto'),
+    )
     fixed_stage: int = parameter(
-        1, 'The stage if it is fixed: 1 no control, 2 ankle, 3 ankle and hip.',
-        minimum=STAGES[0], maximum=STAGES[-1])
+        1,
+        'The stage if it is fixed: 1 no control, 2 ankle, 3 ankle and hip.',
+        minimum=STAGES[0],
+        maximum=STAGES[-1],
+    )
     ankle_above_deg: float = parameter(
-        5.4, 'Inclination above which the ankle comes on.', unit='deg', minimum=0.0,
-        maximum=30.0)
+        5.4, 'Inclination above which the ankle comes on.', unit='deg', minimum=0.0, maximum=30.0
+    )
     hip_above_deg: float = parameter(
-        6.6, 'Inclination above which the hip comes on.', unit='deg', minimum=0.0, maximum=30.0)
+        6.6, 'Inclination above which the hip comes on.', unit='deg', minimum=0.0, maximum=30.0
+    )
     hysteresis_deg: float = parameter(
-        0.5, 'How far below that the inclination must be before the control goes off again; the '
-        'noise of the reading is a tenth of the default.', unit='deg', minimum=0.0, maximum=10.0)
+        0.5,
+        'How far below that the inclination must be before the control goes off again; the '
+        'noise of the reading is a tenth of the default.',
+        unit='deg',
+        minimum=0.0,
+        maximum=10.0,
+    )
     ramp_time: float = parameter(
-        1.0, 'Time in which a control comes on or goes off, evenly; the stage does not change '
-        'meanwhile.', unit='s', minimum=0.0, maximum=60.0)
+        1.0,
+        'Time in which a control comes on or goes off, evenly; the stage does not change '
+        'meanwhile.',
+        unit='s',
+        minimum=0.0,
+        maximum=60.0,
+    )
     sensor_distance: float = parameter(
-        0.023, 'Distance b of toe and heel sensor from the ankle axis.', unit='m',
-        minimum=0.005, maximum=0.06)
+        0.023,
+        'Distance b of toe and heel sensor from the ankle axis.',
+        unit='m',
+        minimum=0.005,
+        maximum=0.06,
+    )
     load_threshold: float = parameter(
-        5.0, 'Force on both feet together below which there is nothing to read, and the last '
-        'reading holds; the robot weighs 14.7 N.', unit='N', minimum=0.1, maximum=50.0)
+        5.0,
+        'Force on both feet together below which there is nothing to read, and the last '
+        'reading holds; the robot weighs 14.7 N.',
+        unit='N',
+        minimum=0.1,
+        maximum=50.0,
+    )
     time_constant: float = parameter(
-        0.5, 'By which the joint angles are delayed: that of the force sensors, so that both tell '
-        'of the same time.', unit='s', minimum=0.0, maximum=1.0)
+        0.5,
+        'By which the joint angles are delayed: that of the force sensors, so that both tell '
+        'of the same time.',
+        unit='s',
+        minimum=0.0,
+        maximum=1.0,
+    )
     control_period: float = parameter(
-        0.015, 'Period of the samples, that of the simulator.', unit='s',
-        minimum=0.001, maximum=0.1, read_only=True)
+        0.015,
+        'Period of the samples, that of the simulator.',
+        unit='s',
+        minimum=0.001,
+        maximum=0.1,
+        read_only=True,
+    )
 
     def __post_init__(self) -> None:
         if self.hip_above_deg < self.ankle_above_deg:
-            raise ParameterError(f'hip_above_deg: {self.hip_above_deg!r} is not accepted; '
-                                 f'accepted: at least ankle_above_deg, {self.ankle_above_deg!r}')
+            raise ParameterError(
+                f'hip_above_deg: {self.hip_above_deg!r} is not accepted; '
+                f'accepted: at least ankle_above_deg, {self.ankle_above_deg!r}'
+            )
 
 
 class Stage(NamedTuple):
@@ -95,8 +132,9 @@ class StagePolicy:
 
     def __init__(self, parameters: StageParameters) -> None:
         self.parameters = parameters
-        self._posture = LowPass(len(JOINTS) + 1, parameters.control_period,
-                                parameters.time_constant)
+        self._posture = LowPass(
+            len(JOINTS) + 1, parameters.control_period, parameters.time_constant
+        )
         self.reset()
 
     def reset(self) -> None:
@@ -132,16 +170,20 @@ class StagePolicy:
         elif (before.ankle, before.hip) == _wanted(number):
             number = self._chosen(inclination)
         most = own.control_period / own.ramp_time if own.ramp_time > 0.0 else inf
-        shares = (share + min(max(wanted - share, -most), most) for share, wanted
-                  in zip((before.ankle, before.hip), _wanted(number), strict=True))
+        shares = (
+            share + min(max(wanted - share, -most), most)
+            for share, wanted in zip((before.ankle, before.hip), _wanted(number), strict=True)
+        )
         self._now = Stage(number, inclination, *shares)
         return self._now
 
     def _late(self, joint_angles: Sequence[float]) -> list[float]:
         """Return the angles as late as the forces are, whose sensors start from nothing too."""
         if len(joint_angles) != len(JOINTS) or not np.isfinite(joint_angles).all():
-            raise BalanceError(f'joint_angles: {joint_angles!r} is not accepted; '
-                               f'accepted: {len(JOINTS)} finite angles in rad')
+            raise BalanceError(
+                f'joint_angles: {joint_angles!r} is not accepted; '
+                f'accepted: {len(JOINTS)} finite angles in rad'
+            )
         *angles, weight = self._posture.update([*joint_angles, 1.0])
         return [angle / weight for angle in angles]
 
@@ -159,8 +201,9 @@ class StagePolicy:
         return number
 
 
-def read_inclination(foot_forces: Sequence[float], joint_angles: Sequence[float],
-                     sensor_distance: float) -> float:
+def read_inclination(
+    foot_forces: Sequence[float], joint_angles: Sequence[float], sensor_distance: float
+) -> float:
     """Read the ground's inclination back from the forces, in rad, downhill positive.
 
     At rest the ground's force acts straight below the centre of mass. Where it acts the sensors
@@ -181,8 +224,9 @@ def read_inclination(foot_forces: Sequence[float], joint_angles: Sequence[float]
     point, axes = np.zeros(3), np.zeros((3, 3))
     for side, toe, heel in zip(SIDES, foot_forces[::2], foot_forces[1::2], strict=True):
         sole = body.sole_rotation[side]
-        point += ((toe + heel) * body.sole_position[side]
-                  + (toe - heel) * sensor_distance * sole[:, 0])
+        point += (toe + heel) * body.sole_position[side] + (toe - heel) * sensor_distance * sole[
+            :, 0
+        ]
         axes += (toe + heel) * sole
     ahead, _, up = (point / sum(foot_forces) - body.centre_of_mass) @ axes
     return atan2(ahead, -up)

@@ -14,8 +14,8 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from khr_bringup.errors import BringupError
-from khr_bringup.tables import TABLES
-from khr_common import specifications
+from khr_bringup.node_registry import TABLES
+from khr_common import KhrError, specifications
 
 Messages = dict[str, list[Any]]
 Decoders = Mapping[str, Callable[[bytes], Any]]
@@ -55,13 +55,16 @@ def read_messages(bag: Path, topics: Sequence[str], decoders: Decoders | None = 
         _collect(_place(bag), messages, decoders or {})
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
-        raise BringupError(f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
-                           'the folder of a run') from error
+        raise BringupError(
+            f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
+            'the folder of a run'
+        ) from error
     return messages
 
 
-def read_what_is_left(bag: Path, topics: Sequence[str],
-                      decoders: Decoders | None = None) -> tuple[Messages, str]:
+def read_what_is_left(
+    bag: Path, topics: Sequence[str], decoders: Decoders | None = None
+) -> tuple[Messages, str]:
     """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
 
     Returns:
@@ -72,7 +75,7 @@ def read_what_is_left(bag: Path, topics: Sequence[str],
     """
     try:
         return read_messages(bag, topics, decoders), ''
-    except BringupError as damage:
+    except KhrError as damage:
         messages: Messages = {topic: [] for topic in topics}
         place = _place(bag)
         files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
@@ -97,8 +100,11 @@ def changes(events: Sequence[Any]) -> list[Change]:
         node = event.node.rsplit('/', 1)[-1]
         known = specifications(TABLES[node]) if node in TABLES else {}
         time = event.stamp.sec + event.stamp.nanosec / 1e9
-        found += [Change(time, node, parameter.name, _value(parameter.value))
-                  for parameter in event.changed_parameters if parameter.name in known]
+        found += [
+            Change(time, node, parameter.name, _value(parameter.value))
+            for parameter in event.changed_parameters
+            if parameter.name in known
+        ]
     return found
 
 
@@ -113,8 +119,8 @@ def _collect(bag: Path, messages: Messages, decoders: Decoders) -> None:
         for connection, _, data in reader.messages(chosen) if chosen else ():
             decode = decoders.get(connection.topic)
             messages[connection.topic].append(
-                decode(bytes(data)) if decode else
-                store.deserialize_cdr(data, connection.msgtype))
+                decode(bytes(data)) if decode else store.deserialize_cdr(data, connection.msgtype)
+            )
 
 
 def _mend(content: bytes) -> bytes:
@@ -123,8 +129,11 @@ def _mend(content: bytes) -> bytes:
     A recorder that is killed leaves a file without an end, and its last chunk may be cut: chunks
     without compression are opened, so that only the record at the cut is lost.
     """
-    kept = [record for kind, record in _records(content)
-            if kind in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK)]
+    kept = [
+        record
+        for kind, record in _records(content)
+        if kind in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK)
+    ]
     header = _RECORD.pack(0x01, 12) + struct.pack('<I', 4) + b'ros2' + struct.pack('<I', 0)
     return b''.join((_MAGIC, header, *kept, _END))
 
@@ -135,7 +144,7 @@ def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
     while place + _RECORD.size <= len(content):
         kind, size = _RECORD.unpack_from(content, place)
         start = place + _RECORD.size
-        plain = kind == _CHUNK and content[start + 28:start + 32] == bytes(4)
+        plain = kind == _CHUNK and content[start + 28 : start + 32] == bytes(4)
         end = start + (_CHUNK_HEAD.size if plain else size)
         if end > len(content):
             return
@@ -146,8 +155,17 @@ def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
 
 def _value(value: Any) -> Any:
     """Return the value of a rcl_interfaces/ParameterValue: the member that its type names."""
-    members = ('', 'bool_value', 'integer_value', 'double_value', 'string_value',
-               'byte_array_value', 'bool_array_value', 'integer_array_value',
-               'double_array_value', 'string_array_value')
+    members = (
+        '',
+        'bool_value',
+        'integer_value',
+        'double_value',
+        'string_value',
+        'byte_array_value',
+        'bool_array_value',
+        'integer_array_value',
+        'double_array_value',
+        'string_array_value',
+    )
     held = getattr(value, members[value.type], None)
     return held if isinstance(held, bool | int | float | str | None) else list(held)

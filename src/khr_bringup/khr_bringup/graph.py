@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from khr_bringup.domain import RunEntry
-from khr_bringup.errors import RunError
+from khr_bringup.code_version import MARK, code_version
+from khr_bringup.node_registry import TABLES
 from khr_bringup.processes import Processes
+from khr_bringup.run_registry import RunEntry
 from khr_bringup.scenario import Scenario
-from khr_bringup.sweeps.version import MARK, code_version
-from khr_bringup.tables import TABLES
+from khr_common import RunError
 from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and at the end without a word of those that still have to
@@ -52,13 +52,15 @@ def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
     """Fill in what a graph run needs beyond its scenario: who listens, and where the bag goes."""
     listeners = ['monitor', 'fft_analyser'] + (['recorder'] if record else [])
     staged = 'stage' in nodes_of(scenario, record)
-    return scenario.changed({
-        ('simulator', 'listeners'): listeners,
-        ('simulator', 'start_timeout'): PATIENCE,
-        ('recorder', 'folder'): str(folder / 'bag'),
-        ('recorder', 'scenario_file'): str(folder / 'scenario.yaml'),
-        ('recorder', 'staged'): staged,
-    })
+    return scenario.changed(
+        {
+            ('simulator', 'listeners'): listeners,
+            ('simulator', 'start_timeout'): PATIENCE,
+            ('recorder', 'folder'): str(folder / 'bag'),
+            ('recorder', 'scenario_file'): str(folder / 'scenario.yaml'),
+            ('recorder', 'staged'): staged,
+        }
+    )
 
 
 def nodes_of(scenario: Scenario, record: bool) -> list[str]:
@@ -69,9 +71,15 @@ def nodes_of(scenario: Scenario, record: bool) -> list[str]:
     return [node for node in TABLES if node not in idle]
 
 
-def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool = True,
-              one_process: bool = False,
-              show: Callable[[Any], None] = lambda _: None) -> GraphResult:
+def run_graph(
+    scenario: Scenario,
+    folder: Path,
+    entry: RunEntry,
+    *,
+    record: bool = True,
+    one_process: bool = False,
+    show: Callable[[Any], None] = lambda _: None,
+) -> GraphResult:
     """Run a prepared scenario over topics until it ends or is interrupted.
 
     Args:
@@ -80,7 +88,7 @@ def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool
         entry: the domain the run lives in.
         record: start the recorder.
         one_process: all nodes in one process instead of one each.
-        show: called some times a second with the :class:`~khr_bringup.watcher.View`.
+        show: called some times a second with the :class:`~khr_bringup.run_monitor.View`.
 
     Raises:
         RunError: if a node dies, or does not appear or answer in time; it is named, the rest
@@ -94,24 +102,37 @@ def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, *, record: bool
     with _interrupts() as interrupted:
         try:
             if one_process:
-                processes.start('graph', 'khr_bringup.one_process',
-                                [*nodes, '--ros-args', '--params-file', str(parameters)])
+                processes.start(
+                    'graph',
+                    'khr_bringup.single_process',
+                    [*nodes, '--ros-args', '--params-file', str(parameters)],
+                )
             else:
                 for node in nodes:
                     processes.start_node(node, parameters)
-            return _watch(processes, _awaited(scenario.table('simulator')), interrupted, show,
-                          'graph' if one_process else 'simulator')
+            return _watch(
+                processes,
+                _awaited(scenario.table('simulator')),
+                interrupted,
+                show,
+                'graph' if one_process else 'simulator',
+            )
         finally:
             processes.stop()
 
 
-def _watch(processes: Processes, listeners: Sequence[str], interrupted: list[int],
-           show: Callable[[Any], None], simulator: str) -> GraphResult:
+def _watch(
+    processes: Processes,
+    listeners: Sequence[str],
+    interrupted: list[int],
+    show: Callable[[Any], None],
+    simulator: str,
+) -> GraphResult:
     import rclpy
     from rclpy.experimental.events_executor import EventsExecutor
     from rclpy.signals import SignalHandlerOptions
 
-    from khr_bringup.watcher import Watcher
+    from khr_bringup.run_monitor import Watcher
 
     rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
     watcher = Watcher(listeners)
@@ -125,8 +146,9 @@ def _watch(processes: Processes, listeners: Sequence[str], interrupted: list[int
             if interrupted and deadline == float('inf'):
                 deadline = time.monotonic() + LAST_WORDS
                 processes.interrupt(simulator)
-            trouble = None if interrupted or view.over else (
-                processes.ended() or _unfinished(view))
+            trouble = (
+                None if interrupted or view.over else (processes.ended() or _unfinished(view))
+            )
             if trouble is not None:
                 raise RunError(f'{trouble}; the run was stopped')
     finally:
@@ -137,9 +159,15 @@ def _watch(processes: Processes, listeners: Sequence[str], interrupted: list[int
     if values.get('end') == 'error':
         raise RunError(f'{values["reason"]}; the run was stopped')
     ended = view.entered.get('finished', time.monotonic())
-    return GraphResult(view.verdict, view.outcome, values.get('trajectory_hash', ''),
-                       values.get('end', ''), view.entered.get('running', ended), ended,
-                       tuple(view.warnings))
+    return GraphResult(
+        view.verdict,
+        view.outcome,
+        values.get('trajectory_hash', ''),
+        values.get('end', ''),
+        view.entered.get('running', ended),
+        ended,
+        tuple(view.warnings),
+    )
 
 
 def _awaited(simulator: RunParameters) -> Sequence[str]:
@@ -152,16 +180,21 @@ def _unfinished(view: Any) -> str | None:
     """Tell what is missing of a finished run if nothing has come for long."""
     if view.state != 'finished' or time.monotonic() - view.news < PATIENCE:
         return None
-    return ('the run ended, but not all of it was heard: ' + ', '.join(view.behind) if view.behind
-            else 'the monitor did not judge the run')
+    return (
+        'the run ended, but not all of it was heard: ' + ', '.join(view.behind)
+        if view.behind
+        else 'the monitor did not judge the run'
+    )
 
 
 @contextmanager
 def _interrupts() -> Any:
     """Collect SIGINT and SIGTERM instead of dying of them."""
     caught: list[int] = []
-    before = {number: signal.signal(number, lambda number, _: caught.append(number))
-              for number in (signal.SIGINT, signal.SIGTERM)}
+    before = {
+        number: signal.signal(number, lambda number, _: caught.append(number))
+        for number in (signal.SIGINT, signal.SIGTERM)
+    }
     try:
         yield caught
     finally:

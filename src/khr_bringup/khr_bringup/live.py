@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from khr_bringup.domain import choose
 from khr_bringup.errors import BringupError
+from khr_bringup.run_registry import choose
 
 PATIENCE = 5.0  # s of wall time for a service to appear, and again to answer
 
@@ -63,8 +63,9 @@ def _client(node: str, domain: int | None) -> Iterator[Any]:
     try:
         client = AsyncParameterClient(own, node)
         if not client.wait_for_services(PATIENCE):
-            known = ', '.join(sorted(name for name in own.get_node_names()
-                                     if not name.startswith(('khr', '_'))))
+            known = ', '.join(
+                sorted(name for name in own.get_node_names() if not name.startswith(('khr', '_')))
+            )
             raise BringupError(f'{node}: no such node in the running graph; accepted: {known}')
 
         def call(service: str, *arguments: Any) -> Any:

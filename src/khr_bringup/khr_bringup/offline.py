@@ -97,8 +97,9 @@ def run_offline(scenario: Scenario, watch: Watch | None = None) -> OfflineResult
         plant.world.close()
 
 
-def _run(scenario: Scenario, plant: Plant, controllers: Controllers,
-         watch: Watch | None) -> OfflineResult:
+def _run(
+    scenario: Scenario, plant: Plant, controllers: Controllers, watch: Watch | None
+) -> OfflineResult:
     monitor = OutcomeMonitor(scenario.table('monitor'))
     delayed = plant.parameters.control_delay > 0
     due = controllers.reference(0.0)  # what the board holds before the first answer

@@ -9,7 +9,7 @@ import sys
 import time
 from pathlib import Path
 
-from khr_bringup.tables import PACKAGES
+from khr_bringup.node_registry import PACKAGES
 
 FIRST = ('simulator',)  # it ends the run, and waits until that has been heard
 LAST = ('recorder', 'graph')  # what writes the bag, with the others' last words
@@ -37,14 +37,21 @@ class Processes:
         """Start ``python -m module`` with its output in ``name.log``."""
         with (self._log / f'{name}.log').open('wb') as log:
             self._children[name] = subprocess.Popen(
-                [sys.executable, '-m', module, *arguments], env=self._environment,
-                stdin=subprocess.DEVNULL, stdout=log, stderr=subprocess.STDOUT,
-                start_new_session=True)
+                [sys.executable, '-m', module, *arguments],
+                env=self._environment,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+            )
 
     def start_node(self, node: str, parameters: Path) -> None:
         """Start one node of the graph with a parameter file."""
-        self.start(node, f'{PACKAGES[node]}.nodes.{node}',
-                   ['--ros-args', '--params-file', str(parameters)])
+        self.start(
+            node,
+            f'{PACKAGES[node]}.nodes.{node}',
+            ['--ros-args', '--params-file', str(parameters)],
+        )
 
     def ended(self) -> str | None:
         """Describe a process that has ended, if one has."""

@@ -12,10 +12,11 @@ from typing import Any
 import yaml
 
 from khr_bringup.errors import BringupError
-from khr_bringup.tables import TABLES
+from khr_bringup.node_registry import TABLES
 from khr_common import ParameterError, build, check, specifications
 
 CONFIG = Path(str(files('khr_bringup') / 'config'))
+SHIPPED = CONFIG / 'scenarios'
 Values = dict[str, dict[str, Any]]
 PERIOD = 'control_period'
 STAGED = ('ankle_controller', 'hip_controller')  # nodes that may wait for the stage
@@ -72,10 +73,15 @@ class Scenario:
         Args:
             prefix: before each node's name: ``/**/`` for nodes in whatever namespace.
         """
-        document = {prefix + node: {'ros__parameters': {
-            key: self.of(node).get(key, specification.default)
-            for key, specification in specifications(table).items()}}
-            for node, table in TABLES.items()}
+        document = {
+            prefix + node: {
+                'ros__parameters': {
+                    key: self.of(node).get(key, specification.default)
+                    for key, specification in specifications(table).items()
+                }
+            }
+            for node, table in TABLES.items()
+        }
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 
 
@@ -117,18 +123,23 @@ def find(name: str) -> Path:
     Raises:
         BringupError: if there is none.
     """
-    for path in (Path(name), Path('config') / f'{name}.yaml', CONFIG / f'{name}.yaml',
-                 CONFIG / Path(name).name):
+    for path in (
+        Path(name),
+        Path('config/scenarios') / f'{name}.yaml',
+        SHIPPED / f'{name}.yaml',
+        SHIPPED / Path(name).name,
+    ):
         if path.is_file():
             return path
-    raise BringupError(f'{name}: no such scenario; accepted: a file, or one of '
-                       f'{", ".join(path.stem for path in shipped())}')
+    raise BringupError(
+        f'{name}: no such scenario; accepted: a file, or one of '
+        f'{", ".join(path.stem for path in shipped())}'
+    )
 
 
 def shipped() -> list[Path]:
     """List the scenario files that come with the project."""
-    return sorted((path for path in CONFIG.glob('*.yaml') if path.stem != 'defaults'),
-                  key=lambda path: _natural(path.stem))
+    return sorted(SHIPPED.glob('*.yaml'), key=lambda path: _natural(path.stem))
 
 
 def parse_change(text: str) -> tuple[tuple[str, str], Any]:
@@ -161,8 +172,10 @@ def parse_value(node: str, key: str, text: str) -> Any:
 
 
 def _natural(stem: str) -> list[Any]:
-    return [float(part) if re.fullmatch(r'[\d.]+', part) else part
-            for part in re.split(r'(\d+(?:\.\d+)?)', stem)]
+    return [
+        float(part) if re.fullmatch(r'[\d.]+', part) else part
+        for part in re.split(r'(\d+(?:\.\d+)?)', stem)
+    ]
 
 
 def _known_node(file: str, node: Any) -> str:
@@ -178,8 +191,9 @@ def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
     keys = body['ros__parameters']
     if not isinstance(keys, dict):
         raise BringupError(f'{file}: {node}: ros__parameters: accepted: a mapping of parameters')
-    return {key: _checked(file, _known_node(file, node), key, value)
-            for key, value in keys.items()}
+    return {
+        key: _checked(file, _known_node(file, node), key, value) for key, value in keys.items()
+    }
 
 
 def _checked(file: str, node: str, key: str, value: Any) -> Any:
@@ -199,8 +213,10 @@ def _consistent(file: str, values: Values) -> Values:
     if values.get('stage', {}).get('mode', 'none') == 'none':
         for node in STAGED:
             if values.get(node, {}).get('staged'):
-                raise BringupError(f'{file}: {node}: staged: True is not accepted; accepted: '
-                                   'False while the mode of stage is none')
+                raise BringupError(
+                    f'{file}: {node}: staged: True is not accepted; accepted: '
+                    'False while the mode of stage is none'
+                )
     return values
 
 
@@ -213,7 +229,8 @@ class _StrictLoader(yaml.SafeLoader):
             key = self.construct_object(key_node, deep=True)
             if key in seen:
                 raise yaml.constructor.ConstructorError(
-                    None, None, f'key {key!r} is given twice', key_node.start_mark)
+                    None, None, f'key {key!r} is given twice', key_node.start_mark
+                )
             seen.add(key)
         return super().construct_mapping(node, deep)
 

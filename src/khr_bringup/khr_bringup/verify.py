@@ -11,12 +11,12 @@ from rich.progress import Progress
 from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup import scenario as scenarios
 from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, changes, read_messages
+from khr_bringup.code_version import code_version, version_told
 from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import TABLES
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
-from khr_bringup.sweeps.version import code_version, version_told
-from khr_bringup.tables import TABLES
-from khr_common import specifications
+from khr_common import KhrError, specifications
 
 STATE_TOPIC = '/simulator/state'
 
@@ -52,15 +52,21 @@ def verify(bag: Path) -> int:
     """
     recorded = read(bag)
     if recorded.scenario.table('simulator').sync != 'lockstep':
-        raise BringupError(f'{bag}: the run followed the wall clock, so it cannot be repeated; '
-                           'accepted: a run in lockstep')
+        raise BringupError(
+            f'{bag}: the run followed the wall clock, so it cannot be repeated; '
+            'accepted: a run in lockstep'
+        )
     if recorded.interventions:
-        raise BringupError(f'{bag}: the run cannot be repeated from its scenario alone; while it '
-                           f'ran: {"; ".join(recorded.interventions)}')
+        raise BringupError(
+            f'{bag}: the run cannot be repeated from its scenario alone; while it '
+            f'ran: {"; ".join(recorded.interventions)}'
+        )
     repeated = _repeat(recorded)
     same = repeated == recorded.trajectory_hash
-    print(f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
-          f'ended by {recorded.end}')
+    print(
+        f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
+        f'ended by {recorded.end}'
+    )
     print(f'recorded {recorded.trajectory_hash}')
     print(f'repeated {repeated}')
     print('same' if same else 'different')
@@ -80,13 +86,21 @@ def read(bag: Path) -> Recorded:
     finished = [message for message in messages[STATE_TOPIC] if message.message == 'finished']
     state = {pair.key: pair.value for pair in finished[-1].values} if finished else {}
     if not state.get('trajectory_hash') or not int(state.get('time_ns', 0)):
-        raise BringupError(f'{bag}: its run has no end, or ended before it began; accepted: the '
-                           'bag of a run that ended or was interrupted')
-    return Recorded(_scenario(bag, messages[SCENARIO_TOPIC][-1].data), state['trajectory_hash'],
-                    int(state['time_ns']), state.get('end', ''),
-                    tuple(f'{each.node}.{each.parameter} was set to {each.value}'
-                          for each in changes(messages[EVENT_TOPIC]))
-                    + (('a push over its topic',) if messages[PUSH_TOPIC] else ()))
+        raise BringupError(
+            f'{bag}: its run has no end, or ended before it began; accepted: the '
+            'bag of a run that ended or was interrupted'
+        )
+    return Recorded(
+        _scenario(bag, messages[SCENARIO_TOPIC][-1].data),
+        state['trajectory_hash'],
+        int(state['time_ns']),
+        state.get('end', ''),
+        tuple(
+            f'{each.node}.{each.parameter} was set to {each.value}'
+            for each in changes(messages[EVENT_TOPIC])
+        )
+        + (('a push over its topic',) if messages[PUSH_TOPIC] else ()),
+    )
 
 
 def _scenario(bag: Path, text: str) -> Scenario:
@@ -97,7 +111,7 @@ def _scenario(bag: Path, text: str) -> Scenario:
         raise BringupError(f'{title}: its code version is {told}, this one is {code_version()}')
     try:
         scenario = scenarios.parse(text, 'its scenario', bag.name)
-    except BringupError as error:
+    except KhrError as error:
         raise BringupError(f'{title}: {error}') from error
     for node, table in TABLES.items():
         missing = set(specifications(table)) - set(scenario.values.get(node, {}))
@@ -113,5 +127,6 @@ def _repeat(recorded: Recorded) -> str:
     console = Console(stderr=True)
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task('repeating', total=seconds)
-        return run_offline(scenario, lambda truth, *_: progress.update(
-            task, completed=truth.stamp_ns / 1e9)).trajectory_hash
+        return run_offline(
+            scenario, lambda truth, *_: progress.update(task, completed=truth.stamp_ns / 1e9)
+        ).trajectory_hash

@@ -9,8 +9,8 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from khr_bringup.graph import nodes_of, prepare
+from khr_bringup.node_registry import PACKAGES
 from khr_bringup.scenario import load
-from khr_bringup.tables import PACKAGES
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
@@ -21,20 +21,39 @@ def _nodes(context: LaunchContext) -> list[Node]:
     folder.mkdir(parents=True, exist_ok=True)
     parameters = folder / 'scenario.yaml'
     parameters.write_text(prepare(scenario, folder, record).to_yaml('/**/'), encoding='utf-8')
-    return [Node(package=PACKAGES[node], executable=node, name=node, output='screen',
-                 namespace=LaunchConfiguration('namespace'), parameters=[str(parameters)])
-            for node in nodes_of(scenario, record)]
+    return [
+        Node(
+            package=PACKAGES[node],
+            executable=node,
+            name=node,
+            output='screen',
+            namespace=LaunchConfiguration('namespace'),
+            parameters=[str(parameters)],
+        )
+        for node in nodes_of(scenario, record)
+    ]
 
 
 def generate_launch_description() -> LaunchDescription:
     """Describe the launch: arguments, then one process per node."""
-    return LaunchDescription([
-        DeclareLaunchArgument('scenario', default_value='walk_7.68deg_ka12',
-                              description='A scenario of khr_bringup/config, or a file.'),
-        DeclareLaunchArgument('record', default_value='true', description='Write a bag.'),
-        DeclareLaunchArgument('out', default_value='',
-                              description='Folder for the bag; a temporary one by default.'),
-        DeclareLaunchArgument('namespace', default_value='',
-                              description='Namespace of all nodes, for a second robot.'),
-        OpaqueFunction(function=_nodes),
-    ])
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument(
+                'scenario',
+                default_value='walk_7.68deg_ka12',
+                description='A scenario of khr_bringup/config, or a file.',
+            ),
+            DeclareLaunchArgument('record', default_value='true', description='Write a bag.'),
+            DeclareLaunchArgument(
+                'out',
+                default_value='',
+                description='Folder for the bag; a temporary one by default.',
+            ),
+            DeclareLaunchArgument(
+                'namespace',
+                default_value='',
+                description='Namespace of all nodes, for a second robot.',
+            ),
+            OpaqueFunction(function=_nodes),
+        ]
+    )

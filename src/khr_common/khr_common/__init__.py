@@ -1,6 +1,14 @@
-"""What every khr package shares: the parameter table, the error base and the node shell."""
+"""What every khr package shares: parameter tables, interfaces, errors, the base of the nodes."""
 
-from khr_common.errors import KhrError
+from khr_common.errors import KhrError, RunError
 from khr_common.parameters import ParameterError, build, check, parameter, specifications
 
-__all__ = ['KhrError', 'ParameterError', 'build', 'check', 'parameter', 'specifications']
+__all__ = [
+    'KhrError',
+    'ParameterError',
+    'RunError',
+    'build',
+    'check',
+    'parameter',
+    'specifications',
+]

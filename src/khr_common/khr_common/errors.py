@@ -1,5 +1,9 @@
-"""The base of every error that a khr package raises for a reason a user can act on."""
+"""The errors that every package builds on."""
 
 
 class KhrError(Exception):
-    """A mistake that the user can mend; its text is one line that says how."""
+    """What a user can mend; its text is one line: what, where, which value, what is accepted."""
+
+
+class RunError(KhrError):
+    """A computation that began and could not go on: a node died, a scheduler is gone."""

@@ -31,6 +31,8 @@ class LowPass:
     def update(self, means: Sequence[float]) -> list[float]:
         """Return the outputs at the end of a period, one for each signal's mean over it."""
         rest = self._rest
-        self._output = [rest * output + (1.0 - rest) * mean
-                        for output, mean in zip(self._output, means, strict=True)]
+        self._output = [
+            rest * output + (1.0 - rest) * mean
+            for output, mean in zip(self._output, means, strict=True)
+        ]
         return self._output

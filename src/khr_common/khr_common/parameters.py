@@ -89,20 +89,41 @@ class Specification:
                 raise self._refusal(value)
 
     def _refusal(self, value: Any, hint: str = '') -> ParameterError:
-        return ParameterError(f'{self.name}: {value!r} is not accepted{hint}; '
-                              f'accepted: {self.accepted}')
+        return ParameterError(
+            f'{self.name}: {value!r} is not accepted{hint}; accepted: {self.accepted}'
+        )
 
 
 _WORDS: dict[type[Any] | None, str] = {
-    bool: 'bool', int: 'integer', float: 'float', str: 'text', list: 'list'}
+    bool: 'bool',
+    int: 'integer',
+    float: 'float',
+    str: 'text',
+    list: 'list',
+}
 
 
-def parameter(default: Any, description: str, *, unit: str = '', minimum: float | None = None,
-              maximum: float | None = None, choices: tuple[str, ...] = (),
-              length: int | None = None, read_only: bool = False) -> Any:
+def parameter(
+    default: Any,
+    description: str,
+    *,
+    unit: str = '',
+    minimum: float | None = None,
+    maximum: float | None = None,
+    choices: tuple[str, ...] = (),
+    length: int | None = None,
+    read_only: bool = False,
+) -> Any:
     """Declare a field of a parameter table (the values of a list are given as a tuple)."""
-    metadata = {'description': description, 'unit': unit, 'minimum': minimum, 'maximum': maximum,
-                'choices': choices, 'length': length, 'read_only': read_only}
+    metadata = {
+        'description': description,
+        'unit': unit,
+        'minimum': minimum,
+        'maximum': maximum,
+        'choices': choices,
+        'length': length,
+        'read_only': read_only,
+    }
     return dataclasses.field(default=default, metadata=metadata)
 
 
@@ -110,8 +131,12 @@ def specifications(table: type[Any]) -> Mapping[str, Specification]:
     """List the parameters of a table by name, in the order of their declaration."""
     if table not in _KNOWN:  # to look up the types takes milliseconds
         hints = get_type_hints(table)
-        _KNOWN[table] = MappingProxyType({field.name: _specification(field, hints[field.name])
-                                          for field in dataclasses.fields(table)})
+        _KNOWN[table] = MappingProxyType(
+            {
+                field.name: _specification(field, hints[field.name])
+                for field in dataclasses.fields(table)
+            }
+        )
     return _KNOWN[table]
 
 
@@ -123,9 +148,13 @@ def _specification(field: dataclasses.Field[Any], hint: Any) -> Specification:
     default: Any = field.default
     if is_list:
         default = list(default)
-    return Specification(name=field.name, kind=list if is_list else hint,
-                         element=get_args(hint)[0] if is_list else None,
-                         default=default, **field.metadata)
+    return Specification(
+        name=field.name,
+        kind=list if is_list else hint,
+        element=get_args(hint)[0] if is_list else None,
+        default=default,
+        **field.metadata,
+    )
 
 
 def check(table: type[Any], name: str, value: Any) -> Value:
@@ -147,5 +176,9 @@ def build(table: type[Table], values: Mapping[str, Any] | None = None) -> Table:
         ParameterError: as :func:`check`.
     """
     checked = {name: check(table, name, value) for name, value in (values or {}).items()}
-    return table(**{name: tuple(value) if isinstance(value, list) else value
-                    for name, value in checked.items()})
+    return table(
+        **{
+            name: tuple(value) if isinstance(value, list) else value
+            for name, value in checked.items()
+        }
+    )

@@ -54,8 +54,9 @@ class StampedSet:
         values[name] = value
         if len(values) == len(self._names):
             # What is older can only be half of an instant told twice, or from before we listened.
-            self._values = {stamp: begun for stamp, begun in self._values.items()
-                            if stamp > stamp_ns}
+            self._values = {
+                stamp: begun for stamp, begun in self._values.items() if stamp > stamp_ns
+            }
             return [values[each] for each in self._names]
         if len(self._values) > HISTORY:
             del self._values[next(iter(self._values))]

@@ -40,10 +40,16 @@ class Board:
             SimError: if the target is not n finite numbers.
         """
         if len(target) != len(self._lower) or not all(map(isfinite, target)):
-            raise SimError(f'target: {list(target)} is not accepted; '
-                           f'accepted: {len(self._lower)} finite angles in rad')
-        return np.array([min(max(round(angle / COUNT), lower), upper) * COUNT for angle, lower,
-                         upper in zip(target, self._lower, self._upper, strict=True)])
+            raise SimError(
+                f'target: {list(target)} is not accepted; '
+                f'accepted: {len(self._lower)} finite angles in rad'
+            )
+        return np.array(
+            [
+                min(max(round(angle / COUNT), lower), upper) * COUNT
+                for angle, lower, upper in zip(target, self._lower, self._upper, strict=True)
+            ]
+        )
 
     def reset(self, posture: Sequence[float]) -> Array:
         """Start from a posture; return it (n,) in rad, as the board holds it."""

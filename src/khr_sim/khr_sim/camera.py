@@ -14,9 +14,16 @@ FIELD_OF_VIEW = 30.0  # deg, vertical
 SUN = (0.6, 0.8, 1.5)  # direction towards the light, in odom
 
 
-def render(world: World, width: int, height: int, *, yaw: float = -0.9, pitch: float = -0.25,
-           distance: float = 1.0,
-           target: Sequence[float] | None = None) -> NDArray[np.uint8]:
+def render(
+    world: World,
+    width: int,
+    height: int,
+    *,
+    yaw: float = -0.9,
+    pitch: float = -0.25,
+    distance: float = 1.0,
+    target: Sequence[float] | None = None,
+) -> NDArray[np.uint8]:
     """Return a picture of the robot, shape (height, width, 3), RGB.
 
     Args:
@@ -32,11 +39,18 @@ def render(world: World, width: int, height: int, *, yaw: float = -0.9, pitch: f
         position, _ = bullet.getBasePositionAndOrientation(world.body, world.client)
         target = (position[0], position[1], position[2] - 0.08)
     view = bullet.computeViewMatrixFromYawPitchRoll(
-        target, distance, np.degrees(yaw) - 90.0, np.degrees(pitch), 0.0, 2)
-    projection = bullet.computeProjectionMatrixFOV(
-        FIELD_OF_VIEW, width / height, 0.05, 10.0)
+        target, distance, np.degrees(yaw) - 90.0, np.degrees(pitch), 0.0, 2
+    )
+    projection = bullet.computeProjectionMatrixFOV(FIELD_OF_VIEW, width / height, 0.05, 10.0)
     _, _, pixels, _, _ = bullet.getCameraImage(
-        width, height, view, projection, lightDirection=SUN, shadow=1,
-        renderer=bullet.ER_TINY_RENDERER, physicsClientId=world.client)
+        width,
+        height,
+        view,
+        projection,
+        lightDirection=SUN,
+        shadow=1,
+        renderer=bullet.ER_TINY_RENDERER,
+        physicsClientId=world.client,
+    )
     picture = np.reshape(np.asarray(pixels, dtype=np.uint8), (height, width, 4))
     return np.ascontiguousarray(picture[:, :, :3])

@@ -81,7 +81,7 @@ class ContactForces:
         self._of_foot: dict[int, tuple[Vector, float, list[float], list[float]]] = {}
         for side, (foot, (position, orientation)) in enumerate(zip(feet, soles, strict=True)):
             forward = carried(orientation, (1.0, 0.0, 0.0))
-            toe, heel = self._impulses[2 * side:2 * side + 2]
+            toe, heel = self._impulses[2 * side : 2 * side + 2]
             self._of_foot[foot] = forward, dot(forward, position), toe, heel
 
     def add(self, contacts: Sequence[Any]) -> None:
@@ -107,5 +107,7 @@ class ContactForces:
             return [(0.0, 0.0, 0.0)] * 4
         along = tuple(zip(*self._directions, strict=True))
         to_sole = [inverse(orientation) for _, orientation in soles for _ in range(2)]
-        return [carried(turn, [dot(impulse, each) / self._steps for each in along])
-                for turn, impulse in zip(to_sole, self._impulses, strict=True)]
+        return [
+            carried(turn, [dot(impulse, each) / self._steps for each in along])
+            for turn, impulse in zip(to_sole, self._impulses, strict=True)
+        ]

@@ -23,20 +23,39 @@ class FootForceParameters:
     """The parameter table of the foot-force sensors."""
 
     saturation: float = parameter(
-        25.0, 'Largest force that a sensor can tell; the robot weighs 14.7 N.', unit='N',
-        minimum=1.0, maximum=200.0)
+        25.0,
+        'Largest force that a sensor can tell; the robot weighs 14.7 N.',
+        unit='N',
+        minimum=1.0,
+        maximum=200.0,
+    )
     noise: float = parameter(
-        0.05, 'Standard deviation of the white noise of a sample.', unit='N',
-        minimum=0.0, maximum=5.0)
+        0.05,
+        'Standard deviation of the white noise of a sample.',
+        unit='N',
+        minimum=0.0,
+        maximum=5.0,
+    )
     resolution: float = parameter(
-        0.025, 'Step of the reading; 0 for none. The default is a thousandth of the range, as '
-        'the 10-bit converter of the board gives.', unit='N', minimum=0.0, maximum=5.0)
+        0.025,
+        'Step of the reading; 0 for none. The default is a thousandth of the range, as '
+        'the 10-bit converter of the board gives.',
+        unit='N',
+        minimum=0.0,
+        maximum=5.0,
+    )
     time_constant: float = parameter(
-        0.5, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0)
+        0.5, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0
+    )
     seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
     control_period: float = parameter(
-        0.015, 'Period of the samples, that of the simulator.', unit='s',
-        minimum=0.001, maximum=0.1, read_only=True)
+        0.015,
+        'Period of the samples, that of the simulator.',
+        unit='s',
+        minimum=0.001,
+        maximum=0.1,
+        read_only=True,
+    )
 
 
 class FootForce:
@@ -70,10 +89,13 @@ class FootForce:
         Raises:
             SimError: if the forces are not (4, 3) finite numbers.
         """
-        if ([len(force) for force in contact_force] != [3] * 4
-                or not all(map(isfinite, chain.from_iterable(contact_force)))):
-            raise SimError(f'contact_force: {contact_force!r} is not accepted; '
-                           f'accepted: (4, 3) finite forces in N')
+        if [len(force) for force in contact_force] != [3] * 4 or not all(
+            map(isfinite, chain.from_iterable(contact_force))
+        ):
+            raise SimError(
+                f'contact_force: {contact_force!r} is not accepted; '
+                f'accepted: (4, 3) finite forces in N'
+            )
         own = self.parameters
         # Drawn whether it is used or not: the sequence depends on nothing but the seed.
         noise = self._noise.standard_normal(4).tolist()

@@ -31,30 +31,54 @@ class GyroParameters:
     """The parameter table of the gyro."""
 
     model: str = parameter(
-        'packaged', 'Dynamics of the sensor: "ideal" reports the true rate, "packaged" is a '
+        'packaged',
+        'Dynamics of the sensor: "ideal" reports the true rate, "packaged" is a '
         'first-order low-pass, "circuit" the vibratory sensor down to its circuit. Sensitivity, '
         'offset, noise, range and converter apply to the last two.',
-        choices=('ideal', 'packaged', 'circuit'))
+        choices=('ideal', 'packaged', 'circuit'),
+    )
     sensitivity: float = parameter(
-        0.67, 'Sensitivity of this sensor. The board reckons with the nominal 0.67, so another '
-        'value is an error of scale.', unit='mV per deg/s', minimum=0.01, maximum=10.0)
+        0.67,
+        'Sensitivity of this sensor. The board reckons with the nominal 0.67, so another '
+        'value is an error of scale.',
+        unit='mV per deg/s',
+        minimum=0.01,
+        maximum=10.0,
+    )
     bandwidth: float = parameter(
-        2.0, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0)
+        2.0, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0
+    )
     noise: float = parameter(
-        0.01, 'Standard deviation of the white noise of a sample.', unit='rad/s',
-        minimum=0.0, maximum=1.0)
+        0.01,
+        'Standard deviation of the white noise of a sample.',
+        unit='rad/s',
+        minimum=0.0,
+        maximum=1.0,
+    )
     zero_offset: float = parameter(
-        0.0, 'Output at rest, after the board has subtracted its reference.', unit='rad/s',
-        minimum=-1.0, maximum=1.0)
+        0.0,
+        'Output at rest, after the board has subtracted its reference.',
+        unit='rad/s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
     saturation: float = parameter(
-        5.236, 'Largest rate that the sensor can tell.', unit='rad/s', minimum=0.1, maximum=60.0)
+        5.236, 'Largest rate that the sensor can tell.', unit='rad/s', minimum=0.1, maximum=60.0
+    )
     adc: bool = parameter(
-        True, "Round the output to the steps of the board's 10-bit converter over 5 V: 7.3 deg/s "
-        'at the nominal sensitivity.')
+        True,
+        "Round the output to the steps of the board's 10-bit converter over 5 V: 7.3 deg/s "
+        'at the nominal sensitivity.',
+    )
     seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
     control_period: float = parameter(
-        0.015, 'Period of the samples, that of the simulator.', unit='s',
-        minimum=0.001, maximum=0.1, read_only=True)
+        0.015,
+        'Period of the samples, that of the simulator.',
+        unit='s',
+        minimum=0.001,
+        maximum=0.1,
+        read_only=True,
+    )
 
 
 class Gyro:
@@ -95,13 +119,14 @@ class Gyro:
             SimError: if the rates are not three finite numbers.
         """
         if len(angular_rate) != 3 or not all(map(isfinite, angular_rate)):
-            raise SimError(f'angular_rate: {angular_rate!r} is not accepted; '
-                           f'accepted: three finite rates in rad/s')
+            raise SimError(
+                f'angular_rate: {angular_rate!r} is not accepted; '
+                f'accepted: three finite rates in rad/s'
+            )
         # Drawn whether it is used or not: the sequence depends on nothing but the seed.
         noise = self._noise.standard_normal(3).tolist()
         sensed = self._sense(angular_rate)
-        x, y, z = (sensed if self.parameters.model == 'ideal' else
-                   map(self._read, sensed, noise))
+        x, y, z = sensed if self.parameters.model == 'ideal' else map(self._read, sensed, noise)
         return x, y, z
 
     def _sense(self, rate: Sequence[float]) -> list[float]:
@@ -114,8 +139,10 @@ class Gyro:
         """Carry what one sensor tells to the board: noise, range, scale, offset, converter."""
         own, limit = self.parameters, self.parameters.saturation
         scale = own.sensitivity / 1000.0 / radians(1.0)
-        voltage = (scale * min(max(sensed + own.noise * noise, -limit), limit)
-                   + PACKAGED_SENSITIVITY * own.zero_offset)
+        voltage = (
+            scale * min(max(sensed + own.noise * noise, -limit), limit)
+            + PACKAGED_SENSITIVITY * own.zero_offset
+        )
         if own.adc:
             steps = min(max(round(voltage / AD_STEP), -AD_HALF_RANGE), AD_HALF_RANGE - 1)
             voltage = steps * AD_STEP

@@ -23,8 +23,9 @@ class Barrier(Generic[Answer]):
 
     def open(self, stamp_ns: int) -> None:
         """Begin to take answers to the instant ``stamp_ns``; forget all but the one before."""
-        self._answers = {stamp: answers for stamp, answers in self._answers.items()
-                         if stamp == self._now} | {stamp_ns: {}}
+        self._answers = {
+            stamp: answers for stamp, answers in self._answers.items() if stamp == self._now
+        } | {stamp_ns: {}}
         self._now = stamp_ns
 
     def put(self, source: str, stamp_ns: int, answer: Answer) -> bool:

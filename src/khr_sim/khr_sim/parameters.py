@@ -19,94 +19,175 @@ class SimulatorParameters:
     """
 
     inclination_deg: float = parameter(
-        0.0, 'Inclination of the ground; positive if the robot faces downhill.',
-        unit='deg', minimum=-30.0, maximum=30.0)
+        0.0,
+        'Inclination of the ground; positive if the robot faces downhill.',
+        unit='deg',
+        minimum=-30.0,
+        maximum=30.0,
+    )
     inclination_rate_deg_s: float = parameter(
-        0.0, 'Speed at which the inclination grows during the run.',
-        unit='deg/s', minimum=-5.0, maximum=5.0)
+        0.0,
+        'Speed at which the inclination grows during the run.',
+        unit='deg/s',
+        minimum=-5.0,
+        maximum=5.0,
+    )
     level_start: bool = parameter(
-        False, 'Start on level ground, which then tilts to the inclination at 2 deg/s.',
-        read_only=True)
+        False,
+        'Start on level ground, which then tilts to the inclination at 2 deg/s.',
+        read_only=True,
+    )
     surface: str = parameter(
-        'smooth', 'What the robot stands on: its soles on a smooth board, rubber soles, or the '
-        'pads of its force sensors.', choices=('smooth', 'rubber', 'pads'), read_only=True)
+        'smooth',
+        'What the robot stands on: its soles on a smooth board, rubber soles, or the '
+        'pads of its force sensors.',
+        choices=('smooth', 'rubber', 'pads'),
+        read_only=True,
+    )
     friction: float = parameter(
-        0.0, 'Friction coefficient of feet and ground; 0 takes the one of the surface.',
-        minimum=0.0, maximum=2.0)
+        0.0,
+        'Friction coefficient of feet and ground; 0 takes the one of the surface.',
+        minimum=0.0,
+        maximum=2.0,
+    )
     friction_smooth: float = parameter(
-        0.18, 'Friction coefficient of the bare sole on the smooth board.',
-        minimum=0.0, maximum=2.0)
+        0.18,
+        'Friction coefficient of the bare sole on the smooth board.',
+        minimum=0.0,
+        maximum=2.0,
+    )
     friction_rubber: float = parameter(
-        0.8, 'Friction coefficient of the rubber sole on the board.', minimum=0.0, maximum=2.0)
+        0.8, 'Friction coefficient of the rubber sole on the board.', minimum=0.0, maximum=2.0
+    )
     friction_pads: float = parameter(
-        0.8, 'Friction coefficient of the force-sensor pads on the board.',
-        minimum=0.0, maximum=2.0)
+        0.8,
+        'Friction coefficient of the force-sensor pads on the board.',
+        minimum=0.0,
+        maximum=2.0,
+    )
     pad_distance: float = parameter(
-        0.023, 'Distance of toe pad and heel pad from the ankle axis.',
-        unit='m', minimum=0.005, maximum=0.05, read_only=True)
+        0.023,
+        'Distance of toe pad and heel pad from the ankle axis.',
+        unit='m',
+        minimum=0.005,
+        maximum=0.05,
+        read_only=True,
+    )
     physics_step: float = parameter(
-        0.001, 'Time step of the physics.', unit='s', minimum=0.0001, maximum=0.001,
-        read_only=True)
+        0.001, 'Time step of the physics.', unit='s', minimum=0.0001, maximum=0.001, read_only=True
+    )
     solver_iterations: int = parameter(
-        50, 'Iterations of the contact solver per physics step.', minimum=5, maximum=1000,
-        read_only=True)
+        50,
+        'Iterations of the contact solver per physics step.',
+        minimum=5,
+        maximum=1000,
+        read_only=True,
+    )
     control_period: float = parameter(
-        0.015, 'Output period of the controller board: 0.010, 0.015, 0.020 or 0.025.',
-        unit='s', minimum=0.010, maximum=0.025, read_only=True)
+        0.015,
+        'Output period of the controller board: 0.010, 0.015, 0.020 or 0.025.',
+        unit='s',
+        minimum=0.010,
+        maximum=0.025,
+        read_only=True,
+    )
     gui: bool = parameter(False, "Show the physics engine's own window.", read_only=True)
     servo_model: str = parameter(
-        'stretch', 'Position loop of the servos: the stiffness set by "stretch", or the '
-        'identified PID.', choices=('stretch', 'pid'), read_only=True)
+        'stretch',
+        'Position loop of the servos: the stiffness set by "stretch", or the identified PID.',
+        choices=('stretch', 'pid'),
+        read_only=True,
+    )
     stiffness_per_stretch: float = parameter(
-        0.235, 'Stiffness of a servo per unit of its stretch setting.',
-        unit='N m/rad', minimum=0.01, maximum=2.0)
-    stretch_upper: int = parameter(
-        60, 'Stretch of head and arm servos.', minimum=1, maximum=127)
+        0.235,
+        'Stiffness of a servo per unit of its stretch setting.',
+        unit='N m/rad',
+        minimum=0.01,
+        maximum=2.0,
+    )
+    stretch_upper: int = parameter(60, 'Stretch of head and arm servos.', minimum=1, maximum=127)
     stretch_hip: int = parameter(
-        60, 'Stretch of the hip servos, roll and pitch.', minimum=1, maximum=127)
+        60, 'Stretch of the hip servos, roll and pitch.', minimum=1, maximum=127
+    )
     stretch_knee: int = parameter(75, 'Stretch of the knee servos.', minimum=1, maximum=127)
     stretch_ankle_pitch: int = parameter(
-        45, 'Stretch of the ankle-pitch servos.', minimum=1, maximum=127)
+        45, 'Stretch of the ankle-pitch servos.', minimum=1, maximum=127
+    )
     stretch_ankle_roll: int = parameter(
-        30, 'Stretch of the ankle-roll servos.', minimum=1, maximum=127)
+        30, 'Stretch of the ankle-roll servos.', minimum=1, maximum=127
+    )
     pid_kp: float = parameter(
-        69.0, 'Proportional gain of the identified servo loop: armature volts per volt of '
-        'potentiometer error.', minimum=1.0, maximum=1000.0)
+        69.0,
+        'Proportional gain of the identified servo loop: armature volts per volt of '
+        'potentiometer error.',
+        minimum=1.0,
+        maximum=1000.0,
+    )
     pid_ki: float = parameter(
-        40.0, 'Integral gain of the identified servo loop.', unit='1/s',
-        minimum=0.0, maximum=1000.0)
+        40.0,
+        'Integral gain of the identified servo loop.',
+        unit='1/s',
+        minimum=0.0,
+        maximum=1000.0,
+    )
     pid_kd: float = parameter(
-        2.0, 'Derivative gain of the identified servo loop.', unit='s',
-        minimum=0.0, maximum=10.0)
+        2.0, 'Derivative gain of the identified servo loop.', unit='s', minimum=0.0, maximum=10.0
+    )
     rotor_inertia: float = parameter(
-        0.004, "Inertia of a servo's rotor and gears, seen at the output shaft.",
-        unit='kg m^2', minimum=0.0005, maximum=0.02)
+        0.004,
+        "Inertia of a servo's rotor and gears, seen at the output shaft.",
+        unit='kg m^2',
+        minimum=0.0005,
+        maximum=0.02,
+    )
     gear_stiffness: float = parameter(
-        40.0, "Stiffness between a servo's potentiometer and its link: shaft, horn, bracket.",
-        unit='N m/rad', minimum=1.0, maximum=200.0)
+        40.0,
+        "Stiffness between a servo's potentiometer and its link: shaft, horn, bracket.",
+        unit='N m/rad',
+        minimum=1.0,
+        maximum=200.0,
+    )
     gear_damping: float = parameter(
-        0.02, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=0.025)
+        0.02, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=0.025
+    )
     servo_friction: float = parameter(
-        0.05, "Dry friction of a servo's motor and gears, at the output shaft.",
-        unit='N m', minimum=0.0, maximum=0.5)
+        0.05,
+        "Dry friction of a servo's motor and gears, at the output shaft.",
+        unit='N m',
+        minimum=0.0,
+        maximum=0.5,
+    )
     backlash_deg: float = parameter(
-        0.0, "Free play of a servo's gears at the output shaft, in all.",
-        unit='deg', minimum=0.0, maximum=3.0)
+        0.0,
+        "Free play of a servo's gears at the output shaft, in all.",
+        unit='deg',
+        minimum=0.0,
+        maximum=3.0,
+    )
     seed: int = parameter(0, 'Seed of the initial error.', minimum=0, read_only=True)
     initial_tilt_deg: float = parameter(
-        0.0, "Standard deviation of the initial error in the robot's pitch and roll.",
-        unit='deg', minimum=0.0, maximum=5.0)
+        0.0,
+        "Standard deviation of the initial error in the robot's pitch and roll.",
+        unit='deg',
+        minimum=0.0,
+        maximum=5.0,
+    )
     stop_when_tilted_deg: float = parameter(
-        60.0, 'Tilt of the torso at which a run ends.', unit='deg', minimum=10.0, maximum=180.0)
+        60.0, 'Tilt of the torso at which a run ends.', unit='deg', minimum=10.0, maximum=180.0
+    )
 
     def __post_init__(self) -> None:
         if self.control_period not in CONTROL_PERIODS:
-            raise ParameterError(f'control_period: {self.control_period!r} is not accepted; '
-                                 f'accepted: {" | ".join(map(str, CONTROL_PERIODS))} s')
+            raise ParameterError(
+                f'control_period: {self.control_period!r} is not accepted; '
+                f'accepted: {" | ".join(map(str, CONTROL_PERIODS))} s'
+            )
         if self.steps * round(self.physics_step * 1e9) != round(self.control_period * 1e9):
-            raise ParameterError(f'physics_step: {self.physics_step!r} is not accepted; accepted: '
-                                 f'whole nanoseconds, a whole fraction of the control '
-                                 f'period, {self.control_period} s')
+            raise ParameterError(
+                f'physics_step: {self.physics_step!r} is not accepted; accepted: '
+                f'whole nanoseconds, a whole fraction of the control '
+                f'period, {self.control_period} s'
+            )
 
     @property
     def steps(self) -> int:
@@ -116,6 +197,9 @@ class SimulatorParameters:
     @property
     def sole_friction(self) -> float:
         """Return the friction coefficient between the feet and the ground."""
-        of_surface = {'smooth': self.friction_smooth, 'rubber': self.friction_rubber,
-                      'pads': self.friction_pads}
+        of_surface = {
+            'smooth': self.friction_smooth,
+            'rubber': self.friction_rubber,
+            'pads': self.friction_pads,
+        }
         return self.friction or of_surface[self.surface]

@@ -65,9 +65,14 @@ class Push:
         values.setdefault('point', '0,0,0')
         if missing := [key for key in _KEYS if key not in values]:
             _refuse('push', text, f'also {" ".join(f"{key}=..." for key in missing)}')
-        return cls(_number('t', values['t']), _number('duration', values['duration']),
-                   values['link'], values['frame'],
-                   _triple('force', values['force']), _triple('point', values['point']))
+        return cls(
+            _number('t', values['t']),
+            _number('duration', values['duration']),
+            values['link'],
+            values['frame'],
+            _triple('force', values['force']),
+            _triple('point', values['point']),
+        )
 
 
 _KEYS = ('t', 'duration', 'link', 'frame', 'force', 'point')

@@ -18,10 +18,23 @@ Array = NDArray[np.float64]
 
 JOINTS = (
     'head_yaw',
-    'l_shoulder_pitch', 'l_shoulder_roll', 'l_elbow_pitch',
-    'r_shoulder_pitch', 'r_shoulder_roll', 'r_elbow_pitch',
-    'l_hip_roll', 'l_hip_pitch', 'l_knee', 'l_ankle_pitch', 'l_ankle_roll',
-    'r_hip_roll', 'r_hip_pitch', 'r_knee', 'r_ankle_pitch', 'r_ankle_roll')
+    'l_shoulder_pitch',
+    'l_shoulder_roll',
+    'l_elbow_pitch',
+    'r_shoulder_pitch',
+    'r_shoulder_roll',
+    'r_elbow_pitch',
+    'l_hip_roll',
+    'l_hip_pitch',
+    'l_knee',
+    'l_ankle_pitch',
+    'l_ankle_roll',
+    'r_hip_roll',
+    'r_hip_pitch',
+    'r_knee',
+    'r_ankle_pitch',
+    'r_ankle_roll',
+)
 
 
 @dataclass(frozen=True)
@@ -67,8 +80,10 @@ class Robot:
         self.joints = {joint.name: joint for joint in map(_joint, self.xml.iter('joint'))}
         revolute = {name for name, joint in self.joints.items() if joint.kind == 'revolute'}
         if revolute != set(JOINTS):
-            raise SimError(f'urdf: {sorted(revolute ^ set(JOINTS))} missing or unknown; '
-                           f'accepted: the 17 joints of the KHR-3HV')
+            raise SimError(
+                f'urdf: {sorted(revolute ^ set(JOINTS))} missing or unknown; '
+                f'accepted: the 17 joints of the KHR-3HV'
+            )
 
     @classmethod
     def load(cls) -> Robot:
@@ -98,12 +113,13 @@ class Robot:
 
     def center_of_mass(self, poses: dict[str, Array]) -> Array:
         """Return the centre of mass (3,) in base_link, in m, for the poses of the links."""
-        moments = [link.mass * (poses[link.name] @ (*link.center_of_mass, 1.0))[:3]
-                   for link in self.links.values()]
+        moments = [
+            link.mass * (poses[link.name] @ (*link.center_of_mass, 1.0))[:3]
+            for link in self.links.values()
+        ]
         return np.asarray(np.sum(moments, axis=0) / self.mass)
 
-    def inertia(self, poses: dict[str, Array], about: Array,
-                links: Sequence[str] = ()) -> Array:
+    def inertia(self, poses: dict[str, Array], about: Array, links: Sequence[str] = ()) -> Array:
         """Return the inertia (3, 3) about a point of base_link, in kg m^2.
 
         Args:
@@ -151,11 +167,18 @@ def _link(element: ElementTree.Element) -> Link:
     if mass is None or inertia is None:
         raise SimError(f'urdf: {element.get("name")}: inertial needs mass and inertia')
     i = {key: float(value) for key, value in inertia.attrib.items()}
-    return Link(element.attrib['name'], float(mass.attrib['value']),
-                _vector(inertial.find('origin'), 'xyz'),
-                np.array([[i['ixx'], i['ixy'], i['ixz']],
-                          [i['ixy'], i['iyy'], i['iyz']],
-                          [i['ixz'], i['iyz'], i['izz']]]))
+    return Link(
+        element.attrib['name'],
+        float(mass.attrib['value']),
+        _vector(inertial.find('origin'), 'xyz'),
+        np.array(
+            [
+                [i['ixx'], i['ixy'], i['ixz']],
+                [i['ixy'], i['iyy'], i['iyz']],
+                [i['ixz'], i['iyz'], i['izz']],
+            ]
+        ),
+    )
 
 
 def _joint(element: ElementTree.Element) -> Joint:
@@ -163,7 +186,12 @@ def _joint(element: ElementTree.Element) -> Joint:
     if parent is None or child is None:
         raise SimError(f'urdf: {element.get("name")}: joint needs parent and child')
     bound = {} if limit is None else limit.attrib
-    return Joint(element.attrib['name'], element.attrib['type'],
-                 parent.attrib['link'], child.attrib['link'],
-                 _vector(element.find('origin'), 'xyz'), _vector(element.find('axis'), 'xyz'),
-                 *(float(bound.get(key, '0')) for key in ('lower', 'upper', 'effort', 'velocity')))
+    return Joint(
+        element.attrib['name'],
+        element.attrib['type'],
+        parent.attrib['link'],
+        child.attrib['link'],
+        _vector(element.find('origin'), 'xyz'),
+        _vector(element.find('axis'), 'xyz'),
+        *(float(bound.get(key, '0')) for key in ('lower', 'upper', 'effort', 'velocity')),
+    )

@@ -18,39 +18,77 @@ class RunParameters(SimulatorParameters):
     """
 
     sync: str = parameter(
-        'lockstep', 'Wait for the stamped answers of every period, or run freely against the '
-        'wall clock.', choices=('lockstep', 'realtime'), read_only=True)
+        'lockstep',
+        'Wait for the stamped answers of every period, or run freely against the wall clock.',
+        choices=('lockstep', 'realtime'),
+        read_only=True,
+    )
     control_delay: int = parameter(
-        1, 'Periods between a sample and the motion that answers it; 1 as on the real board, '
-        'and physics and controllers overlap.', unit='periods', minimum=0, maximum=1,
-        read_only=True)
+        1,
+        'Periods between a sample and the motion that answers it; 1 as on the real board, '
+        'and physics and controllers overlap.',
+        unit='periods',
+        minimum=0,
+        maximum=1,
+        read_only=True,
+    )
     answers: tuple[str, ...] = parameter(
-        SOURCES, 'Nodes whose answer lockstep waits for.', choices=('', *SOURCES),
-        read_only=True)
+        SOURCES, 'Nodes whose answer lockstep waits for.', choices=('', *SOURCES), read_only=True
+    )
     listeners: tuple[str, ...] = parameter(
-        ('',), 'Nodes that must hear before the run starts.', read_only=True)
+        ('',), 'Nodes that must hear before the run starts.', read_only=True
+    )
     lockstep_timeout: float = parameter(
-        5.0, 'Wall time after which a missing answer ends the run.', unit='s', minimum=0.1,
-        maximum=3600.0)
+        5.0,
+        'Wall time after which a missing answer ends the run.',
+        unit='s',
+        minimum=0.1,
+        maximum=3600.0,
+    )
     start_timeout: float = parameter(
-        0.0, 'Wall time after which a node that never appeared ends the run; 0 waits for ever.',
-        unit='s', minimum=0.0, maximum=3600.0)
+        0.0,
+        'Wall time after which a node that never appeared ends the run; 0 waits for ever.',
+        unit='s',
+        minimum=0.0,
+        maximum=3600.0,
+    )
     realtime_factor: float = parameter(
-        1.0, 'Simulated by wall time in realtime mode.', minimum=0.01, maximum=100.0,
-        read_only=True)
+        1.0,
+        'Simulated by wall time in realtime mode.',
+        minimum=0.01,
+        maximum=100.0,
+        read_only=True,
+    )
     command_timeout: float = parameter(
-        0.1, 'Age at which realtime mode drops a correction.', unit='s', minimum=0.001,
-        maximum=10.0)
+        0.1,
+        'Age at which realtime mode drops a correction.',
+        unit='s',
+        minimum=0.001,
+        maximum=10.0,
+    )
     duration: float = parameter(
-        0.0, 'Simulated time of the run; 0 runs until stopped (khr: as long as the motion).',
-        unit='s', minimum=0.0, maximum=1e6, read_only=True)
+        0.0,
+        'Simulated time of the run; 0 runs until stopped (khr: as long as the motion).',
+        unit='s',
+        minimum=0.0,
+        maximum=1e6,
+        read_only=True,
+    )
     pushes: tuple[str, ...] = parameter(
-        ('',), 'Timed pushes, each "t=5.0 duration=0.1 link=base_link frame=odom force=8,0,0 '
-        'point=0,0,0.05" in s, N and m.', read_only=True)
+        ('',),
+        'Timed pushes, each "t=5.0 duration=0.1 link=base_link frame=odom force=8,0,0 '
+        'point=0,0,0.05" in s, N and m.',
+        read_only=True,
+    )
     push_link: str = parameter(
-        'base_link', 'Link that a message on the topic push acts on if its frame is odom.')
+        'base_link', 'Link that a message on the topic push acts on if its frame is odom.'
+    )
     push_point: tuple[float, ...] = parameter(
-        (0.0, 0.0, 0.0), 'Point that such a push acts at, in the frame of its link.', unit='m',
-        length=3)
+        (0.0, 0.0, 0.0),
+        'Point that such a push acts at, in the frame of its link.',
+        unit='m',
+        length=3,
+    )
     push_duration: float = parameter(
-        0.1, 'Duration of such a push.', unit='s', minimum=0.001, maximum=60.0)
+        0.1, 'Duration of such a push.', unit='s', minimum=0.001, maximum=60.0
+    )

@@ -52,17 +52,21 @@ class Servos:
         """Take changed parameters without losing the state."""
         h = parameters.physics_step
         self._gear: list[float] = np.minimum(
-            parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2).tolist()
+            parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2
+        ).tolist()
         self._gear_damping: list[float] = np.minimum(
-            parameters.gear_damping, DAMPER_LIMIT * self._carried / h).tolist()
+            parameters.gear_damping, DAMPER_LIMIT * self._carried / h
+        ).tolist()
         self._play = radians(parameters.backlash_deg) / 2.0
         self._stiffness: list[float] = (
-            parameters.stiffness_per_stretch * stretches(parameters)).tolist()
+            parameters.stiffness_per_stretch * stretches(parameters)
+        ).tolist()
         self._pid = parameters.servo_model == 'pid'
         # (3.11): the identified gains relate armature volts to volts of potentiometer error.
         kp, self._ki, self._kd = (
             gain * POTENTIOMETER * STALL_TORQUE / SUPPLY
-            for gain in (parameters.pid_kp, parameters.pid_ki, parameters.pid_kd))
+            for gain in (parameters.pid_kp, parameters.pid_ki, parameters.pid_kd)
+        )
         if self._pid:
             self._stiffness = [kp] * len(JOINTS)
         self._step = h
@@ -88,8 +92,9 @@ class Servos:
         self._angle, self._integral = angle.tolist(), integral.tolist()
         return np.asarray(angle - held / self._gear)
 
-    def update(self, command: Sequence[float], position: Sequence[float],
-               velocity: Sequence[float]) -> list[float]:
+    def update(
+        self, command: Sequence[float], position: Sequence[float], velocity: Sequence[float]
+    ) -> list[float]:
         """Advance one physics step and return the torques on the joints.
 
         Args:
@@ -102,11 +107,26 @@ class Servos:
         """
         # Plain numbers: 17 of them are so few that NumPy takes twice the time.
         step, gain, loss, stick, play, most = (
-            self._step, self._gain, self._loss, self._stick, self._play, STALL_TORQUE)
+            self._step,
+            self._gain,
+            self._loss,
+            self._stick,
+            self._play,
+            STALL_TORQUE,
+        )
         torques, angles, rates = [], [], []
         for goal, joint, speed, angle, rate, stiffness, offset, gear, damping in zip(
-                command, position, velocity, self._angle, self._rate, self._stiffness,
-                self._offsets(command), self._gear, self._gear_damping, strict=False):
+            command,
+            position,
+            velocity,
+            self._angle,
+            self._rate,
+            self._stiffness,
+            self._offsets(command),
+            self._gear,
+            self._gear_damping,
+            strict=False,
+        ):
             twist, slide = angle - joint, rate - speed
             if play:
                 twist -= min(max(twist, -play), play)
@@ -137,16 +157,24 @@ class Servos:
         wanted = self._ki * self._step
         self._integral = [
             min(max(integral + wanted * (goal - angle), -STALL_TORQUE), STALL_TORQUE)
-            for integral, goal, angle in zip(self._integral, command, self._angle, strict=True)]
+            for integral, goal, angle in zip(self._integral, command, self._angle, strict=True)
+        ]
         before, self._command = self._command, command
-        return [integral + self._kd * ((goal - last) / self._step - rate)
-                for integral, goal, last, rate
-                in zip(self._integral, command, before, self._rate, strict=True)]
+        return [
+            integral + self._kd * ((goal - last) / self._step - rate)
+            for integral, goal, last, rate in zip(
+                self._integral, command, before, self._rate, strict=True
+            )
+        ]
 
 
 def stretches(parameters: SimulatorParameters) -> Array:
     """Return the stretch setting of each of the 17 servos."""
-    by_joint = {'hip_roll': parameters.stretch_hip, 'hip_pitch': parameters.stretch_hip,
-                'knee': parameters.stretch_knee, 'ankle_pitch': parameters.stretch_ankle_pitch,
-                'ankle_roll': parameters.stretch_ankle_roll}
+    by_joint = {
+        'hip_roll': parameters.stretch_hip,
+        'hip_pitch': parameters.stretch_hip,
+        'knee': parameters.stretch_knee,
+        'ankle_pitch': parameters.stretch_ankle_pitch,
+        'ankle_roll': parameters.stretch_ankle_roll,
+    }
     return np.array([float(by_joint.get(name[2:], parameters.stretch_upper)) for name in JOINTS])

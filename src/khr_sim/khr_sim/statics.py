@@ -48,8 +48,10 @@ def holding_torques(robot: Robot, poses: dict[str, Array], down: Array) -> Array
         down: unit vector of gravity in base_link, (3,).
     """
     forces = {name: link.mass * GRAVITY * down for name, link in robot.links.items()}
-    centers = {name: poses[name][:3, :3] @ link.center_of_mass + poses[name][:3, 3]
-               for name, link in robot.links.items()}
+    centers = {
+        name: poses[name][:3, :3] @ link.center_of_mass + poses[name][:3, 3]
+        for name, link in robot.links.items()
+    }
     moments = {name: np.array(cross(centers[name], force)) for name, force in forces.items()}
     weight = robot.mass * GRAVITY * down
     for side, (share, point) in _support(robot, poses, down).items():
@@ -60,14 +62,14 @@ def holding_torques(robot: Robot, poses: dict[str, Array], down: Array) -> Array
     for joint in reversed(list(robot.joints.values())):
         pose, force, moment = poses[joint.child], forces[joint.child], moments[joint.child]
         torques[joint.name] = -(pose[:3, :3] @ joint.axis) @ (
-            moment - np.array(cross(pose[:3, 3], force)))
+            moment - np.array(cross(pose[:3, 3], force))
+        )
         forces[joint.parent] = forces[joint.parent] + force
         moments[joint.parent] = moments[joint.parent] + moment
     return np.array([torques[name] for name in JOINTS])
 
 
-def _support(robot: Robot, poses: dict[str, Array],
-             down: Array) -> dict[str, tuple[float, Array]]:
+def _support(robot: Robot, poses: dict[str, Array], down: Array) -> dict[str, tuple[float, Array]]:
     """Return the share of the weight each sole carries, and where, in base_link."""
     axes, point = footing(poses)
     left, up = axes[:, 1], axes[:, 2]

@@ -12,8 +12,12 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 # Of the four forces: the last part of their topics' names, and their frames.
-CONTACTS = {'left_toe': 'l_toe', 'left_heel': 'l_heel',
-            'right_toe': 'r_toe', 'right_heel': 'r_heel'}
+CONTACTS = {
+    'left_toe': 'l_toe',
+    'left_heel': 'l_heel',
+    'right_toe': 'r_toe',
+    'right_heel': 'r_heel',
+}
 
 
 class _Row:
@@ -85,5 +89,7 @@ class Truth:
         The step as int64, then as float64: position, orientation, linear and angular velocity of
         base_link, joint positions and velocities; all little-endian.
         """
-        return (self.step.to_bytes(8, 'little', signed=True)
-                + self.numbers[:self._recorded].astype('<f8', copy=False).tobytes())
+        return (
+            self.step.to_bytes(8, 'little', signed=True)
+            + self.numbers[: self._recorded].astype('<f8', copy=False).tobytes()
+        )

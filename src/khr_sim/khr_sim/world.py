@@ -54,8 +54,9 @@ class World:
         self._board = Board(self.robot.limits(), parameters.steps)
         self._step_ns = round(parameters.physics_step * 1e9)
         self._torso_center = self.robot.links['base_link'].center_of_mass.tolist()
-        self._sole_offsets = [self.robot.joints[f'{side}_sole_frame'].origin.tolist()
-                              for side in contact.SIDES]
+        self._sole_offsets = [
+            self.robot.joints[f'{side}_sole_frame'].origin.tolist() for side in contact.SIDES
+        ]
         self.reset([0.0] * len(JOINTS))
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
@@ -95,7 +96,8 @@ class World:
         for command in self._board.update(target).tolist():
             torques = self._servos.update(command, self._position, self._velocity)
             bullet.setJointMotorControlArray(
-                body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client)
+                body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
+            )
             if self._pushes:
                 self._apply_pushes()
             if self._goal != self._inclination or self.parameters.inclination_rate_deg_s:
@@ -114,8 +116,9 @@ class World:
             SimError: if the robot has no such link.
         """
         if push.link not in self.robot.links:
-            raise SimError(f'link: {push.link!r} is not accepted; '
-                           f'accepted: {" | ".join(self.robot.links)}')
+            raise SimError(
+                f'link: {push.link!r} is not accepted; accepted: {" | ".join(self.robot.links)}'
+            )
         self._pushes.append(push)
 
     def configure(self, parameters: SimulatorParameters) -> None:
@@ -125,10 +128,13 @@ class World:
             ParameterError: if one has changed that is fixed for a run.
         """
         for name, specification in specifications(SimulatorParameters).items():
-            if (specification.read_only
-                    and getattr(parameters, name) != getattr(self.parameters, name)):
-                raise ParameterError(f'{name}: cannot change during a run; it stays '
-                                     f'{getattr(self.parameters, name)!r}')
+            if specification.read_only and getattr(parameters, name) != getattr(
+                self.parameters, name
+            ):
+                raise ParameterError(
+                    f'{name}: cannot change during a run; it stays '
+                    f'{getattr(self.parameters, name)!r}'
+                )
         if parameters.inclination_deg != self.parameters.inclination_deg:
             self._goal = radians(parameters.inclination_deg)
         self.parameters = parameters
@@ -144,37 +150,59 @@ class World:
         bullet.resetSimulation(physicsClientId=client)  # its first argument is another
         bullet.setGravity(0.0, 0.0, -statics.GRAVITY, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
-            fixedTimeStep=p.physics_step, numSolverIterations=p.solver_iterations, numSubSteps=0,
-            deterministicOverlappingPairs=1, physicsClientId=client)
+            fixedTimeStep=p.physics_step,
+            numSolverIterations=p.solver_iterations,
+            numSubSteps=0,
+            deterministicOverlappingPairs=1,
+            physicsClientId=client,
+        )
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
         self._ground = bullet.createMultiBody(
-            0.0, plane, baseOrientation=pitched(self._inclination),
-            physicsClientId=client)
+            0.0, plane, baseOrientation=pitched(self._inclination), physicsClientId=client
+        )
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / 'robot.urdf'
             path.write_text(self._urdf)
             self.body = bullet.loadURDF(
-                str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client)
-        infos = [bullet.getJointInfo(self.body, index, client)
-                 for index in range(bullet.getNumJoints(self.body, client))]
+                str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+            )
+        infos = [
+            bullet.getJointInfo(self.body, index, client)
+            for index in range(bullet.getNumJoints(self.body, client))
+        ]
         index = {info[1].decode(): info[0] for info in infos}
         self._joints = [index[name] for name in JOINTS]
         self._links = {info[12].decode(): info[0] for info in infos} | {'base_link': -1}
         self._feet = [self._links['l_foot'], self._links['r_foot']]
         for link in self._links.values():  # the engine's defaults would damp the free fall
-            bullet.changeDynamics(self.body, link, linearDamping=0.0, angularDamping=0.0,
-                                  jointDamping=0.0, physicsClientId=client)
+            bullet.changeDynamics(
+                self.body,
+                link,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                physicsClientId=client,
+            )
         bullet.setJointMotorControlArray(  # and its default motors would brake every joint
-            self.body, self._joints, bullet.VELOCITY_CONTROL, forces=[0.0] * len(JOINTS),
-            physicsClientId=client)
+            self.body,
+            self._joints,
+            bullet.VELOCITY_CONTROL,
+            forces=[0.0] * len(JOINTS),
+            physicsClientId=client,
+        )
         self._set_friction()
 
     def _set_friction(self) -> None:
-        bullet.changeDynamics(self._ground, -1, lateralFriction=self.parameters.sole_friction,
-                              physicsClientId=self.client)
+        bullet.changeDynamics(
+            self._ground,
+            -1,
+            lateralFriction=self.parameters.sole_friction,
+            physicsClientId=self.client,
+        )
         for link in self._links.values():  # the engine multiplies the two coefficients
-            bullet.changeDynamics(self.body, link, lateralFriction=1.0,
-                                  physicsClientId=self.client)
+            bullet.changeDynamics(
+                self.body, link, lateralFriction=1.0, physicsClientId=self.client
+            )
 
     def _place(self, command: Array, clearance: float) -> None:
         """Put the lower sole flat on the plane, and the middle of both soles at the origin."""
@@ -189,15 +217,22 @@ class World:
             to_plane = tilt @ statics.footing(poses)[0].T
             rotation = ground @ to_plane
             posture = self._servos.reset(
-                command, load * statics.holding_torques(self.robot, poses, -rotation[2]))
+                command, load * statics.holding_torques(self.robot, poses, -rotation[2])
+            )
         soles = [poses['l_sole'], poses['r_sole']]
-        heights = [(to_plane @ (sole[:3, :3] @ corner + sole[:3, 3]))[2]
-                   for sole in soles for corner in contact.corners(p, self.robot)]
+        heights = [
+            (to_plane @ (sole[:3, :3] @ corner + sole[:3, 3]))[2]
+            for sole in soles
+            for corner in contact.corners(p, self.robot)
+        ]
         position = -to_plane @ (soles[0][:3, 3] + soles[1][:3, 3]) / 2.0
         position[2] = clearance - min(heights)
         bullet.resetBasePositionAndOrientation(
-            self.body, (ground @ position + rotation @ self._torso_center).tolist(),
-            quaternion(rotation).tolist(), self.client)
+            self.body,
+            (ground @ position + rotation @ self._torso_center).tolist(),
+            quaternion(rotation).tolist(),
+            self.client,
+        )
         for joint, angle in zip(self._joints, posture, strict=True):
             bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
 
@@ -211,7 +246,8 @@ class World:
         most = (TILTING_SPEED + abs(rate)) * p.physics_step
         self._inclination += min(max(self._goal - self._inclination, -most), most)
         bullet.resetBasePositionAndOrientation(
-            self._ground, (0.0, 0.0, 0.0), pitched(self._inclination), self.client)
+            self._ground, (0.0, 0.0, 0.0), pitched(self._inclination), self.client
+        )
 
     def _apply_pushes(self) -> None:
         for push in self._pushes:
@@ -224,8 +260,13 @@ class World:
             if push.frame != 'odom':
                 force = rotation @ force
             bullet.applyExternalForce(
-                self.body, link, force.tolist(), (origin + rotation @ push.point).tolist(),
-                bullet.WORLD_FRAME, self.client)
+                self.body,
+                link,
+                force.tolist(),
+                (origin + rotation @ push.point).tolist(),
+                bullet.WORLD_FRAME,
+                self.client,
+            )
 
     def _pose(self, name: str) -> tuple[int, Array, Array]:
         """Return the engine's link that a link is or is fixed to, its origin and rotation."""
@@ -250,8 +291,10 @@ class World:
         """Return the poses of l_sole and r_sole in odom."""
         poses = []
         for (*_, (x, y, z), orientation), offset in zip(
-                bullet.getLinkStates(self.body, self._feet, 0, 1, self.client),
-                self._sole_offsets, strict=True):
+            bullet.getLinkStates(self.body, self._feet, 0, 1, self.client),
+            self._sole_offsets,
+            strict=True,
+        ):
             dx, dy, dz = carried(orientation, offset)
             poses.append(((x + dx, y + dy, z + dz), orientation))
         return poses
@@ -270,8 +313,28 @@ class World:
         forces = self._contact_forces.mean(soles)
         self._contact_forces = contact.ContactForces(self._feet, soles)
         return Truth(
-            self._step, self._step * self._step_ns, np.array([
-                x - dx, y - dy, z - dz, *orientation, vx - ux, vy - uy, vz - uz,
-                *angular_velocity, *self._position, *self._velocity, *rate, *self._efforts,
-                *chain.from_iterable(forces), *left[0], *right[0], *left[1], *right[1]]),
-            self._inclination)
+            self._step,
+            self._step * self._step_ns,
+            np.array(
+                [
+                    x - dx,
+                    y - dy,
+                    z - dz,
+                    *orientation,
+                    vx - ux,
+                    vy - uy,
+                    vz - uz,
+                    *angular_velocity,
+                    *self._position,
+                    *self._velocity,
+                    *rate,
+                    *self._efforts,
+                    *chain.from_iterable(forces),
+                    *left[0],
+                    *right[0],
+                    *left[1],
+                    *right[1],
+                ]
+            ),
+            self._inclination,
+        )

@@ -49,8 +49,7 @@ class Pid:
 
     def torque(self, error: float, integral: float, error_rate: float) -> float:
         """Return the servo's torque, N m.  # (3.12)"""
-        return (self.proportional * error + self.integral * integral
-                + self.derivative * error_rate)
+        return self.proportional * error + self.integral * integral + self.derivative * error_rate
 
 
 @dataclass(frozen=True)
@@ -61,9 +60,17 @@ class ServoMotion(Motion):
     force_difference: Array
 
 
-def simulate_servo(pendulum: Pendulum, pid: Pid, *, target: float, inclination: float = 0.0,
-                   initial_lean: float = 0.0, duration: float = 5.0, step: float = 1e-3,
-                   form: Form = 'physical') -> ServoMotion:
+def simulate_servo(
+    pendulum: Pendulum,
+    pid: Pid,
+    *,
+    target: float,
+    inclination: float = 0.0,
+    initial_lean: float = 0.0,
+    duration: float = 5.0,
+    step: float = 1e-3,
+    form: Form = 'physical',
+) -> ServoMotion:
     """Integrate (3.11) from rest at an initial lean to a target lean set at time 0.
 
     The derivative acts on the measured lean alone: the target's own step is no impulse.
@@ -81,21 +88,32 @@ def simulate_servo(pendulum: Pendulum, pid: Pid, *, target: float, inclination: 
     def derivative(_time: float, state: Array) -> tuple[float, float, float]:  # (3.11)
         lean, rate, integral = state.tolist()
         error = target - lean
-        moment = (sign * pendulum.gravity_moment * math.sin(lean + inclination)
-                  + pid.torque(error, integral, -rate))
+        moment = sign * pendulum.gravity_moment * math.sin(lean + inclination) + pid.torque(
+            error, integral, -rate
+        )
         return rate, moment / pendulum.inertia, error
 
     states = integrate(derivative, (initial_lean, 0.0, 0.0), times)
     motion = until_lying(times, states)
-    integral = states[2, :motion.time.size]
-    torque = (pid.proportional * (target - motion.lean) + pid.integral * integral
-              - pid.derivative * motion.rate)
-    return ServoMotion(motion.time, motion.lean, motion.rate, torque,
-                       -sign * torque / pendulum.half_foot)
+    integral = states[2, : motion.time.size]
+    torque = (
+        pid.proportional * (target - motion.lean)
+        + pid.integral * integral
+        - pid.derivative * motion.rate
+    )
+    return ServoMotion(
+        motion.time, motion.lean, motion.rate, torque, -sign * torque / pendulum.half_foot
+    )
 
 
-def controlled_lean(pendulum: Pendulum, gain: float, *, inclination: float,
-                    initial_lean: float = 0.0, form: Form = 'physical') -> float:
+def controlled_lean(
+    pendulum: Pendulum,
+    gain: float,
+    *,
+    inclination: float,
+    initial_lean: float = 0.0,
+    form: Form = 'physical',
+) -> float:
     """Return the lean at which the force loop (3.13) and statics (3.7) meet, rad.
 
     Args:
@@ -117,13 +135,18 @@ def controlled_lean(pendulum: Pendulum, gain: float, *, inclination: float,
     within('gain m g l/half_foot of the published form', -slope, -math.inf, 0.999)
     upright = initial_lean + inclination
     within('initial_lean + inclination', upright, -RIGHT_ANGLE - slope, RIGHT_ANGLE + slope)
-    tilt = brentq(lambda angle: angle + slope * math.sin(angle) - upright,  # (3.13) in (3.7)
-                  -RIGHT_ANGLE, RIGHT_ANGLE, xtol=1e-15)
+    tilt = brentq(
+        lambda angle: angle + slope * math.sin(angle) - upright,  # (3.13) in (3.7)
+        -RIGHT_ANGLE,
+        RIGHT_ANGLE,
+        xtol=1e-15,
+    )
     return float(tilt) - inclination
 
 
-def controlled_critical_inclination(pendulum: Pendulum, gain: float, *,
-                                    initial_lean: float = 0.0) -> float:
+def controlled_critical_inclination(
+    pendulum: Pendulum, gain: float, *, initial_lean: float = 0.0
+) -> float:
     """Return the inclination at which the heel lifts under the force loop (3.13), rad.
 
     There Delta = m g, so the lean is th_A0 - K_A m g and (3.10) in its exact form gives
@@ -131,8 +154,7 @@ def controlled_critical_inclination(pendulum: Pendulum, gain: float, *,
     """
     non_negative('gain', gain)
     finite('initial_lean', initial_lean)
-    return (math.asin(pendulum.half_foot / pendulum.length) - initial_lean
-            + gain * pendulum.weight)
+    return math.asin(pendulum.half_foot / pendulum.length) - initial_lean + gain * pendulum.weight
 
 
 def largest_rate(motion: Motion) -> float:

@@ -34,8 +34,10 @@ def within(name: str, value: npt.ArrayLike, low: float, high: float) -> None:
     values = np.asarray(value, dtype=np.float64)
     outside = values[~((values >= low) & (values <= high))]
     if outside.size:
-        raise AnalysisError(f'{name}: {float(outside.flat[0])!r} is not accepted; '
-                            f'accepted: [{low:.6g}, {high:.6g}]')
+        raise AnalysisError(
+            f'{name}: {float(outside.flat[0])!r} is not accepted; '
+            f'accepted: [{low:.6g}, {high:.6g}]'
+        )
 
 
 def inclination_within(inclination: npt.ArrayLike) -> None:
@@ -52,8 +54,7 @@ def finite(name: str, value: float) -> None:
 def one_of(name: str, value: Any, choices: Sequence[str]) -> None:
     """Refuse a value that is none of the choices."""
     if value not in choices:
-        raise AnalysisError(f'{name}: {value!r} is not accepted; '
-                            f'accepted: {" | ".join(choices)}')
+        raise AnalysisError(f'{name}: {value!r} is not accepted; accepted: {" | ".join(choices)}')
 
 
 def time_grid(duration: float, step: float) -> Array:

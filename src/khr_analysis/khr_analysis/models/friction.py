@@ -74,18 +74,21 @@ def sliding_inclination(friction: float) -> float:
     return math.atan(friction)
 
 
-def standing_inclination(pendulum: Pendulum, foot: SlidingFoot, *,
-                         initial_lean: float = 0.0) -> float:
+def standing_inclination(
+    pendulum: Pendulum, foot: SlidingFoot, *, initial_lean: float = 0.0
+) -> float:
     """Return the inclination up to which the robot neither slides nor tips, rad."""
-    return min(sliding_inclination(foot.friction),
-               critical_inclination(pendulum, initial_lean, 'tangent'))
+    return min(
+        sliding_inclination(foot.friction), critical_inclination(pendulum, initial_lean, 'tangent')
+    )
 
 
 class _Dynamics:
     """The equations above, for the foot sticking (direction 0) or sliding (+1, -1)."""
 
-    def __init__(self, pendulum: Pendulum, foot: SlidingFoot, pid: Pid, target: float,
-                 inclination: float) -> None:
+    def __init__(
+        self, pendulum: Pendulum, foot: SlidingFoot, pid: Pid, target: float, inclination: float
+    ) -> None:
         self._body, self._foot, self._pid, self._target = pendulum, foot, pid, target
         self._inclination = inclination
         self.frictionless = foot.friction == 0.0
@@ -98,15 +101,17 @@ class _Dynamics:
         """Return the servo's torque, N m, for a state (th, th', int e, s, s') or rows of them."""
         return self._pid.torque(self._target - state[0], state[2], -state[1])
 
-    def accelerations(self, state: Sequence[float],
-                      direction: float) -> tuple[float, float, float, float]:
+    def accelerations(
+        self, state: Sequence[float], direction: float
+    ) -> tuple[float, float, float, float]:
         """Return th'', s'', T and N."""
         lean, rate = state[0], state[1]
         sine, cosine = math.sin(lean), math.cos(lean)
         couple, inertia = self._body.mass * self._body.length, self._body.inertia
-        moment = (self._body.gravity_moment * math.sin(lean + self._inclination)
-                  + self.torque(state))
-        spin = couple * rate ** 2
+        moment = self._body.gravity_moment * math.sin(lean + self._inclination) + self.torque(
+            state
+        )
+        spin = couple * rate**2
         if direction == 0.0:
             lean_acceleration, slide_acceleration = moment / inertia, 0.0
         else:
@@ -119,24 +124,28 @@ class _Dynamics:
                 raise AnalysisError(
                     f'friction: {self._foot.friction!r} jams the sliding foot at a lean of '
                     f'{math.degrees(lean):.1f} deg; accepted: below '
-                    f'{self._jam(sine, cosine):.3g} there, or a heavier foot')
+                    f'{self._jam(sine, cosine):.3g} there, or a heavier foot'
+                )
             slide_acceleration = (drive - lever * moment / inertia) / determinant
             lean_acceleration = (moment - couple * cosine * slide_acceleration) / inertia
         normal = self._into - couple * sine * lean_acceleration - spin * cosine
-        tangent = (self._downhill - self._total * slide_acceleration
-                   - couple * cosine * lean_acceleration + spin * sine)
+        tangent = (
+            self._downhill
+            - self._total * slide_acceleration
+            - couple * cosine * lean_acceleration
+            + spin * sine
+        )
         return lean_acceleration, slide_acceleration, tangent, normal
 
     def _jam(self, sine: float, cosine: float) -> float:
         """Return the friction at which rigid-body sliding loses its solution (Painleve)."""
         ratio = self._foot.mass / self._body.mass
-        return (ratio + sine ** 2) / abs(sine * cosine)
+        return (ratio + sine**2) / abs(sine * cosine)
 
     def derivative(self, state: Sequence[float], direction: float) -> tuple[float, ...]:
         """Return the state's rate of change."""
         lean_acceleration, slide_acceleration, _, _ = self.accelerations(state, direction)
-        return (state[1], lean_acceleration, self._target - state[0], state[4],
-                slide_acceleration)
+        return (state[1], lean_acceleration, self._target - state[0], state[4], slide_acceleration)
 
     def cone_margin(self, state: Sequence[float]) -> float:
         """Return mu N - |T| of the sticking foot, N: it sticks while this is positive."""
@@ -153,9 +162,17 @@ class _Dynamics:
         return math.copysign(1.0, self.accelerations(state, 0.0)[2])
 
 
-def simulate_sliding(pendulum: Pendulum, foot: SlidingFoot, pid: Pid, *, target: float = 0.0,
-                     inclination: float = 0.0, initial_lean: float = 0.0,
-                     duration: float = 5.0, step: float = 5e-3) -> SlidingMotion:
+def simulate_sliding(
+    pendulum: Pendulum,
+    foot: SlidingFoot,
+    pid: Pid,
+    *,
+    target: float = 0.0,
+    inclination: float = 0.0,
+    initial_lean: float = 0.0,
+    duration: float = 5.0,
+    step: float = 5e-3,
+) -> SlidingMotion:
     """Integrate the sliding pendulum from rest, its servo already carrying its weight.
 
     Returns:
@@ -170,8 +187,13 @@ def simulate_sliding(pendulum: Pendulum, foot: SlidingFoot, pid: Pid, *, target:
     within('initial_lean', initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
     times = time_grid(duration, step)
     dynamics = _Dynamics(pendulum, foot, pid, target, inclination)
-    state = [initial_lean, 0.0, _carrying(pendulum, pid, target, initial_lean, inclination),
-             0.0, 0.0]
+    state = [
+        initial_lean,
+        0.0,
+        _carrying(pendulum, pid, target, initial_lean, inclination),
+        0.0,
+        0.0,
+    ]
     direction = dynamics.direction_from_rest(state)
     pieces: list[tuple[Array, Array, float]] = []
     pending, start = times, 0.0
@@ -179,19 +201,25 @@ def simulate_sliding(pendulum: Pendulum, foot: SlidingFoot, pid: Pid, *, target:
         run = _phase(dynamics, state, direction, start, pending)
         if len(run.t):
             pieces.append((run.t, run.y, direction))
-            pending = pending[len(run.t):]
+            pending = pending[len(run.t) :]
         if not pending.size or run.t_events[1].size:
             return _assemble(pendulum, dynamics, pieces)
         start, state = float(run.t_events[0][0]), run.y_events[0][0].tolist()
         state[4] = 0.0
-        direction = (dynamics.direction_from_rest(state) if direction
-                     else dynamics.direction_of_slide(state))
-    raise AnalysisError(f'pid: {pid!r} makes the foot chatter; accepted: gains that change '
-                        f'between sticking and sliding fewer than {MODE_CHANGES} times')
+        direction = (
+            dynamics.direction_from_rest(state)
+            if direction
+            else dynamics.direction_of_slide(state)
+        )
+    raise AnalysisError(
+        f'pid: {pid!r} makes the foot chatter; accepted: gains that change '
+        f'between sticking and sliding fewer than {MODE_CHANGES} times'
+    )
 
 
-def _carrying(pendulum: Pendulum, pid: Pid, target: float, lean: float,
-              inclination: float) -> float:
+def _carrying(
+    pendulum: Pendulum, pid: Pid, target: float, lean: float, inclination: float
+) -> float:
     """Return the integral of the error with which the servo holds the initial lean, rad s."""
     if pid.integral == 0.0:
         return 0.0
@@ -199,9 +227,11 @@ def _carrying(pendulum: Pendulum, pid: Pid, target: float, lean: float,
     return -(weight + pid.proportional * (target - lean)) / pid.integral
 
 
-def _phase(dynamics: _Dynamics, state: Sequence[float], direction: float, start: float,
-           pending: Array) -> Any:
+def _phase(
+    dynamics: _Dynamics, state: Sequence[float], direction: float, start: float, pending: Array
+) -> Any:
     """Integrate until the foot stops or starts to slide (event 0), or the run ends (event 1)."""
+
     def changes(_time: float, state: Array) -> float:
         if dynamics.frictionless:
             return 1.0
@@ -213,17 +243,39 @@ def _phase(dynamics: _Dynamics, state: Sequence[float], direction: float, start:
 
     changes.terminal = ends.terminal = True  # type: ignore[attr-defined]
     changes.direction = ends.direction = -1.0  # type: ignore[attr-defined]
-    return solve_ivp(lambda _time, state: dynamics.derivative(state.tolist(), direction),
-                     (start, float(pending[-1])), np.array(state), t_eval=pending,
-                     events=(changes, ends), method='LSODA', rtol=1e-9, atol=1e-11)
+    return solve_ivp(
+        lambda _time, state: dynamics.derivative(state.tolist(), direction),
+        (start, float(pending[-1])),
+        np.array(state),
+        t_eval=pending,
+        events=(changes, ends),
+        method='LSODA',
+        rtol=1e-9,
+        atol=1e-11,
+    )
 
 
-def _assemble(pendulum: Pendulum, dynamics: _Dynamics,
-              pieces: list[tuple[Array, Array, float]]) -> SlidingMotion:
+def _assemble(
+    pendulum: Pendulum, dynamics: _Dynamics, pieces: list[tuple[Array, Array, float]]
+) -> SlidingMotion:
     times = np.concatenate([time for time, _, _ in pieces])
     states = np.concatenate([states for _, states, _ in pieces], axis=1)
-    forces = np.array([dynamics.accelerations(state, direction)[2:]
-                       for _, states, direction in pieces for state in states.T.tolist()]).T
+    forces = np.array(
+        [
+            dynamics.accelerations(state, direction)[2:]
+            for _, states, direction in pieces
+            for state in states.T.tolist()
+        ]
+    ).T
     torque = np.asarray(dynamics.torque(list(states)))
-    return SlidingMotion(times, states[0], states[1], torque, -torque / pendulum.half_foot,
-                         states[3], states[4], forces[0], forces[1])
+    return SlidingMotion(
+        times,
+        states[0],
+        states[1],
+        torque,
+        -torque / pendulum.half_foot,
+        states[3],
+        states[4],
+        forces[0],
+        forces[1],
+    )

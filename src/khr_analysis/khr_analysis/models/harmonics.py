@@ -66,17 +66,26 @@ class Growth:
     third_integrated: Array
 
 
-def published_harmonics(pendulum: Pendulum, amplitude: float,
-                        inclination: float) -> tuple[float, float]:
+def published_harmonics(
+    pendulum: Pendulum, amplitude: float, inclination: float
+) -> tuple[float, float]:
     """Return a_2 of 2 f_0 (5.20) and a_1 of 3 f_0 (5.19) as printed, rad/s^2."""
     _check(amplitude, inclination)
     stiffness = GRAVITY / pendulum.length
-    return (stiffness * math.sin(inclination) / 2.0 * amplitude,
-            stiffness * math.cos(inclination) / 6.0 * amplitude)
+    return (
+        stiffness * math.sin(inclination) / 2.0 * amplitude,
+        stiffness * math.cos(inclination) / 6.0 * amplitude,
+    )
 
 
-def series_harmonics(pendulum: Pendulum, amplitude: float, inclination: float, *,
-                     frequency: float = GAIT_FREQUENCY, form: Form = 'physical') -> Harmonics:
+def series_harmonics(
+    pendulum: Pendulum,
+    amplitude: float,
+    inclination: float,
+    *,
+    frequency: float = GAIT_FREQUENCY,
+    form: Form = 'physical',
+) -> Harmonics:
     """Return the harmonics by expansion in the amplitude, each to its third power.
 
     With c = s (g/l) cos(phi), q = s (g/l) sin(phi)/2, k = s (g/l) cos(phi)/6 the equation is
@@ -89,17 +98,23 @@ def series_harmonics(pendulum: Pendulum, amplitude: float, inclination: float, *
     _check(amplitude, inclination)
     linear, square, cube = _coefficients(pendulum, inclination, form)
     responses = _responses(linear, frequency)
-    mean = square * amplitude ** 2 / 2.0 * responses[0]
-    second = square * amplitude ** 2 / 2.0 * responses[2]
-    first = (square * amplitude * (2.0 * mean + second)
-             + 0.75 * cube * amplitude ** 3) * responses[1]
-    third = (square * amplitude * second + 0.25 * cube * amplitude ** 3) * responses[3]
+    mean = square * amplitude**2 / 2.0 * responses[0]
+    second = square * amplitude**2 / 2.0 * responses[2]
+    first = (square * amplitude * (2.0 * mean + second) + 0.75 * cube * amplitude**3) * responses[
+        1
+    ]
+    third = (square * amplitude * second + 0.25 * cube * amplitude**3) * responses[3]
     return Harmonics(mean, amplitude + first, second, third)
 
 
-def integrated_harmonics(pendulum: Pendulum, amplitude: float, inclination: float, *,
-                         frequency: float = GAIT_FREQUENCY,
-                         form: Form = 'physical') -> Harmonics:
+def integrated_harmonics(
+    pendulum: Pendulum,
+    amplitude: float,
+    inclination: float,
+    *,
+    frequency: float = GAIT_FREQUENCY,
+    form: Form = 'physical',
+) -> Harmonics:
     """Return the harmonics of the nonlinear pendulum's periodic motion, found by shooting.
 
     Without damping the periodic motion is even in time: it starts and passes half a period at
@@ -119,8 +134,9 @@ def integrated_harmonics(pendulum: Pendulum, amplitude: float, inclination: floa
 
     def derivative(time: float, state: Array) -> tuple[float, float]:  # (5.15)
         lean, rate = state.tolist()
-        return rate, (drive * math.cos(angular * time) + weight
-                      - signed * math.sin(lean + inclination))
+        return rate, (
+            drive * math.cos(angular * time) + weight - signed * math.sin(lean + inclination)
+        )
 
     def rate_at_half(start: float) -> float:
         return float(integrate(derivative, (start, 0.0), times[[0, -1]])[1, -1])
@@ -128,26 +144,40 @@ def integrated_harmonics(pendulum: Pendulum, amplitude: float, inclination: floa
     try:
         start = float(newton(rate_at_half, amplitude, x1=amplitude * 1.01, tol=1e-13))
     except RuntimeError as failure:
-        raise AnalysisError(f'amplitude: {amplitude!r} leads to no periodic motion; accepted: '
-                            'smaller') from failure
+        raise AnalysisError(
+            f'amplitude: {amplitude!r} leads to no periodic motion; accepted: smaller'
+        ) from failure
     lean = integrate(derivative, (start, 0.0), times)[0]
     cosines = dct(lean, type=1) / HALF_PERIOD_SAMPLES
     return Harmonics(float(cosines[0]) / 2.0, *(float(value) for value in cosines[1:4]))
 
 
-def growth(pendulum: Pendulum, amplitude: float, inclination: Array, *,
-           frequency: float = GAIT_FREQUENCY, form: Form = 'physical') -> Growth:
+def growth(
+    pendulum: Pendulum,
+    amplitude: float,
+    inclination: Array,
+    *,
+    frequency: float = GAIT_FREQUENCY,
+    form: Form = 'physical',
+) -> Growth:
     """Return how 2 f_0 and 3 f_0 grow with the inclination, printed and by both methods."""
     printed = [published_harmonics(pendulum, amplitude, float(phi)) for phi in inclination]
     series, integrated = (
-        [method(pendulum, amplitude, float(phi), frequency=frequency, form=form)
-         for phi in inclination] for method in (series_harmonics, integrated_harmonics))
-    return Growth(np.asarray(inclination, dtype=np.float64),
-                  np.abs([second for second, _ in printed]),
-                  np.abs([third for _, third in printed]),
-                  np.abs([one.second for one in series]), np.abs([one.third for one in series]),
-                  np.abs([one.second for one in integrated]),
-                  np.abs([one.third for one in integrated]))
+        [
+            method(pendulum, amplitude, float(phi), frequency=frequency, form=form)
+            for phi in inclination
+        ]
+        for method in (series_harmonics, integrated_harmonics)
+    )
+    return Growth(
+        np.asarray(inclination, dtype=np.float64),
+        np.abs([second for second, _ in printed]),
+        np.abs([third for _, third in printed]),
+        np.abs([one.second for one in series]),
+        np.abs([one.third for one in series]),
+        np.abs([one.second for one in integrated]),
+        np.abs([one.third for one in integrated]),
+    )
 
 
 def _check(amplitude: float, inclination: float) -> None:
@@ -156,12 +186,16 @@ def _check(amplitude: float, inclination: float) -> None:
     inclination_within(inclination)
 
 
-def _coefficients(pendulum: Pendulum, inclination: float,
-                  form: Form) -> tuple[float, float, float]:
+def _coefficients(
+    pendulum: Pendulum, inclination: float, form: Form
+) -> tuple[float, float, float]:
     one_of('form', form, FORMS)
     signed = (1.0 if form == 'published' else -1.0) * GRAVITY / pendulum.length  # (5.16)
-    return (signed * math.cos(inclination), signed * math.sin(inclination) / 2.0,
-            signed * math.cos(inclination) / 6.0)
+    return (
+        signed * math.cos(inclination),
+        signed * math.sin(inclination) / 2.0,
+        signed * math.cos(inclination) / 6.0,
+    )
 
 
 def _responses(linear: float, frequency: float) -> list[float]:
@@ -169,8 +203,10 @@ def _responses(linear: float, frequency: float) -> list[float]:
     positive('frequency', frequency)
     angular = 2.0 * math.pi * frequency
     gaps = [linear - (order * angular) ** 2 for order in range(4)]
-    if any(abs(gap) < 1e-6 * (abs(linear) + angular ** 2) for gap in gaps):
-        raise AnalysisError(f"frequency: {frequency!r} or a harmonic meets the pendulum's own "
-                            f'{math.sqrt(abs(linear)) / (2.0 * math.pi):.6g} Hz; accepted: (0, '
-                            'inf) but that frequency, its half and its third')
+    if any(abs(gap) < 1e-6 * (abs(linear) + angular**2) for gap in gaps):
+        raise AnalysisError(
+            f"frequency: {frequency!r} or a harmonic meets the pendulum's own "
+            f'{math.sqrt(abs(linear)) / (2.0 * math.pi):.6g} Hz; accepted: (0, '
+            'inf) but that frequency, its half and its third'
+        )
     return [1.0 / gap for gap in gaps]

@@ -56,22 +56,30 @@ class Identification:
     def loop(self, gain: float, inertia: float | None = None) -> ServoLoop:
         """Return the identified servo loop at a gain, with an inertia of its own if given."""
         inertia = self.inertia if inertia is None else inertia
-        return ServoLoop(inertia, self.damping * inertia, self.stiffness * inertia, gain,
-                         self.form)
+        return ServoLoop(
+            inertia, self.damping * inertia, self.stiffness * inertia, gain, self.form
+        )
 
     def predict(self, gain: float) -> Prediction:
         """Return the ringing frequency at another gain, with its uncertainty."""
         finite('gain', gain)
         spread = _frequency(self.samples[0], self.samples[1], gain, self.form, self.inertia)
-        best = _frequency(np.array([self.stiffness]), np.array([self.damping]), gain, self.form,
-                          self.inertia)
+        best = _frequency(
+            np.array([self.stiffness]), np.array([self.damping]), gain, self.form, self.inertia
+        )
         low, high = np.percentile(spread, [2.5, 97.5])
         return Prediction(float(best[0]), float(np.std(spread)), float(low), float(high))
 
 
-def identify(gains: Sequence[float], peaks: Sequence[float], *,
-             uncertainty: float = CYCLE_RESOLUTION, form: Form = 'physical',
-             inertia: float = 1.0, seed: int = 0) -> Identification:
+def identify(
+    gains: Sequence[float],
+    peaks: Sequence[float],
+    *,
+    uncertainty: float = CYCLE_RESOLUTION,
+    form: Form = 'physical',
+    inertia: float = 1.0,
+    seed: int = 0,
+) -> Identification:
     """Identify the servo from two peaks measured at two gains.
 
     Args:
@@ -93,23 +101,37 @@ def identify(gains: Sequence[float], peaks: Sequence[float], *,
     positive('peaks[0]', peaks[0])
     best = _solve(gains, np.array([[peaks[0]], [peaks[1]]]), form, inertia)
     if np.isnan(best).any():
-        raise AnalysisError(f'peaks: {tuple(peaks)} at gains {tuple(gains)} fit no stable servo; '
-                            'accepted: peaks further apart, or gains closer together')
+        raise AnalysisError(
+            f'peaks: {tuple(peaks)} at gains {tuple(gains)} fit no stable servo; '
+            'accepted: peaks further apart, or gains closer together'
+        )
     generator = np.random.default_rng(seed)
-    drawn = (np.array([[peaks[0]], [peaks[1]]])
-             + generator.uniform(-uncertainty, uncertainty, (2, SAMPLES)))
+    drawn = np.array([[peaks[0]], [peaks[1]]]) + generator.uniform(
+        -uncertainty, uncertainty, (2, SAMPLES)
+    )
     samples = _solve(gains, drawn, form, inertia)
     samples = samples[:, ~np.isnan(samples).any(axis=0)]
     deviation = np.std(samples, axis=1)
-    return Identification(float(best[0, 0]), float(best[1, 0]), float(deviation[0]),
-                          float(deviation[1]), samples, samples.shape[1] / SAMPLES, form, inertia)
+    return Identification(
+        float(best[0, 0]),
+        float(best[1, 0]),
+        float(deviation[0]),
+        float(deviation[1]),
+        samples,
+        samples.shape[1] / SAMPLES,
+        form,
+        inertia,
+    )
 
 
 def _rising(name: str, values: Sequence[float]) -> None:
-    if len(values) != 2 or not (math.isfinite(values[0]) and math.isfinite(values[1])
-                                and values[0] < values[1]):
-        raise AnalysisError(f'{name}: {tuple(values)} is not accepted; '
-                            'accepted: two finite values, the second larger')
+    if len(values) != 2 or not (
+        math.isfinite(values[0]) and math.isfinite(values[1]) and values[0] < values[1]
+    ):
+        raise AnalysisError(
+            f'{name}: {tuple(values)} is not accepted; '
+            'accepted: two finite values, the second larger'
+        )
 
 
 def _solve(gains: Sequence[float], peaks: Array, form: Form, inertia: float) -> Array:
@@ -135,6 +157,7 @@ def _line(form: Form) -> float:
 
 def _stiffness(low: Array, high: Array, difference: float) -> Array:
     """Solve 2 sqrt(x - low) - 2 sqrt(x - high) = x difference for x = K/J at or above high."""
+
     def excess(x: Array, low: Array, high: Array) -> Array:
         return np.asarray(2.0 * (np.sqrt(x - low) - np.sqrt(x - high)) - x * difference)
 
@@ -145,8 +168,7 @@ def _stiffness(low: Array, high: Array, difference: float) -> Array:
     return np.asarray(np.where(possible & root.success, root.x, np.nan))
 
 
-def _frequency(stiffness: Array, damping: Array, gain: float, form: Form,
-               inertia: float) -> Array:
+def _frequency(stiffness: Array, damping: Array, gain: float, form: Form, inertia: float) -> Array:
     if form == 'published':
         squared = stiffness - (damping - gain / inertia) ** 2
     else:

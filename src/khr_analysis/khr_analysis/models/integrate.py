@@ -27,8 +27,15 @@ def integrate(derivative: Derivative, initial: Sequence[float], times: Array) ->
     with warnings.catch_warnings():
         warnings.simplefilter('error', ODEintWarning)
         try:
-            states = odeint(derivative, initial, times, tfirst=True, rtol=TOLERANCE,
-                            atol=TOLERANCE, mxstep=20_000)
+            states = odeint(
+                derivative,
+                initial,
+                times,
+                tfirst=True,
+                rtol=TOLERANCE,
+                atol=TOLERANCE,
+                mxstep=20_000,
+            )
         except ODEintWarning as failure:
             raise _refusal(initial, str(failure).split('.')[0]) from failure
     states = np.asarray(states, dtype=np.float64).T
@@ -38,5 +45,7 @@ def integrate(derivative: Derivative, initial: Sequence[float], times: Array) ->
 
 
 def _refusal(initial: Sequence[float], why: str) -> AnalysisError:
-    return AnalysisError(f'derivative: the motion from {tuple(initial)} cannot be integrated '
-                         f'({why}); accepted: bounded, continuous derivatives')
+    return AnalysisError(
+        f'derivative: the motion from {tuple(initial)} cannot be integrated '
+        f'({why}); accepted: bounded, continuous derivatives'
+    )

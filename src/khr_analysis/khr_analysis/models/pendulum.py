@@ -71,7 +71,7 @@ class Pendulum:
     @property
     def inertia(self) -> float:
         """J_A = m l^2 about the ankle, kg m^2."""
-        return self.mass * self.length ** 2
+        return self.mass * self.length**2
 
     @property
     def weight(self) -> float:
@@ -129,8 +129,14 @@ def zmp_to_toe(normal_force: Value, difference: Value, half_foot: float) -> Valu
     return half_foot * (1.0 - difference / normal_force)
 
 
-def lean_acceleration(pendulum: Pendulum, lean: Value, difference: Value | float = 0.0, *,
-                      inclination: float = 0.0, form: Form = 'physical') -> Value:
+def lean_acceleration(
+    pendulum: Pendulum,
+    lean: Value,
+    difference: Value | float = 0.0,
+    *,
+    inclination: float = 0.0,
+    form: Form = 'physical',
+) -> Value:
     """Return th'' in rad/s^2: (3.5), with an inclination (3.6).
 
     By (3.4) it is (3.1) too: Delta b = N (b - d).
@@ -155,8 +161,9 @@ def static_force_difference(pendulum: Pendulum, lean: Value, inclination: Value)
     return _plain(pendulum.gravity_moment * np.sin(lean + inclination) / pendulum.half_foot, lean)
 
 
-def critical_inclination(pendulum: Pendulum, initial_lean: Value,
-                         form: CriticalForm = 'published') -> Value:
+def critical_inclination(
+    pendulum: Pendulum, initial_lean: Value, form: CriticalForm = 'published'
+) -> Value:
     """Return the inclination at which the heel force reaches 0, rad.
 
     - 'published': asin((b - l sin th)/(l cos th)), (3.10); at zero lean asin(b/l), (3.9);
@@ -190,8 +197,9 @@ def _tippable(ratio: float, form: CriticalForm) -> tuple[float, float]:
     return edge - RIGHT_ANGLE / 2.0, edge + RIGHT_ANGLE / 2.0
 
 
-def inclination_from_force_difference(pendulum: Pendulum, difference: Value,
-                                      lean: Value | float = 0.0) -> Value:
+def inclination_from_force_difference(
+    pendulum: Pendulum, difference: Value, lean: Value | float = 0.0
+) -> Value:
     """Read the inclination back from Delta, rad: (3.7) solved for phi.
 
     Raises:
@@ -202,10 +210,17 @@ def inclination_from_force_difference(pendulum: Pendulum, difference: Value,
     return _plain(np.arcsin(difference / largest) - lean, difference)
 
 
-def simulate(pendulum: Pendulum, *, inclination: float = 0.0, initial_lean: float = 0.0,
-             initial_rate: float = 0.0, difference: Callable[[float, float, float], float]
-             | float = 0.0, duration: float = 5.0, step: float = 1e-3,
-             form: Form = 'physical') -> Motion:
+def simulate(
+    pendulum: Pendulum,
+    *,
+    inclination: float = 0.0,
+    initial_lean: float = 0.0,
+    initial_rate: float = 0.0,
+    difference: Callable[[float, float, float], float] | float = 0.0,
+    duration: float = 5.0,
+    step: float = 1e-3,
+    form: Form = 'physical',
+) -> Motion:
     """Integrate (3.6) from an initial lean and rate.
 
     Args:
@@ -246,11 +261,12 @@ def until_lying(times: Array, states: Array) -> Motion:
     return Motion(times[:end], states[0, :end], states[1, :end])
 
 
-def energy(pendulum: Pendulum, motion: Motion, *, inclination: float = 0.0,
-           form: Form = 'physical') -> Array:
+def energy(
+    pendulum: Pendulum, motion: Motion, *, inclination: float = 0.0, form: Form = 'physical'
+) -> Array:
     """Return the energy along a motion, J, which (3.6) conserves where Delta = 0."""
     inclination_within(inclination)
     one_of('form', form, FORMS)
     sign = 1.0 if form == 'physical' else -1.0
     potential = sign * pendulum.gravity_moment * np.cos(motion.lean + inclination)
-    return np.asarray(0.5 * pendulum.inertia * motion.rate ** 2 + potential)
+    return np.asarray(0.5 * pendulum.inertia * motion.rate**2 + potential)

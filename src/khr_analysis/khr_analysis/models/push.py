@@ -40,8 +40,9 @@ class Recovery:
     fell: bool
 
 
-def simulate_push(loop: PushLoop, push: Push, *, gyro: Gyro = ideal_gyro,
-                  duration: float = 3.0) -> Recovery:
+def simulate_push(
+    loop: PushLoop, push: Push, *, gyro: Gyro = ideal_gyro, duration: float = 3.0
+) -> Recovery:
     """Simulate a push until it is over with or the robot has fallen past its edge.
 
     Args:
@@ -76,9 +77,15 @@ def _recovery(rows: list[tuple[float, float, float]], step: float, fell: bool) -
     return Recovery(time, table[0], table[1], table[2], fell)
 
 
-def largest_push(loop: PushLoop, *, duration: float = 0.1, direction: Direction = 'behind',
-                 gyro: Callable[[], Gyro] = lambda: ideal_gyro, watch: float = 3.0,
-                 tolerance: float = 0.01) -> float:
+def largest_push(
+    loop: PushLoop,
+    *,
+    duration: float = 0.1,
+    direction: Direction = 'behind',
+    gyro: Callable[[], Gyro] = lambda: ideal_gyro,
+    watch: float = 3.0,
+    tolerance: float = 0.01,
+) -> float:
     """Return the largest force survived, N, by bisection to a tolerance.
 
     Args:
@@ -94,8 +101,7 @@ def largest_push(loop: PushLoop, *, duration: float = 0.1, direction: Direction 
     side = 1.0 if direction == 'behind' else -1.0
 
     def falls(force: float) -> bool:
-        return simulate_push(loop, Push(side * force, duration), gyro=gyro(),
-                             duration=watch).fell
+        return simulate_push(loop, Push(side * force, duration), gyro=gyro(), duration=watch).fell
 
     survived, fallen = 0.0, tipping_force(loop.pendulum)
     while not falls(fallen):

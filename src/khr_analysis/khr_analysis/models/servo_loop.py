@@ -24,15 +24,7 @@ import numpy as np
 from scipy import signal
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.models.checks import (
-    FORMS,
-    Array,
-    Form,
-    finite,
-    non_negative,
-    one_of,
-    positive,
-)
+from khr_analysis.models.checks import FORMS, Array, Form, finite, non_negative, one_of, positive
 from khr_analysis.models.integrate import integrate
 
 Discretisation = Literal['euler', 'zoh', 'bilinear']
@@ -51,8 +43,9 @@ def gain_of_board(setting: float) -> float:
     return setting * SERVO_STEP_DEG * GYRO_SENSITIVITY / ADC_STEP
 
 
-def ringing_frequency(inertia: float, feedback_damping: float, stiffness: float,
-                      form: Form = 'physical') -> float:
+def ringing_frequency(
+    inertia: float, feedback_damping: float, stiffness: float, form: Form = 'physical'
+) -> float:
     """Return f_A0, Hz: (5.12) as printed, or exact; 0 where the loop does not ring.
 
     Exact: sqrt(K/J - (B_f/(2 J))^2)/(2 pi).
@@ -62,7 +55,7 @@ def ringing_frequency(inertia: float, feedback_damping: float, stiffness: float,
     finite('feedback_damping', feedback_damping)
     one_of('form', form, FORMS)
     if form == 'published':
-        squared = stiffness / inertia * (1.0 - feedback_damping ** 2 / (inertia * stiffness))
+        squared = stiffness / inertia * (1.0 - feedback_damping**2 / (inertia * stiffness))
         return math.sqrt(max(squared, 0.0))  # (5.12)
     squared = stiffness / inertia - (feedback_damping / (2.0 * inertia)) ** 2
     return math.sqrt(max(squared, 0.0)) / (2.0 * math.pi)
@@ -137,8 +130,10 @@ class ServoLoop:
     def transfer_function(self) -> Any:
         """Return G_f of (5.5), at zero gain G of (5.1), as a scipy.signal.TransferFunction."""
         numerator = [-self.gain * self.stiffness, self.stiffness]
-        return signal.TransferFunction(numerator if self.gain else numerator[1:],
-                                       [self.inertia, self.feedback_damping, self.stiffness])
+        return signal.TransferFunction(
+            numerator if self.gain else numerator[1:],
+            [self.inertia, self.feedback_damping, self.stiffness],
+        )
 
     def gain_at(self, frequency: float) -> complex:
         """Return G_f(j 2 pi frequency)."""
@@ -151,8 +146,9 @@ class ServoLoop:
         if self.form == 'physical':
             return abs(self.gain_at(tone.frequency) * tone.amplitude)
         angular = 2.0 * math.pi * tone.frequency
-        return tone.amplitude / math.hypot(self.stiffness - self.inertia * angular ** 2,
-                                           self.feedback_damping * angular)  # (5.13)
+        return tone.amplitude / math.hypot(
+            self.stiffness - self.inertia * angular**2, self.feedback_damping * angular
+        )  # (5.13)
 
 
 def response_by_residues(loop: ServoLoop, tones: Sequence[Tone], time: Array) -> Array:
@@ -161,8 +157,9 @@ def response_by_residues(loop: ServoLoop, tones: Sequence[Tone], time: Array) ->
     One tone is (5.10)-(5.11), the three of (5.21) are (5.22): every pole p of G_f times the
     tone's transform adds its residue times exp(p t), a double pole its two residues.
     """
-    return np.asarray(sum((_tone_response(loop, tone, time) for tone in tones),
-                          start=np.zeros_like(time)))
+    return np.asarray(
+        sum((_tone_response(loop, tone, time) for tone in tones), start=np.zeros_like(time))
+    )
 
 
 def _tone_response(loop: ServoLoop, tone: Tone, time: Array) -> Array:
@@ -193,7 +190,7 @@ def _poles(loop: ServoLoop) -> tuple[complex, complex]:
     """Return the poles of G_f; their product K/J gives the one that would cancel."""
     half = loop.feedback_damping / (2.0 * loop.inertia)
     product = loop.stiffness / loop.inertia
-    fast = -(half + math.copysign(1.0, half) * cmath.sqrt(half ** 2 - product))
+    fast = -(half + math.copysign(1.0, half) * cmath.sqrt(half**2 - product))
     return fast, product / fast
 
 
@@ -222,19 +219,24 @@ def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
     """
     ringing = 2.0 * math.pi * loop.ringing_frequency
     if ringing == 0.0:
-        raise AnalysisError(f'damping: {loop.damping!r} leaves no ringing; accepted: below the '
-                            'value at which f_A0 of (5.12) is 0')
+        raise AnalysisError(
+            f'damping: {loop.damping!r} leaves no ringing; accepted: below the '
+            'value at which f_A0 of (5.12) is 0'
+        )
     angular = 2.0 * math.pi * tone.frequency
     amplitude = loop.tone_amplitude(tone)
     phase = tone.phase + float(np.angle(loop.gain_at(tone.frequency)))
     # the numerator's derivative passes the tone's start on to the rate: th'(0+) = -K gain u(0)/J
     rate = -loop.stiffness * loop.gain * tone(0.0) / loop.inertia
     in_phase = -amplitude * math.cos(phase)  # (5.14): th(0) = 0
-    quadrature = (rate + amplitude * angular * math.sin(phase)
-                  + loop.decay_rate * in_phase) / ringing
+    quadrature = (
+        rate + amplitude * angular * math.sin(phase) + loop.decay_rate * in_phase
+    ) / ringing
     decay = np.exp(-loop.decay_rate * time)
-    return np.asarray(amplitude * np.cos(angular * time + phase) + decay * (
-        in_phase * np.cos(ringing * time) + quadrature * np.sin(ringing * time)))
+    return np.asarray(
+        amplitude * np.cos(angular * time + phase)
+        + decay * (in_phase * np.cos(ringing * time) + quadrature * np.sin(ringing * time))
+    )
 
 
 def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -> Any:
@@ -247,11 +249,15 @@ def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -
     positive('period', period)
     one_of('method', method, ('euler', 'zoh', 'bilinear'))
     if loop.feedback_damping <= 0.0:
-        raise AnalysisError(f'gain: {loop.gain!r} makes the loop unstable; '
-                            f'accepted: (-inf, {loop.stability_limit:.6g})')
+        raise AnalysisError(
+            f'gain: {loop.gain!r} makes the loop unstable; '
+            f'accepted: (-inf, {loop.stability_limit:.6g})'
+        )
     system = loop.transfer_function()
     longest = min(-2.0 * pole.real / abs(pole) ** 2 for pole in system.poles)
     if method == 'euler' and period >= longest:
-        raise AnalysisError(f'period: {period!r} makes the Euler discretisation unstable; '
-                            f'accepted: (0, {longest:.6g})')
+        raise AnalysisError(
+            f'period: {period!r} makes the Euler discretisation unstable; '
+            f'accepted: (0, {longest:.6g})'
+        )
     return system.to_ss().to_discrete(period, method=method)

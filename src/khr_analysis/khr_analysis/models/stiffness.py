@@ -30,8 +30,9 @@ class StiffnessSweep:
     stability_limit: Array
 
 
-def sweep_stiffness(loop: ServoLoop, stiffness: Sequence[float] | Array, tone: Tone, *,
-                    window: float = 2.31) -> StiffnessSweep:
+def sweep_stiffness(
+    loop: ServoLoop, stiffness: Sequence[float] | Array, tone: Tone, *, window: float = 2.31
+) -> StiffnessSweep:
     """Vary a loop's stiffness and measure how it vibrates (Dutta (2021), ch. 6).
 
     Args:
@@ -48,7 +49,8 @@ def sweep_stiffness(loop: ServoLoop, stiffness: Sequence[float] | Array, tone: T
         np.array([one.damping_ratio for one in loops]),
         np.array([_peak_gain(one) for one in loops]),
         np.array([_ringing_rate(one, tone, window) for one in loops]),
-        np.array([one.stability_limit for one in loops]))
+        np.array([one.stability_limit for one in loops]),
+    )
 
 
 def _peak_gain(loop: ServoLoop) -> float:
@@ -65,7 +67,8 @@ def _ringing_rate(loop: ServoLoop, tone: Tone, window: float) -> float:
         return math.inf
     time = np.linspace(0.0, window, 2001)
     angular = 2.0 * math.pi * tone.frequency
-    steady = loop.gain_at(tone.frequency) * tone.amplitude * np.exp(
-        1j * (angular * time + tone.phase))
+    steady = (
+        loop.gain_at(tone.frequency) * tone.amplitude * np.exp(1j * (angular * time + tone.phase))
+    )
     ringing = response_by_residues(loop, [tone], time) - steady.real
     return float(np.sqrt(np.mean(np.gradient(ringing, time) ** 2)))

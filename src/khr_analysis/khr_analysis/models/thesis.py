@@ -20,9 +20,10 @@ PEAKS = (2.58, 4.74)  # Hz, f_A0 measured at these gains
 
 # Calibrated, the one constant of the force loop: K_A = 12 of the thesis in rad/N, so that the
 # model's critical inclination (3.10) rises from its own value to the measured 7.6 deg.
-FORCE_GAIN = ((CONTROLLED_INCLINATION
-               - controlled_critical_inclination(Pendulum(), 0.0, initial_lean=INITIAL_LEAN))
-              / Pendulum().weight)
+FORCE_GAIN = (
+    CONTROLLED_INCLINATION
+    - controlled_critical_inclination(Pendulum(), 0.0, initial_lean=INITIAL_LEAN)
+) / Pendulum().weight
 
 
 def loop_gain(setting: float, form: Form = 'physical') -> float:

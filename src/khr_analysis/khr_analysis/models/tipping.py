@@ -53,8 +53,7 @@ class Push:
     def __post_init__(self) -> None:
         finite('force', self.force)
         if not self.duration > 0.0:
-            raise AnalysisError(f'duration: {self.duration!r} is not accepted; '
-                                'accepted: (0, inf]')
+            raise AnalysisError(f'duration: {self.duration!r} is not accepted; accepted: (0, inf]')
 
 
 @dataclass(frozen=True)
@@ -90,8 +89,10 @@ class PushLoop:
         positive('step', self.step)
         longest = min(self.period, self._longest_step())
         if self.step > longest:
-            raise AnalysisError(f'step: {self.step!r} makes the integration unstable or longer '
-                                f'than a period; accepted: (0, {longest:.3g}]')
+            raise AnalysisError(
+                f'step: {self.step!r} makes the integration unstable or longer '
+                f'than a period; accepted: (0, {longest:.3g}]'
+            )
 
     def _longest_step(self) -> float:
         inertia = self.pendulum.inertia
@@ -108,8 +109,9 @@ class PushLoop:
 def tipping_length(pendulum: Pendulum, ankle: float = 0.0) -> float:
     """Return L_0 of (4.1), or with the ankle leaned back by th_A (rad) L of (4.6), m."""
     length, half_foot = pendulum.length, pendulum.half_foot
-    return math.sqrt(length ** 2 + half_foot ** 2
-                     + 2.0 * half_foot * length * math.sin(ankle))  # (4.6)
+    return math.sqrt(
+        length**2 + half_foot**2 + 2.0 * half_foot * length * math.sin(ankle)
+    )  # (4.6)
 
 
 def tipping_angle(pendulum: Pendulum) -> float:
@@ -148,8 +150,10 @@ class Model(ABC):
         fourth = self.derivative(_along(state, third, step), force)
         self._state = tuple(
             value + step / 6.0 * (one + 2.0 * (two + three) + four)
-            for value, one, two, three, four in zip(state, first, second, third, fourth,
-                                                    strict=True))
+            for value, one, two, three, four in zip(
+                state, first, second, third, fourth, strict=True
+            )
+        )
         self.settle()
 
     @abstractmethod
@@ -186,13 +190,15 @@ class Published(Model):
         angle, rate, ankle, ankle_rate, integral = state
         pendulum, pid = self._loop.pendulum, self._loop.pid
         length = tipping_length(pendulum, ankle)
-        acceleration = (GRAVITY * math.sin(angle)
-                        + force / pendulum.mass * math.cos(angle)) / length  # (4.5)
+        acceleration = (
+            GRAVITY * math.sin(angle) + force / pendulum.mass * math.cos(angle)
+        ) / length  # (4.5)
         if angle <= self._rest and rate <= 0.0 and acceleration < 0.0:
             rate = acceleration = 0.0  # the foot is down, (4.3)
         error = self._correction - ankle
-        moment = (pid.torque(error, integral, -ankle_rate)
-                  - pendulum.gravity_moment * math.sin(ankle))  # (3.11)
+        moment = pid.torque(error, integral, -ankle_rate) - pendulum.gravity_moment * math.sin(
+            ankle
+        )  # (3.11)
         return rate, acceleration, ankle_rate, moment / pendulum.inertia, error
 
     def settle(self) -> None:
@@ -223,20 +229,25 @@ class Physical(Model):
         """Return the rate of change, the servo's torque cut to what the foot carries."""
         lean, rate, integral = state
         pendulum, pid = self._loop.pendulum, self._loop.pid
-        load = (pendulum.gravity_moment * math.sin(lean + self._slope)
-                + force * pendulum.length * math.cos(lean + self._slope))
+        load = pendulum.gravity_moment * math.sin(
+            lean + self._slope
+        ) + force * pendulum.length * math.cos(lean + self._slope)
         error = self._lean - self._correction - lean
         torque = self._held + pid.torque(error, integral, -rate)
         torque = self._on_foot(lean, rate, load, torque, force)
         return rate, (load + torque) / pendulum.inertia, error
 
-    def _on_foot(self, lean: float, rate: float, load: float, torque: float,
-                 force: float) -> float:
+    def _on_foot(
+        self, lean: float, rate: float, load: float, torque: float, force: float
+    ) -> float:
         """Return as much of the torque as the foot can carry: |torque| <= N b."""
         pendulum = self._loop.pendulum
         lever = math.sin(lean) / pendulum.length  # N falls by lever * (load + torque)
-        still = (pendulum.weight * math.cos(self._slope) - force * math.sin(self._slope)
-                 - pendulum.mass * pendulum.length * math.cos(lean) * rate ** 2)
+        still = (
+            pendulum.weight * math.cos(self._slope)
+            - force * math.sin(self._slope)
+            - pendulum.mass * pendulum.length * math.cos(lean) * rate**2
+        )
         normal = still - lever * (load + torque)
         if abs(torque) <= normal * pendulum.half_foot:
             return torque

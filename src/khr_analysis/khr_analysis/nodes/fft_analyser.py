@@ -7,10 +7,10 @@ from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
-from khr_common import wire
-from khr_common.messages import restamp
-from khr_common.node import Listener
-from khr_common.spin import run_node
+from khr_common import cdr
+from khr_common.nodes.messages import restamp
+from khr_common.nodes.node import Listener
+from khr_common.nodes.spin import run_node
 from khr_common.stamps import StampJudge
 
 
@@ -35,12 +35,12 @@ class FftAnalyserNode(Listener):
         self._analyser.configure(parameters)
 
     def _on_imu(self, imu: bytes) -> None:
-        stamp_ns = wire.clock(imu)
+        stamp_ns = cdr.clock(imu)
         self.heard(stamp_ns)
         if not self._judge.is_new(stamp_ns):
             return
         before = self._analyser.reason
-        spectrum = self._analyser.add(stamp_ns / 1e9, wire.angular_velocity(imu)[1])
+        spectrum = self._analyser.add(stamp_ns / 1e9, cdr.angular_velocity(imu)[1])
         if self._analyser.reason != before:
             self.get_logger().warning(f'window emptied: {self._analyser.reason}')
         if spectrum is not None:
@@ -55,19 +55,29 @@ def _array(spectrum: Spectrum) -> Float64MultiArray:
     lines = len(spectrum.frequency)
     message = Float64MultiArray()
     message.layout.dim = [
-        MultiArrayDimension(label='frequency_hz,amplitude_rad_s,phase_rad', size=3,
-                            stride=3 * lines),
-        MultiArrayDimension(label='line', size=lines, stride=lines)]
+        MultiArrayDimension(
+            label='frequency_hz,amplitude_rad_s,phase_rad', size=3, stride=3 * lines
+        ),
+        MultiArrayDimension(label='line', size=lines, stride=lines),
+    ]
     message.data = [value for row in rows for value in row.tolist()]
     return message
 
 
 def _peaks(spectrum: Spectrum) -> DiagnosticArray:
-    return DiagnosticArray(status=[DiagnosticStatus(
-        name=peak.label, message=f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f} rad/s',
-        values=[KeyValue(key='frequency_hz', value=repr(peak.frequency)),
-                KeyValue(key='amplitude_rad_s', value=repr(peak.amplitude))])
-        for peak in spectrum.peaks])
+    return DiagnosticArray(
+        status=[
+            DiagnosticStatus(
+                name=peak.label,
+                message=f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f} rad/s',
+                values=[
+                    KeyValue(key='frequency_hz', value=repr(peak.frequency)),
+                    KeyValue(key='amplitude_rad_s', value=repr(peak.amplitude)),
+                ],
+            )
+            for peak in spectrum.peaks
+        ]
+    )
 
 
 def main() -> int:

@@ -15,18 +15,19 @@ from sensor_msgs.msg import Imu
 
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import figures
-from khr_common import wire
-from khr_common.node import LATCHED, Listener
-from khr_common.spin import run_node
+from khr_common import cdr
+from khr_common.cdr import Floats
+from khr_common.nodes.node import LATCHED, Listener
+from khr_common.nodes.spin import run_node
 from khr_common.stamps import StampedSet, StampJudge
-from khr_common.wire import Floats
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 INPUTS: dict[str, tuple[type[Any], Callable[[bytes], Any]]] = {
-    'ground_truth/odom': (Odometry, wire.pose),
-    'ground_truth/imu': (Imu, wire.angular_velocity),
-    'ground_truth/soles': (PoseArray, wire.poses),
-    **{f'ground_truth/contact/{region}': (WrenchStamped, wire.force) for region in REGIONS}}
+    'ground_truth/odom': (Odometry, cdr.pose),
+    'ground_truth/imu': (Imu, cdr.angular_velocity),
+    'ground_truth/soles': (PoseArray, cdr.poses),
+    **{f'ground_truth/contact/{region}': (WrenchStamped, cdr.force) for region in REGIONS},
+}
 REPORT_PERIOD = 0.5  # s of wall time
 
 
@@ -59,8 +60,9 @@ class MonitorNode(Listener):
         for topic, (kind, read) in INPUTS.items():
             self.listen_to_bytes(kind, topic, partial(self._on_input, topic, read))
         self.listen_to(DiagnosticArray, 'spectrum/peaks', self._on_peaks)
-        self.create_timer(REPORT_PERIOD, self._report, clock=Clock(
-            clock_type=ClockType.STEADY_TIME))
+        self.create_timer(
+            REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
 
     def configure(self, parameters: MonitorParameters) -> None:
         """Pass changed parameters to the judge."""
@@ -75,7 +77,7 @@ class MonitorNode(Listener):
         self._mark = (time.monotonic(), 0)
 
     def _on_input(self, topic: str, read: Callable[[bytes], Any], message: bytes) -> None:
-        stamp_ns = wire.clock(message)
+        stamp_ns = cdr.clock(message)
         inputs = self._inputs.put(topic, stamp_ns, read(message))
         if inputs is None:
             return
@@ -85,9 +87,17 @@ class MonitorNode(Listener):
         torso, rate, soles, *contacts = inputs
         before = self._outcome
         self._pitch_rate = rate[1]
-        self._outcome = self._monitor.update(Heard(
-            stamp_ns, torso[:3], torso[3:], rate, contacts,
-            [sole[:3] for sole in soles], [sole[3:] for sole in soles]))
+        self._outcome = self._monitor.update(
+            Heard(
+                stamp_ns,
+                torso[:3],
+                torso[3:],
+                rate,
+                contacts,
+                [sole[:3] for sole in soles],
+                [sole[3:] for sole in soles],
+            )
+        )
         self._now = stamp_ns
         if self.heard_all or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
@@ -103,8 +113,9 @@ class MonitorNode(Listener):
 
     def _publish(self, outcome: Outcome) -> None:
         values = {**figures(outcome), 'final': str(self.heard_all).lower()}
-        self._outcome_out.publish(DiagnosticStatus(
-            name='outcome', message=outcome.verdict, values=_pairs(values)))
+        self._outcome_out.publish(
+            DiagnosticStatus(name='outcome', message=outcome.verdict, values=_pairs(values))
+        )
 
     def _report(self) -> None:
         if self._now < 0:
@@ -113,10 +124,24 @@ class MonitorNode(Listener):
         now = time.monotonic()
         factor = (self._now - simulated) / 1e9 / (now - wall)
         self._mark = (now, self._now)
-        self._diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(
-            name='monitor', message=self._outcome.verdict if self._outcome else '',
-            values=_pairs({'time': f'{self._now / 1e9:.3f}', 'real_time_factor': f'{factor:.2f}',
-                           'pitch_rate': f'{self._pitch_rate:.3f}', 'peak': self._peak}))]))
+        self._diagnostics.publish(
+            DiagnosticArray(
+                status=[
+                    DiagnosticStatus(
+                        name='monitor',
+                        message=self._outcome.verdict if self._outcome else '',
+                        values=_pairs(
+                            {
+                                'time': f'{self._now / 1e9:.3f}',
+                                'real_time_factor': f'{factor:.2f}',
+                                'pitch_rate': f'{self._pitch_rate:.3f}',
+                                'peak': self._peak,
+                            }
+                        ),
+                    )
+                ]
+            )
+        )
 
 
 def _pairs(values: dict[str, str]) -> list[KeyValue]:

@@ -20,18 +20,23 @@ from std_msgs.msg import Float64MultiArray
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.recording import SCENARIO_TOPIC, RecorderParameters, Recording
-from khr_common import wire
-from khr_common.messages import little_endian
-from khr_common.node import Listener
-from khr_common.spin import run_node
+from khr_common import cdr
+from khr_common.nodes.messages import little_endian
+from khr_common.nodes.node import Listener
+from khr_common.nodes.spin import run_node
 from khr_common.stamps import StampedSet
 
 REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
 # What flows in every control period: the run starts when each of these has been heard.
 DATA_TOPICS: dict[str, type[Any]] = {
-    '/clock': Clock, 'joint_states': JointState, 'ground_truth/odom': Odometry,
-    'ground_truth/imu': Imu, 'ground_truth/soles': PoseArray, 'imu/data_raw': Imu,
-    'joint_reference': JointState, 'ankle_controller/correction': JointState,
+    '/clock': Clock,
+    'joint_states': JointState,
+    'ground_truth/odom': Odometry,
+    'ground_truth/imu': Imu,
+    'ground_truth/soles': PoseArray,
+    'imu/data_raw': Imu,
+    'joint_reference': JointState,
+    'ankle_controller/correction': JointState,
     'hip_controller/correction': JointState,
     **{f'ground_truth/contact/{region}': WrenchStamped for region in REGIONS},
     **{f'foot_force/{region}': WrenchStamped for region in REGIONS},
@@ -39,8 +44,12 @@ DATA_TOPICS: dict[str, type[Any]] = {
 STAGE: dict[str, type[Any]] = {'stage': JointState}  # the same, if the run has stages
 # What comes now and then, and must not be missed while the recorder searches for new topics.
 EVENT_TOPICS: dict[str, type[Any]] = {
-    'push': WrenchStamped, '/parameter_events': ParameterEvent, '/diagnostics': DiagnosticArray,
-    'spectrum': Float64MultiArray, 'spectrum/peaks': DiagnosticArray}
+    'push': WrenchStamped,
+    '/parameter_events': ParameterEvent,
+    '/diagnostics': DiagnosticArray,
+    'spectrum': Float64MultiArray,
+    'spectrum/peaks': DiagnosticArray,
+}
 DEPTH = QoSProfile(depth=5000)
 DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 SEARCH_PERIOD = 0.5  # s of wall time between looks for new topics
@@ -71,8 +80,9 @@ class RecorderNode(Listener):
             self._attempt(lambda: recording.write_text(SCENARIO_TOPIC, text, 0))
         for topic, kind in (data | EVENT_TOPICS).items():
             self._record(recording, self.resolve_topic_name(topic), kind, latched=False)
-        self.create_timer(SEARCH_PERIOD, self._search,
-                          clock=RclpyClock(clock_type=ClockType.STEADY_TIME))
+        self.create_timer(
+            SEARCH_PERIOD, self._search, clock=RclpyClock(clock_type=ClockType.STEADY_TIME)
+        )
         self._idle_spins = 0
 
     def settled(self) -> bool:
@@ -84,8 +94,9 @@ class RecorderNode(Listener):
         """Finish the bag."""
         late = [topic for topic in self._kinds if self._stamp(topic) < self._now]
         if late:
-            self.get_logger().warning(f'not heard up to t = {self._now / 1e9:.3f} s: '
-                                      f'{", ".join(late)}')
+            self.get_logger().warning(
+                f'not heard up to t = {self._now / 1e9:.3f} s: {", ".join(late)}'
+            )
         if self._recording is not None:
             recording, self._recording = self._recording, None
             self._attempt(recording.close)
@@ -99,12 +110,13 @@ class RecorderNode(Listener):
                 continue
             publishers = self.get_publishers_info_by_topic(topic)
             if publishers:
-                latched = all(p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
-                              for p in publishers)
+                latched = all(
+                    p.qos_profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
+                    for p in publishers
+                )
                 self._record(self._recording, topic, _message_class(kinds[0]), latched)
 
-    def _record(self, recording: Recording, topic: str, kind: type[Any],
-                latched: bool) -> None:
+    def _record(self, recording: Recording, topic: str, kind: type[Any], latched: bool) -> None:
         self._taken.add(topic)
         name = f'{kind.__module__.split(".")[0]}/msg/{kind.__name__}'
         try:
@@ -112,8 +124,13 @@ class RecorderNode(Listener):
         except AnalysisError as error:
             self.get_logger().warning(str(error))
             return
-        self.create_subscription(kind, topic, partial(self._on_message, topic),
-                                 DEPTH_LATCHED if latched else DEPTH, raw=True)
+        self.create_subscription(
+            kind,
+            topic,
+            partial(self._on_message, topic),
+            DEPTH_LATCHED if latched else DEPTH,
+            raw=True,
+        )
 
     def _on_message(self, topic: str, data: bytes) -> None:
         self._idle_spins = 0
@@ -133,7 +150,7 @@ class RecorderNode(Listener):
     def _stamp(self, topic: str) -> int:
         """Return the newest stamp of a topic, ns; negative before the first."""
         data = self._last.get(topic)
-        return -1 if data is None else wire.clock(little_endian(data, self._kinds[topic]))
+        return -1 if data is None else cdr.clock(little_endian(data, self._kinds[topic]))
 
     def _attempt(self, action: Any) -> None:
         try:
@@ -142,9 +159,18 @@ class RecorderNode(Listener):
             self._recording = None
             reason = f'recording stopped: {error}'
             self.get_logger().error(reason)
-            self._diagnostics.publish(DiagnosticArray(status=[DiagnosticStatus(
-                level=DiagnosticStatus.ERROR, name='recorder', message=reason,
-                values=[KeyValue(key='folder', value=self.parameters.folder)])]))
+            self._diagnostics.publish(
+                DiagnosticArray(
+                    status=[
+                        DiagnosticStatus(
+                            level=DiagnosticStatus.ERROR,
+                            name='recorder',
+                            message=reason,
+                            values=[KeyValue(key='folder', value=self.parameters.folder)],
+                        )
+                    ]
+                )
+            )
 
 
 def _message_class(kind: str) -> type[Any]:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.nodes.correction import PITCH_RATE, CorrectionNode
 from khr_balance.nodes.instant import FOOT_FORCES
-from khr_common.spin import run_node
+from khr_common.nodes.spin import run_node
 
 
 class AnkleControllerNode(CorrectionNode):
@@ -16,8 +16,9 @@ class AnkleControllerNode(CorrectionNode):
     parameters: AnkleControllerParameters
 
     def __init__(self) -> None:
-        super().__init__('ankle_controller', AnkleControllerParameters,
-                         ('l_ankle_pitch', 'r_ankle_pitch'))
+        super().__init__(
+            'ankle_controller', AnkleControllerParameters, ('l_ankle_pitch', 'r_ankle_pitch')
+        )
         self._controller = AnkleController(self.parameters)
         self.listen(PITCH_RATE, 'gyro')
         self.listen(FOOT_FORCES, 'force')

@@ -10,10 +10,10 @@ from sensor_msgs.msg import Imu, JointState
 
 from khr_balance.feedback import FeedbackParameters
 from khr_balance.nodes.instant import Inputs, InstantNode
-from khr_common import wire
-from khr_common.wire import BLANK
+from khr_common import cdr
+from khr_common.cdr import BLANK
 
-PITCH_RATE: Inputs = {'imu/data_raw': (Imu, lambda imu: wire.angular_velocity(imu)[1])}
+PITCH_RATE: Inputs = {'imu/data_raw': (Imu, lambda imu: cdr.angular_velocity(imu)[1])}
 
 
 class CorrectionNode(InstantNode):
@@ -25,7 +25,8 @@ class CorrectionNode(InstantNode):
         super().__init__(name, table)
         self._angle = 0.0
         self._output = self.publish_form(
-            JointState(name=list(joints), position=[BLANK, BLANK]), '~/correction')
+            JointState(name=list(joints), position=[BLANK, BLANK]), '~/correction'
+        )
 
     @abstractmethod
     def correction(self, time: float, measured: Sequence[float], share: float | None) -> float:
@@ -37,7 +38,7 @@ class CorrectionNode(InstantNode):
         self.listen_for({**sensors, **stage} if self.parameters.staged else sensors, group)
 
     def _share(self, stage: bytes) -> float:
-        return dict(zip(*wire.joint_positions(stage), strict=True))[self.get_name()]
+        return dict(zip(*cdr.joint_positions(stage), strict=True))[self.get_name()]
 
     def compute(self, time: float, heard: Sequence[Any]) -> None:
         """Step the law."""

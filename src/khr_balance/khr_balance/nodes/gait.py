@@ -8,10 +8,10 @@ from sensor_msgs.msg import JointState
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.joints import JOINTS
-from khr_common import KhrError, wire
-from khr_common.node import KhrNode
-from khr_common.spin import run_node
-from khr_common.wire import BLANK
+from khr_common import KhrError, cdr
+from khr_common.cdr import BLANK
+from khr_common.nodes.node import KhrNode
+from khr_common.nodes.spin import run_node
 
 
 class GaitNode(KhrNode):
@@ -25,7 +25,8 @@ class GaitNode(KhrNode):
         super().__init__('gait', GaitParameters)
         self._gait = Gait(self.parameters)
         self._output = self.publish_form(
-            JointState(name=list(JOINTS), position=[BLANK] * len(JOINTS)), 'joint_reference')
+            JointState(name=list(JOINTS), position=[BLANK] * len(JOINTS)), 'joint_reference'
+        )
         self.listen_to_bytes(Clock, '/clock', self._on_clock)
 
     def configure(self, parameters: GaitParameters) -> None:
@@ -33,7 +34,7 @@ class GaitNode(KhrNode):
         self._gait = Gait(parameters)
 
     def _on_clock(self, message: bytes) -> None:
-        stamp_ns = wire.clock(message)
+        stamp_ns = cdr.clock(message)
         try:
             reference = self._gait.reference(stamp_ns / 1e9)
         except KhrError as error:

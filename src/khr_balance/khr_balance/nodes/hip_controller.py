@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.nodes.correction import PITCH_RATE, CorrectionNode
-from khr_common.spin import run_node
+from khr_common.nodes.spin import run_node
 
 
 class HipControllerNode(CorrectionNode):

@@ -10,16 +10,17 @@ from typing import Any
 
 from geometry_msgs.msg import WrenchStamped
 
-from khr_common import wire
-from khr_common.node import KhrNode
+from khr_common import cdr
+from khr_common.nodes.node import KhrNode
 from khr_common.stamps import StampedSet, StampJudge
 
 RECENT = 4  # instants; lockstep has two under way
 Inputs = Mapping[str, tuple[type[Any], Callable[[bytes], Any]]]  # message and reader by topic
 
 FOOT_FORCES: Inputs = {
-    f'foot_force/{region}': (WrenchStamped, lambda force: wire.force(force)[2])
-    for region in ('left_toe', 'left_heel', 'right_toe', 'right_heel')}
+    f'foot_force/{region}': (WrenchStamped, lambda force: cdr.force(force)[2])
+    for region in ('left_toe', 'left_heel', 'right_toe', 'right_heel')
+}
 
 
 class InstantNode(KhrNode, ABC):
@@ -60,9 +61,15 @@ class InstantNode(KhrNode, ABC):
             if stamp_ns > self._judge.last:
                 self._take(stamp_ns, heard)
 
-    def _hear(self, group: str, gathered: StampedSet, topic: str, read: Callable[[bytes], Any],
-              message: bytes) -> None:
-        stamp_ns = wire.clock(message)
+    def _hear(
+        self,
+        group: str,
+        gathered: StampedSet,
+        topic: str,
+        read: Callable[[bytes], Any],
+        message: bytes,
+    ) -> None:
+        stamp_ns = cdr.clock(message)
         heard = gathered.put(topic, stamp_ns, read(message))
         if heard is None:
             return

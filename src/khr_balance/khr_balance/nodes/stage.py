@@ -12,10 +12,10 @@ from sensor_msgs.msg import JointState
 from khr_balance.joints import JOINTS
 from khr_balance.nodes.instant import FOOT_FORCES, InstantNode
 from khr_balance.stage import StageParameters, StagePolicy
-from khr_common import wire
-from khr_common.messages import restamp
-from khr_common.node import LATCHED
-from khr_common.spin import run_node
+from khr_common import cdr
+from khr_common.nodes.messages import restamp
+from khr_common.nodes.node import LATCHED
+from khr_common.nodes.spin import run_node
 
 MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 
@@ -34,7 +34,8 @@ class StageNode(InstantNode):
         self._policy = StagePolicy(self.parameters)
         self._number = 0
         self._answer = JointState(
-            name=['stage', 'inclination', 'ankle_controller', 'hip_controller'])
+            name=['stage', 'inclination', 'ankle_controller', 'hip_controller']
+        )
         self._output = self.publish_on(JointState, 'stage')
         self._changes = self.publish_on(DiagnosticArray, 'stage/changes', LATCHED)
         self.listen_for({**FOOT_FORCES, 'joint_states': (JointState, _angles)})
@@ -62,18 +63,27 @@ class StageNode(InstantNode):
             self._tell(number, stamp_ns)
 
     def _tell(self, number: int, stamp_ns: int) -> None:
-        values = {'stage': str(number), 'before': str(self._number or ''),
-                  'inclination_deg': f'{degrees(self._answer.position[1]):.3f}'}
+        values = {
+            'stage': str(number),
+            'before': str(self._number or ''),
+            'inclination_deg': f'{degrees(self._answer.position[1]):.3f}',
+        }
         self._number = number
-        change = DiagnosticArray(status=[DiagnosticStatus(
-            name='stage', message=f'stage {number}: {MEANING[number]}',
-            values=[KeyValue(key=key, value=value) for key, value in values.items()])])
+        change = DiagnosticArray(
+            status=[
+                DiagnosticStatus(
+                    name='stage',
+                    message=f'stage {number}: {MEANING[number]}',
+                    values=[KeyValue(key=key, value=value) for key, value in values.items()],
+                )
+            ]
+        )
         restamp(change.header.stamp, stamp_ns)
         self._changes.publish(change)
 
 
 def _angles(joint_states: bytes) -> list[float]:
-    names, positions = wire.joint_positions(joint_states)
+    names, positions = cdr.joint_positions(joint_states)
     of_name = dict(zip(names, positions, strict=True))
     return [of_name[joint] for joint in JOINTS]
 

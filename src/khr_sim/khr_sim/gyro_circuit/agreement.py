@@ -16,8 +16,9 @@ POWER_UP = 0.03  # s, not compared: the drive starts only in the full model
 DURATION = 0.4  # s
 
 
-def disagreement(frequency: float, sample_period: float, *, held: bool,
-                 circuit: Circuit = KRG4) -> float:
+def disagreement(
+    frequency: float, sample_period: float, *, held: bool, circuit: Circuit = KRG4
+) -> float:
     """Return the largest difference of the two levels over the amplitude of the rate.
 
     Args:

@@ -51,8 +51,10 @@ class Baseband:
         static = abs(circuit.sense.response(carrier))
         sense = circuit.sense.pole
         residue = turn / (2j * sense.imag * circuit.mass * static)
-        self._modes = [_carry(sense - carrier, residue, corner, period),
-                       _carry(sense.conjugate() - carrier, -residue, corner, period)]
+        self._modes = [
+            _carry(sense - carrier, residue, corner, period),
+            _carry(sense.conjugate() - carrier, -residue, corner, period),
+        ]
         self._direct = sum(mode[3] for mode in self._modes)
 
     def update(self, rate: float) -> float:
@@ -77,8 +79,9 @@ class Baseband:
         return self._output
 
 
-def _carry(pole: complex, residue: complex, corner: float,
-           period: float) -> tuple[complex, complex, complex, float]:
+def _carry(
+    pole: complex, residue: complex, corner: float, period: float
+) -> tuple[complex, complex, complex, float]:
     """Carry q' = pole q + rate and y' = corner (Re(residue q) - y) over one held period.
 
     Returns:

@@ -34,9 +34,15 @@ class Waveforms:
     demodulated: Array  # V, output about its zero-rate level
 
 
-def simulate(rate: Callable[[Array], Array], duration: float, circuit: Circuit = KRG4, *,
-             steps_per_cycle: int = STEPS_PER_CYCLE, temperature: float = 0.0,
-             seed: int = 0) -> Waveforms:
+def simulate(
+    rate: Callable[[Array], Array],
+    duration: float,
+    circuit: Circuit = KRG4,
+    *,
+    steps_per_cycle: int = STEPS_PER_CYCLE,
+    temperature: float = 0.0,
+    seed: int = 0,
+) -> Waveforms:
     """Run the gyro from rest, its drive switched on at t = 0.
 
     Args:
@@ -53,15 +59,18 @@ def simulate(rate: Callable[[Array], Array], duration: float, circuit: Circuit =
     """
     check_positive('duration', duration, 's')
     if not (isinstance(steps_per_cycle, int) and steps_per_cycle > 4):
-        raise SimError(f'steps_per_cycle: {steps_per_cycle!r} is not accepted; accepted: integer '
-                       f'in [5, inf) (the Nyquist rate of twice the carrier is 4)')
+        raise SimError(
+            f'steps_per_cycle: {steps_per_cycle!r} is not accepted; accepted: integer '
+            f'in [5, inf) (the Nyquist rate of twice the carrier is 4)'
+        )
     step = 1.0 / (circuit.carrier_frequency * steps_per_cycle)
     count = round(duration / step) + 1
     time = np.arange(count, dtype=np.float64) * step
     turning: Array = np.broadcast_to(np.asarray(rate(time), dtype=np.float64), time.shape)
     if not np.isfinite(turning).all():
-        raise SimError('rate: a value that is not finite is not accepted; '
-                       'accepted: (-inf, inf) rad/s')
+        raise SimError(
+            'rate: a value that is not finite is not accepted; accepted: (-inf, inf) rad/s'
+        )
     tone = circuit.carrier
     force = circuit.drive_force * _cosine(count, steps_per_cycle, 0.0)
     _, drive_velocity = move(circuit.drive, force, step, tone)
@@ -71,12 +80,19 @@ def simulate(rate: Callable[[Array], Array], duration: float, circuit: Circuit =
     carrier = circuit.pickoff * sense
     reference = _cosine(count, steps_per_cycle, circuit.reference_phase)
     product = 2.0 * circuit.gain * reference * carrier
-    return Waveforms(time, turning, drive_velocity, sense, carrier,
-                     _low_pass(product, circuit.time_constant, step))
+    return Waveforms(
+        time,
+        turning,
+        drive_velocity,
+        sense,
+        carrier,
+        _low_pass(product, circuit.time_constant, step),
+    )
 
 
-def static_characteristic(rates: Sequence[float], circuit: Circuit = KRG4, *,
-                          steps_per_cycle: int = STEPS_PER_CYCLE) -> Array:
+def static_characteristic(
+    rates: Sequence[float], circuit: Circuit = KRG4, *, steps_per_cycle: int = STEPS_PER_CYCLE
+) -> Array:
     """Measure the settled output at each constant rate: Dutta (2021), Figure 4.6.
 
     Args:
@@ -91,9 +107,13 @@ def static_characteristic(rates: Sequence[float], circuit: Circuit = KRG4, *,
     cycles = 10
 
     def settle(rate: float) -> float:
-        waveforms = simulate(lambda time: np.full_like(time, rate), SETTLING * slowest, circuit,
-                             steps_per_cycle=steps_per_cycle)
-        return float(waveforms.demodulated[-cycles * steps_per_cycle:].mean())
+        waveforms = simulate(
+            lambda time: np.full_like(time, rate),
+            SETTLING * slowest,
+            circuit,
+            steps_per_cycle=steps_per_cycle,
+        )
+        return float(waveforms.demodulated[-cycles * steps_per_cycle :].mean())
 
     return np.array([settle(rate) for rate in rates])
 
@@ -104,8 +124,9 @@ def _cosine(count: int, steps_per_cycle: int, phase: float) -> Array:
     return np.tile(cycle, -(-count // steps_per_cycle))[:count]
 
 
-def _thermal_force(circuit: Circuit, temperature: float, step: float, count: int,
-                   seed: int) -> Array | float:
+def _thermal_force(
+    circuit: Circuit, temperature: float, step: float, count: int, seed: int
+) -> Array | float:
     if temperature < 0.0 or not math.isfinite(temperature):
         raise SimError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
     if temperature == 0.0:

@@ -12,8 +12,9 @@ def check_range(name: str, value: float, low: float, high: float, unit: str = ''
         SimError: with the name, the value and the accepted range, in one line.
     """
     if not (math.isfinite(value) and low < value < high):
-        raise SimError(f'{name}: {value!r} is not accepted; '
-                       f'accepted: ({low:g}, {high:g}) {unit}'.rstrip())
+        raise SimError(
+            f'{name}: {value!r} is not accepted; accepted: ({low:g}, {high:g}) {unit}'.rstrip()
+        )
 
 
 def check_positive(name: str, value: float, unit: str = '') -> None:

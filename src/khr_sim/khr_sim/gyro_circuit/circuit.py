@@ -42,8 +42,9 @@ class Circuit:
     feedback_capacitance: float = _constant(4e-12, 'charge amplifier feedback', 'F')
     drive_bias: float = _constant(2.5, 'comb bias: half the 5 V rail', 'V', 'assumed')
     drive_amplitude: float = _constant(2.5, 'comb sinusoid: half the 5 V rail', 'V', 'assumed')
-    sense_bias: float = _constant(2.5, 'bias of the sense plates, one at + and one at -', 'V',
-                                  'assumed')
+    sense_bias: float = _constant(
+        2.5, 'bias of the sense plates, one at + and one at -', 'V', 'assumed'
+    )
     gain: float = _constant(400.0, 'demodulator: output over envelope of V_out', '1', 'assumed')
     bandwidth: float = _constant(50.0, 'corner of the RC low-pass', 'Hz', 'assumed')
 
@@ -52,8 +53,9 @@ class Circuit:
             check_positive(field.name, getattr(self, field.name), field.metadata['unit'])
         for axis in ('drive', 'sense'):
             critical = 2.0 * math.sqrt(self.mass * getattr(self, f'{axis}_stiffness'))
-            check_range(f'{axis}_damping', getattr(self, f'{axis}_damping'), 0.0, critical,
-                        'N s/m')
+            check_range(
+                f'{axis}_damping', getattr(self, f'{axis}_damping'), 0.0, critical, 'N s/m'
+            )
         check_range('bandwidth', self.bandwidth, 0.0, self.carrier_frequency / 10.0, 'Hz')
 
     @functools.cached_property
@@ -174,7 +176,7 @@ def fit_sense_stiffness(circuit: Circuit, sensitivity: float) -> Circuit:
     resistance = circuit.carrier * circuit.sense_damping
     scale = circuit.gain * circuit.pickoff * circuit.coriolis_gain
     check_range('sensitivity', sensitivity, 0.0, scale / resistance, 'V per rad/s')
-    stiffness = inertia + math.sqrt((scale / sensitivity)**2 - resistance**2)
+    stiffness = inertia + math.sqrt((scale / sensitivity) ** 2 - resistance**2)
     return dataclasses.replace(circuit, sense_stiffness=stiffness)
 
 

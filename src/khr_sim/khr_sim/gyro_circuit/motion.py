@@ -20,8 +20,14 @@ from khr_sim.gyro_circuit.resonator import Resonator
 Array = NDArray[np.float64]
 
 
-def move(resonator: Resonator, force: Array, step: float, tone: float, position: float = 0.0,
-         velocity: float = 0.0) -> tuple[Array, Array]:
+def move(
+    resonator: Resonator,
+    force: Array,
+    step: float,
+    tone: float,
+    position: float = 0.0,
+    velocity: float = 0.0,
+) -> tuple[Array, Array]:
     """Return position (m) and velocity (m/s) at each sample of the force.
 
     Exact at the samples for any force that is, from sample to sample, a sinusoid of
@@ -43,8 +49,12 @@ def move(resonator: Resonator, force: Array, step: float, tone: float, position:
     decay, growth = hold_tone(pole, step, tone)
     acceleration = force / resonator.mass
     initial = complex(velocity - pole.real * position, pole.imag * position)
-    q, _ = lfilter(np.array(growth), np.array([1.0, -decay]), acceleration,
-                   zi=np.array([initial - growth[0] * acceleration[0]]))
+    q, _ = lfilter(
+        np.array(growth),
+        np.array([1.0, -decay]),
+        acceleration,
+        zi=np.array([initial - growth[0] * acceleration[0]]),
+    )
     return q.imag / pole.imag, (pole * q).imag / pole.imag
 
 
@@ -66,8 +76,10 @@ def hold_tone(pole: complex, step: float, tone: float) -> tuple[complex, list[co
         SimError: if the recurrence would be unstable, or the tone sampled too slowly.
     """
     if not pole.real < 0.0:
-        raise SimError(f'pole: {pole!r} makes an unstable recurrence; '
-                       f'accepted: a real part in (-inf, 0) rad/s')
+        raise SimError(
+            f'pole: {pole!r} makes an unstable recurrence; '
+            f'accepted: a real part in (-inf, 0) rad/s'
+        )
     check_positive('step', step, 's')
     check_range('tone', tone, 0.0, math.pi / step, 'rad/s')
     decay = cmath.exp(pole * step)

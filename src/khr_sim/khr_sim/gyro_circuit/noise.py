@@ -18,8 +18,13 @@ class Noise:
     Flicker (bias instability) is not modelled: nothing published would set it.
     """
 
-    def __init__(self, sample_period: float, angle_random_walk: float,
-                 rate_random_walk: float = 0.0, seed: int = 0) -> None:
+    def __init__(
+        self,
+        sample_period: float,
+        angle_random_walk: float,
+        rate_random_walk: float = 0.0,
+        seed: int = 0,
+    ) -> None:
         """Set the Allan deviation to sqrt(N**2 / tau + K**2 tau / 3).
 
         Args:
@@ -32,8 +37,10 @@ class Noise:
             SimError: if the sample period is not positive or a noise is negative.
         """
         check_positive('sample_period', sample_period, 's')
-        for name, value in (('angle_random_walk', angle_random_walk),
-                            ('rate_random_walk', rate_random_walk)):
+        for name, value in (
+            ('angle_random_walk', angle_random_walk),
+            ('rate_random_walk', rate_random_walk),
+        ):
             if not (math.isfinite(value) and value >= 0.0):
                 raise SimError(f'{name}: {value!r} is not accepted; accepted: [0, inf)')
         self._white = angle_random_walk / math.sqrt(sample_period)
@@ -52,8 +59,9 @@ class Noise:
         return self._bias + self._white * float(self._draw())
 
 
-def allan_deviation(rate: ArrayLike, sample_period: float,
-                    averages: Sequence[int]) -> NDArray[np.float64]:
+def allan_deviation(
+    rate: ArrayLike, sample_period: float, averages: Sequence[int]
+) -> NDArray[np.float64]:
     """Return the overlapping Allan deviation of a rate (IEEE Std 952).
 
     Args:
@@ -76,9 +84,8 @@ def allan_deviation(rate: ArrayLike, sample_period: float,
     return np.array([_deviation(angle, size, sample_period, longest) for size in averages])
 
 
-def _deviation(angle: NDArray[np.float64], size: int, sample_period: float,
-               longest: int) -> float:
+def _deviation(angle: NDArray[np.float64], size: int, sample_period: float, longest: int) -> float:
     if not 1 <= size <= longest:
         raise SimError(f'averages: {size!r} is not accepted; accepted: integer in [1, {longest}]')
-    turn = angle[2 * size:] - 2.0 * angle[size:-size] + angle[:-2 * size]
+    turn = angle[2 * size :] - 2.0 * angle[size:-size] + angle[: -2 * size]
     return math.sqrt(float(np.mean(turn**2)) / 2.0) / (size * sample_period)

@@ -49,7 +49,8 @@ class Resonator:
         """Return displacement over force at the complex frequency ``s`` (rad/s), m/N."""
         return 1.0 / (self.mass * s * s + self.damping * s + self.stiffness)
 
-    def energy(self, position: NDArray[np.float64],
-               velocity: NDArray[np.float64]) -> NDArray[np.float64]:
+    def energy(
+        self, position: NDArray[np.float64], velocity: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
         """Return kinetic plus elastic energy, J."""
         return 0.5 * (self.mass * velocity**2 + self.stiffness * position**2)

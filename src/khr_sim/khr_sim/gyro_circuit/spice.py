@@ -20,8 +20,9 @@ BLEED = 1e15  # ohm over C_FB: a path for direct current, 4000 s
 LOW_PASS_RESISTANCE = 1e5  # ohm
 
 
-def netlist(rate: str, duration: float, output: str, circuit: Circuit = KRG4, *,
-            steps_per_cycle: int = 100) -> str:
+def netlist(
+    rate: str, duration: float, output: str, circuit: Circuit = KRG4, *, steps_per_cycle: int = 100
+) -> str:
     """Write a batch netlist; ngspice then writes time and VECTORS, column pairs, to a file.
 
     Args:
@@ -37,13 +38,23 @@ def netlist(rate: str, duration: float, output: str, circuit: Circuit = KRG4, *,
     check_positive('duration', duration, 's')
     check_positive('steps_per_cycle', steps_per_cycle)
     step = 1.0 / (circuit.carrier_frequency * steps_per_cycle)
-    return '\n'.join([
-        '* vibratory gyro', *_mechanics(rate, circuit), *_electronics(circuit),
-        '.options method=trap reltol=1e-6 abstol=1e-15 vntol=1e-9 chgtol=1e-22',
-        '.control', 'set wr_singlescale', 'set numdgt=12',
-        f'tran {step!r} {duration!r} 0 {step!r} uic',
-        f'wrdata {output} ' + ' '.join(f'v({name})' for name in VECTORS),
-        'quit', '.endc', '.end', ''])
+    return '\n'.join(
+        [
+            '* vibratory gyro',
+            *_mechanics(rate, circuit),
+            *_electronics(circuit),
+            '.options method=trap reltol=1e-6 abstol=1e-15 vntol=1e-9 chgtol=1e-22',
+            '.control',
+            'set wr_singlescale',
+            'set numdgt=12',
+            f'tran {step!r} {duration!r} 0 {step!r} uic',
+            f'wrdata {output} ' + ' '.join(f'v({name})' for name in VECTORS),
+            'quit',
+            '.endc',
+            '.end',
+            '',
+        ]
+    )
 
 
 def _mechanics(rate: str, circuit: Circuit) -> list[str]:
@@ -53,22 +64,37 @@ def _mechanics(rate: str, circuit: Circuit) -> list[str]:
     return [
         f'Brate rate 0 V={rate}',
         f'Bdrive d1 0 V={force!r}*cos({turn})',
-        *_axis('drive', 'd', circuit.mass, circuit.drive_damping, circuit.drive_stiffness,
-               DRIVE_FORCE_UNIT),
+        *_axis(
+            'drive',
+            'd',
+            circuit.mass,
+            circuit.drive_damping,
+            circuit.drive_stiffness,
+            DRIVE_FORCE_UNIT,
+        ),
         'Bvelocity drive_velocity 0 V=i(Vdrive)',
         f'Bcoriolis s1 0 V={coriolis!r}*v(drive_velocity)*v(rate)',
-        *_axis('sense', 's', circuit.mass, circuit.sense_damping, circuit.sense_stiffness,
-               SENSE_FORCE_UNIT),
+        *_axis(
+            'sense',
+            's',
+            circuit.mass,
+            circuit.sense_damping,
+            circuit.sense_stiffness,
+            SENSE_FORCE_UNIT,
+        ),
         f'Bsense sense 0 V={SENSE_FORCE_UNIT / circuit.sense_stiffness!r}*v(s4)',
     ]
 
 
-def _axis(name: str, node: str, mass: float, damping: float, stiffness: float,
-          unit: float) -> list[str]:
-    return [f'L{name} {node}1 {node}2 {mass / unit!r} ic=0',
-            f'R{name} {node}2 {node}3 {damping / unit!r}',
-            f'V{name} {node}3 {node}4 0',
-            f'C{name} {node}4 0 {unit / stiffness!r} ic=0']
+def _axis(
+    name: str, node: str, mass: float, damping: float, stiffness: float, unit: float
+) -> list[str]:
+    return [
+        f'L{name} {node}1 {node}2 {mass / unit!r} ic=0',
+        f'R{name} {node}2 {node}3 {damping / unit!r}',
+        f'V{name} {node}3 {node}4 0',
+        f'C{name} {node}4 0 {unit / stiffness!r} ic=0',
+    ]
 
 
 def _electronics(circuit: Circuit) -> list[str]:

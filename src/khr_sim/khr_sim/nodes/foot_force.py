@@ -6,11 +6,11 @@ from functools import partial
 
 from geometry_msgs.msg import WrenchStamped
 
-from khr_common import wire
-from khr_common.node import KhrNode
-from khr_common.spin import run_node
+from khr_common import cdr
+from khr_common.cdr import BLANK
+from khr_common.nodes.node import KhrNode
+from khr_common.nodes.spin import run_node
 from khr_common.stamps import StampedSet, StampJudge
-from khr_common.wire import BLANK
 from khr_sim.foot_force import FootForce, FootForceParameters
 from khr_sim.truth import CONTACTS
 
@@ -29,16 +29,17 @@ class FootForceNode(KhrNode):
             answer.header.frame_id, answer.wrench.force.z = frame, BLANK
             self._outputs.append(self.publish_form(answer, f'foot_force/{name}'))
         for name in CONTACTS:
-            self.listen_to_bytes(WrenchStamped, f'ground_truth/contact/{name}',
-                                 partial(self._on_contact, name))
+            self.listen_to_bytes(
+                WrenchStamped, f'ground_truth/contact/{name}', partial(self._on_contact, name)
+            )
 
     def configure(self, parameters: FootForceParameters) -> None:
         """Pass changed parameters to the sensors."""
         self._sensors.configure(parameters)
 
     def _on_contact(self, name: str, contact: bytes) -> None:
-        stamp_ns = wire.clock(contact)
-        forces = self._contacts.put(name, stamp_ns, wire.force(contact))
+        stamp_ns = cdr.clock(contact)
+        forces = self._contacts.put(name, stamp_ns, cdr.force(contact))
         if forces is None:
             return
         if self._judge.is_new(stamp_ns):

@@ -5,11 +5,11 @@ from __future__ import annotations
 from geometry_msgs.msg import Vector3
 from sensor_msgs.msg import Imu
 
-from khr_common import wire
-from khr_common.node import KhrNode
-from khr_common.spin import run_node
+from khr_common import cdr
+from khr_common.cdr import BLANK
+from khr_common.nodes.node import KhrNode
+from khr_common.nodes.spin import run_node
 from khr_common.stamps import StampJudge
-from khr_common.wire import BLANK
 from khr_sim.gyro import Gyro, GyroParameters
 
 
@@ -31,9 +31,9 @@ class GyroNode(KhrNode):
         self._gyro.configure(parameters)
 
     def _on_truth(self, truth: bytes) -> None:
-        stamp_ns = wire.clock(truth)
+        stamp_ns = cdr.clock(truth)
         if self._judge.is_new(stamp_ns):
-            self._output.fill(stamp_ns, self._gyro.update(wire.angular_velocity(truth)))
+            self._output.fill(stamp_ns, self._gyro.update(cdr.angular_velocity(truth)))
         self._output.send()
 
 

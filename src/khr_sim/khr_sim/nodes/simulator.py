@@ -15,10 +15,10 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from khr_common import KhrError, wire
-from khr_common.messages import to_nanoseconds, to_stamp
-from khr_common.node import LATCHED, KhrNode
-from khr_common.spin import run_node
+from khr_common import KhrError, cdr
+from khr_common.nodes.messages import to_nanoseconds, to_stamp
+from khr_common.nodes.node import LATCHED, KhrNode
+from khr_common.nodes.spin import run_node
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
@@ -26,8 +26,11 @@ from khr_sim.push import Push
 from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 
-TOPICS = {'gait': 'joint_reference', 'ankle_controller': 'ankle_controller/correction',
-          'hip_controller': 'hip_controller/correction'}
+TOPICS = {
+    'gait': 'joint_reference',
+    'ankle_controller': 'ankle_controller/correction',
+    'hip_controller': 'hip_controller/correction',
+}
 CORRECTIONS = ('ankle_controller', 'hip_controller')
 ASK_AGAIN = 0.1  # s of wall time without an answer
 LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
@@ -66,8 +69,12 @@ class SimulatorNode(KhrNode):
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
         for source, topic in TOPICS.items():
             self.listen_to_bytes(JointState, topic, partial(self._on_answer, source))
-        self.listen_to(String, 'ready', self._on_ready, QoSProfile(
-            depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL))
+        self.listen_to(
+            String,
+            'ready',
+            self._on_ready,
+            QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        )
         self.listen_to(WrenchStamped, 'push', self._on_push)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
@@ -75,8 +82,11 @@ class SimulatorNode(KhrNode):
         self.create_timer(ASK_AGAIN, self._on_watch, clock=self._steady)
         self._restart()
         if not self._lockstep:
-            self.create_timer(self.parameters.control_period / self.parameters.realtime_factor,
-                              self._on_tick, clock=self._steady)
+            self.create_timer(
+                self.parameters.control_period / self.parameters.realtime_factor,
+                self._on_tick,
+                clock=self._steady,
+            )
 
     @property
     def _lockstep(self) -> bool:
@@ -150,16 +160,23 @@ class SimulatorNode(KhrNode):
 
     def _waiting_for(self) -> list[str]:
         return self._barrier.missing(0) + [
-            name for name in self._listeners if name not in self._heard]
+            name for name in self._listeners if name not in self._heard
+        ]
 
     def _advance(self, answers: dict[str, Answer]) -> None:
         # With a delay the first period has no answer yet: the board holds the first reference.
         held = self._now == 0 and self.parameters.control_delay > 0
         if 'gait' in answers:
             self._held = list(answers['gait'].position)
-        corrections = [] if held else [
-            dict(zip(answers[source].name, answers[source].position, strict=True))
-            for source in CORRECTIONS if source in answers]
+        corrections = (
+            []
+            if held
+            else [
+                dict(zip(answers[source].name, answers[source].position, strict=True))
+                for source in CORRECTIONS
+                if source in answers
+            ]
+        )
         try:
             truth = self.plant.advance(mix(self._held, corrections))
         except KhrError as error:
@@ -175,8 +192,8 @@ class SimulatorNode(KhrNode):
     # ---- what arrives ----
 
     def _on_answer(self, source: str, message: bytes) -> None:
-        stamp_ns = wire.clock(message)
-        answer = Answer(stamp_ns, *wire.joint_positions(message))
+        stamp_ns = cdr.clock(message)
+        answer = Answer(stamp_ns, *cdr.joint_positions(message))
         if not self._barrier.put(source, stamp_ns, answer):
             return
         if source in CORRECTIONS and stamp_ns == self._now:
@@ -199,10 +216,16 @@ class SimulatorNode(KhrNode):
         start = max(to_nanoseconds(message.header.stamp), self._now) / 1e9
         x, y, z = p.push_point
         try:
-            self.plant.world.push(Push(
-                start=start, duration=p.push_duration, frame=frame,
-                link=p.push_link if frame == 'odom' else frame,
-                force=(force.x, force.y, force.z), point=(x, y, z)))
+            self.plant.world.push(
+                Push(
+                    start=start,
+                    duration=p.push_duration,
+                    frame=frame,
+                    link=p.push_link if frame == 'odom' else frame,
+                    force=(force.x, force.y, force.z),
+                    point=(x, y, z),
+                )
+            )
         except KhrError as error:
             self.get_logger().error(f'push: {error}')
 
@@ -232,8 +255,11 @@ class SimulatorNode(KhrNode):
         self._last_tick = now
         answers = self._barrier.newest()
         oldest = self._now - round(self.parameters.command_timeout * 1e9)
-        fresh = {source: answer for source, answer in answers.items()
-                 if source == 'gait' or answer.stamp_ns >= oldest}
+        fresh = {
+            source: answer
+            for source, answer in answers.items()
+            if source == 'gait' or answer.stamp_ns >= oldest
+        }
         self._stale += len(answers) - len(fresh)
         self._advance(fresh)
 
@@ -245,8 +271,9 @@ class SimulatorNode(KhrNode):
             self._wait(now)
         elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN:
             if silent > self.parameters.lockstep_timeout:
-                self._abort(f'{self._silence()} within {self.parameters.lockstep_timeout:g} s '
-                            'of wall time')
+                self._abort(
+                    f'{self._silence()} within {self.parameters.lockstep_timeout:g} s of wall time'
+                )
             elif self._barrier.missing(self._due):
                 self._output.repeat()
         if now - self._reported > REPORT_PERIOD:
@@ -260,7 +287,8 @@ class SimulatorNode(KhrNode):
             return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'
         return 'nothing more was heard whole by ' + ', '.join(
             f'{name} after t = {self._heard.get(name, 0) / 1e9:.3f} s'
-            for name in self._behind(LEAD))
+            for name in self._behind(LEAD)
+        )
 
     def _wait(self, now: float) -> None:
         absent = self._waiting_for()
@@ -282,23 +310,40 @@ class SimulatorNode(KhrNode):
     def _enter(self, state: str, end: str = '', reason: str = '') -> None:
         self.state = state
         self._absent = self._waiting_for() if state == 'waiting' else []
-        values = {'time_ns': str(self._now), 'end': end, 'reason': reason,
-                  'waiting_for': ', '.join(self._absent)}
+        values = {
+            'time_ns': str(self._now),
+            'end': end,
+            'reason': reason,
+            'waiting_for': ', '.join(self._absent),
+        }
         if state == 'finished':
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
-        self._state_out.publish(DiagnosticStatus(
-            name='simulator', message=state, values=_pairs(values),
-            level=DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK))
+        self._state_out.publish(
+            DiagnosticStatus(
+                name='simulator',
+                message=state,
+                values=_pairs(values),
+                level=DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK,
+            )
+        )
 
     def _report(self) -> None:
         late = self._stale + self._missed
         status = DiagnosticStatus(
-            name='simulator', message=self.state, hardware_id='khr3hv',
+            name='simulator',
+            message=self.state,
+            hardware_id='khr3hv',
             level=DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
-            values=_pairs({'sync': self.parameters.sync, 'missed_periods': str(self._missed),
-                           'stale_corrections': str(self._stale),
-                           'latency_p50_ms': self._latency(0.50),
-                           'latency_p99_ms': self._latency(0.99)}))
+            values=_pairs(
+                {
+                    'sync': self.parameters.sync,
+                    'missed_periods': str(self._missed),
+                    'stale_corrections': str(self._stale),
+                    'latency_p50_ms': self._latency(0.50),
+                    'latency_p99_ms': self._latency(0.99),
+                }
+            ),
+        )
         message = DiagnosticArray(status=[status])
         message.header.stamp = to_stamp(self._now)
         self._diagnostics.publish(message)

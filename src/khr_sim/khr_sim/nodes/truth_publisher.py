@@ -10,9 +10,9 @@ from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 from std_msgs.msg import String
 
-from khr_common.node import LATCHED, KhrNode
+from khr_common.cdr import BLANK
+from khr_common.nodes.node import LATCHED, KhrNode
 from khr_common.rotation import carried, inverse
-from khr_common.wire import BLANK
 from khr_sim.robot import JOINTS
 from khr_sim.truth import CONTACTS, Truth
 
@@ -39,8 +39,10 @@ class TruthPublisher:
         soles.header.frame_id = 'odom'
         self._soles = node.publish_form(soles, 'ground_truth/soles')
         blanks = [BLANK] * len(JOINTS)
-        self._joints = node.publish_form(JointState(
-            name=list(JOINTS), position=blanks, velocity=blanks, effort=blanks), 'joint_states')
+        self._joints = node.publish_form(
+            JointState(name=list(JOINTS), position=blanks, velocity=blanks, effort=blanks),
+            'joint_states',
+        )
         description = node.publish_on(String, 'robot_description', LATCHED)
         description.publish(String(data=urdf))
 
@@ -58,21 +60,49 @@ class TruthPublisher:
             contact.fill(stamp_ns, force)
         orientation = truth.orientation.tolist()
         to_body = inverse(orientation)
-        self._odometry.fill(stamp_ns, (
-            *truth.position.tolist(), *orientation,
-            *carried(to_body, truth.linear_velocity.tolist()),
-            *carried(to_body, truth.angular_velocity.tolist())))
-        self._soles.fill(stamp_ns, [*chain.from_iterable(chain.from_iterable(zip(
-            truth.sole_position.tolist(), truth.sole_orientation.tolist(), strict=True)))])
-        self._joints.fill(stamp_ns, [*truth.joint_position.tolist(),
-                                     *truth.joint_velocity.tolist(),
-                                     *truth.joint_effort.tolist()])
+        self._odometry.fill(
+            stamp_ns,
+            (
+                *truth.position.tolist(),
+                *orientation,
+                *carried(to_body, truth.linear_velocity.tolist()),
+                *carried(to_body, truth.angular_velocity.tolist()),
+            ),
+        )
+        self._soles.fill(
+            stamp_ns,
+            [
+                *chain.from_iterable(
+                    chain.from_iterable(
+                        zip(
+                            truth.sole_position.tolist(),
+                            truth.sole_orientation.tolist(),
+                            strict=True,
+                        )
+                    )
+                )
+            ],
+        )
+        self._joints.fill(
+            stamp_ns,
+            [
+                *truth.joint_position.tolist(),
+                *truth.joint_velocity.tolist(),
+                *truth.joint_effort.tolist(),
+            ],
+        )
         self.repeat()
 
     def repeat(self) -> None:
         """Publish the last instant once more, for a listener that missed it."""
-        for output in (self._clock, self._imu, *self._contacts, self._odometry, self._soles,
-                       self._joints):
+        for output in (
+            self._clock,
+            self._imu,
+            *self._contacts,
+            self._odometry,
+            self._soles,
+            self._joints,
+        ):
             output.send()
 
 
@@ -81,5 +111,7 @@ def _vector() -> Vector3:
 
 
 def _pose() -> Pose:
-    return Pose(position=Point(x=BLANK, y=BLANK, z=BLANK),
-                orientation=Quaternion(x=BLANK, y=BLANK, z=BLANK, w=BLANK))
+    return Pose(
+        position=Point(x=BLANK, y=BLANK, z=BLANK),
+        orientation=Quaternion(x=BLANK, y=BLANK, z=BLANK, w=BLANK),
+    )

@@ -1,0 +1,53 @@
+"""Which version of the project a trajectory comes from."""
+
+from __future__ import annotations
+
+import hashlib
+from functools import cache
+from importlib.metadata import version
+from importlib.resources import files
+from pathlib import Path
+
+# What decides a trajectory and its outcome: whole packages, and single modules of the others.
+# Nodes only carry numbers between cores: over topics or offline, the trajectory is the same.
+NODES = 'nodes'
+SOURCES = (
+    ('khr_common', '**/*.py'),
+    ('khr_sim', '**/*.py'),
+    ('khr_sim', 'urdf/*.urdf'),
+    ('khr_balance', '**/*.py'),
+    ('khr_analysis', 'outcome.py'),
+    ('khr_bringup', 'offline.py'),
+    ('khr_bringup', 'run_signals.py'),
+)
+LIBRARIES = ('numpy', 'pybullet')
+MARK = '# code version '  # begins the line that tells it at the end of a scenario as run
+
+
+@cache
+def code_version(*more: tuple[str, str]) -> str:
+    """Return a short digest of all code that decides what a run gives.
+
+    It changes with every change of that code, of the robot's description, of NumPy and of the
+    physics engine; it does not depend on where the project is installed.
+
+    Args:
+        more: further code to take in, as packages with patterns of files.
+    """
+    digest = hashlib.sha256()
+    for package, pattern in (*SOURCES, *more):
+        folder = Path(str(files(package)))
+        for path in sorted(folder.glob(pattern)):
+            if NODES in path.relative_to(folder).parts:
+                continue
+            digest.update(f'{package}/{path.relative_to(folder).as_posix()}\n'.encode())
+            digest.update(path.read_bytes())
+    for library in LIBRARIES:
+        digest.update(f'{library} {version(library)}\n'.encode())
+    return digest.hexdigest()[:16]
+
+
+def version_told(text: str) -> str:
+    """Return the code version that a scenario as run tells; empty if it tells none."""
+    told = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
+    return told[-1] if told else ''

@@ -1,0 +1,47 @@
+"""Tables that people read: the scenarios, in a terminal and in Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+from rich.table import Table
+
+from khr_bringup.scenario import Scenario
+from khr_common.markdown import table
+
+COLUMNS = ('scenario', 'motion', 'inclination', 'surface', 'ankle', 'hip', 'push')
+
+
+def scenario_row(scenario: Scenario) -> tuple[str, ...]:
+    """Return what tells a scenario from the others, in the order of COLUMNS."""
+    simulator, ankle, hip = (
+        scenario.table(node) for node in ('simulator', 'ankle_controller', 'hip_controller')
+    )
+    growth = simulator.inclination_rate_deg_s
+    return (
+        scenario.name,
+        scenario.table('gait').motion,
+        f'{simulator.inclination_deg:g} deg' + (f' {growth:+g} deg/s' if growth else ''),
+        simulator.surface,
+        f'{ankle.gain:g} ({ankle.source}){_staged(ankle)}' if ankle.enabled else 'off',
+        f'{hip.gain:g}{_staged(hip)}' if hip.enabled else 'off',
+        '; '.join(push for push in simulator.pushes if push) or '-',
+    )
+
+
+def _staged(controller: Any) -> str:
+    return ', staged' if controller.staged else ''
+
+
+def scenario_table(scenarios: Iterable[Scenario]) -> Table:
+    """Return the table that ``khr scenarios`` prints."""
+    shown = Table(*COLUMNS)
+    for scenario in scenarios:
+        shown.add_row(*scenario_row(scenario))
+    return shown
+
+
+def scenario_markdown(scenarios: Iterable[Scenario]) -> str:
+    """Return the same table for a document."""
+    return table(COLUMNS, map(scenario_row, scenarios))

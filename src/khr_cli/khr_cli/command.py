@@ -1,0 +1,405 @@
+"""The ``khr`` command: its verbs, each a few lines over the module that does the work."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from typer.exceptions import TyperException
+
+from khr_bringup import scenario as scenarios
+from khr_common import KhrError, RunError
+
+app = typer.Typer(
+    add_completion=False,
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    help='Balance control of the KHR-3HV humanoid as a ROS 2 node graph.',
+)
+DomainOption = Annotated[
+    int | None, typer.Option('--domain', help='ROS domain of the run (1 to 99).')
+]
+
+
+@app.command()
+def run(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
+    duration: Annotated[
+        float | None, typer.Option(help='Simulated seconds; the length of the motion by default.')
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option('--realtime', help='Run against the wall clock instead of in lockstep.')
+    ] = False,
+    offline: Annotated[
+        bool,
+        typer.Option(
+            '--offline', help='The same cores without ROS: no topics, no bag, the same trajectory.'
+        ),
+    ] = False,
+    one_process: Annotated[
+        bool,
+        typer.Option(
+            '--one-process/--processes', help='All nodes in one process, or one process each.'
+        ),
+    ] = True,
+    record: Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')] = True,
+    out: Annotated[
+        Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
+    ] = None,
+    expect: Annotated[
+        str | None,
+        typer.Option(
+            help='Exit with 1 if the outcome is another: walked, stood, fell or slipped.'
+        ),
+    ] = None,
+    domain: DomainOption = None,
+    network: Annotated[
+        bool, typer.Option('--network', help='Let other machines take part (by default none can).')
+    ] = False,
+) -> None:
+    """Run a scenario and keep its recording, outcome and trajectory hash."""
+    from khr_cli import run as runs
+
+    changes = scenarios.changes_of(set_ or [])
+    if duration is not None:
+        changes['simulator', 'duration'] = duration
+    if realtime:
+        changes['simulator', 'sync'] = 'realtime'
+    chosen = scenarios.load(scenario).changed(changes)
+    options = runs.Options(
+        offline=offline,
+        one_process=one_process,
+        record=record,
+        out=out,
+        expect=expect,
+        domain=domain,
+        network=network,
+    )
+    raise typer.Exit(runs.run(chosen, options))
+
+
+@app.command(name='scenarios')
+def list_scenarios() -> None:
+    """List the scenarios that come with the project."""
+    from khr_bringup.scenario_table import scenario_table
+
+    table = scenario_table(map(scenarios.load, map(str, scenarios.shipped())))
+    table.columns[0].no_wrap = True  # a name that is cut cannot be typed
+    Console().print(table)
+
+
+@app.command(name='get')
+def get_parameter(
+    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    name: Annotated[
+        str | None, typer.Argument(help='A parameter; all of them if left out.')
+    ] = None,
+    domain: DomainOption = None,
+) -> None:
+    """Show parameters of a running graph."""
+    from khr_bringup.live import get_parameters
+
+    for key, value in get_parameters(node, name, domain).items():
+        print(f'{key}: {value}')
+
+
+@app.command(name='set')
+def set_parameter(
+    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    name: Annotated[str, typer.Argument(help='A parameter.')],
+    value: Annotated[str, typer.Argument(help='Its new value.')],
+    domain: DomainOption = None,
+) -> None:
+    """Change a parameter of a running graph; it acts from the next control period."""
+    from khr_bringup.live import set_parameter as set_live
+
+    before, after = set_live(node, name, scenarios.parse_value(node, name, value), domain)
+    print(f'{node}.{name}: {before} -> {after}')
+
+
+@app.command()
+def doctor() -> None:
+    """Check what a run needs; each line says what to do if it is not there."""
+    from khr_cli.doctor import examine
+
+    raise typer.Exit(examine(Console()))
+
+
+@app.command()
+def figure(
+    number: Annotated[str, typer.Argument(help='A figure of the thesis, such as 3.8.')],
+    out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
+    fast: Annotated[
+        bool, typer.Option('--fast', help='With the quick and coarse form of its experiments.')
+    ] = False,
+) -> None:
+    """Draw a figure of the thesis from its models, or from experiments, which are run first."""
+    from khr_report.reproduce import figure as draw_figure
+
+    for path in draw_figure(number, out, fast):
+        print(path)
+
+
+@app.command()
+def reproduce(
+    only: Annotated[
+        str | None,
+        typer.Option(help='Figures, maps and "scoreboard", with commas; everything if left out.'),
+    ] = None,
+    fast: Annotated[bool, typer.Option('--fast', help='Quick and coarse: minutes.')] = False,
+    out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
+    workers: Annotated[
+        int | None, typer.Option(help='Processes; one per core by default.')
+    ] = None,
+    findings: Annotated[
+        Path | None,
+        typer.Option(help='The findings as Markdown; findings.md in the folder by default.'),
+    ] = None,
+) -> None:
+    """Run every experiment of the thesis anew, draw every figure, and write one page."""
+    from khr_report.reproduce import reproduce as run_all
+
+    raise typer.Exit(run_all(out, only, fast, workers, findings))
+
+
+@app.command()
+def lines(
+    scenario: Annotated[str, typer.Argument(help='A walk, file or name.')] = 'walk_6.99deg_ka12',
+    fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
+    out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
+    workers: Annotated[
+        int | None, typer.Option(help='Processes; one per core by default.')
+    ] = None,
+) -> None:
+    """Tell which peaks of a walk's spectrum the gait, the feedback and slipping make."""
+    from khr_report.peak_origin_report import tell
+
+    print(tell(scenario, fast, workers, out))
+
+
+@app.command()
+def push(
+    ka: Annotated[
+        str, typer.Option(help='Ankle gains K_A, with commas; 0 is no control.')
+    ] = '0,12,18',
+    duration: Annotated[
+        str, typer.Option(help='Of the pushes, in s, with commas.')
+    ] = '0.1,0.2,0.5',
+    direction: Annotated[
+        str, typer.Option(help='Where they come from, with commas: front, behind.')
+    ] = 'front,behind',
+    gyro: Annotated[
+        str, typer.Option(help='Gyro models, with commas: packaged, circuit.')
+    ] = 'packaged,circuit',
+    out: Annotated[
+        Path | None,
+        typer.Option(help='Folder for push.csv and push.md; only printed if left out.'),
+    ] = None,
+) -> None:
+    """Find the largest push the standing robot survives, beside the model's."""
+    from khr_experiments import push_table
+
+    if out:
+        push_table.make_folder(out)
+    rows = push_table.measure_all(
+        push_table.conditions(
+            push_table.numbers('--ka', ka),
+            push_table.numbers('--duration', duration),
+            direction.split(','),
+            gyro.split(','),
+        )
+    )
+    print(push_table.markdown(rows))
+    for path in push_table.write(rows, out) if out else []:
+        print(path)
+
+
+@app.command()
+def critical(
+    walk: Annotated[
+        bool,
+        typer.Option('--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.'),
+    ] = True,
+    ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
+    kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
+    surface: Annotated[str, typer.Option(help='Under a walk: smooth, rubber or pads.')] = 'smooth',
+    seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    set_: Annotated[
+        list[str] | None, typer.Option('--set', help='Change a parameter: node.parameter=value.')
+    ] = None,
+) -> None:
+    """Measure the critical inclination, in deg, by bisection over seeds."""
+    from khr_experiments.critical import Condition, report
+
+    changes = tuple(scenarios.changes_of(set_ or []).items())
+    print(
+        report(
+            Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes),
+            seeds,
+            tolerance,
+            jobs,
+        )
+    )
+
+
+@app.command()
+def calibrate(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
+    seed: Annotated[int, typer.Option(help='First of the seeds.')] = 0,
+    seeds: Annotated[int, typer.Option(help='Seeds of every fit.')] = 5,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+) -> None:
+    """Fit the constants that are fitted, and write what all of them rest on."""
+    from khr_experiments.calibrate import calibrate as fit
+
+    for found in fit(out, seed, seeds, jobs):
+        print(f'{found.fit.node}.{found.fit.key}: {found.value:g}')
+
+
+@app.command()
+def scoreboard(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
+    seeds: Annotated[int, typer.Option(help='Seeds of every measurement.')] = 3,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.2,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    explain: Annotated[
+        bool, typer.Option('--explain/--no-explain', help='Look into the limits that miss.')
+    ] = True,
+) -> None:
+    """Measure every row of the thesis on the simulated robot and write the scoreboard."""
+    from khr_experiments.scoreboard import write
+
+    print(f'{out}: {write(out, seeds, tolerance, jobs, explain)}')
+
+
+@app.command()
+def film(
+    run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help='The file without suffix (with --still: the PNG); in the run folder if left out.'
+        ),
+    ] = None,
+    still: Annotated[
+        float | None, typer.Option(help='Only the picture at this time, in s.')
+    ] = None,
+    start: Annotated[float, typer.Option(help='Where the film starts, in s.')] = 0.0,
+    end: Annotated[float | None, typer.Option(help='Where it ends, in s.')] = None,
+    width: Annotated[int, typer.Option(help='Of the pictures, in px.')] = 640,
+    height: Annotated[int, typer.Option(help='Of the pictures, in px.')] = 480,
+    rate: Annotated[float, typer.Option(help='Pictures per simulated second.')] = 25.0,
+) -> None:
+    """Render a run to MP4 and GIF, or one picture of it to PNG."""
+    from khr_report.film import render_run
+
+    for path in render_run(run, out, still, (start, end), (width, height, rate)):
+        print(path)
+
+
+@app.command()
+def sweep(
+    specification: Annotated[Path, typer.Argument(help='A sweep file.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help='Folder of the results; what it holds is not repeated; runs/NAME by default.'
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help='Processes on this machine; one per core by default.')
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
+    ] = None,
+    fast: Annotated[
+        bool, typer.Option('--fast', help="Take the file's quick form; NAME becomes NAME-fast.")
+    ] = False,
+) -> None:
+    """Run scenarios over a grid of parameters or at random, on one or many machines."""
+    from khr_experiments.sweeps import sweep as run_sweep
+
+    raise typer.Exit(run_sweep(specification, out, workers, scheduler, fast))
+
+
+@app.command(name='map')
+def draw_stability_map(
+    folder: Annotated[Path, typer.Argument(help='The folder of a sweep.')],
+    x: Annotated[str, typer.Option('--x', help='Swept parameter, NODE.PARAMETER.')],
+    y: Annotated[str, typer.Option('--y', help='Another one.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(help='The PNG; in the folder by default. Its CSVs lie beside it.'),
+    ] = None,
+) -> None:
+    """Draw where the runs of a sweep survive, with confidence bounds."""
+    from khr_experiments.stability_map import draw_map
+
+    for path in draw_map(folder, x, y, out):
+        print(path)
+
+
+@app.command()
+def report(
+    run: Annotated[Path, typer.Argument(help='The folder of a run, or its bag.')],
+    against: Annotated[Path | None, typer.Option(help='Another run to compare it with.')] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The page; report.html in the run's folder by default.")
+    ] = None,
+) -> None:
+    """Write a page about a run, or about two compared: signals, spectra, parameters."""
+    from khr_report.report import report as write
+
+    print(write(run, against, out))
+
+
+@app.command(name='verify')
+def verify_bag(
+    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
+) -> None:
+    """Repeat the run of a bag; exit with 1 if the trajectory is another."""
+    from khr_bringup.verify import verify
+
+    raise typer.Exit(verify(bag))
+
+
+def main() -> None:
+    """Run the command; a user's mistake is one line on stderr and exit code 2."""
+    try:
+        sys.exit(app(standalone_mode=False) or 0)
+    except TyperException as error:
+        _leave(_usage(error), error.exit_code)
+    except RunError as error:
+        _leave(str(error), 1)
+    except KhrError as error:
+        _leave(str(error), 2)
+    except OSError as error:
+        if error.filename is None:  # no file that the user could look at
+            raise
+        _leave(f'{str(error.filename)!r}: {error.strerror}', 2)
+
+
+def _usage(error: TyperException) -> str:
+    """Return one line for what the command line's parser refuses; none where it gave the help."""
+    text = ' '.join(error.format_message().split()).rstrip('.')
+    context = getattr(error, 'ctx', None)
+    return f'{text}; see {context.command_path} --help' if text and context else text
+
+
+def _leave(text: str, code: int) -> None:
+    if text:
+        print(f'khr: {text}', file=sys.stderr)
+    sys.exit(code)
+
+
+if __name__ == '__main__':
+    main()

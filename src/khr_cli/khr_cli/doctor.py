@@ -1,0 +1,128 @@
+"""``khr doctor``: what a run needs, checked one by one."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import shutil
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rich.console import Console
+
+from khr_bringup.run_registry import registered, running
+
+VERSIONS = (
+    'rclpy',
+    'ros-rmw-fastrtps-cpp',
+    'pybullet',
+    'numpy',
+    'scipy',
+    'rosbags',
+    'khr_common',
+    'khr_sim',
+    'khr_balance',
+    'khr_analysis',
+    'khr_bringup',
+    'khr_experiments',
+    'khr_report',
+    'khr_cli',
+)
+ROOM = 1.0  # GB of disk below which a recording is at risk
+Finding = tuple[bool, str, str]
+
+
+def examine(console: Console) -> int:
+    """Print one line per check; return 0 if all are good, 1 otherwise."""
+    good = True
+    for check in (python, *map(_version, VERSIONS), middleware, discovery, disk, runs):
+        fine, what, advice = check()
+        good &= fine
+        mark = '[green]ok [/green]' if fine else '[red]bad[/red]'
+        console.print(f'{mark} {what}' + ('' if fine else f' -> {advice}'), highlight=False)
+    return 0 if good else 1
+
+
+def python() -> Finding:
+    """Check the interpreter: the physics engine has wheels for 3.11 alone."""
+    version = '.'.join(map(str, sys.version_info[:3]))
+    return sys.version_info[:2] == (3, 11), f'Python {version}', 'use Python 3.11'
+
+
+def _version(package: str) -> Callable[[], Finding]:
+    def check() -> Finding:
+        try:
+            return True, f'{package} {importlib.metadata.version(package)}', ''
+        except importlib.metadata.PackageNotFoundError:
+            return False, f'{package} is missing', 'run make install'
+
+    return check
+
+
+def middleware() -> Finding:
+    """Check that ROS 2 starts, and with which middleware."""
+    try:
+        from rclpy.utilities import get_rmw_implementation_identifier
+
+        return True, f'middleware {get_rmw_implementation_identifier()}', ''
+    except Exception as error:  # whatever the import of a broken installation raises
+        return (
+            False,
+            f'rclpy does not start: {error}',
+            "pip install 'ros-jazzy-rclpy[fastrtps]', or source a ROS 2 Jazzy installation",
+        )
+
+
+def discovery() -> Finding:
+    """Check that two nodes of a run's own domain find each other, and how fast."""
+    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
+        os.environ.update(entry.environment())
+        try:
+            seconds = _discover()
+        except Exception as error:  # the middleware's own errors have no common base
+            return False, f'discovery failed: {error}', 'look at ROS_* and RMW_* variables'
+    return (
+        seconds < 3.0,
+        f'discovery within one machine {seconds:.2f} s',
+        'clean dead shared memory with "fastdds shm clean"; check that /dev/shm has room',
+    )
+
+
+def _discover() -> float:
+    import rclpy
+    from std_msgs.msg import String
+
+    from khr_common.nodes.node import DATA
+
+    contexts = [rclpy.Context(), rclpy.Context()]
+    for context in contexts:
+        rclpy.init(args=[], context=context)
+    try:
+        nodes = [
+            rclpy.create_node(f'doctor_{i}', context=context) for i, context in enumerate(contexts)
+        ]
+        publisher = nodes[0].create_publisher(String, 'doctor', DATA)
+        nodes[1].create_subscription(String, 'doctor', lambda _: None, DATA)
+        start = time.monotonic()
+        while publisher.get_subscription_count() == 0 and time.monotonic() - start < 10.0:
+            time.sleep(0.005)
+        return time.monotonic() - start
+    finally:
+        for context in contexts:
+            rclpy.try_shutdown(context=context)
+
+
+def disk() -> Finding:
+    """Check the room for recordings: a minute of the graph is about 20 MB."""
+    free = shutil.disk_usage(Path.cwd()).free / 1e9
+    return free > ROOM, f'{free:.1f} GB free here', 'make room, or run with --out or --no-record'
+
+
+def runs() -> Finding:
+    """List the runs that are going on."""
+    entries = running()
+    listed = ', '.join(f'{each.scenario} (ROS_DOMAIN_ID={each.domain})' for each in entries)
+    return True, f'{len(entries)} runs going on{": " + listed if listed else ""}', ''

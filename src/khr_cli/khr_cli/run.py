@@ -1,0 +1,250 @@
+"""``khr run``: one scenario, over topics or offline, with progress and a summary."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn
+from rich.table import Table
+
+from khr_bringup.offline import duration, run_offline
+from khr_bringup.run_registry import registered
+from khr_bringup.scenario import Scenario
+from khr_common import KhrError
+
+VERDICTS = ('walked', 'stood', 'fell', 'slipped')
+INTERRUPTED = 130  # the shell's exit code for SIGINT
+REFRESH = 0.2  # s of wall time
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run a scenario; see ``khr run --help``."""
+
+    offline: bool = False
+    one_process: bool = False
+    record: bool = True
+    out: Path | None = None
+    expect: str | None = None
+    domain: int | None = None
+    network: bool = False
+
+
+@dataclass(frozen=True)
+class Result:
+    """What a run comes to, however it was run."""
+
+    verdict: str
+    figures: dict[str, str]
+    trajectory_hash: str
+    end: str
+    startup: float  # s of wall time to the first control period
+    wall_time: float  # s of wall time from there to the last
+
+    @property
+    def real_time_factor(self) -> float:
+        """Return simulated by wall time."""
+        return float(self.figures.get('time_s', 0.0)) / max(self.wall_time, 1e-9)
+
+
+def run(scenario: Scenario, options: Options) -> int:
+    """Run a scenario, print its summary, keep its results; return the exit code.
+
+    Raises:
+        KhrError: if an option is not accepted.
+        RunError: if the run could not go on.
+    """
+    if options.expect is not None and options.expect not in VERDICTS:
+        raise KhrError(
+            f'--expect: {options.expect!r} is not accepted; accepted: {" | ".join(VERDICTS)}'
+        )
+    console = Console(stderr=True)
+    scenario = scenario.changed({('simulator', 'duration'): duration(scenario)})
+    folder = _folder(scenario, options.out)
+    start = time.monotonic()
+    result = (_offline if options.offline else _graph)(scenario, folder, options, console, start)
+    _keep(folder, scenario, result)
+    if options.record and not options.offline:
+        _draw(folder, scenario, console)
+    _summarise(scenario, folder, result, options)
+    if result.end == 'stopped':
+        return INTERRUPTED
+    if options.expect is not None and result.verdict != options.expect:
+        console.print(
+            f'khr: expected {options.expect}, the outcome is {result.verdict or "unknown"}',
+            highlight=False,
+        )
+        return 1
+    return 0
+
+
+def _folder(scenario: Scenario, out: Path | None) -> Path:
+    folder = out or Path('runs') / f'{scenario.name}-{datetime.now():%Y%m%d-%H%M%S-%f}'[:-3]
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise KhrError(f'--out: {str(folder)!r} holds something; accepted: a new or empty folder')
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise KhrError(
+            f'--out: {str(folder)!r}: {error.strerror}; accepted: a folder that can be written'
+        ) from error
+    return folder
+
+
+def _graph(
+    scenario: Scenario, folder: Path, options: Options, console: Console, start: float
+) -> Result:
+    from khr_bringup.graph import prepare, run_graph
+
+    seconds = scenario.table('simulator').duration
+    with registered(scenario.name, folder, options.domain, options.network) as entry:
+        console.print(
+            f'{scenario.name}: ROS_DOMAIN_ID={entry.domain} '
+            f'ROS_AUTOMATIC_DISCOVERY_RANGE='
+            f'{entry.environment()["ROS_AUTOMATIC_DISCOVERY_RANGE"]}  '
+            f'folder {folder}',
+            highlight=False,
+        )
+        with _progress(console, seconds) as show:
+
+            def show_view(view: Any) -> None:
+                values = view.progress
+                waiting = (
+                    ', '.join(view.behind)
+                    if view.state == 'finished'
+                    else view.state_values.get('waiting_for')
+                )
+                show(
+                    float(values.get('time', 0.0)),
+                    f'waiting for {waiting}' if waiting else view.state,
+                    values.get('real_time_factor'),
+                    values.get('pitch_rate'),
+                    values.get('peak'),
+                )
+
+            result = run_graph(
+                prepare(scenario, folder, options.record),
+                folder,
+                entry,
+                record=options.record,
+                one_process=options.one_process,
+                show=show_view,
+            )
+    for warning in result.warnings:
+        console.print(f'khr: {warning}', highlight=False)
+    return Result(
+        result.verdict,
+        result.outcome,
+        result.trajectory_hash,
+        result.end,
+        result.started - start,
+        result.ended - result.started,
+    )
+
+
+def _offline(
+    scenario: Scenario, folder: Path, _: Options, console: Console, start: float
+) -> Result:
+    from khr_analysis.outcome_text import figures
+
+    began = start
+    with _progress(console, scenario.table('simulator').duration) as show:
+
+        def watch(truth: Any, controllers: Any, _: object) -> None:
+            nonlocal began
+            seconds = truth.stamp_ns / 1e9
+            if truth.step == 0:
+                began = time.monotonic()
+            show(
+                seconds,
+                'offline',
+                f'{seconds / (time.monotonic() - began + 1e-9):.2f}',
+                f'{controllers.pitch_rate:.3f}',
+                None,
+            )
+
+        result = run_offline(scenario, watch)
+    (folder / 'scenario.yaml').write_text(scenario.to_yaml(), encoding='utf-8')
+    return Result(
+        result.outcome.verdict,
+        figures(result.outcome),
+        result.trajectory_hash,
+        result.end,
+        began - start,
+        time.monotonic() - began,
+    )
+
+
+@contextmanager
+def _progress(console: Console, seconds: float) -> Iterator[Callable[..., None]]:
+    columns = (TextColumn('{task.description}'), BarColumn(), TextColumn('{task.fields[text]}'))
+    with Progress(*columns, console=console, transient=True, auto_refresh=False) as progress:
+        task = progress.add_task('starting', total=seconds, text='')
+        shown = 0.0
+
+        def show(
+            simulated: float, state: str, factor: str | None, rate: str | None, peak: str | None
+        ) -> None:
+            nonlocal shown
+            if time.monotonic() - shown < REFRESH:
+                return
+            shown = time.monotonic()
+            words = [f'{simulated:6.2f} of {seconds:.2f} s']
+            words += [f'x{factor}'] if factor else []
+            words += [f'pitch rate {rate} rad/s'] if rate else []
+            words += [f'peak {peak}'] if peak else []
+            progress.update(task, completed=simulated, description=state, text='  '.join(words))
+            progress.refresh()
+
+        yield show
+
+
+def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
+    (folder / 'outcome.json').write_text(
+        json.dumps(
+            {
+                'scenario': scenario.name,
+                'verdict': result.verdict,
+                **result.figures,
+                'end': result.end,
+                'startup_s': round(result.startup, 3),
+                'real_time_factor': round(result.real_time_factor, 3),
+                'trajectory_hash': result.trajectory_hash,
+            },
+            indent=2,
+        )
+        + '\n'
+    )
+
+
+def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
+    from khr_report.run_overview import draw_run
+
+    try:
+        draw_run(folder / 'bag', scenario, folder / 'overview.png')
+    except KhrError as error:  # the run itself is done and kept
+        console.print(f'khr: no overview: {error}', highlight=False)
+
+
+def _summarise(scenario: Scenario, folder: Path, result: Result, options: Options) -> None:
+    table = Table(title=scenario.title or scenario.name, show_header=False, title_justify='left')
+    table.add_row('outcome', f'[bold]{result.verdict or "unknown"}[/bold]')
+    for name, value in result.figures.items():
+        if name not in ('final', 'verdict') and value:
+            table.add_row(name.replace('_', ' '), value)
+    table.add_row('ended by', result.end)
+    table.add_row('real-time factor', f'{result.real_time_factor:.2f}')
+    table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
+    table.add_row('folder', str(folder))
+    if options.record and not options.offline:
+        table.add_row('bag', str(folder / 'bag'))
+    Console().print(table)
+    print(f'trajectory hash {result.trajectory_hash}')

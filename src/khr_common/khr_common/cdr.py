@@ -1,0 +1,127 @@
+"""Read and write what flows in every control period straight in its bytes.
+
+rclpy turns a message into a tree of Python objects, which takes longer than all that the nodes
+do with it. The few numbers that they need stand at known places: ROS 2 sends CDR (OMG DDS-XTypes
+1.3, 7.4): four bytes that tell the encoding, then the fields in order, each aligned to its size.
+
+All of it is little-endian CDR, as :meth:`khr_common.nodes.node.KhrNode.listen_to_bytes` gives it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+from struct import Struct
+
+BLANK = -1.2345678987654321e300  # stands where numbers of a form are to be filled in
+Floats = tuple[float, ...]
+
+_TIME = Struct('<iI')
+_COUNT = Struct('<I')
+_THREE, _SEVEN = Struct('<3d'), Struct('<7d')
+_START = 4  # of the fields, behind the encoding
+_DOUBLE = 8
+_BLANK = Struct('<d').pack(BLANK)
+_RATE = 13 * _DOUBLE  # in an Imu, behind orientation and its covariance
+
+
+class Form:
+    """A message that is sent again and again, and of which only stamp and blanks change.
+
+    Args:
+        data: the serialized message, a Clock or one with a header, :data:`BLANK` in its blanks.
+    """
+
+    def __init__(self, data: bytes) -> None:
+        self._data = bytearray(data)
+        blanks = [
+            place
+            for place in range(_START, len(data) - _DOUBLE + 1, _DOUBLE)
+            if data[place : place + _DOUBLE] == _BLANK
+        ]
+        self._count = len(blanks)
+        bounds = [
+            number
+            for number, place in enumerate(blanks)
+            if not number or place - blanks[number - 1] > _DOUBLE
+        ] + [len(blanks)]
+        self._runs = [
+            (blanks[start], slice(start, end), Struct(f'<{end - start}d').pack_into)
+            for start, end in pairwise(bounds)
+        ]
+
+    def filled(self, stamp_ns: int, numbers: Sequence[float] = ()) -> bytes:
+        """Return the message with this stamp and, in its blanks from first to last, the numbers.
+
+        Raises:
+            ValueError: if there are not as many numbers as blanks.
+        """
+        if len(numbers) != self._count:
+            raise ValueError(f'numbers: {len(numbers)} are not accepted; accepted: {self._count}')
+        _TIME.pack_into(self._data, _START, *divmod(stamp_ns, 1_000_000_000))
+        for place, part, pack_into in self._runs:
+            pack_into(self._data, place, *numbers[part])
+        return bytes(self._data)
+
+
+def clock(data: bytes) -> int:
+    """Return the time of a Clock, or of the header of any stamped message, in ns."""
+    seconds, rest = _TIME.unpack_from(data, _START)
+    return int(seconds) * 1_000_000_000 + int(rest)
+
+
+def force(data: bytes) -> Floats:
+    """Return the force of a WrenchStamped, N, (3,)."""
+    return _THREE.unpack_from(data, _aligned(_after_header(data)))
+
+
+def angular_velocity(data: bytes) -> Floats:
+    """Return the angular velocity of an Imu, rad/s, (3,)."""
+    return _THREE.unpack_from(data, _aligned(_after_header(data)) + _RATE)
+
+
+def pose(data: bytes) -> Floats:
+    """Return the pose of an Odometry: x, y, z in m, quaternion x y z w."""
+    return _SEVEN.unpack_from(data, _aligned(_after_text(data, _after_header(data))))
+
+
+def poses(data: bytes) -> list[Floats]:
+    """Return the poses of a PoseArray, each as :func:`pose` does."""
+    place, count = _counted(data, _after_header(data))
+    start = _aligned(place)
+    return [_SEVEN.unpack_from(data, start + each * _SEVEN.size) for each in range(count)]
+
+
+def joint_positions(data: bytes) -> tuple[list[str], Floats]:
+    """Return the joint names of a JointState and their positions, rad."""
+    place, count = _counted(data, _after_header(data))
+    names = []
+    for _ in range(count):
+        start, end = _padded(place, 4) + 4, _after_text(data, place)
+        names.append(data[start : end - 1].decode())
+        place = end
+    place, count = _counted(data, place)
+    return names, Struct(f'<{count}d').unpack_from(data, _aligned(place) if count else place)
+
+
+def _after_header(data: bytes) -> int:
+    return _after_text(data, _START + _TIME.size)
+
+
+def _after_text(data: bytes, place: int) -> int:
+    start, length = _counted(data, place)
+    return start + length
+
+
+def _counted(data: bytes, place: int) -> tuple[int, int]:
+    """Return where what follows a count begins, and the count."""
+    place = _padded(place, 4)
+    return place + 4, int(_COUNT.unpack_from(data, place)[0])
+
+
+def _aligned(place: int) -> int:
+    return _padded(place, _DOUBLE)
+
+
+def _padded(place: int, size: int) -> int:
+    return place + (_START - place) % size

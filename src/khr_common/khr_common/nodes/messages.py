@@ -1,0 +1,73 @@
+"""ROS messages: stamps as integer nanoseconds, and bytes for :mod:`khr_common.cdr`."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+from builtin_interfaces.msg import Time
+from rclpy.publisher import Publisher
+from rclpy.serialization import deserialize_message, serialize_message
+
+from khr_common.cdr import Form
+
+
+def to_stamp(nanoseconds: int) -> Time:
+    """Convert integer nanoseconds to a message stamp."""
+    seconds, rest = divmod(nanoseconds, 1_000_000_000)
+    return Time(sec=seconds, nanosec=rest)
+
+
+def to_nanoseconds(stamp: Time) -> int:
+    """Convert a message stamp to integer nanoseconds."""
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
+
+
+def restamp(stamp: Time, nanoseconds: int) -> None:
+    """Set a stamp to integer nanoseconds."""
+    stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+
+
+def serialized(message: Any) -> bytes:
+    """Return a message's bytes as they are sent.
+
+    ROS's own function returns a few more behind them, of any value, where a list is empty.
+    """
+    data: bytes = serialize_message(message)
+    while True:
+        try:
+            deserialize_message(data[:-1], type(message))
+        except RuntimeError:
+            return data
+        data = data[:-1]
+
+
+def little_endian(data: bytes, kind: type[Any]) -> bytes:
+    """Return a message as little-endian CDR; another encoding is rare, and left to ROS."""
+    if data[:2] == b'\0\1':
+        return data
+    recoded: bytes = serialize_message(deserialize_message(data, kind))
+    return recoded
+
+
+class Output:
+    """A topic on which one message flows, filled anew every period.
+
+    Args:
+        publisher: of the topic.
+        message: a Clock or a message with a header; it has :data:`khr_common.cdr.BLANK` where
+            numbers change, and the rest of it stays.
+    """
+
+    def __init__(self, publisher: Publisher, message: Any) -> None:
+        self._publisher = publisher
+        self._form = Form(serialized(message))
+        self._data = b''
+
+    def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:
+        """Fill in a stamp and, from the first blank to the last, the numbers."""
+        self._data = self._form.filled(stamp_ns, numbers)
+
+    def send(self) -> None:
+        """Publish what has been filled in, once more if it has been before."""
+        self._publisher.publish(self._data)

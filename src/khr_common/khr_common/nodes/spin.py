@@ -1,0 +1,92 @@
+"""Run nodes on one executor, from their start to a clean end."""
+
+from __future__ import annotations
+
+import gc
+import signal
+import sys
+import time
+from collections.abc import Callable, Sequence
+
+import rclpy
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.signals import SignalHandlerOptions
+from rclpy.task import Future
+
+from khr_common.errors import KhrError
+from khr_common.nodes.node import KhrNode
+
+LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
+
+
+class _Turn:
+    """Hear messages until there is nothing to hear, or a signal comes.
+
+    To spin once is to hear one message, and costs as much as to hear two. Spinning with a time
+    limit hears all, but with messages always waiting it does not come back: the signal says so.
+    """
+
+    def __init__(self) -> None:
+        self.interrupted = False
+        self._over: Future[None] = Future()
+
+    def take(self, executor: EventsExecutor) -> None:
+        self._over = Future()
+        if not self.interrupted:
+            executor.spin_until_future_complete(self._over, 0.1)
+
+    def interrupt(self, *_: object) -> None:
+        self.interrupted = True
+        self._over.set_result(None)
+
+
+def run_node(factory: Callable[[], KhrNode]) -> int:
+    """Run one node in this process until it ends or is interrupted; return the exit code."""
+    return run_nodes([factory])
+
+
+def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
+    """Run nodes on one executor until one ends or they are interrupted; return the exit code.
+
+    ROS's own signal handlers tear the context down before a node could say its last words, so
+    SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
+    """
+    turn = _Turn()
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, turn.interrupt)
+    rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    nodes: list[KhrNode] = []
+    try:
+        executor = EventsExecutor()
+        for factory in factories:
+            nodes.append(factory())
+            executor.add_node(nodes[-1])
+        gc.collect()
+        gc.freeze()  # a search for garbage through all that is loaded would outlast a period
+        while not turn.interrupted and not any(node.failure for node in nodes):
+            turn.take(executor)
+        for node in nodes:
+            node.finish()
+        for node in nodes:
+            _close(node, executor)
+    except KhrError as error:
+        # A node that could not be built has no name yet but its class's.
+        print(f'{factory.__name__}: {error}', file=sys.stderr)
+        return 2
+    finally:
+        rclpy.try_shutdown()
+    failed = [node for node in nodes if node.failure]
+    for node in failed:
+        print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
+    return 1 if failed else 0
+
+
+def _close(node: KhrNode, executor: EventsExecutor) -> None:
+    """Let a node hear what is on its way, close it, and send what it says last."""
+    end = time.monotonic() + node.patience
+    while not node.settled() and time.monotonic() < end:
+        executor.spin_once(0.02)
+    node.close()
+    sent = time.monotonic() + LAST_WORDS
+    while time.monotonic() < sent:
+        executor.spin_once(0.02)

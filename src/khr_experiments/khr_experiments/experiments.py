@@ -1,0 +1,214 @@
+"""Experiments: the shipped sweeps that figures are drawn from, and their finished runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from khr_bringup.code_version import code_version
+from khr_bringup.run_signals import Series
+from khr_bringup.scenario import CONFIG, Scenario
+from khr_experiments.errors import ExperimentError
+from khr_experiments.progress import Bar
+from khr_experiments.sweeps.folder import (
+    Folder,
+    discard_other,
+    read_table,
+    request_of,
+    series_path,
+)
+from khr_experiments.sweeps.reading import load
+from khr_experiments.sweeps.specification import Specification, scenario_at
+from khr_experiments.sweeps.trial import RESULTS
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+ROOT = Path('runs/experiments')
+Key = TypeVar('Key')
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One finished run of an experiment.
+
+    Attributes:
+        point: the swept values: ``scenario``, ``case``, ``node.parameter``.
+        seed: number of the seed; None if the experiment leaves the scenario's own.
+        row: what it came to, by column of RESULTS.
+        scenario: as it was run.
+        kept: where its signals are.
+    """
+
+    point: dict[str, Any]
+    seed: int | None
+    row: dict[str, Any]
+    scenario: Scenario
+    kept: Path
+
+    @cached_property
+    def series(self) -> Series | None:
+        """Load the signals; None if the experiment keeps none, or the run could not be made."""
+        return Series.load(self.kept) if self.kept.is_file() else None
+
+
+Runs = list[Run]
+Opened = tuple[Specification, Folder]
+
+
+def runs_of(folder: Path) -> Runs:
+    """Return the finished runs of a sweep in the order of its axes, then of the seeds.
+
+    Args:
+        folder: of the sweep, complete or not.
+
+    Raises:
+        ExperimentError: if it holds no sweep.
+    """
+    table = read_table(folder)
+    request = request_of(table)
+    axes: dict[str, Any] = request['axes']
+
+    def place(run: Run) -> tuple[Any, ...]:
+        return (
+            *(
+                axis.index(run.point[name]) if isinstance(axis, list) else run.point[name]
+                for name, axis in axes.items()
+            ),
+            -1 if run.seed is None else run.seed,
+        )
+
+    runs = []
+    for row in table.to_pylist():
+        point = {name: row[name] for name in axes}
+        runs.append(
+            Run(
+                point,
+                row['seed'],
+                {name: row[name] for name in RESULTS},
+                scenario_at(request, point, row['seed']),
+                series_path(folder, row['id']),
+            )
+        )
+    return sorted(runs, key=place)
+
+
+def by(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
+    """Sort runs into groups, in the order in which they come."""
+    groups: dict[Key, Runs] = {}
+    for run in runs:
+        groups.setdefault(key(run), []).append(run)
+    return groups
+
+
+def shipped() -> dict[str, Path]:
+    """Return the files of the experiments by name; those in ``config`` here come first."""
+    return {
+        path.stem: path
+        for place in (CONFIG, Path('config'))
+        for path in sorted((place / 'experiments').glob('*.yaml'))
+    }
+
+
+def specification_of(name: str, fast: bool) -> Specification:
+    """Read an experiment.
+
+    Raises:
+        ExperimentError: if there is no such experiment, or it does not read.
+    """
+    files = shipped()
+    if name not in files:
+        raise ExperimentError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')
+    return load(files[name], fast)
+
+
+def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
+    """Return the folder of an experiment."""
+    return root / (f'{name}-fast' if fast else name)
+
+
+def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Specification]:
+    """Read experiments, by the folder of each.
+
+    Raises:
+        ExperimentError: if one is not known, or does not read.
+    """
+    return {folder_of(name, fast): specification_of(name, fast) for name in names}
+
+
+@contextmanager
+def opened(sweeps: Mapping[Path, Specification]) -> Iterator[list[Opened]]:
+    """Open sweeps by folder for their missing runs; at the end their tables are written.
+
+    What a folder holds of another version of the code or the experiment is discarded.
+
+    Raises:
+        ExperimentError: if a folder cannot be written.
+    """
+    with ExitStack() as stack:
+        entered = []
+        for path, specification in sweeps.items():
+            request = {'version': code_version(), **specification.record()}
+            if discard_other(path, request):
+                print(
+                    f'khr: {path}: its runs are of another version or experiment, and are made '
+                    'anew',
+                    file=sys.stderr,
+                )
+            entered.append((specification, stack.enter_context(Folder(path, request))))
+        try:
+            yield entered
+        finally:
+            for _, folder in entered:
+                folder.export()
+
+
+def missing(sweeps: Sequence[Opened]) -> int:
+    """Count the runs that opened experiments lack."""
+    version = code_version()
+    return sum(
+        len({trial.id for trial in specification.trials(version)} - folder.finished())
+        for specification, folder in sweeps
+    )
+
+
+def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
+    """Compute what opened experiments lack; return how many runs lost their worker.
+
+    Raises:
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    from khr_experiments.sweeps.runner import run_missing
+
+    lost = 0
+    for batch in run_missing(client, sweeps):
+        lost += batch.count(None)
+        bar.advance(len(batch))
+    return lost
+
+
+def run(sweeps: Mapping[Path, Specification], workers: int, title: str = 'experiments') -> int:
+    """Run what sweeps lack on this machine; return how many runs lost their worker.
+
+    Args:
+        sweeps: by folder.
+        workers: processes.
+        title: of the progress bar.
+
+    Raises:
+        ExperimentError: if a folder cannot be written.
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    with opened(sweeps) as entered:
+        left = missing(entered)
+        if not left:
+            return 0
+        from khr_experiments.sweeps.cluster import connected
+
+        with Bar(title, left, lines=True) as bar, connected(min(workers, left)) as client:
+            return run_on(client, entered, bar)

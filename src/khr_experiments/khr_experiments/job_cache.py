@@ -1,0 +1,78 @@
+"""Jobs whose results are kept on the disk, so that what is interrupted goes on."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+import pickle
+from collections.abc import Callable
+from concurrent.futures import Future
+from contextlib import redirect_stderr
+from pathlib import Path
+from typing import Any, Protocol
+
+from khr_experiments.progress import Bar
+
+
+class Pool(Protocol):
+    """What computes: a pool of processes, or the client of a cluster."""
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any:
+        """Start a job; return its future."""
+
+
+class KeptJobs:
+    """A pool of which no job is computed twice under one version of the code.
+
+    Args:
+        pool: computes what is not there; its workers see the folder.
+        folder: holds a file per finished job, named after the job.
+        version: of the code that decides the results.
+        bar: told of each job.
+        costs: how many runs a job of a function takes, for the bar; one if it is not named.
+    """
+
+    def __init__(
+        self,
+        pool: Pool,
+        folder: Path,
+        version: str,
+        bar: Bar,
+        costs: dict[Callable[..., Any], int],
+    ) -> None:
+        self._pool = pool
+        self._folder = folder.absolute()  # workers may stand elsewhere
+        self._version = version
+        self._bar = bar
+        self._costs = costs
+        folder.mkdir(parents=True, exist_ok=True)
+
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any:
+        """Start a job, unless its result is there; return its future."""
+        path = self._folder / f'{_name(self._version, function, arguments)}.pickle'
+        try:
+            done: Future[Any] = Future()
+            done.set_result(pickle.loads(path.read_bytes()))
+            return done
+        except (OSError, EOFError, pickle.UnpicklingError):
+            pass  # not there
+        cost = self._costs.get(function, 1)
+        self._bar.expect(cost)
+        future = self._pool.submit(compute_and_keep, path, function, *arguments)
+        future.add_done_callback(lambda _: self._bar.advance(cost))
+        return future
+
+
+def compute_and_keep(path: Path, function: Callable[..., Any], *arguments: Any) -> Any:
+    """Return what a function gives, without what it tells on the way; keep it in a file."""
+    with redirect_stderr(io.StringIO()):
+        result = function(*arguments)
+    part = path.with_suffix('.part')
+    part.write_bytes(pickle.dumps(result))
+    part.replace(path)
+    return result
+
+
+def _name(version: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
+    text = f'{version} {function.__module__}.{function.__qualname__}{arguments!r}'
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

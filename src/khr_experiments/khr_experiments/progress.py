@@ -1,0 +1,87 @@
+"""How far a command has come, and how long it will take, on stderr."""
+
+from __future__ import annotations
+
+import sys
+import time
+from datetime import timedelta
+from types import TracebackType
+
+from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+EVERY = 15.0  # s between two lines where no bar can be drawn
+
+
+class Bar:
+    """A bar on a terminal; elsewhere a line now and then, or nothing.
+
+    Args:
+        title: what is being done.
+        total: how many runs that is, as far as is known.
+        done: how many of them were done before.
+        lines: whether to tell it where no bar can be drawn.
+    """
+
+    def __init__(self, title: str, total: int, done: int = 0, lines: bool = False) -> None:
+        columns = (
+            TextColumn('{task.description}'),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn('left'),
+            TimeRemainingColumn(),
+            TextColumn('{task.fields[text]}'),
+        )
+        console = Console(stderr=True)
+        self._bar = Progress(
+            *columns, console=console, transient=True, disable=not console.is_terminal
+        )
+        self._task = self._bar.add_task(title, total=total, completed=done, text='')
+        self._lines = lines and not console.is_terminal
+        self._title, self._total, self._done, self._before = title, total, done, done
+        self._began = self._told = time.monotonic()
+
+    def __enter__(self) -> Bar:
+        self._bar.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._bar.stop()
+
+    def name(self, title: str) -> None:
+        """Say what is being done now."""
+        self._title = title
+        self._bar.update(self._task, description=title)
+
+    def expect(self, runs: int) -> None:
+        """Take in that more is to be done."""
+        self._total += runs
+        self._bar.update(self._task, total=self._total)
+
+    def advance(self, runs: int = 1, text: str = '') -> None:
+        """Take in that some is done."""
+        self._done += runs
+        self._bar.update(self._task, completed=self._done, text=text)
+        now = time.monotonic()
+        if self._lines and now - self._told >= EVERY:
+            self._told = now
+            pace = (now - self._began) / max(self._done - self._before, 1)
+            left = timedelta(seconds=round(pace * (self._total - self._done)))
+            print(
+                f'{self._title}: {self._done} of {self._total}, {left} left',
+                file=sys.stderr,
+                flush=True,
+            )

@@ -1,0 +1,78 @@
+"""The model of chapter 4 under the conditions of the robot's pushes, with the same gyro.
+
+It has the thesis's pendulum and servo, or a pendulum of the robot's mass, height, sole and stance
+on a servo that gives as its legs do. Nothing is fitted.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+
+from khr_analysis.models.ankle_servo import Pid
+from khr_analysis.models.checks import Form
+from khr_analysis.models.push import Gyro as GyroModel
+from khr_analysis.models.push import largest_push
+from khr_analysis.models.servo_loop import gain_of_board
+from khr_analysis.models.tipping import PushLoop
+from khr_experiments.push_recovery import GIVING, WATCH, Condition, Stance, stance
+from khr_sim.gyro import Gyro
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.robot import JOINTS
+from khr_sim.servo import BACK_EMF, stretches
+
+Body = Literal['thesis', 'robot']
+
+
+def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
+    """Return the servo at the ground that gives as both legs do.
+
+    Under a horizontal force on the centre of mass every joint turns by force * lever/stiffness and
+    carries the mass by its lever. The damping is the back-EMF of the ankles. No friction.
+    """
+    stretch = dict(zip(JOINTS, stretches(parameters), strict=True))
+    motors = parameters.stiffness_per_stretch * np.array([stretch[name] for name in GIVING])
+    springs = 2.0 / (1.0 / motors + 1.0 / parameters.gear_stiffness)
+    levers = np.array(own.levers) / own.pendulum.length
+    return Pid(
+        1.0 / float(np.sum(levers**2 / springs)), 0.0, 2.0 * BACK_EMF / float(levers[0]) ** 2
+    )
+
+
+def model_loop(condition: Condition, form: Form, body: Body) -> PushLoop:
+    """Return the model's loop of a condition, with the thesis's body or the robot's."""
+    loop = PushLoop(gain=gain_of_board(condition.gain), form=form)
+    if body == 'thesis':
+        return loop
+    base = condition.base()
+    own = stance(base)
+    lean = math.asin(own.ahead / own.pendulum.length) if form == 'physical' else 0.0
+    return replace(
+        loop,
+        pendulum=own.pendulum,
+        pid=legs(own, base.table('simulator')),
+        initial_lean=lean,  # an ankle carries the mass by its own lever only
+        gain=loop.gain * own.levers[0] / own.pendulum.length,
+    )
+
+
+def model_gyro(condition: Condition) -> GyroModel:
+    """Make a fresh gyro for the model: the robot's own, turned about y alone."""
+    gyro = Gyro(condition.base().table('gyro'))
+    return lambda rate: gyro.update((0.0, rate, 0.0))[1]
+
+
+@functools.cache
+def model_push(condition: Condition, form: Form, body: Body) -> float:
+    """Return the largest push that the model survives, N."""
+    return largest_push(
+        model_loop(condition, form, body),
+        duration=condition.duration,
+        direction=condition.direction,
+        gyro=lambda: model_gyro(condition),
+        watch=WATCH,
+    )

@@ -1,0 +1,293 @@
+"""The push of chapter 4 on the simulated robot, and the largest that it survives.
+
+The robot stands on the flat on rubber soles; a horizontal force acts on the torso, at the centre
+of mass of the whole robot in its stance, for a while. The ankle loop is the scenario's own: gyro,
+converter, board, delay and servos. Falling is the monitor's verdict.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_analysis.models.pendulum import Pendulum
+from khr_analysis.models.push import Direction, capture_force
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario import Scenario
+from khr_common.rotation import matrix
+from khr_experiments.errors import ExperimentError
+from khr_sim.contact import corners
+from khr_sim.gyro_circuit.circuit import KRG4
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.plant import Plant
+from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
+from khr_sim.truth import Truth
+
+Array = NDArray[np.float64]
+Changes = tuple[tuple[tuple[str, str], object], ...]
+
+START = 0.3  # s, when the push begins: at rest, but for a sway of 0.1 deg/s
+WATCH = 2.5  # s, for which the robot is watched after the push
+TOLERANCE = 0.015  # of the fatal over the survived force
+LEAST = 0.05  # N; who falls under less is said to survive nothing
+GIVING = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
+# The packaged gyro is the default of every scenario, slowed to 2 Hz; the circuit has the corner
+# of its own description, 50 Hz.
+GYROS: dict[str, dict[tuple[str, str], object]] = {
+    'packaged': {('gyro', 'model'): 'packaged'},
+    'circuit': {('gyro', 'model'): 'circuit', ('gyro', 'bandwidth'): KRG4.bandwidth},
+}
+
+
+@dataclass(frozen=True)
+class Condition:
+    """Under what a push is tried.
+
+    Attributes:
+        gain: K_A in units of the board; 0 is no control.
+        duration: of the push, s.
+        direction: where it comes from; from behind it pushes forward.
+        gyro: one of GYROS.
+        changes: further parameters by (node, key).
+
+    Raises:
+        ExperimentError: if a value is not accepted.
+    """
+
+    gain: float = 0.0
+    duration: float = 0.1
+    direction: Direction = 'behind'
+    gyro: str = 'packaged'
+    changes: Changes = ()
+
+    def __post_init__(self) -> None:
+        for name, accepted in (('direction', get_args(Direction)), ('gyro', tuple(GYROS))):
+            if getattr(self, name) not in accepted:
+                raise ExperimentError(
+                    f'{name}: {getattr(self, name)!r} is not accepted; '
+                    f'accepted: {" | ".join(accepted)}'
+                )
+        if not 0.001 <= self.duration <= 60.0:
+            raise ExperimentError(
+                f'duration: {self.duration!r} is not accepted; accepted: [0.001, 60] s'
+            )
+        self.base()
+
+    @property
+    def side(self) -> float:
+        """Return the sign of the force along x."""
+        return 1.0 if self.direction == 'behind' else -1.0
+
+    def base(self) -> Scenario:
+        """Return the scenario without a push."""
+        changes: dict[tuple[str, str], object] = {
+            ('simulator', 'surface'): 'rubber',
+            ('simulator', 'duration'): START + self.duration + WATCH,
+            ('simulator', 'stop_when_tilted_deg'): 50.0,  # it has fallen before
+            ('gait', 'motion'): 'stand',
+            ('ankle_controller', 'enabled'): self.gain > 0.0,
+            ('ankle_controller', 'gain'): float(self.gain),
+            ('hip_controller', 'enabled'): False,
+        }
+        return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
+
+    def scenario(self, force: float) -> Scenario:
+        """Return the scenario of a push of so many N, at least 0."""
+        base = self.base()
+        if not force:
+            return base
+        point = ','.join(f'{value:.6f}' for value in stance(base).point)
+        return base.changed(
+            {
+                ('simulator', 'pushes'): [
+                    f't={START:g} duration={self.duration:g} link=base_link frame=odom '
+                    f'force={self.side * force!r},0,0 point={point}'
+                ]
+            }
+        )
+
+
+@dataclass(frozen=True)
+class Stance:
+    """How the robot stands, its servos loaded.
+
+    Attributes:
+        point: the centre of mass in base_link, m, (3,).
+        pendulum: of the same mass, as high over the soles, its foot as long as where they touch.
+        ahead: the centre of mass ahead of the foot's middle, m.
+        levers: the centre of mass above the axes of GIVING, m.
+        inertia: of the robot about its centre of mass, in pitch, kg m^2.
+    """
+
+    point: tuple[float, ...]
+    pendulum: Pendulum
+    ahead: float
+    levers: tuple[float, ...]
+    inertia: float
+
+    def tipping(self, direction: Direction) -> tuple[Pendulum, float]:
+        """Return the pendulum up to the edge that a push tips over, and the inertia about it."""
+        side = 1.0 if direction == 'behind' else -1.0
+        own = replace(self.pendulum, half_foot=self.pendulum.half_foot - side * self.ahead)
+        return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
+
+
+@functools.cache
+def _robot() -> Robot:
+    return Robot.load()
+
+
+def stance(scenario: Scenario | None = None) -> Stance:
+    """Measure how a scenario's robot (by default that of a condition) starts."""
+    own = scenario or Condition().base()
+    return _stance(own.table('gait'), own.table('simulator'))
+
+
+@functools.cache
+def _stance(gait: GaitParameters, simulator: RunParameters) -> Stance:
+    plant = Plant(simulator)
+    try:
+        truth = plant.start(Gait(gait).reference(0.0))
+    finally:
+        plant.world.close()
+    robot = _robot()
+    poses = robot.poses(truth.joint_position)
+    center = robot.center_of_mass(poses)
+    up = poses['l_sole'][:3, 2]
+    height, *levers = (
+        float((center - poses[name][:3, 3]) @ up)
+        for name in ('l_sole', *(robot.joints[joint].child for joint in GIVING))
+    )
+    to_toe, to_heel = (-_x_com(truth, side, simulator) for side in (1.0, -1.0))
+    return Stance(
+        tuple(center.tolist()),
+        Pendulum(robot.mass, height, (to_toe + to_heel) / 2.0),
+        (to_heel - to_toe) / 2.0,
+        tuple(levers),
+        float(robot.inertia(poses, center)[1, 1]),
+    )
+
+
+@dataclass(frozen=True)
+class Motion:
+    """What a push did to the robot; arrays of one value a control period.
+
+    ``time`` (s) is counted from the push's begin. ``x_com`` (m) is horizontal, from the toes'
+    edge; for a push from the front from the heels' with its sign turned, as in the model's
+    Recovery, so that the band (4.7) is the same.
+    """
+
+    time: Array
+    x_com: Array
+    fell: bool
+
+
+def push_robot(condition: Condition, force: float) -> Motion:
+    """Push the robot with so many N, at least 0, and watch.
+
+    Raises:
+        ExperimentError: if the force is negative or not finite.
+    """
+    scenario = _pushed(condition, force)
+    parameters = scenario.table('simulator')
+    rows: list[tuple[float, float]] = []
+
+    def watch(truth: Truth, *_: object) -> None:
+        rows.append((truth.stamp_ns / 1e9 - START, _x_com(truth, condition.side, parameters)))
+
+    result = run_offline(scenario, watch)
+    time, x_com = np.array(rows).T
+    return Motion(time, x_com, result.outcome.verdict == 'fell')
+
+
+def falls(condition: Condition, force: float) -> bool:
+    """Return whether a push of so many N, at least 0, topples the robot.
+
+    Raises:
+        ExperimentError: if the force is negative or not finite.
+    """
+    return run_offline(_pushed(condition, force)).outcome.verdict == 'fell'
+
+
+def _pushed(condition: Condition, force: float) -> Scenario:
+    if not 0.0 <= force < math.inf:
+        raise ExperimentError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
+    return condition.scenario(force)
+
+
+def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
+    """Return how far the centre of mass is past the toes' edge, or the heels' (side -1), m."""
+    robot = _robot()
+    center = robot.center_of_mass(robot.poses(truth.joint_position))
+    ahead = float((truth.position + matrix(truth.orientation) @ center)[0])
+    edge = side * float(np.max(side * corners(parameters, robot)[:, 0]))
+    edges = [
+        place[0] + edge * matrix(turn)[0, 0]
+        for place, turn in zip(truth.sole_position, truth.sole_orientation, strict=True)
+    ]
+    return side * (ahead - float(np.mean(edges)))
+
+
+@dataclass(frozen=True)
+class Bracket:
+    """The largest force survived and the smallest fatal one, N, both tried."""
+
+    survived: float
+    fatal: float
+
+    @property
+    def middle(self) -> float:
+        """Return the geometric mean, N; 0 if nothing is survived."""
+        return math.sqrt(self.survived * self.fatal)
+
+
+def bracket(
+    fatal_at: Callable[[float], bool], guess: float, tolerance: float = TOLERANCE
+) -> Bracket:
+    """Find where survival turns into a fall, from a guess in steps that grow, then by halves.
+
+    Args:
+        fatal_at: whether a force in N, more than 0, is fatal.
+        guess: N.
+        tolerance: largest relative distance between the two forces.
+    """
+    survived, fatal = 0.0, math.inf
+    force, stride = guess, 1.0 + tolerance
+    while fatal > survived * (1.0 + tolerance):
+        if fatal_at(force):
+            fatal = force
+        else:
+            survived = force
+        if fatal <= LEAST:
+            break
+        if survived and fatal < math.inf:
+            force = math.sqrt(survived * fatal)
+        else:
+            force = survived * stride if survived else fatal / stride
+            stride *= stride
+    return Bracket(survived, fatal)
+
+
+def largest_push(condition: Condition) -> Bracket:
+    """Find the largest push that the robot survives; without control the gyro does not matter."""
+    return _largest(condition if condition.gain else replace(condition, gyro='packaged'))
+
+
+@functools.cache
+def _largest(condition: Condition) -> Bracket:
+    if condition.gain:  # what the robot survives without control is a close guess
+        guess = largest_push(replace(condition, gain=0.0)).middle
+    else:
+        guess = capture_force(
+            *stance(condition.base()).tipping(condition.direction), condition.duration
+        )
+    return bracket(functools.partial(falls, condition), guess or LEAST)

@@ -1,0 +1,153 @@
+"""What the thesis found, as conditions to repeat: the data of the scoreboard.
+
+Numbers of Dutta (2021), chapters 3, 5 and 6; nothing here is a result of ours.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from khr_experiments.critical import Condition
+
+TOLERANCE_DEG = 0.7  # of a limit
+THEORY_DEG = 5.7  # phi_cr,theo, (3.10)
+READ_BACK_DEG = 0.5  # of phi read back from Delta
+LINE_HZ = 0.22  # of a published peak: half a bin of one gait cycle
+
+STAGE_1 = Condition('leg_lift')
+STAGE_2 = Condition('leg_lift', 12.0)
+STAGE_3 = Condition('leg_lift', 12.0, 13.0)
+
+
+@dataclass(frozen=True)
+class LimitRow:
+    """A critical inclination; ``fitted`` if the calibration saw it."""
+
+    where: str
+    condition: Condition
+    thesis_deg: float
+    fitted: bool = False
+
+
+@dataclass(frozen=True)
+class WalkRow:
+    """A walk of chapter 5.
+
+    Attributes:
+        inclination_deg, condition: what to do.
+        thesis: what the robot did, in words.
+        survives: whether it walked to the end; None if it is not published.
+        slips: whether it slipped; None if it is not said.
+        lines: published peaks of Gait-3, Hz, each a range.
+        fitted: whether the calibration saw it.
+    """
+
+    inclination_deg: float
+    condition: Condition
+    thesis: str
+    survives: bool | None = True
+    slips: bool | None = None
+    lines: tuple[tuple[float, float], ...] = ()
+    fitted: bool = False
+
+
+@dataclass(frozen=True)
+class TrendRow:
+    """A comparison of walks on the same ground: a figure that grows along the conditions."""
+
+    what: str
+    figure: str  # 'vibration' | 'slip' | 'line'
+    inclination_deg: float
+    conditions: tuple[Condition, ...]
+
+
+def walking(ankle: float = 0.0, hip: float = 0.0, surface: str = 'smooth') -> Condition:
+    """Return the condition of a walk."""
+    return Condition('walk', ankle, hip, surface)
+
+
+def line(frequency: float) -> tuple[float, float]:
+    """Return the range of a published peak."""
+    return frequency - LINE_HZ, frequency + LINE_HZ
+
+
+F_0, F_A0 = line(1.73), line(2.58)
+
+LIMITS = (
+    LimitRow('3', STAGE_1, 6.4, fitted=True),
+    LimitRow('3', STAGE_2, 7.6, fitted=True),
+    LimitRow('3', STAGE_3, 9.6),
+    LimitRow('5', walking(), 5.55, fitted=True),
+    LimitRow('5', walking(12.0), 8.88),
+    LimitRow('5', walking(18.0), 9.7),
+    LimitRow('5', walking(12.0, 13.0), 10.2),
+)
+ORDERS = (
+    ('standing', (STAGE_1, STAGE_2, STAGE_3)),
+    ('walking', (walking(), walking(12.0), walking(12.0, 13.0))),
+)
+
+WALKS = (
+    WalkRow(0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,)),
+    WalkRow(5.55, walking(), 'walks, the steepest without control', lines=(F_0,), fitted=True),
+    WalkRow(6.99, walking(), 'falls at the start (beyond 5.55 deg)', survives=False),
+    WalkRow(
+        6.99, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz', lines=(F_0, F_A0)
+    ),
+    WalkRow(
+        7.68,
+        walking(12.0),
+        'walks; 1.73 Hz, and an extra peak at 2.58 Hz',
+        lines=(F_0, F_A0),
+        fitted=True,
+    ),
+    WalkRow(8.88, walking(12.0), 'walks but begins to slip', slips=True),
+    WalkRow(8.88, walking(18.0), 'walks; the extra peak moves to 4.74 Hz', lines=(line(4.74),)),
+    WalkRow(9.7, walking(18.0), 'slips again', slips=True),
+    WalkRow(9.7, walking(12.0, 12.0), 'slips', slips=True),
+    WalkRow(9.7, walking(12.0, 13.0), 'walks, the compromise'),
+    WalkRow(9.7, walking(12.0, 14.0), 'vibrates, 8.40 Hz', lines=(line(8.40),)),
+    WalkRow(
+        10.2,
+        walking(12.0, 13.0),
+        'walks; slips; peaks between 7.5 and 10 Hz',
+        slips=True,
+        lines=((7.5, 10.0),),
+    ),
+    WalkRow(10.7, walking(12.0, 13.0), 'unstable (beyond 10.2 deg)', survives=False),
+    WalkRow(8.88, walking(12.0, 0.0, 'rubber'), 'not published', survives=None),
+    WalkRow(9.7, walking(12.0, 12.0, 'rubber'), 'not published', survives=None),
+)
+TRENDS = (
+    TrendRow('slips less with K_A 18 than with 12', 'slip', 8.88, (walking(18.0), walking(12.0))),
+    TrendRow(
+        'vibration grows with K_A: 12, 15, 18',
+        'vibration',
+        8.88,
+        (walking(12.0), walking(15.0), walking(18.0)),
+    ),
+    TrendRow(
+        'the extra peak rises with K_A: 12, 18', 'line', 8.88, (walking(12.0), walking(18.0))
+    ),
+    TrendRow(
+        'beyond K_A 18 vibration wins: 18, 24', 'vibration', 9.7, (walking(18.0), walking(24.0))
+    ),
+    TrendRow(
+        'vibration grows with K_H: 12, 13, 14',
+        'vibration',
+        9.7,
+        (walking(12.0, 12.0), walking(12.0, 13.0), walking(12.0, 14.0)),
+    ),
+    TrendRow(
+        'slips less with K_H 14 than with 12',
+        'slip',
+        9.7,
+        (walking(12.0, 14.0), walking(12.0, 12.0)),
+    ),
+)
+COMMON_DEG = 6.99  # where trends are looked at if their own ground throws the robot
+
+STAGE_1_GRID = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)  # deg, the curve Delta(phi)
+STAGE_1_READ = (2.7, 3.8, 5.3)  # deg, read back from it; the thesis compares forces there
+STAGE_2_GRID = (5.3, 6.4, 7.0)
+STAGE_3_GRID = (6.4, 7.6, 8.4)

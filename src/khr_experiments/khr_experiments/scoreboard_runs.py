@@ -1,0 +1,191 @@
+"""What the scoreboard measures of the simulated robot, as jobs for a pool of processes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from khr_analysis.outcome import Outcome
+from khr_analysis.peaks import Peak
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_balance.gait import Gait
+from khr_experiments.critical import Condition, Limit, limit_of_seed, run, start_of_lift
+from khr_experiments.job_cache import Pool
+from khr_experiments.scoreboard_rows import STAGE_1_GRID
+from khr_sim.truth import Truth
+
+CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
+
+
+@dataclass(frozen=True)
+class Walk:
+    """One walk.
+
+    Attributes:
+        outcome: of the monitor.
+        peaks: of the torso's true pitch rate over Gait-3, largest first; none after a fall.
+    """
+
+    outcome: Outcome
+    peaks: tuple[Peak, ...]
+
+    @property
+    def survived(self) -> bool:
+        """Say whether the robot had not fallen at the end."""
+        return self.outcome.verdict != 'fell'
+
+
+@dataclass(frozen=True)
+class Lift:
+    """One leg lift.
+
+    Attributes:
+        outcome: of the monitor.
+        toe, heel: mean force on the support foot in the later half of the time on one leg, N;
+            NaN if the robot fell before it was over.
+        overshoot: largest pitch rate of the torso, either way, from where the motion begins,
+            rad/s; NaN if the robot fell before.
+    """
+
+    outcome: Outcome
+    toe: float
+    heel: float
+    overshoot: float
+
+    @property
+    def survived(self) -> bool:
+        """Say whether the robot had not fallen at the end."""
+        return self.outcome.verdict != 'fell'
+
+    @property
+    def share(self) -> float:
+        """Return Delta = F_T - F_H over the support foot's load (3.4)."""
+        return (self.toe - self.heel) / (self.toe + self.heel)
+
+
+def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
+    """Walk once."""
+    samples: list[tuple[float, float]] = []
+    outcome = run(
+        condition,
+        inclination_deg,
+        seed,
+        lambda truth, *_: samples.append((truth.stamp_ns / 1e9, float(truth.angular_rate[1]))),
+    )
+    if outcome.verdict == 'fell':
+        return Walk(outcome, ())
+    start, end = Gait(condition.scenario(inclination_deg).table('gait')).cycle(CYCLE)
+    rates = [rate for time, rate in samples if start <= time < end - 1e-9]
+    return Walk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
+
+
+def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
+    """Lift one leg once."""
+    gait = condition.scenario(inclination_deg).table('gait')
+    support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
+    begin = start_of_lift(inclination_deg)  # before, the robot settles and the board tilts
+    up = begin + gait.shift_time + gait.lift_time
+    forces: list[Any] = []
+    rates: list[float] = []
+
+    def look(truth: Truth, *_: object) -> None:
+        time = truth.stamp_ns / 1e9
+        if time >= begin:
+            rates.append(abs(float(truth.angular_rate[1])))
+        if up + gait.hold_time / 2.0 <= time <= up + gait.hold_time:
+            forces.append(truth.contact_force[support, 2])
+
+    outcome = run(condition, inclination_deg, seed, look)
+    if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
+        return Lift(outcome, np.nan, np.nan, max(rates, default=np.nan))
+    toe, heel = np.mean(forces, axis=0).tolist()
+    return Lift(outcome, toe, heel, max(rates))
+
+
+class Bench:
+    """A pool of processes and what it has been asked to measure; nothing is measured twice.
+
+    Args:
+        pool: computes.
+        seeds: of every measurement.
+        tolerance: of each bisection, deg.
+        curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
+    """
+
+    def __init__(
+        self, pool: Pool, seeds: int, tolerance: float, curve: tuple[float, ...] = STAGE_1_GRID
+    ) -> None:
+        self.seeds = seeds
+        self.tolerance = tolerance
+        self.curve = curve
+        self._pool = pool
+        self._jobs: dict[tuple[Any, ...], Any] = {}  # futures
+
+    def ask_limit(self, condition: Condition, start: float, seeds: int | None = None) -> None:
+        """Start measuring a limit; the searches begin at ``start``, deg."""
+        for seed in range(seeds or self.seeds):
+            self._ask(limit_of_seed, condition, seed, start, self.tolerance)
+
+    def ask(self, kind: Any, condition: Condition, inclination_deg: float) -> None:
+        """Start a :func:`walk` or :func:`lift` with every seed."""
+        for seed in range(self.seeds):
+            self._ask(kind, condition, inclination_deg, seed)
+
+    def limit(self, condition: Condition, start: float, seeds: int | None = None) -> Limit:
+        """Return a limit."""
+        self.ask_limit(condition, start, seeds)
+        results = [
+            self._result(limit_of_seed, condition, seed, start, self.tolerance)
+            for seed in range(seeds or self.seeds)
+        ]
+        return Limit(
+            tuple(limit for limit, _ in results),
+            tuple(trial for _, trials in results for trial in trials),
+        )
+
+    def walks(self, condition: Condition, inclination_deg: float) -> list[Walk]:
+        """Return one walk per seed."""
+        self.ask(walk, condition, inclination_deg)
+        return [self._result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
+
+    def lifts(self, condition: Condition, inclination_deg: float) -> list[Lift]:
+        """Return one leg lift per seed."""
+        self.ask(lift, condition, inclination_deg)
+        return [self._result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
+
+    def _ask(self, function: Any, *arguments: Any) -> None:
+        if (function, *arguments) not in self._jobs:
+            self._jobs[function, *arguments] = self._pool.submit(function, *arguments)
+
+    def _result(self, function: Any, *arguments: Any) -> Any:
+        return self._jobs[function, *arguments].result()
+
+
+def survived(runs: Iterable[Walk] | Iterable[Lift]) -> float:
+    """Return the share of runs without a fall."""
+    return float(np.mean([run.survived for run in runs]))
+
+
+def typical(values: Iterable[float]) -> float:
+    """Return the median of what is not NaN; NaN of nothing."""
+    found = [value for value in values if not np.isnan(value)]
+    return float(np.median(found)) if found else float('nan')
+
+
+def vibration(walks: Iterable[Walk]) -> float:
+    """Return the median RMS of the pitch rate above 4 Hz of walks without a fall, rad/s."""
+    return typical(one.outcome.vibration for one in walks if one.survived)
+
+
+def slip_mm(walks: Iterable[Walk]) -> float:
+    """Return the median of the largest slip of walks without a fall, mm."""
+    return typical(1000.0 * one.outcome.largest_slip for one in walks if one.survived)
+
+
+def overshoot_deg(lifts: Iterable[Lift]) -> float:
+    """Return the median largest pitch rate of lifts without a fall, deg/s."""
+    return typical(degrees(one.overshoot) for one in lifts if one.survived)

@@ -1,0 +1,118 @@
+"""``khr sweep``: many runs, over a grid or at random, on one or many machines."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from pathlib import Path
+
+from rich.console import Console
+from rich.table import Table
+
+from khr_bringup.code_version import code_version
+from khr_experiments.errors import ExperimentError
+from khr_experiments.progress import Bar
+from khr_experiments.sweeps.folder import Folder, read_table
+from khr_experiments.sweeps.reading import load
+from khr_experiments.sweeps.specification import Specification
+
+INTERRUPTED = 130  # the shell's exit code for SIGINT
+
+
+def sweep(
+    file: Path,
+    out: Path | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    fast: bool = False,
+) -> int:
+    """Run what a sweep still lacks, keep every run in its folder; return the exit code.
+
+    Args:
+        file: the sweep's specification.
+        out: its folder; ``runs/NAME`` by default. Runs that it holds are not repeated.
+        workers: processes to start on this machine; as many as it has cores by default.
+        scheduler: address of a Dask scheduler, whose workers are used instead.
+        fast: whether to take the form that the specification has for it.
+
+    Raises:
+        ExperimentError: if the specification or an option is not accepted.
+        RunError: if the sweep could not go on; what is finished is kept.
+    """
+    check_workers(workers, scheduler)
+    specification = load(file, fast)
+    version = code_version()
+    planned = {trial.id for trial in specification.trials(version)}
+    with Folder(
+        out or Path('runs') / (f'{file.stem}-fast' if fast else file.stem),
+        {'version': version, **specification.record()},
+    ) as folder:
+        left = len(planned - folder.finished())
+        lost, stopped = 0, False
+        if left:
+            count = min(workers or os.cpu_count() or 1, left)
+            lost, stopped = _run(specification, folder, len(planned), count, scheduler)
+        _summarise(specification, folder, len(planned))
+    if lost:
+        tell_lost(lost)
+    return INTERRUPTED if stopped else 1 if lost else 0
+
+
+def check_workers(workers: int | None, scheduler: str | None = None) -> None:
+    """Refuse a number of workers that makes no sense.
+
+    Raises:
+        ExperimentError: if it is below 1, or given beside a scheduler.
+    """
+    if workers is not None and (workers < 1 or scheduler is not None):
+        raise ExperimentError(
+            f'--workers: {workers} is not accepted; accepted: an integer from 1 '
+            'on, without --scheduler'
+        )
+
+
+def tell_lost(runs: int) -> None:
+    """Tell that runs are not there, and what to do."""
+    Console(stderr=True).print(
+        f'khr: {runs} runs lost their worker several times; repeat the command to try them again',
+        highlight=False,
+    )
+
+
+def _run(
+    specification: Specification, folder: Folder, total: int, workers: int, scheduler: str | None
+) -> tuple[int, bool]:
+    """Compute what the folder lacks; return how many runs were lost, and whether it was cut."""
+    from khr_experiments.sweeps.cluster import connected
+    from khr_experiments.sweeps.runner import run_missing
+
+    lost, verdicts = 0, Counter[str]()
+    with Bar('starting', total, len(folder.finished())) as bar:
+        try:
+            with connected(workers, scheduler) as client:
+                bar.name(specification.name)
+                for batch in run_missing(client, [(specification, folder)]):
+                    rows = [row for row in batch if row is not None]
+                    lost += len(batch) - len(rows)
+                    verdicts.update(row['verdict'] or 'refused' for row in rows)
+                    bar.advance(
+                        len(rows),
+                        '  '.join(
+                            f'{verdict} {count}' for verdict, count in sorted(verdicts.items())
+                        ),
+                    )
+        except KeyboardInterrupt:
+            return lost, True
+    return lost, False
+
+
+def _summarise(specification: Specification, folder: Folder, total: int) -> None:
+    path = folder.export()
+    rows = read_table(path)
+    verdicts = Counter(rows.column('verdict').to_pylist())
+    table = Table(title=specification.name, show_header=False, title_justify='left')
+    table.add_row('runs', f'{rows.num_rows} of {total}')
+    for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):
+        table.add_row(verdict or 'refused', str(count))
+    table.add_row('results', str(path))
+    Console().print(table)

@@ -1,0 +1,165 @@
+"""What a sweep varies: one axis per parameter, of listed values or of a range to draw from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor, isfinite
+from typing import Any, NoReturn
+
+import numpy as np
+
+from khr_bringup.node_registry import TABLES
+from khr_common import ParameterError, parameter, specifications
+from khr_common.parameters import Specification
+from khr_experiments.errors import ExperimentError
+
+LARGEST_AXIS = 100_000
+
+
+@dataclass(frozen=True)
+class Labels:
+    """The axes whose values are names, each of which stands for values of several parameters."""
+
+    scenario: str = parameter('', 'Of a list of scenarios.')
+    case: str = parameter('', 'Of the cases.')
+
+
+SCENARIO, CASE = LABELS = tuple(specifications(Labels))
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The values of one swept parameter, or the range that they are drawn from.
+
+    Attributes:
+        values: listed values; empty for a range.
+        low, high: bounds of a range; both may be drawn.
+    """
+
+    values: tuple[Any, ...] = ()
+    low: float = 0.0
+    high: float = 0.0
+
+    def draw(self, generator: np.random.Generator) -> Any:
+        """Draw one value, each as likely as any other."""
+        if self.values:
+            return self.values[int(generator.integers(len(self.values)))]
+        if isinstance(self.low, int) and isinstance(self.high, int):
+            return int(generator.integers(self.low, self.high, endpoint=True))
+        return float(generator.uniform(self.low, self.high))
+
+    def record(self) -> list[Any] | dict[str, float]:
+        """Return the axis as it is stored beside the results."""
+        return list(self.values) if self.values else {'low': self.low, 'high': self.high}
+
+
+def parameter_named(where: str, name: Any) -> Specification:
+    """Return the specification of ``node.parameter``.
+
+    Raises:
+        ExperimentError: if there is none; ``where`` is what its text begins with.
+    """
+    node, dot, key = str(name).partition('.')
+    if not dot or node not in TABLES:
+        raise ExperimentError(
+            f'{where}: {name!r} is not accepted; accepted: node.parameter with '
+            f'one of the nodes {", ".join(TABLES)}'
+        )
+    known = specifications(TABLES[node])
+    if key not in known:
+        raise ExperimentError(f'{where}: {name}: no such parameter; accepted: {", ".join(known)}')
+    return known[key]
+
+
+def column_named(name: str) -> Specification:
+    """Return the specification of a swept parameter, or that of an axis of names.
+
+    Raises:
+        ExperimentError: if there is none.
+    """
+    return specifications(Labels).get(name) or parameter_named('sweep', name)
+
+
+def checked(where: str, specification: Specification, value: Any) -> Any:
+    """Return the value if the parameter accepts it.
+
+    Raises:
+        ExperimentError: if it does not; ``where`` is what its text begins with.
+    """
+    try:
+        return specification.check(value)
+    except ParameterError as error:
+        text = str(error).removeprefix(f'{specification.name}: ')
+        raise ExperimentError(f'{where}: {text}') from error
+
+
+def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
+    """Read an axis of a grid: a list of values, or start, stop (included) and step.
+
+    Raises:
+        ExperimentError: if it is empty, repeats a value, or holds one that is not accepted.
+    """
+    accepted = (
+        'a list of values'
+        if specification.kind not in (int, float)
+        else 'a list of values, or {start: ..., stop: ..., step: ...}'
+    )
+    if isinstance(given, dict) and specification.kind in (int, float):
+        if set(given) != {'start', 'stop', 'step'}:
+            refuse(where, given, accepted)
+        start, stop = (checked(where, specification, given[key]) for key in ('start', 'stop'))
+        return Axis(_steps(where, specification, start, stop, given['step']))
+    return _listed(where, specification, given, accepted)
+
+
+def random_axis(where: str, specification: Specification, given: Any) -> Axis:
+    """Read an axis to draw from: a list of choices, or low and high.
+
+    Raises:
+        ExperimentError: if it is empty, or holds a value that is not accepted.
+    """
+    accepted = (
+        'a list of choices'
+        if specification.kind not in (int, float)
+        else 'a list of choices, or {low: ..., high: ...}'
+    )
+    if isinstance(given, dict) and specification.kind in (int, float):
+        if set(given) != {'low', 'high'}:
+            refuse(where, given, accepted)
+        low, high = (checked(where, specification, given[key]) for key in ('low', 'high'))
+        if low >= high:
+            refuse(where, given, 'low below high')
+        return Axis(low=low, high=high)
+    return _listed(where, specification, given, accepted)
+
+
+def _listed(where: str, specification: Specification, given: Any, accepted: str) -> Axis:
+    if not isinstance(given, list) or not given:
+        refuse(where, given, accepted)
+    values = tuple(checked(where, specification, value) for value in given)
+    repeated = [value for number, value in enumerate(values) if value in values[:number]]
+    if repeated:
+        refuse(where, repeated[0], 'each value once')
+    return Axis(values)
+
+
+def _steps(
+    where: str, specification: Specification, start: Any, stop: Any, step: Any
+) -> tuple[Any, ...]:
+    if type(step) is not specification.kind or not isfinite(step) or step <= 0:
+        refuse(f'{where}: step', step, f'{specification.kind.__name__} above 0')
+    count = floor((stop - start) / step + 1e-9) + 1
+    if not 0 < count <= LARGEST_AXIS:
+        refuse(
+            where,
+            {'start': start, 'stop': stop, 'step': step},
+            f'a start up to the stop, and at most {LARGEST_AXIS} values',
+        )
+    # Without the rounding 0.1 taken three times would be 0.30000000000000004.
+    values = (start + step * number for number in range(count))
+    return tuple(checked(where, specification, round(value, 10)) for value in values)
+
+
+def refuse(where: str, value: Any, accepted: str) -> NoReturn:
+    """Raise a ExperimentError that names place, value and what is accepted."""
+    raise ExperimentError(f'{where}: {value!r} is not accepted; accepted: {accepted}')

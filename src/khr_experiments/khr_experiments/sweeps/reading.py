@@ -1,0 +1,221 @@
+"""Sweeps as files: read strictly from YAML."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from khr_bringup import scenario as scenarios
+from khr_bringup.scenario import Scenario
+from khr_common import KhrError
+from khr_experiments.errors import ExperimentError
+from khr_experiments.sweeps.axes import (
+    CASE,
+    SCENARIO,
+    Axis,
+    checked,
+    grid_axis,
+    parameter_named,
+    random_axis,
+    refuse,
+)
+from khr_experiments.sweeps.specification import Cases, Specification, keyed, seeds_of
+
+KEYS = ('scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep')
+FAST = 'fast'
+SERIES = 'series'
+INITIAL_ERROR = 'simulator.initial_tilt_deg'
+LARGEST_SWEEP = 1_000_000
+
+
+def load(path: Path, fast: bool = False) -> Specification:
+    """Read a sweep from a file.
+
+    Args:
+        path: the file.
+        fast: whether what it has under ``fast`` replaces what stands above.
+
+    Raises:
+        ExperimentError: if there is no such file, or it does not read; the text names file, key
+            and value, and what is accepted.
+    """
+    try:
+        text = path.read_text(encoding='utf-8')
+    except (OSError, UnicodeDecodeError) as error:
+        raise ExperimentError(
+            f'{path}: no such sweep; accepted: a YAML file with the keys '
+            f'{", ".join((*KEYS, FAST))}'
+        ) from error
+    return parse(text, str(path), fast)
+
+
+def parse(text: str, file: str, fast: bool = False) -> Specification:
+    """Read a sweep from text; ``file`` is what error texts call it.
+
+    Both forms are checked, whichever is asked for.
+
+    Raises:
+        ExperimentError: as :func:`load`.
+    """
+    given = scenarios.read_yaml(text, file)
+    if not isinstance(given, dict) or 'scenario' not in given:
+        raise ExperimentError(
+            f'{file}: not a sweep; accepted: a mapping with scenario, and grid or random'
+        )
+    for key in given:
+        if key not in (*KEYS, FAST):
+            raise ExperimentError(
+                f'{file}: {key}: no such key; accepted: {", ".join((*KEYS, FAST))}'
+            )
+    replaced = given.pop(FAST, {})
+    if not isinstance(replaced, dict) or not set(replaced) <= set(KEYS):
+        refuse(f'{file}: {FAST}', replaced, f'a mapping with keys of {", ".join(KEYS)}')
+    whole = _read(file, Path(file).stem, text, given)
+    coarse = _read(f'{file}: {FAST}', whole.name, text, given | replaced) if replaced else whole
+    return coarse if fast else whole
+
+
+def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Specification:
+    found = _scenarios(where, given)
+    cases = _cases(where, given.get('cases', {}), 'cases' in given)
+    axes = _axes(where, given)
+    if isinstance(given['scenario'], list):
+        axes = {SCENARIO: Axis(tuple(found)), **_of_cases(cases), **axes}
+    else:
+        axes = _of_cases(cases) | axes
+    if not axes:
+        raise ExperimentError(
+            f'{where}: nothing varies; accepted: grid, random, cases, or a list of scenarios'
+        )
+    sweep = Specification(
+        where,
+        name,
+        scenarios.title_of(text),
+        found,
+        cases,
+        axes,
+        _samples(where, given),
+        _count(where, 'seeds', given['seeds']) if 'seeds' in given else None,
+        _keep(where, given),
+    )
+    _check_once(where, given.get('set', {}), cases, axes)
+    _check_starts(where, sweep, given.get('set', {}))
+    if sweep.count > LARGEST_SWEEP:
+        raise ExperimentError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
+    return sweep
+
+
+def _of_cases(cases: Cases) -> dict[str, Axis]:
+    return {CASE: Axis(tuple(cases))} if cases else {}
+
+
+def _scenarios(where: str, given: dict[str, Any]) -> dict[str, Scenario]:
+    """Read the scenario, or several by name, with what is set for all."""
+    names = given['scenario']
+    names = names if isinstance(names, list) else [names]
+    if not names or not all(isinstance(name, str) for name in names):
+        refuse(
+            f'{where}: scenario', given['scenario'], 'a scenario file or name, or a list of them'
+        )
+    changes = _values(where, 'set', given.get('set', {}))
+    if 'duration' in given:
+        changes['simulator.duration'] = checked(
+            f'{where}: duration', parameter_named(where, 'simulator.duration'), given['duration']
+        )
+    found: dict[str, Scenario] = {}
+    for name in names:
+        try:
+            scenario = scenarios.load(name).changed(keyed(changes))
+        except KhrError as error:
+            raise ExperimentError(f'{where}: scenario: {error}') from error
+        if scenario.name in found:
+            refuse(f'{where}: scenario', name, 'each name once')
+        found[scenario.name] = scenario
+    return found
+
+
+def _cases(where: str, given: Any, present: bool) -> Cases:
+    if present and (
+        not isinstance(given, dict)
+        or not given
+        or not all(isinstance(label, str) and label for label in given)
+    ):
+        refuse(f'{where}: cases', given, 'a mapping of labels to what each sets')
+    return {label: _values(where, f'cases: {label}', values) for label, values in given.items()}
+
+
+def _values(where: str, key: str, given: Any) -> dict[str, Any]:
+    if not isinstance(given, dict):
+        refuse(f'{where}: {key}', given, 'a mapping of node.parameter to a value')
+    return {
+        name: checked(f'{where}: {key}: {name}', parameter_named(f'{where}: {key}', name), value)
+        for name, value in given.items()
+    }
+
+
+def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
+    kinds = [kind for kind in ('grid', 'random') if kind in given]
+    if len(kinds) > 1:
+        raise ExperimentError(f'{where}: grid and random; accepted: one of them')
+    axes = {}
+    for kind in kinds:
+        if not isinstance(given[kind], dict) or not given[kind]:
+            refuse(f'{where}: {kind}', given[kind], 'a mapping of node.parameter to what it takes')
+        read = grid_axis if kind == 'grid' else random_axis
+        for name, values in given[kind].items():
+            specification = parameter_named(f'{where}: {kind}', name)
+            axes[str(name)] = read(f'{where}: {kind}: {name}', specification, values)
+    return axes
+
+
+def _samples(where: str, given: dict[str, Any]) -> int | None:
+    if ('random' in given) != ('samples' in given):
+        refuse(
+            f'{where}: samples',
+            given.get('samples'),
+            'an integer from 1 on with random, nothing without',
+        )
+    return _count(where, 'samples', given['samples']) if 'random' in given else None
+
+
+def _count(where: str, key: str, value: Any) -> int:
+    if type(value) is not int or not 1 <= value <= LARGEST_SWEEP:
+        refuse(f'{where}: {key}', value, f'integer in [1, {LARGEST_SWEEP}]')
+    return value
+
+
+def _keep(where: str, given: dict[str, Any]) -> bool:
+    if 'keep' in given and given['keep'] != SERIES:
+        refuse(f'{where}: keep', given['keep'], SERIES)
+    return 'keep' in given
+
+
+def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str, Axis]) -> None:
+    """Refuse a parameter that is given in two ways, of which one would win silently."""
+    of_cases = {name for values in cases.values() for name in values}
+    for one, other, words in (
+        (fixed, axes, 'set and swept'),
+        (of_cases, axes, 'case and swept'),
+        (of_cases, fixed, 'case and set'),
+    ):
+        both = sorted(set(one) & set(other))
+        if both:
+            raise ExperimentError(f'{where}: {both[0]}: both {words}; accepted: one of them')
+
+
+def _check_starts(where: str, sweep: Specification, fixed: dict[str, Any]) -> None:
+    """Refuse cases whose values do not go together, and what does not go with seeds."""
+    of_cases = {name for values in sweep.cases.values() for name in values}
+    taken = [name for name in seeds_of(sweep.seeds) if name in {*sweep.axes, *fixed, *of_cases}]
+    if taken:
+        raise ExperimentError(f'{where}: {taken[0]}: given beside seeds; accepted: one of them')
+    node, key = INITIAL_ERROR.split('.')
+    try:
+        stated = all(key in scenario.values.get(node, {}) for _, scenario in sweep.starts())
+    except KhrError as error:
+        raise ExperimentError(f'{where}: cases: {error}') from error
+    if sweep.seeds is not None and INITIAL_ERROR not in sweep.axes and not stated:
+        raise ExperimentError(
+            f'{where}: seeds: {INITIAL_ERROR} is not stated; accepted: a value for '
+            'it under set, or an axis of it'
+        )

@@ -1,0 +1,90 @@
+"""The runs that sweeps still lack, computed on a cluster and kept."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, NamedTuple
+
+from distributed import Client
+
+from khr_bringup.code_version import code_version
+from khr_experiments.sweeps.cluster import compute
+from khr_experiments.sweeps.folder import Folder
+from khr_experiments.sweeps.specification import Specification
+from khr_experiments.sweeps.trial import Row, Trial, run_trial
+
+if TYPE_CHECKING:
+    from khr_bringup.run_signals import Series
+
+
+def run_missing(
+    client: Client, sweeps: Sequence[tuple[Specification, Folder]]
+) -> Iterator[list[Row | None]]:
+    """Compute what the folders of several sweeps lack; yield batches of rows that are kept.
+
+    A run that several sweeps have, or several cases of one, is made once. Workers need not see
+    the folders: signals come back with the results and are written here.
+
+    Args:
+        client: of the cluster, from :func:`khr_experiments.sweeps.cluster.connected`.
+        sweeps: each with its open folder.
+
+    Yields:
+        Rows; None for one whose run's workers died again and again.
+
+    Raises:
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    version = code_version()
+    wanted: dict[str, list[_Wanted]] = {}  # by run; without its scenario, as they may be many
+    for trial, folder in _lacking(sweeps, version):
+        labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
+        wanted.setdefault(trial.run, []).append(_Wanted(folder, labels, trial.keep))
+
+    def tasks() -> Iterator[tuple[str, Trial]]:
+        begun = set()
+        for trial, _ in _lacking(sweeps, version):
+            if trial.run not in begun:
+                begun.add(trial.run)
+                yield trial.run, replace(trial, keep=any(each.keep for each in wanted[trial.run]))
+
+    for batch in compute(client, run_trial, tasks()):
+        yield _kept([(each, result) for run, result in batch for each in wanted[run]])
+
+
+class _Wanted(NamedTuple):
+    """Where a run's row goes, what stands there beside its results, and whether it has signals."""
+
+    folder: Folder
+    labels: Row
+    keep: bool
+
+
+def _lacking(
+    sweeps: Sequence[tuple[Specification, Folder]], version: str
+) -> Iterator[tuple[Trial, Folder]]:
+    for specification, folder in sweeps:
+        finished = folder.finished()
+        for trial in specification.trials(version):
+            if trial.id not in finished:
+                yield trial, folder
+
+
+def _kept(batch: Sequence[tuple[_Wanted, tuple[Row, Series | None] | None]]) -> list[Row | None]:
+    """Write what has come to where it is wanted; return the rows."""
+    rows: list[Row | None] = []
+    of_folder: dict[Folder, list[Row]] = {}
+    for (folder, labels, keep), result in batch:
+        if result is None:
+            rows.append(None)
+            continue
+        results, series = result
+        if keep and series is not None:
+            folder.keep(labels['id'], series)
+        row = labels | results
+        rows.append(row)
+        of_folder.setdefault(folder, []).append(row)
+    for folder, some in of_folder.items():
+        folder.append(some)
+    return rows

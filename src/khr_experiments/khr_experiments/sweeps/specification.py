@@ -1,0 +1,190 @@
+"""What a sweep is: one or more scenarios, what is varied in them, and how often."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from itertools import product
+from math import prod
+from typing import Any
+
+import numpy as np
+
+from khr_bringup import scenario as scenarios
+from khr_bringup.scenario import Scenario, Values
+from khr_common import ParameterError
+from khr_experiments.errors import ExperimentError
+from khr_experiments.sweeps.axes import CASE, LABELS, SCENARIO, Axis
+from khr_experiments.sweeps.trial import Trial, complete, identity
+
+Cases = dict[str, dict[str, Any]]  # values by label and node.parameter
+
+
+@dataclass(frozen=True)
+class Specification:
+    """A sweep: every combination of the axes, or random draws from them, each with every seed.
+
+    Attributes:
+        file: where it was read from, for error texts.
+        name: the stem of its file.
+        title: the first comment line of its file.
+        scenarios: what the runs start from, by name.
+        cases: sets of values by label; none if there is one set only.
+        axes: by ``node.parameter``; before them, if there are several to choose from,
+            ``scenario`` and ``case``, which are combined with every draw of the others.
+        samples: number of random draws; None for a grid.
+        seeds: number of seeds; None leaves the scenario's own.
+        keep: whether the signals of each run are kept.
+    """
+
+    file: str
+    name: str
+    title: str
+    scenarios: dict[str, Scenario]
+    cases: Cases
+    axes: dict[str, Axis]
+    samples: int | None
+    seeds: int | None
+    keep: bool
+
+    @property
+    def count(self) -> int:
+        """Count the runs; equal random draws count each."""
+        labels, parameters = (
+            prod(len(axis.values) for axis in axes.values()) for axes in self._split()
+        )
+        return labels * (parameters if self.samples is None else self.samples) * (self.seeds or 1)
+
+    def starts(self) -> Iterator[tuple[dict[str, str], Scenario]]:
+        """Yield what the runs of each scenario and case have in common, with its labels.
+
+        Raises:
+            ExperimentError: if values do not go together.
+        """
+        labels, _ = self._split()
+        for values in product(*(axis.values for axis in labels.values())):
+            chosen = dict(zip(labels, values, strict=True))
+            yield chosen, _start(self.scenarios, self.cases, chosen)
+
+    def trials(self, version: str) -> Iterator[Trial]:
+        """Yield every run once; all points with the first seed come before those with the next.
+
+        Raises:
+            ExperimentError: if values do not go together.
+        """
+        _, axes = self._split()
+        starts = [
+            (labels, _Start(self.file, scenario, axes)) for labels, scenario in self.starts()
+        ]
+        seen: set[str] = set()
+        for seed in [None] if self.seeds is None else range(self.seeds):
+            for labels, start in starts:
+                for point in self._draws(axes):
+                    changes = _by_node({**point, **seeds_of(seed)})
+                    run = identity(start.complete_with(changes), version)
+                    key = identity([run, *labels.values()], version) if labels else run
+                    if key in seen:
+                        continue  # the same draw again
+                    seen.add(key)
+                    yield Trial(
+                        run, key, labels | point, seed, start.changed(changes), version, self.keep
+                    )
+
+    def record(self) -> dict[str, Any]:
+        """Return all that decides which runs the sweep has, as it is stored beside them."""
+        return {
+            'scenario': {name: each.values for name, each in self.scenarios.items()},
+            'cases': self.cases,
+            'axes': {name: axis.record() for name, axis in self.axes.items()},
+            'samples': self.samples,
+            'seeds': self.seeds,
+            'keep': self.keep,
+        }
+
+    def _split(self) -> tuple[dict[str, Axis], dict[str, Axis]]:
+        """Return the axes of names, and those of parameters."""
+        return (
+            {name: axis for name, axis in self.axes.items() if name in LABELS},
+            {name: axis for name, axis in self.axes.items() if name not in LABELS},
+        )
+
+    def _draws(self, axes: dict[str, Axis]) -> Iterator[dict[str, Any]]:
+        """Yield the parameters of each point. Draw i is the same in every sweep of the axes."""
+        if self.samples is None:
+            for values in product(*(axis.values for axis in axes.values())):
+                yield dict(zip(axes, values, strict=True))
+        else:
+            for number in range(self.samples):
+                generator = np.random.default_rng(number)
+                yield {name: axis.draw(generator) for name, axis in axes.items()}
+
+
+class _Start:
+    """What the runs of one scenario and case have in common, for very many of them."""
+
+    def __init__(self, file: str, scenario: Scenario, axes: dict[str, Axis]) -> None:
+        self._file = file
+        self._scenario = scenario
+        self._complete = complete(scenario)
+        self._tables = {name.split('.')[0]: scenario.table(name.split('.')[0]) for name in axes}
+
+    def complete_with(self, changes: Values) -> Values:
+        """Return all values, defaults filled in; refuse those that do not go together."""
+        for node, table in self._tables.items():
+            try:
+                replace(
+                    table,
+                    **{
+                        key: tuple(value) if isinstance(value, list) else value
+                        for key, value in changes[node].items()
+                    },
+                )
+            except ParameterError as error:
+                raise ExperimentError(f'{self._file}: {node}: {error}') from error
+        return self._complete | {
+            node: self._complete[node] | keys for node, keys in changes.items()
+        }
+
+    def changed(self, changes: Values) -> Scenario:
+        """Return the scenario with values that have been checked."""
+        values = self._scenario.values
+        return replace(
+            self._scenario,
+            values={
+                node: values.get(node, {}) | changes.get(node, {})
+                for node in {**values, **changes}
+            },
+        )
+
+
+def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int | None) -> Scenario:
+    """Return the scenario of one run of a sweep whose :meth:`Specification.record` is given."""
+    stored = {name: Scenario(name, values) for name, values in record['scenario'].items()}
+    parameters = {name: value for name, value in point.items() if name not in LABELS}
+    return _start(stored, record['cases'], point).changed(keyed(parameters | seeds_of(seed)))
+
+
+def seeds_of(seed: int | None) -> dict[str, int]:
+    """Return the seeds of all nodes by ``node.parameter``; nothing without a seed."""
+    return (
+        {}
+        if seed is None
+        else {f'{node}.{key}': value for (node, key), value in scenarios.noise_seeds(seed).items()}
+    )
+
+
+def keyed(values: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
+    """Return values by (node, key) that are given by ``node.parameter``."""
+    return {(name.split('.')[0], name.split('.')[1]): value for name, value in values.items()}
+
+
+def _start(among: Mapping[str, Scenario], cases: Cases, labels: Mapping[str, Any]) -> Scenario:
+    scenario = among[labels[SCENARIO]] if SCENARIO in labels else next(iter(among.values()))
+    return scenario.changed(keyed(cases[labels[CASE]])) if CASE in labels else scenario
+
+
+def _by_node(values: Mapping[str, Any]) -> Values:
+    nodes: Values = {}
+    for (node, key), value in keyed(values).items():
+        nodes.setdefault(node, {})[key] = value
+    return nodes

@@ -1,0 +1,129 @@
+"""One run of a sweep: what identifies it, how it is run, what it yields."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from dataclasses import dataclass
+from math import degrees
+from typing import TYPE_CHECKING, Any
+
+from khr_analysis.outcome import Outcome
+from khr_bringup.code_version import code_version
+from khr_bringup.node_registry import TABLES
+from khr_bringup.scenario import Scenario, Values
+from khr_common import KhrError, specifications
+from khr_experiments.errors import ExperimentError
+
+if TYPE_CHECKING:
+    from khr_bringup.run_signals import Series
+
+# What a run yields besides its point, by column, in this order; absent values are null.
+RESULTS: dict[str, type[Any]] = {
+    'verdict': str,
+    'time_s': float,
+    'fell_at_s': float,
+    'distance_m': float,
+    'lateral_drift_m': float,
+    'largest_pitch_deg': float,
+    'slip_distance_m': float,
+    'largest_slip_m': float,
+    'vibration_rad_s': float,
+    'end': str,
+    'trajectory_hash': str,
+    'wall_time_s': float,
+    'error': str,
+}
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Trial:
+    """One point of a sweep with one seed.
+
+    Attributes:
+        run: digest of all parameters, defaults included, and of the code's version.
+        id: the same with the names that a sweep has for them; two cases that come to the same are
+            two trials of one run.
+        point: the swept values, by axis.
+        seed: number of the seed; None if the sweep leaves the scenario's own.
+        scenario: what to run.
+        version: of the code that planned it.
+        keep: whether its signals are asked for.
+    """
+
+    run: str
+    id: str
+    point: dict[str, Any]
+    seed: int | None
+    scenario: Scenario
+    version: str
+    keep: bool = False
+
+
+def complete(scenario: Scenario) -> Values:
+    """Return the values of all parameters of all nodes, defaults filled in."""
+    return {
+        node: {
+            key: scenario.of(node).get(key, specification.default)
+            for key, specification in specifications(table).items()
+        }
+        for node, table in TABLES.items()
+    }
+
+
+def identity(values: Any, version: str) -> str:
+    """Return the digest of plain values, such as a complete set of parameters, and a version."""
+    text = json.dumps([version, values], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
+
+
+def run_trial(trial: Trial) -> tuple[Row, Series | None]:
+    """Run a trial offline; return its RESULTS, and its signals if they are kept.
+
+    A run that its parameters do not allow, such as a gait out of the legs' reach, yields a row
+    with the reason in ``error`` and no verdict.
+
+    Raises:
+        ExperimentError: if the code here is not of the version that planned the trial.
+    """
+    if code_version() != trial.version:
+        raise ExperimentError(
+            f'worker: version {code_version()!r} of the project is not accepted; '
+            f'accepted: {trial.version!r}, as where the sweep was started'
+        )
+    from khr_bringup.offline import run_offline
+    from khr_bringup.run_signals import run_with_series
+
+    row: Row = dict.fromkeys(RESULTS)
+    series = None
+    start = time.monotonic()
+    try:
+        if trial.keep:
+            result, series = run_with_series(trial.scenario)
+        else:
+            result = run_offline(trial.scenario)
+    except KhrError as error:
+        row['error'] = str(error)
+    else:
+        row |= {
+            **_figures(result.outcome),
+            'end': result.end,
+            'time_s': result.time,
+            'trajectory_hash': result.trajectory_hash,
+        }
+    return row | {'wall_time_s': time.monotonic() - start}, series
+
+
+def _figures(outcome: Outcome) -> Row:
+    return {
+        'verdict': outcome.verdict,
+        'fell_at_s': outcome.fell_at,
+        'distance_m': outcome.distance,
+        'lateral_drift_m': outcome.lateral_drift,
+        'largest_pitch_deg': degrees(outcome.largest_pitch),
+        'slip_distance_m': outcome.slip_distance,
+        'largest_slip_m': outcome.largest_slip,
+        'vibration_rad_s': outcome.vibration,
+    }

@@ -1,0 +1,1 @@
+"""Figures, pages and films of runs and experiments."""

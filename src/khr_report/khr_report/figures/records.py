@@ -1,0 +1,171 @@
+"""What the figures of runs share: which run is drawn where, and how its record is drawn.
+
+Over time every seed is a thin line; a run that fell is drawn up to its fall, with a cross there.
+Over the inclination a line is the median of the seeds, its band goes from the smallest to the
+largest, and a cross stands where a seed fell: on its value, or at the bottom if it fell too early
+to have one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import fields
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from khr_bringup.run_signals import Array, Series
+from khr_experiments.critical import Condition
+from khr_experiments.experiments import Key, Run, Runs, by
+
+FALLEN: dict[str, Any] = {
+    'color': '#b00000',
+    'linestyle': '',
+    'marker': 'x',
+    'markersize': 6.0,
+    'markeredgewidth': 1.5,
+    'clip_on': False,
+}
+SEED: dict[str, Any] = {'linewidth': 0.8}
+LOOKS = [('#0072B2', '-'), ('#D55E00', '--'), ('#009E73', '-.'), ('#CC79A7', ':')]
+
+
+def inclination_deg(run: Run) -> float:
+    """Return the inclination that a run went to."""
+    return float(run.scenario.table('simulator').inclination_deg)
+
+
+def condition(run: Run) -> Condition:
+    """Return under what a run was made, as the thesis's rows name it."""
+    ankle, hip = (run.scenario.table(f'{joint}_controller') for joint in ('ankle', 'hip'))
+    rubber = run.scenario.table('simulator').surface == 'rubber'
+    return Condition(
+        run.scenario.table('gait').motion,
+        float(ankle.gain) if ankle.enabled else 0.0,
+        float(hip.gain) if hip.enabled else 0.0,
+        'rubber' if rubber else 'smooth',
+    )
+
+
+def control(of: Condition) -> str:
+    """Name the gains of a condition."""
+    gains = {'K_A': of.ankle_gain, 'K_H': of.hip_gain}
+    return ', '.join(f'{name} = {gain:g}' for name, gain in gains.items() if gain) or 'no control'
+
+
+def fell(run: Run) -> bool:
+    """Say whether a run ended in a fall."""
+    return bool(run.row['verdict'] == 'fell')
+
+
+def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
+    """Sort runs into groups, in the order in which they come; runs without signals are left."""
+    return by((run for run in runs if run.series is not None), key)
+
+
+def record(run: Run) -> Series:
+    """Return the signals of a run up to its fall, if it fell.
+
+    Raises:
+        ValueError: if the run has no signals; :func:`grouped` leaves such runs out.
+    """
+    if run.series is None:
+        raise ValueError(f'{run.point}: no signals')
+    end = run.row['fell_at_s'] if fell(run) else np.inf
+    shown = run.series.time <= end + 1e-6
+    return Series(**{each.name: getattr(run.series, each.name)[shown] for each in fields(Series)})
+
+
+def draw_seeds(
+    axis: Axes,
+    runs: Runs,
+    signal: Callable[[Run], tuple[Array, Array]],
+    label: str,
+    falls: Callable[[Run], bool] = fell,
+    /,
+    **look: Any,
+) -> None:
+    """Draw a thin line per run, with a cross at the end of one that falls there."""
+    for run in runs:
+        time, value = signal(run)
+        name = f'{label}, seed {run.seed}'
+        axis.plot(time, value, label=name, **{**SEED, **look})
+        if falls(run):
+            axis.plot(time[-1:], value[-1:], label=f'{name}: fell', **FALLEN)
+
+
+def draw_over_inclination(
+    axis: Axes, runs: Runs, value: Callable[[Run], float], label: str, **look: Any
+) -> None:
+    """Draw a value over the inclination; NaN is one that a run fell too early to have.
+
+    Such a run is marked at the bottom of the panel; in the table it has no value.
+    """
+    groups = sorted(grouped(runs, inclination_deg).items())
+    table = [np.array([value(run) for run in group]) for _, group in groups]
+    known = [index for index, values in enumerate(table) if np.isfinite(values).any()]
+    slope = [groups[index][0] for index in known]
+    low, middle, high = (
+        [float(pick(table[index])) for index in known]
+        for pick in (np.nanmin, np.nanmedian, np.nanmax)
+    )
+    (line,) = axis.plot(slope, middle, label=label, **{'marker': 'o', **look})
+    color = line.get_color()
+    if low != high:
+        axis.fill_between(slope, low, high, color=color, alpha=0.2, linewidth=0.0)
+        for edge, name in ((low, 'smallest'), (high, 'largest')):
+            axis.plot(
+                slope,
+                edge,
+                color=color,
+                linewidth=0.3,
+                linestyle='-',
+                label=f'{label}, {name} of the seeds',
+            )
+    fallen = [
+        (phi, found)
+        for (phi, group), values in zip(groups, table, strict=True)
+        for run, found in zip(group, values, strict=True)
+        if fell(run)
+    ]
+    look = {**FALLEN, 'color': color}
+    if fallen:
+        axis.plot(*zip(*fallen, strict=True), label=f'{label}: fell', **look)
+    early = [phi for phi, found in fallen if not np.isfinite(found)]
+    if early:
+        (mark,) = axis.plot(
+            early,
+            [0.02] * len(early),
+            label='_fell before',
+            transform=axis.get_xaxis_transform(),
+            **look,
+        )
+        mark.set_in_layout(False)  # it is no data, and must not move the panel
+
+
+def main_lines(axis: Axes) -> list[Line2D]:
+    """Return the lines of a panel that a legend names: all but edges of bands and crosses."""
+    return [
+        line
+        for line in axis.lines
+        if not str(line.get_label()).startswith('_')
+        and ' of the seeds' not in str(line.get_label())
+        and not str(line.get_label()).endswith(': fell')
+    ]
+
+
+def legend_below(axis: Axes, columns: int) -> None:
+    """Name a panel's lines below the figure, so that they cover no curve."""
+    assert isinstance(axis.figure, Figure)
+    axis.figure.legend(handles=main_lines(axis), loc='outside lower center', ncols=columns)
+
+
+def seed_legend(axis: Axes, **look: Any) -> None:
+    """Add a legend with one entry for all seeds of a line."""
+    named = {
+        str(line.get_label()).partition(', seed ')[0]: line for line in reversed(main_lines(axis))
+    }
+    axis.legend(list(named.values())[::-1], list(named)[::-1], **look)

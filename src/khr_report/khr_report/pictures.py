@@ -1,0 +1,113 @@
+"""Figures and stability maps of a reproduction, drawn by the workers of a cluster."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from khr_common import KhrError
+from khr_experiments.experiments import ROOT, Runs, folder_of, runs_of
+from khr_experiments.progress import Bar
+from khr_experiments.stability_map import draw_map
+from khr_experiments.sweeps.specification import Specification
+from khr_report.figures import FIGURES, draw, paths
+from khr_report.reproduction import FigureResult
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+
+class Pictures:
+    """Pictures that the workers of a cluster draw; what is wrong with one stops no other.
+
+    Args:
+        client: of the cluster, whose workers see the same folders.
+        bar: told of each picture.
+        out: folder of the pictures and their tables.
+        fast: whether to take the quick and coarse form.
+    """
+
+    def __init__(self, client: Client, bar: Bar, out: Path, fast: bool) -> None:
+        self._client = client
+        self._bar = bar
+        self._out = out
+        self._fast = fast
+        self._futures: dict[str, tuple[FigureResult, Any]] = {}
+
+    def ask_figure(self, number: str) -> None:
+        """Start drawing a figure."""
+        drawing = FIGURES[number]
+        result = FigureResult(
+            number,
+            drawing.title,
+            *paths(number, self._out),
+            f'khr figure {number}' + ' --fast' * self._fast,
+            drawing.experiments,
+            0.0,
+        )
+        self._ask(result, _draw_figure, number, self._out.absolute(), ROOT.absolute(), self._fast)
+
+    def ask_map(self, specification: Specification) -> None:
+        """Start drawing a stability map over the first two axes of an experiment."""
+        x, y = list(specification.axes)[:2]
+        name = specification.name
+        folder, image = folder_of(name, self._fast), self._out / f'{name}.png'
+        result = FigureResult(
+            name,
+            specification.title,
+            image,
+            image.with_suffix('.csv'),
+            f'khr map {folder} --x {x} --y {y}',
+            (name,),
+            0.0,
+        )
+        self._ask(result, draw_map, folder.absolute(), x, y, image.absolute())
+
+    def results(self, numbers: Iterable[str]) -> list[FigureResult]:
+        """Wait for all; return them in the order of their numbers."""
+        return [self._result(number) for number in numbers]
+
+    def _ask(self, result: FigureResult, function: Callable[..., object], *arguments: Any) -> None:
+        for path in (result.image, result.table):
+            path.unlink(missing_ok=True)  # of an earlier reproduction
+        future = self._client.submit(
+            _timed, function, *arguments, pure=False, priority=1
+        )  # some take long: not last
+        future.add_done_callback(lambda _: self._bar.advance())
+        self._futures[result.number] = result, future
+
+    def _result(self, number: str) -> FigureResult:
+        result, future = self._futures[number]
+        try:
+            seconds, error = future.result()
+        except Exception as failure:  # the worker died; the other pictures are not touched
+            seconds, error = 0.0, reason(failure)
+        return replace(result, seconds=seconds, error=error)
+
+
+def runs_by_name(names: Iterable[str], root: Path, fast: bool) -> dict[str, Runs]:
+    """Return the finished runs of experiments."""
+    return {name: runs_of(folder_of(name, fast, root)) for name in names}
+
+
+def reason(error: Exception) -> str:
+    """Tell an error in one line; a mistake of a user's tells itself."""
+    text = ' '.join(str(error).split())
+    return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
+
+
+def _timed(function: Callable[..., object], *arguments: Any) -> tuple[float, str]:
+    """Draw; return how long it took in s, and why it failed if it did."""
+    began = time.monotonic()
+    try:
+        function(*arguments)
+    except Exception as error:  # whatever is wrong with one picture, the others are drawn
+        return time.monotonic() - began, reason(error)
+    return time.monotonic() - began, ''
+
+
+def _draw_figure(number: str, out: Path, root: Path, fast: bool) -> None:
+    draw(number, out, runs_by_name(FIGURES[number].experiments, root, fast), fast)

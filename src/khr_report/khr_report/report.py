@@ -1,0 +1,193 @@
+"""``khr report``: one run as a page, or two compared."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from khr_analysis.recording import SCENARIO_TOPIC
+from khr_bringup import run_signals as signals
+from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, Change, changes, read_what_is_left
+from khr_bringup.code_version import version_told
+from khr_bringup.run_signals import Series
+from khr_bringup.scenario import Scenario, parse, read_yaml
+from khr_common import KhrError
+from khr_report.errors import ReportError
+
+OUTCOME_TOPIC, STATE_TOPIC = '/outcome', '/simulator/state'
+OUTCOME_FILES = ('outcome.json', 'outcome.yaml')
+ACCEPTED = 'accepted: the folder that a khr run has left, or its bag'
+
+
+@dataclass
+class Found:
+    """What is known of a run.
+
+    Attributes:
+        name: of its folder.
+        scenario: as it ran.
+        outcome: by name, as in ``outcome.json``.
+        series: its signals.
+        changes: of parameters while it ran.
+        pushes: number of those that came over the topic.
+        version: of the code, as the run tells it; empty if it does not.
+        notes: what is missing, and why; each a line.
+    """
+
+    name: str
+    scenario: Scenario | None = None
+    outcome: dict[str, Any] = field(default_factory=dict)
+    series: Series | None = None
+    changes: list[Change] = field(default_factory=list)
+    pushes: int = 0
+    version: str = ''
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def parameters(self) -> Scenario:
+        """Return the scenario, or one of defaults alone to read the signals by."""
+        return self.scenario or Scenario('', {})
+
+    @property
+    def title(self) -> str:
+        """Tell what was run."""
+        return (self.scenario.title if self.scenario else '') or str(
+            self.outcome.get('scenario') or self.name
+        )
+
+
+def report(run: Path, against: Path | None, out: Path | None) -> Path:
+    """Write the page of a run, beside another if there is one; return its path.
+
+    What is missing is told on the page and on stderr; what is left is shown.
+
+    Args:
+        run: the folder of a run, or its bag.
+        against: another.
+        out: the page; ``report.html`` in the run's folder by default.
+
+    Raises:
+        ReportError: if there is nothing of a run to show, or the page cannot be written.
+    """
+    from khr_report.page.run import write_run
+
+    found = [find(path) for path in (run, against) if path is not None]
+    warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
+    if len(found) == 2 and (other := _difference(*found)):
+        warnings.insert(0, other)
+    for warning in warnings:
+        print(f'khr: {warning}', file=sys.stderr)
+    folder = run if run.is_dir() else run.parent
+    return write_run(out or folder / 'report.html', found, warnings)
+
+
+def find(path: Path) -> Found:
+    """Gather what is known of a run.
+
+    Raises:
+        ReportError: if that is nothing.
+    """
+    if not path.exists():
+        raise ReportError(f'{path}: no such run; {ACCEPTED}')
+    found = Found(path.resolve().name)
+    if path.is_dir():
+        _read_scenario(path / 'scenario.yaml', found)
+        _read_outcome(path, found)
+    if path.is_file() or (path / 'bag').is_dir() or any(path.glob('*.mcap')):
+        _read_bag(path, found)
+    else:
+        _repeat(found)
+    if not (found.scenario or found.outcome or found.series):
+        reasons = '; '.join(found.notes)
+        raise ReportError(f'{path}: nothing of a run in it ({reasons}); {ACCEPTED}')
+    return found
+
+
+def _read_scenario(file: Path, found: Found) -> None:
+    try:
+        text = file.read_text(encoding='utf-8')
+        found.version = version_told(text)
+        found.scenario = parse(text, file.name, found.name)
+    except FileNotFoundError:
+        found.notes.append(f'{file.name} is missing')
+    except (OSError, UnicodeDecodeError) as error:
+        found.notes.append(f'{file.name} cannot be read ({error})')
+    except KhrError as error:
+        found.notes.append(f'{error}; was it made by another version of the project?')
+
+
+def _read_outcome(folder: Path, found: Found) -> None:
+    file = next((folder / name for name in OUTCOME_FILES if (folder / name).is_file()), None)
+    if file is None:
+        found.notes.append(f'{OUTCOME_FILES[0]} is missing')
+        return
+    try:  # JSON is YAML too
+        outcome = read_yaml(file.read_text(encoding='utf-8'), file.name)
+    except (OSError, UnicodeDecodeError, KhrError) as error:
+        found.notes.append(f'{file.name} cannot be read ({error})')
+        return
+    if isinstance(outcome, dict):
+        found.outcome = outcome
+    else:
+        found.notes.append(f'{file.name} holds no outcome')
+
+
+def _read_bag(path: Path, found: Found) -> None:
+    topics = (*signals.TOPICS, PUSH_TOPIC, OUTCOME_TOPIC, STATE_TOPIC)
+    try:
+        messages, damage = read_what_is_left(path, topics, signals.DECODERS)
+    except KhrError as error:
+        found.notes.append(f'no signals: {error}')
+        return
+    series = signals.series_of(messages)
+    found.changes = changes(messages[EVENT_TOPIC])
+    found.pushes = len(messages[PUSH_TOPIC])
+    if series.time.size:
+        found.series = series
+    if damage:
+        until = f' to {series.time[-1]:.2f} s' if series.time.size else ''
+        found.notes.append(f'the bag is damaged; shown is what can be read{until} ({damage})')
+    elif not series.time.size:
+        found.notes.append('no signals: the bag holds none of the topics of a khr run')
+    if found.scenario is None and messages[SCENARIO_TOPIC]:
+        found.scenario = signals.scenario_in(messages)
+        found.version = version_told(messages[SCENARIO_TOPIC][-1].data)
+    if not found.outcome:
+        for message in (*messages[STATE_TOPIC], *messages[OUTCOME_TOPIC]):
+            found.outcome |= {pair.key: pair.value for pair in message.values}
+        if messages[OUTCOME_TOPIC]:
+            found.outcome['verdict'] = messages[OUTCOME_TOPIC][-1].message
+
+
+def _repeat(found: Found) -> None:
+    """Make the signals of a run that kept none by running it again, if it comes out the same."""
+    recorded = found.outcome.get('trajectory_hash')
+    if found.scenario is None or not recorded or found.outcome.get('end') == 'stopped':
+        found.notes.append('no bag, so no signals')
+        return
+    if found.scenario.table('simulator').sync != 'lockstep':
+        found.notes.append(
+            'no bag, so no signals: the run followed the wall clock and cannot be repeated'
+        )
+        return
+    result, series = signals.run_with_series(found.scenario)
+    if result.trajectory_hash == recorded:
+        found.series = series
+        found.notes.append(
+            'no bag; the signals are those of the run repeated, whose trajectory hash is the same'
+        )
+    else:
+        found.notes.append(
+            'no bag, so no signals: repeated, the run takes another trajectory; '
+            'it was changed while it ran, or made by another version'
+        )
+
+
+def _difference(one: Found, other: Found) -> str:
+    """Say that two runs are of different scenarios, if they are."""
+    names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
+    if names[0] == names[1]:
+        return ''
+    return f'the runs are of different scenarios: {names[0]}, and {names[1]}'

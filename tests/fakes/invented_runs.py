@@ -1,0 +1,85 @@
+"""Runs of the shipped experiments whose signals are invented: what is drawn is known."""
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from khr_balance.gait import Gait
+from khr_bringup.run_signals import Series
+from khr_experiments.experiments import specification_of
+from khr_report.figures import FIGURES
+
+WEIGHT = 15.0  # N
+TONE = 4.0 / 2.31  # Hz, with RATE the pitch rate of every walk
+RATE = 0.3  # rad/s
+FELL_AT = 2.5  # s
+
+
+@dataclass(frozen=True, eq=False)
+class Invented:
+    """Stands for a Run."""
+
+    point: dict
+    seed: int
+    row: dict
+    scenario: object
+    series: Series
+
+
+def difference(inclination_deg: float) -> float:
+    """Return the invented Delta of the support foot, N."""
+    return 2.0 * inclination_deg - 3.0
+
+
+def signals(scenario, seed: int, end: float) -> Series:
+    """Invent what a run of a scenario tells."""
+    time = 0.015 * np.arange(int(end / 0.015) + 1)
+    simulator, gait = scenario.table('simulator'), scenario.table('gait')
+    size, still = len(time), np.zeros(len(time))
+    toe = (WEIGHT + difference(simulator.inclination_deg)) / 2.0 + 0.1 * seed
+    support = [toe, WEIGHT - toe]
+    loads = [*support, 0.0, 0.0] if gait.first_foot == 'right' else [0.0, 0.0, *support]
+    rate = RATE * np.cos(2.0 * np.pi * TONE * time)
+    pairs = {
+        'contact_force': np.tile(loads, (size, 1)),
+        'foot_force': np.tile(loads, (size, 1)),
+        'correction': np.zeros((size, 2)),
+        'pitch_rate': rate,
+        'slip': 0.01 * time,
+        'time': time,
+    }
+    names = Series.__dataclass_fields__
+    return Series(**{name: pairs.get(name, still) for name in names})
+
+
+@functools.cache
+def length(gait) -> float:
+    """Return how long a motion lasts, s."""
+    return Gait(gait).duration
+
+
+@functools.cache
+def invented(experiment: str, limit_deg: float) -> list[Invented]:
+    """Return two seeds of an experiment, in which the robot falls beyond an inclination."""
+    runs = []
+    for trial in specification_of(experiment, fast=False).trials('invented'):
+        if trial.seed < 2:
+            fell = trial.scenario.table('simulator').inclination_deg > limit_deg
+            end = FELL_AT + 0.5 if fell else length(trial.scenario.table('gait'))
+            row = {'verdict': 'fell' if fell else 'walked', 'fell_at_s': FELL_AT if fell else None}
+            runs.append(
+                Invented(
+                    trial.point,
+                    trial.seed,
+                    row,
+                    trial.scenario,
+                    signals(trial.scenario, trial.seed, end),
+                )
+            )
+    return runs
+
+
+def runs_for(number: str, limit_deg: float) -> dict[str, list[Invented]]:
+    """Return runs of all experiments that a figure asks for."""
+    return {name: invented(name, limit_deg) for name in FIGURES[number].experiments}

@@ -1,0 +1,317 @@
+"""A run's page shows what the run has left, says what is missing, and compares two."""
+
+import base64
+import csv
+import json
+import shutil
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from khr_bringup.bags import PUSH_TOPIC, read_messages, read_what_is_left
+from khr_bringup.code_version import code_version
+from khr_bringup.run_signals import run_with_series, series_of_bag
+from khr_bringup.scenario import load
+from khr_cli import command
+from khr_common import KhrError
+from khr_report.page.run import OUTCOME
+from khr_report.report import find, report
+from tests.graph.conftest import khr
+from tests.integration.test_verify import change, make_bag, push, state
+from tests.unit.khr_report.test_page import check_alone
+
+SECONDS = 4.2  # a gait cycle and more
+
+
+@pytest.fixture(scope='module')
+def recorded(tmp_path_factory):
+    """A short walk over topics, recorded."""
+    folder = tmp_path_factory.mktemp('report') / 'walked'
+    done = khr(
+        'run',
+        'walk_6.99deg_ka12',
+        '--duration',
+        SECONDS,
+        '--set',
+        'ankle_controller.gain=15',
+        '--out',
+        folder,
+        folder=folder,
+    )
+    assert done.code == 0, done.err
+    return folder
+
+
+@pytest.fixture(scope='module')
+def offline(tmp_path_factory):
+    """The same scenario with another gain, without a bag."""
+    folder = tmp_path_factory.mktemp('report') / 'offline'
+    done = khr(
+        'run',
+        'walk_6.99deg_ka12',
+        '--duration',
+        SECONDS,
+        '--offline',
+        '--out',
+        folder,
+        folder=folder,
+    )
+    assert done.code == 0, done.err
+    return folder
+
+
+def copy(folder, target, *without):
+    shutil.copytree(folder, target, ignore=shutil.ignore_patterns('log', *without))
+    return target
+
+
+def rows_after(page, title):
+    """Return the words of a page from a title on."""
+    return page.text.split(title, 1)[1]
+
+
+# ---- what a run has left ----
+
+
+def test_signals_of_a_bag_are_those_of_the_run_bit_for_bit(recorded):
+    read = series_of_bag(recorded)
+    _, run = run_with_series(load(str(recorded / 'scenario.yaml')))
+    for each in fields(run):
+        np.testing.assert_array_equal(
+            getattr(read, each.name), getattr(run, each.name), err_msg=each.name
+        )
+
+
+def test_page_of_a_run_shows_all_of_it(recorded):
+    path = report(recorded, None, None)
+    assert path == recorded / 'report.html'
+    page = check_alone(path)
+    outcome = json.loads((recorded / 'outcome.json').read_text())
+    for name, text in OUTCOME.items():
+        if name in outcome:
+            assert f'{text} {outcome[name]}' in page.text
+    for word in (
+        'Pitch of the torso',
+        'Pitch rate of the torso',
+        'Force on the left foot',
+        'Force on the right foot',
+        'Corrections',
+        'Gait-3',
+        'Spectrogram',
+    ):
+        assert word in page.text
+    differs = rows_after(page, 'What differs from the defaults').split('Changes while')[0]
+    assert 'simulator.inclination_deg 6.99 0.0 deg' in differs
+    assert 'ankle_controller.gain 15.0 12.0' in differs
+    assert 'hip_controller.gain' not in differs
+    assert 'None are recorded' in page.text
+    assert f'khr code {code_version()} {code_version()}' in page.text
+    (link,) = [link for link in page.links if link.startswith('data:')]
+    table = list(csv.DictReader(base64.b64decode(link.split(',')[1]).decode().splitlines()))
+    assert len(table) == round(SECONDS / 0.015) + 1
+    assert float(table[-1]['slip']) == pytest.approx(float(outcome['slip_distance_m']), abs=1e-4)
+
+
+def test_the_bag_alone_will_do(recorded, tmp_path):
+    bag = copy(recorded, tmp_path / 'run') / 'bag' / 'bag.mcap'
+    found, whole = find(bag), find(recorded)
+    assert not found.notes
+    assert found.outcome['verdict'] == whole.outcome['verdict']
+    assert found.outcome['trajectory_hash'] == whole.outcome['trajectory_hash']
+    assert found.scenario.table('ankle_controller').gain == 15.0
+    assert found.version == whole.version == code_version()
+    np.testing.assert_array_equal(found.series.pitch, whole.series.pitch)
+
+
+def test_changes_while_it_ran_are_listed(tmp_path):
+    scenario = load('stand_0deg').changed({('simulator', 'duration'): 0.3})
+    event = change('/ankle_controller', 'gain', 18.0)
+    event.stamp.sec = 2
+    folder = make_bag(
+        tmp_path / 'run',
+        scenario.to_yaml(),
+        ('/parameter_events', event),
+        ('/push', push()),
+        ('/simulator/state', state(end='duration')),
+    )
+    text = check_alone(report(folder, None, None)).text
+    assert '2.000 ankle_controller.gain 18.0' in text
+    assert '1 push came over the topic' in text
+    assert 'outcome.json is missing' in text
+    assert 'no signals' in text
+
+
+# ---- what is missing or damaged ----
+
+
+def test_run_without_a_bag_is_repeated(offline, tmp_path, capsys):
+    text = check_alone(report(offline, None, tmp_path / 'page.html')).text
+    assert 'no bag; the signals are those of the run repeated' in text
+    assert 'no bag' in capsys.readouterr().err
+    assert find(offline).series.time[-1] == pytest.approx(SECONDS, abs=0.015)
+
+
+@pytest.mark.parametrize(
+    ('change', 'says'),
+    [
+        ({'trajectory_hash': '0' * 64}, 'takes another trajectory'),
+        ({'trajectory_hash': ''}, 'no bag, so no signals'),
+        ({'end': 'stopped'}, 'no bag, so no signals'),
+    ],
+)
+def test_run_that_does_not_repeat_has_no_signals(offline, tmp_path, change, says):
+    folder = copy(offline, tmp_path / 'run')
+    outcome = json.loads((folder / 'outcome.json').read_text()) | change
+    (folder / 'outcome.json').write_text(json.dumps(outcome))
+    found = find(folder)
+    assert found.series is None
+    assert says in found.notes[-1]
+    assert found.outcome['verdict'] == outcome['verdict']
+
+
+def test_page_without_signals_shows_outcome_and_parameters(offline, tmp_path):
+    folder = copy(offline, tmp_path / 'run')
+    outcome = json.loads((folder / 'outcome.json').read_text()) | {'end': 'stopped'}
+    (folder / 'outcome.json').write_text(json.dumps(outcome))
+    page = check_alone(report(folder, None, None))
+    assert f'{OUTCOME["verdict"]} {outcome["verdict"]}' in page.text
+    assert 'simulator.inclination_deg 6.99' in page.text
+    assert 'no bag, so no signals' in page.text
+
+
+@pytest.mark.parametrize(
+    ('name', 'text', 'says'),
+    [
+        ('scenario.yaml', None, 'scenario.yaml is missing'),
+        ('scenario.yaml', 'gait: {ros__parameters: {motion: jump}}', 'another version'),
+        ('scenario.yaml', '\0\xff', 'scenario.yaml'),
+        ('outcome.json', None, 'outcome.json is missing'),
+        ('outcome.json', '{"verdict": ', 'outcome.json cannot be read'),
+        ('outcome.json', '3', 'outcome.json holds no outcome'),
+    ],
+)
+def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, text, says):
+    folder = copy(offline, tmp_path / 'run')
+    (folder / name).unlink()
+    if text is not None:
+        (folder / name).write_text(text, encoding='latin-1')
+    found = find(folder)
+    assert any(says in note and '\n' not in note for note in found.notes)
+    assert found.scenario or found.outcome
+
+
+def test_page_of_a_scenario_alone(offline, tmp_path):
+    folder = copy(offline, tmp_path / 'run', 'outcome.json')
+    text = check_alone(report(folder, None, None)).text
+    assert 'outcome.json is missing' in text and 'Unknown: the run has left no outcome' in text
+
+
+def cut(folder, share):
+    """Cut the bag of a run's folder to a share of its bytes; return the folder."""
+    file = folder / 'bag' / 'bag.mcap'
+    content = file.read_bytes()
+    file.write_bytes(content[: int(share * len(content))])
+    return folder
+
+
+@pytest.mark.parametrize('share', [0.3, 0.7, 0.999])
+def test_truncated_bag_gives_the_signals_before_the_cut(recorded, tmp_path, share):
+    found = find(cut(copy(recorded, tmp_path / 'run'), share))
+    assert 'the bag is damaged; shown is what can be read' in found.notes[-1]
+    left, whole = found.series, series_of_bag(recorded)
+    count = len(left.time)
+    assert 0.8 * share < count / len(whole.time) <= 1.0
+    for each in fields(whole):
+        values, true = getattr(left, each.name), getattr(whole, each.name)[:count]
+        known = ~np.isnan(values)
+        assert known[:-40].all(), each.name  # the topics do not stop at the same instant
+        np.testing.assert_array_equal(values[known], true[known], each.name)
+
+
+def test_page_of_a_truncated_bag_says_so(recorded, tmp_path, capsys):
+    folder = cut(copy(recorded, tmp_path / 'run'), 0.4)
+    text = check_alone(report(folder, None, None)).text
+    assert 'the bag is damaged; shown is what can be read to ' in text
+    assert 'too short' in text.lower()
+    assert 'damaged' in capsys.readouterr().err
+
+
+@given(st.data())
+@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
+def test_what_is_left_of_a_bag_cut_anywhere_is_its_beginning(tmp_path_factory, data):
+    folder = tmp_path_factory.mktemp('cut')
+    pushes = [push() for _ in range(20)]
+    for number, each in enumerate(pushes):
+        each.wrench.force.x = float(number)
+    make_bag(folder, None, *((PUSH_TOPIC, each) for each in pushes))
+    file = folder / 'bag' / 'bag.mcap'
+    content = file.read_bytes()
+    file.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
+    with pytest.raises(KhrError):
+        read_messages(folder, [PUSH_TOPIC])
+    try:
+        messages, damage = read_what_is_left(folder, [PUSH_TOPIC])
+    except KhrError:
+        return  # nothing is left
+    assert damage
+    assert [each.wrench.force.x for each in messages[PUSH_TOPIC]] == [
+        float(number) for number in range(len(messages[PUSH_TOPIC]))
+    ]
+
+
+@pytest.mark.parametrize('kind', ['absent', 'empty', 'text', 'torn'])
+def test_what_is_no_run_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_path, kind):
+    folder = tmp_path / 'run'
+    if kind != 'absent':
+        folder.mkdir()
+    if kind == 'text':
+        (folder / 'notes.txt').write_text('no run')
+    if kind == 'torn':
+        (folder / 'bag').mkdir()
+        (folder / 'bag' / 'bag.mcap').write_text('torn')
+    monkeypatch.setattr('sys.argv', ['khr', 'report', str(folder)])
+    with pytest.raises(SystemExit) as leave:
+        command.main()
+    assert leave.value.code == 2
+    captured = capsys.readouterr()
+    assert captured.out == ''
+    (line,) = captured.err.strip().splitlines()
+    assert str(folder) in line and 'accepted: the folder that a khr run has left' in line
+
+
+def test_page_that_cannot_be_written_is_told(offline, tmp_path):
+    with pytest.raises(KhrError, match='--out'):
+        report(offline, None, tmp_path)
+
+
+# ---- two runs ----
+
+
+def test_two_runs_are_compared(recorded, offline, tmp_path, capsys):
+    page = check_alone(report(recorded, offline, tmp_path / 'page.html'))
+    assert 'different scenarios' not in page.text + capsys.readouterr().err
+    between = rows_after(page, 'What differs between A and B').split('What differs from')[0]
+    assert 'ankle_controller.gain 15.0 12.0 12.0' in between
+    assert 'simulator.inclination_deg' not in between
+    outcomes = [
+        json.loads((folder / 'outcome.json').read_text()) for folder in (recorded, offline)
+    ]
+    one, other = (each['vibration_rad_s'] for each in outcomes)
+    assert f'vibration, rad/s {one} {other} {float(other) - float(one):+.4f}' in page.text
+    assert 'Pitch rate of the torso: gyro' in page.text
+    assert page.text.count('Signals of') == 2
+    assert 'Spectrogram of the gyro, B' in page.text
+
+
+def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, tmp_path, capsys):
+    other = tmp_path / 'stood'
+    assert khr('run', 'stand_0deg', '--offline', '--duration', 1, '--out', other).code == 0
+    page = check_alone(report(recorded, other, tmp_path / 'page.html'))
+    warning = 'the runs are of different scenarios: walk_6.99deg_ka12, and stand_0deg'
+    assert page.text.index(warning) < page.text.index('Signals')
+    assert f'khr: {warning}\n' in capsys.readouterr().err
+    assert 'Too short for a spectrogram: B' in page.text
+    assert 'gait.motion walk stand' in rows_after(page, 'What differs between A and B')

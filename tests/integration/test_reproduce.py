@@ -1,0 +1,130 @@
+"""The whole reproduction in its quick form: every figure and every row comes out, by its data."""
+
+import csv
+import math
+import subprocess
+
+import pytest
+
+from khr_common import KhrError
+from khr_experiments.scoreboard_rows import LIMITS, TRENDS, WALKS
+from khr_report.figures import FIGURES, paths
+from khr_report.page.board import judged
+from khr_report.reproduce import MAP, SCOREBOARD, Found, _told, reproduce, wanted
+from tests.graph.conftest import KHR
+
+PATIENCE = 900.0  # s, on a machine that does other work as well
+pytestmark = pytest.mark.timeout(PATIENCE)
+
+
+def khr(place, *arguments):
+    return subprocess.run(
+        [*KHR, 'reproduce', '--fast', *arguments],
+        cwd=place,
+        text=True,
+        capture_output=True,
+        timeout=PATIENCE,
+        check=False,
+    )
+
+
+@pytest.fixture(scope='module')
+def place(tmp_path_factory):
+    return tmp_path_factory.mktemp('reproduction')
+
+
+@pytest.fixture(scope='module')
+def done(place):
+    """Reproduce everything."""
+    return khr(place)
+
+
+def rows(path):
+    with path.open(encoding='utf-8') as file:
+        return list(csv.DictReader(file))
+
+
+def test_it_succeeds_and_tells_where_the_page_is_and_how_long_it_took(done):
+    assert done.returncode == 0, done.stderr
+    total = len(FIGURES) + len(wanted(None, True).maps)
+    assert f'{total} of {total} figures' in done.stdout
+    assert done.stdout.startswith('report/index.html: ') and done.stdout.count('\n') == 1
+    assert 'rows pass' in done.stdout
+    assert 'Traceback' not in done.stderr
+
+
+@pytest.mark.parametrize('number', FIGURES)
+def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
+    image, table = paths(number, place / 'report' / 'figures')
+    assert image.stat().st_size > 10_000
+    content = rows(table)
+    assert len(content) > 2
+    assert all(math.isfinite(float(row['x'])) and row['curve'] for row in content)
+    assert any(math.isfinite(float(row['y'])) for row in content)
+
+
+def test_every_map_is_a_picture_with_its_numbers(done, place):
+    assert wanted(None, True).maps
+    for name in wanted(None, True).maps:
+        assert name.startswith(MAP)
+        assert (place / 'report' / 'figures' / f'{name}.png').stat().st_size > 10_000
+        assert (
+            sum(int(row['runs']) for row in rows(place / 'report' / 'figures' / f'{name}.csv')) > 0
+        )
+
+
+def test_every_row_of_the_scoreboard_is_there(done, place):
+    text = (place / 'report' / 'scoreboard.md').read_text(encoding='utf-8')
+    found = judged(text)
+    assert len(found) > len(LIMITS) + len(WALKS) + len(TRENDS)
+    assert any(row.passed for row in found)
+    for row in LIMITS:
+        assert f'| {row.condition.title} | {row.thesis_deg:g} |' in text
+    for trend in TRENDS:
+        assert trend.what in text
+
+
+def test_the_page_and_the_findings_hold_it_all(done, place):
+    page = (place / 'report' / 'index.html').read_text(encoding='utf-8')
+    assert page.count('data:image/png') >= len(FIGURES)
+    for number in FIGURES:
+        assert f'khr figure {number}' in page
+    assert (place / 'report' / 'findings.md').read_text(encoding='utf-8').startswith('# Findings')
+
+
+def test_what_is_done_is_not_done_again(done, place):
+    before = (place / 'report' / 'scoreboard.md').read_bytes()
+    kept = sorted((place / 'runs' / 'experiments').rglob('*'))
+    again = khr(place, '--only', '3.8,5.5,scoreboard', '--out', 'again')
+    assert again.returncode == 0, again.stderr
+    assert (place / 'again' / 'scoreboard.md').read_bytes() == before
+    assert sorted((place / 'runs' / 'experiments').rglob('*')) == kept
+    assert len(list((place / 'again' / 'figures').glob('*.png'))) == 2
+
+
+@pytest.mark.parametrize('only', ['5.81', '', '3.8,,4.5', 'scoreboards'])
+def test_an_unknown_number_is_one_line(only):
+    with pytest.raises(KhrError, match=r'--only: .* is not known; accepted: .*3\.8.*map_.*'):
+        wanted(only, fast=True)
+
+
+def test_what_is_wanted_is_what_is_named():
+    some = wanted('5.5, 3.4,scoreboard', fast=False)
+    assert (some.figures, some.maps, some.scoreboard) == (('3.4', '5.5'), (), True)
+    assert set(some.experiments) == {*FIGURES['3.4'].experiments, *FIGURES['5.5'].experiments}
+    every = wanted(None, fast=False)
+    assert every.scoreboard and every.figures == tuple(FIGURES)
+    assert SCOREBOARD not in every.experiments
+
+
+def test_a_text_that_cannot_be_told_does_not_lose_the_page():
+    found = Found([], ('', ''), {}, 0, [])
+    assert _told(lambda runs: str(1 / len(runs)), 'lines', [], found) == ''
+    assert found.failed == ['lines: ZeroDivisionError: division by zero']
+    assert _told(lambda runs: 'well', 'lines', [], found) == 'well'
+
+
+def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(KhrError, match=r'--out: .*file'):
+        reproduce(tmp_path / 'file' / 'report', '3.8', fast=True)

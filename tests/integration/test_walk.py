@@ -1,0 +1,91 @@
+"""The gait on the simulated robot, on the flat and without feedback."""
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
+from khr_common import build
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.world import World
+
+PERIOD = SimulatorParameters().control_period
+
+
+def play(gait, **simulator):
+    world = World(build(SimulatorParameters, simulator))
+    try:
+        truths = [world.reset(gait.reference(0.0))]
+        while truths[-1].stamp_ns * 1e-9 < gait.duration:
+            truths.append(world.advance(gait.reference(len(truths) * PERIOD)))
+            if truths[-1].tilt > np.radians(45.0):
+                break
+    finally:
+        world.close()
+    return truths
+
+
+def heading(truth):
+    return Rotation.from_quat(truth.orientation).as_euler('ZYX')[0]
+
+
+@pytest.fixture(scope='module')
+def gait():
+    return Gait(GaitParameters())
+
+
+@pytest.fixture(scope='module')
+def walk(gait):
+    return play(gait, initial_tilt_deg=0.3, seed=1)
+
+
+def test_walks_straight_and_as_far_as_it_steps(gait, walk):
+    assert max(truth.tilt for truth in walk) < np.radians(15.0)
+    way = walk[-1].position - walk[0].position
+    p = gait.parameters
+    steps = p.stride * (2 * p.cycles + 1)
+    assert way[0] == pytest.approx(steps, rel=0.1)
+    assert abs(way[1]) < 0.05 * way[0]
+    assert abs(heading(walk[-1]) - heading(walk[0])) < np.radians(5.0)
+
+
+def test_stance_foot_does_not_slip_grossly(gait, walk):
+    p = gait.parameters
+    ends = np.cumsum(p.phases) / sum(p.phases) * p.cycle_period / 2.0
+    start = gait.cycle(3)[0]
+    # Cycle 3 begins with a step of the left foot, so the right one stands.
+    lifted, landed = (walk[round((start + ends[index]) / PERIOD)] for index in (0, 3))
+    slip = landed.sole_position[1] - lifted.sole_position[1]
+    assert np.linalg.norm(slip[:2]) < 0.01
+
+
+def test_pitch_rate_is_led_by_the_fourth_line_of_the_cycle(gait, walk):
+    first, last = (round(time / PERIOD) for time in gait.cycle(3))
+    rate = np.array([truth.angular_rate[1] for truth in walk[first + 1 : last + 1]])
+    assert len(rate) == 154
+    amplitude = 2.0 / len(rate) * np.abs(np.fft.rfft(rate))
+    assert int(np.argmax(amplitude[1:])) + 1 == 4  # 4 / 2.31 s = 1.73 Hz
+    # Steps of both sides are alike, so odd lines are all but absent.
+    assert np.max(amplitude[1::2]) < 0.2 * amplitude[4]
+
+
+def test_falls_well_beyond_the_critical_inclination(gait):
+    truths = play(gait, inclination_deg=7.5)
+    assert truths[-1].tilt > np.radians(45.0)
+    assert truths[-1].stamp_ns * 1e-9 < 0.5 * gait.duration
+
+
+@pytest.mark.parametrize('foot, stance', [('right', 0), ('left', 1)])
+def test_leg_lift_holds_on_the_pads(foot, stance):
+    gait = Gait(
+        build(GaitParameters, {'motion': 'leg_lift', 'first_foot': foot, 'hold_time': 1.0})
+    )
+    truths = play(gait, surface='pads', inclination_deg=3.8)
+    assert max(truth.tilt for truth in truths) < np.radians(20.0)
+    p = gait.parameters
+    held = truths[round((p.start_delay + p.shift_time + p.lift_time + 0.5) / PERIOD)]
+    forces = held.contact_force[:, 2].reshape(2, 2)
+    assert forces[1 - stance] == pytest.approx([0.0, 0.0])
+    assert np.all(forces[stance] > 0.0)
+    assert forces[stance].sum() == pytest.approx(1.5 * 9.81, rel=0.1)

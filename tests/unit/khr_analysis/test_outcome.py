@@ -1,0 +1,283 @@
+"""The outcome of synthetic runs whose verdict and figures are known in closed form."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import cos, hypot, pi, radians, sin, sqrt, tan, tau
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.signal import butter, lfilter
+from scipy.spatial.transform import Rotation
+
+from khr_analysis.errors import AnalysisError
+from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
+
+PERIOD_NS = 15_000_000
+HEIGHT = 0.25
+
+
+@dataclass
+class Seen:
+    """A robot that stands, on a slope of phi; distances are along the surface."""
+
+    step: int = 0
+    phi: float = 0.0
+    forward: float = 0.0
+    left: float = 0.0
+    height: float = HEIGHT
+    lean: float = 0.0  # of the torso from the vertical, about +y
+    roll: float = 0.0
+    rate: float = 0.0
+    feet: tuple = ((0.0, 0.04, 0.0), (0.0, -0.04, 0.0))  # forward, left, up from the surface
+    foot_pitch: tuple = (0.0, 0.0)  # against the surface
+    load: tuple = (7.0, 7.0)
+
+    def _place(self, forward, left, up):
+        return Rotation.from_euler('y', self.phi).apply((forward, left, up))
+
+    @property
+    def stamp_ns(self):
+        return self.step * PERIOD_NS
+
+    @property
+    def position(self):
+        return self._place(self.forward, self.left, 0.0) + np.array((0.0, 0.0, self.height))
+
+    @property
+    def orientation(self):
+        return Rotation.from_euler('yx', (self.lean, self.roll)).as_quat()
+
+    @property
+    def angular_rate(self):
+        return np.array([9.0, self.rate, 9.0])
+
+    @property
+    def contact_force(self):
+        return np.array([(3.0, 3.0, load / 2) for load in self.load for _ in range(2)])
+
+    @property
+    def sole_position(self):
+        return np.array([self._place(*foot) for foot in self.feet])
+
+    @property
+    def sole_orientation(self):
+        pitches = [[self.phi + pitch] for pitch in self.foot_pitch]
+        return Rotation.from_euler('y', pitches).as_quat()
+
+
+def judged(run, parameters=None):
+    monitor = OutcomeMonitor(parameters or MonitorParameters())
+    return [monitor.update(replace(seen, step=k)) for k, seen in enumerate(run)]
+
+
+def walk(steps=8, length=0.05, phi=0.0, slide=0.0):
+    """Yield a walk: one foot is lifted and carried on while the other, loaded, may slide."""
+    feet = [np.array([0.0, 0.04, 0.0]), np.array([0.0, -0.04, 0.0])]
+    for number in range(steps):
+        swing, stance = number % 2, 1 - number % 2
+        for part in np.linspace(0.0, 1.0, 21):
+            now = [foot.copy() for foot in feet]
+            now[swing] += (length * part, 0.0, 0.02 * sin(pi * part))
+            now[stance][0] += slide * part
+            load = (
+                (14.0, 14.0)
+                if part in (0.0, 1.0)
+                else tuple(0.0 if side == swing else 14.0 for side in range(2))
+            )
+            yield Seen(
+                phi=phi,
+                forward=float(np.mean([foot[0] for foot in now])),
+                load=load,
+                feet=tuple(map(tuple, now)),
+            )
+        feet = now
+
+
+def test_standing_still():
+    outcome = judged([Seen()] * 100)[-1]
+    assert (outcome.verdict, outcome.final, outcome.fell_at) == ('stood', False, None)
+    assert (outcome.distance, outcome.lateral_drift, outcome.slip_distance) == (0.0, 0.0, 0.0)
+    assert outcome.time == pytest.approx(99 * 0.015)
+
+
+@pytest.mark.parametrize('phi_deg', [-5.0, 0.0, 9.7])
+def test_walking_counts_the_way_along_the_surface_and_no_slip(phi_deg):
+    outcome = judged(walk(phi=radians(phi_deg)))[-1]
+    assert outcome.verdict == 'walked'
+    assert outcome.distance == pytest.approx(8 * 0.05 / 2, abs=1e-9)
+    assert outcome.lateral_drift == pytest.approx(0.0, abs=1e-12)
+    assert outcome.slip_distance == pytest.approx(0.0, abs=1e-12)
+
+
+@pytest.mark.parametrize(('slide', 'verdict'), [(0.013, 'walked'), (0.016, 'slipped')])
+def test_sliding_of_the_stance_foot_adds_up_over_the_steps(slide, verdict):
+    outcome = judged(walk(phi=radians(8.88), slide=slide))[-1]
+    # Of the 20 parts of a slide, the last counts half: the other foot has taken half the load.
+    assert outcome.slip_distance == pytest.approx(8 * slide * 19.5 / 20, abs=1e-9)
+    assert outcome.largest_slip == pytest.approx(slide * 19.5 / 20, abs=1e-9)
+    assert outcome.verdict == verdict
+
+
+def test_sliding_down_without_a_step_is_a_slip_and_no_walk():
+    run = [
+        Seen(phi=0.2, forward=s, feet=((s, 0.04, 0.0), (s, -0.04, 0.0)))
+        for s in np.linspace(0.0, 0.3, 200)
+    ]
+    outcome = judged(run)[-1]
+    assert outcome.verdict == 'slipped'
+    assert outcome.distance == pytest.approx(0.3)
+    assert outcome.slip_distance == pytest.approx(0.3)
+    assert outcome.largest_slip == pytest.approx(0.15)  # half the load
+
+
+@given(st.floats(1.5, 12.5))
+def test_a_sliding_foot_counts_by_its_share_of_the_load(load):
+    run = [
+        Seen(feet=((s, 0.04, 0.0), (0.0, -0.04, 0.0)), load=(load, 14.0 - load))
+        for s in np.linspace(0.0, 0.01, 10)
+    ]
+    assert judged(run)[-1].slip_distance == pytest.approx(0.01 * load / 14.0)
+
+
+@settings(max_examples=30)
+@given(st.floats(0.0, 0.2), st.floats(-pi, pi))
+def test_slip_is_seen_in_every_direction_of_the_surface(phi, direction):
+    run = [
+        Seen(
+            phi=phi,
+            load=(14.0, 0.0),
+            feet=((s * cos(direction), 0.04 + s * sin(direction), 0.0), (0.0, -0.04, 0.0)),
+        )
+        for s in np.linspace(0.0, 0.01, 10)
+    ]
+    assert judged(run)[-1].slip_distance == pytest.approx(0.01, abs=1e-9)
+
+
+def test_a_foot_in_the_air_does_not_slip():
+    run = [
+        Seen(feet=((s, 0.04, 0.0), (0.0, -0.04, 0.0)), load=(0.5, 14.0))
+        for s in np.linspace(0.0, 1.0, 50)
+    ]
+    assert judged(run)[-1].slip_distance == 0.0
+
+
+def test_a_foot_tipping_over_its_toe_does_not_slip():
+    toe = 0.054
+    run = [
+        Seen(
+            phi=0.1,
+            foot_pitch=(angle, 0.0),
+            feet=((toe * (1.0 - cos(angle)), 0.04, toe * sin(angle)), (0.0, -0.04, 0.0)),
+        )
+        for angle in np.linspace(0.0, 0.5, 30)
+    ]
+    assert judged(run)[-1].slip_distance == pytest.approx(0.0, abs=1e-12)
+
+
+def test_trembling_on_the_spot_does_not_add_up():
+    run = [Seen(feet=((0.001 * (k % 2), 0.04, 0.0), (0.0, -0.04, 0.0))) for k in range(401)]
+    assert judged(run)[-1].slip_distance == pytest.approx(0.0, abs=1e-12)
+
+
+@settings(max_examples=20)
+@given(st.floats(0.0, tau))
+def test_falling_in_any_direction(direction):
+    angles = np.linspace(0.0, pi / 2, 31)
+    run = [Seen(lean=angle * cos(direction), roll=angle * sin(direction)) for angle in angles]
+    outcomes = judged(run)
+    at = next(k for k, outcome in enumerate(outcomes) if outcome.verdict == 'fell')
+    tilts = [Rotation.from_quat(seen.orientation).apply((0, 0, 1))[2] for seen in run]
+    assert tilts[at] < cos(pi / 4) <= tilts[at - 1] + 1e-9
+    assert outcomes[-1].fell_at == pytest.approx(at * 0.015)
+
+
+def test_sinking_to_the_ground_is_a_fall_and_walking_downhill_is_not():
+    assert judged([Seen(), Seen(height=0.6 * HEIGHT)])[-1].verdict == 'stood'
+    assert judged([Seen(), Seen(height=0.49 * HEIGHT)])[-1].verdict == 'fell'
+    far = judged(walk(steps=40, phi=radians(15.0)))[-1]  # 0.26 m down, its whole height
+    assert far.verdict == 'walked'
+
+
+def test_a_fall_outranks_a_slip_and_keeps_both_figures():
+    run = list(walk(slide=0.02))
+    run += [replace(run[-1], lean=1.0), replace(run[-1], forward=9.0, lean=3.0, rate=50.0)]
+    outcomes = judged(run)
+    assert outcomes[-3].verdict == 'slipped'
+    last = outcomes[-1]
+    assert (last.verdict, last.final) == ('fell', True)
+    assert last.slip_distance == outcomes[-3].slip_distance > 0.02
+    assert last.distance == outcomes[-3].distance
+    assert last is outcomes[-2]  # what comes after a fall does not count
+
+
+@given(st.floats(-0.7, 0.7), st.floats(-0.7, 0.7))
+def test_largest_pitch_is_from_the_vertical_either_way(one, other):
+    run = [Seen(lean=lean, phi=0.1) for lean in (0.0, one, other, 0.0)]
+    assert judged(run)[-1].largest_pitch == pytest.approx(max(abs(one), abs(other)), abs=1e-12)
+
+
+def test_drift_is_to_the_left():
+    outcome = judged([Seen(phi=0.15), Seen(phi=0.15, forward=0.05, left=0.03)])[-1]
+    assert (outcome.distance, outcome.lateral_drift) == pytest.approx((0.05, 0.03))
+
+
+def vibration(rates, parameters=None):
+    still, monitor = Seen(), OutcomeMonitor(parameters or MonitorParameters())
+    names = (
+        'stamp_ns',
+        'position',
+        'orientation',
+        'contact_force',
+        'sole_position',
+        'sole_orientation',
+    )
+    seen = SimpleNamespace(**{name: getattr(still, name) for name in names})
+    for rate in rates:
+        seen.angular_rate = (0.0, rate, 0.0)
+        outcome = monitor.update(seen)
+    return outcome.vibration
+
+
+@pytest.mark.parametrize('frequency', [1.73, 4.0, 12.0])
+def test_vibration_is_the_root_mean_square_above_the_corner(frequency):
+    # Butterworth, second order, through the bilinear transform: |H|^2 = 1/(1 + (wc/w)^4).
+    corner, own = (tan(pi * f * 0.015) for f in (4.0, frequency))
+    expected = 1.0 / hypot(1.0, (corner / own) ** 2) / sqrt(2.0)
+    rates = np.sin(tau * frequency * 0.015 * np.arange(4000))
+    assert vibration(rates) == pytest.approx(expected, rel=0.01)
+
+
+@pytest.mark.parametrize('frequency', [2.0, 4.0, 9.0])
+def test_vibration_agrees_with_scipy(frequency):
+    rates = np.random.default_rng(0).normal(size=300)
+    high = lfilter(*butter(2, frequency, 'highpass', fs=1.0 / 0.015), rates)
+    assert vibration(rates, MonitorParameters(vibration_frequency=frequency)) == pytest.approx(
+        np.sqrt(np.mean(high**2)), rel=1e-12
+    )
+
+
+def test_reset_starts_anew():
+    monitor = OutcomeMonitor(MonitorParameters())
+    first = [monitor.update(seen) for seen in walk(slide=0.02)]
+    monitor.reset()
+    assert [monitor.update(seen) for seen in walk(slide=0.02)] == first
+
+
+def test_thresholds_change_at_runtime():
+    monitor = OutcomeMonitor(MonitorParameters())
+    for seen in walk(slide=0.01):
+        assert monitor.update(seen).verdict in ('stood', 'walked')
+    monitor.configure(MonitorParameters(step_slip=0.005))
+    assert monitor.update(seen).verdict == 'slipped'
+
+
+@pytest.mark.parametrize(
+    'wrong', [{'height': float('nan')}, {'rate': float('inf')}, {'lean': float('nan')}]
+)
+def test_refuses_what_is_not_finite(wrong):
+    with pytest.raises(AnalysisError, match='observation'):
+        OutcomeMonitor(MonitorParameters()).update(Seen(**wrong))

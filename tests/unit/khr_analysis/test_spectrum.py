@@ -1,0 +1,288 @@
+"""The spectrum against closed forms: amplitude, phase, frequency, power, time."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import pi, tau
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from khr_analysis.errors import AnalysisError
+from khr_analysis.peaks import label
+from khr_analysis.spectrum import FftAnalyserParameters, SpectrumAnalyser, spectrum
+from khr_common import ParameterError, build
+
+PERIOD, SIZE = 0.015, 154
+CYCLE = SIZE * PERIOD
+LINE = 1.0 / CYCLE
+TIME = PERIOD * np.arange(SIZE)
+WINDOWS = {
+    name: FftAnalyserParameters(window=name, max_frequency=500.0)
+    for name in ('rectangular', 'hann')
+}
+BOTH = pytest.mark.parametrize('window', WINDOWS)
+SIGNALS = arrays(np.float64, SIZE, elements=st.floats(-10.0, 10.0))
+PHASES = st.floats(-3.1, 3.1)
+
+
+def tone(frequency, amplitude=1.0, phase=0.0):
+    return amplitude * np.cos(tau * frequency * TIME + phase)
+
+
+def turn(angle):
+    """Return an angle's distance from 0 on the circle."""
+    return abs((angle + pi) % tau - pi)
+
+
+def values(result):
+    return result.amplitude * np.exp(1j * np.nan_to_num(result.phase))
+
+
+@BOTH
+@given(bin_=st.integers(3, 70), amplitude=st.floats(0.01, 50.0), phase=PHASES)
+def test_a_sine_on_a_bin_reads_its_amplitude_and_phase(window, bin_, amplitude, phase):
+    result = spectrum(tone(bin_ * LINE, amplitude, phase), WINDOWS[window])
+    assert result.frequency[bin_] == pytest.approx(bin_ * LINE)
+    assert result.amplitude[bin_] == pytest.approx(amplitude, rel=1e-9)
+    assert turn(result.phase[bin_] - phase) < 1e-9
+    (peak,) = result.peaks
+    assert (peak.frequency, peak.amplitude) == pytest.approx((bin_ * LINE, amplitude), rel=1e-9)
+    assert turn(peak.phase - phase) < 1e-9
+
+
+@pytest.mark.parametrize(
+    ('window', 'amplitude', 'bins', 'radians'),
+    [
+        # worst halfway between bins 4 and 5, where the tone's mirror image decides which is taken
+        ('rectangular', 0.08, 0.04, 0.15),
+        ('hann', 0.002, 0.001, 0.002),
+    ],
+)
+@given(position=st.floats(3.5, 70.0), phase=PHASES)
+def test_a_sine_between_bins_reads_within_the_stated_bounds(
+    window, amplitude, bins, radians, position, phase
+):
+    peak = spectrum(tone(position * LINE, 1.0, phase), WINDOWS[window]).peaks[0]
+    assert abs(peak.amplitude - 1.0) < amplitude
+    assert abs(peak.frequency / LINE - position) < bins
+    assert turn(peak.phase - phase) < radians
+
+
+@BOTH
+def test_phase_between_bins_has_no_bias(window):
+    """Averaged over all phases the mirror image cancels, and nothing is left."""
+    phases = np.linspace(0.0, tau, 12, endpoint=False)
+    told = [
+        spectrum(tone(20.4 * LINE, 1.0, phase), WINDOWS[window]).peaks[0].phase for phase in phases
+    ]
+    assert np.angle(np.exp(1j * (told - phases)).mean()) == pytest.approx(0.0, abs=1e-3)
+
+
+def test_without_interpolation_a_sine_between_bins_would_read_low():
+    """Scalloping, in closed form: what the peaks mend and the bins show."""
+    half = tone(30.5 * LINE)
+    assert spectrum(half, WINDOWS['rectangular']).amplitude.max() == pytest.approx(
+        2 / pi, abs=0.02
+    )
+    assert spectrum(half, WINDOWS['hann']).amplitude.max() == pytest.approx(
+        8 / (3 * pi), abs=0.002
+    )
+
+
+@BOTH
+@given(SIGNALS, SIGNALS, st.floats(-3.0, 3.0))
+def test_is_linear(window, one, other, factor):
+    own = replace(WINDOWS[window], phase_threshold=0.0)
+    together = spectrum(one + factor * other, own)
+    apart = values(spectrum(one, own)) + factor * values(spectrum(other, own))
+    assert values(together) == pytest.approx(apart, abs=1e-9)
+
+
+@pytest.mark.parametrize('size', [153, 154])
+@given(data=st.data())
+def test_parseval(size, data):
+    """Without a window the bins hold the signal's whole mean square, the mean included."""
+    signal = data.draw(arrays(np.float64, size, elements=st.floats(-10.0, 10.0)))
+    own = replace(WINDOWS['rectangular'], remove_mean=False)
+    power = spectrum(signal, own).amplitude ** 2 / 2.0
+    power[0] *= 2.0
+    if size % 2 == 0:
+        power[-1] *= 2.0
+    assert power.sum() == pytest.approx(np.mean(signal**2), abs=1e-9)
+
+
+@BOTH
+@given(SIGNALS)
+def test_agrees_with_the_sum_by_hand(window, signal):
+    own = replace(WINDOWS[window], remove_mean=False, phase_threshold=0.0)
+    weights = np.ones(SIZE) if window == 'rectangular' else 1.0 - np.cos(tau * TIME / CYCLE)
+    by_hand = 2.0 * np.mean(weights * signal * np.exp(-1j * tau * 9 * LINE * TIME))
+    assert values(spectrum(signal, own))[9] == pytest.approx(by_hand, abs=1e-9)
+
+
+@BOTH
+@given(SIGNALS, st.floats(-100.0, 100.0))
+def test_the_mean_is_taken_out(window, signal, level):
+    plain = spectrum(signal, WINDOWS[window])
+    lifted = spectrum(signal + level, WINDOWS[window])
+    assert lifted.amplitude == pytest.approx(plain.amplitude, abs=1e-9)
+
+
+def test_the_mean_reads_its_value_if_left_in():
+    own = replace(WINDOWS['hann'], remove_mean=False)
+    assert spectrum(np.full(SIZE, 3.0), own).amplitude[0] == pytest.approx(3.0)
+
+
+@pytest.mark.parametrize(('window', 'apart'), [('rectangular', 2), ('hann', 4)])
+def test_lines_of_a_gait_are_told_apart_exactly(window, apart):
+    """Two tones on bins, as close as the widths of the lobes allow."""
+    signal = tone(4 * LINE, 1.0, 0.3) + tone((4 + apart) * LINE, 0.5, -1.0)
+    first, second = spectrum(signal, WINDOWS[window]).peaks
+    assert (first.amplitude, second.amplitude) == pytest.approx((1.0, 0.5), rel=1e-9)
+    assert (first.frequency, second.frequency) == pytest.approx((4 * LINE, (4 + apart) * LINE))
+
+
+def test_two_tones_between_bins():
+    signal = tone(5.3 * LINE, 1.0, 0.3) + tone(20.8 * LINE, 0.4, 2.0)
+    first, second = spectrum(signal, WINDOWS['hann']).peaks[:2]
+    assert (first.frequency / LINE, second.frequency / LINE) == pytest.approx(
+        (5.3, 20.8), abs=0.01
+    )
+    assert (first.amplitude, second.amplitude) == pytest.approx((1.0, 0.4), rel=0.01)
+
+
+def test_phases_are_shown_only_at_high_amplitudes():
+    signal = tone(4 * LINE) + tone(8 * LINE, 0.34) + tone(12 * LINE, 0.32)
+    shown = np.flatnonzero(np.isfinite(spectrum(signal, FftAnalyserParameters()).phase))
+    assert shown.tolist() == [4, 8]
+
+
+def test_silence_has_no_peaks_and_no_phase():
+    result = spectrum(np.zeros(SIZE), FftAnalyserParameters())
+    assert result.peaks == ()
+    assert np.isnan(result.phase).all()
+    assert not result.amplitude.any()
+
+
+def test_peaks_are_the_largest_above_the_floor_in_order():
+    signal = sum(tone(3 * n * LINE, 1.0 / n) for n in range(1, 12))
+    own = replace(WINDOWS['rectangular'], peak_count=4)
+    assert [p.amplitude for p in spectrum(signal, own).peaks] == pytest.approx(
+        [1.0, 1 / 2, 1 / 3, 1 / 4]
+    )
+    few = replace(own, peak_count=50, peak_threshold=0.3)
+    assert len(spectrum(signal, few).peaks) == 3
+
+
+def test_frequencies_end_at_the_highest_asked_for():
+    result = spectrum(tone(4 * LINE), replace(FftAnalyserParameters(), max_frequency=10 * LINE))
+    assert result.frequency[-1] == pytest.approx(10 * LINE)
+    assert len(result.frequency) == len(result.amplitude) == len(result.phase) == 11
+
+
+@pytest.mark.parametrize(
+    ('frequency', 'name'),
+    [
+        (4 / 2.31, 'f_0'),
+        (4 / 2.31 + 0.21, 'f_0'),
+        (4 / 2.31 + 0.23, 'other'),
+        (2.58, 'other'),
+        (8 / 2.31, 'harmonic 2'),
+        (12 / 2.31, 'harmonic 3'),
+        (4.74, 'other'),
+        (0.2, 'other'),
+    ],
+)
+def test_labels(frequency, name):
+    assert label(frequency, 4 / 2.31, LINE) == name
+
+
+# ---- the sliding window ----
+
+
+def fed(analyser, signal, start=0):
+    return [analyser.add((start + k) * PERIOD, float(value)) for k, value in enumerate(signal)]
+
+
+def test_first_spectrum_is_that_of_the_first_full_window():
+    signal = np.sin(np.arange(400.0))
+    given_ = fed(SpectrumAnalyser(FftAnalyserParameters()), signal)
+    due = [k for k, result in enumerate(given_) if result is not None]
+    assert due == list(range(SIZE - 1, 400, 13))  # 13 periods: 5.1 Hz, the nearest to 5
+    for k in due:
+        whole = spectrum(signal[k - SIZE + 1 : k + 1], FftAnalyserParameters())
+        assert np.array_equal(given_[k].amplitude, whole.amplitude)
+        assert given_[k].end == pytest.approx(k * PERIOD)
+        assert given_[k].start == pytest.approx((k - SIZE + 1) * PERIOD)
+
+
+def test_phase_is_that_at_the_start_of_each_window():
+    time = PERIOD * np.arange(400)
+    results = fed(SpectrumAnalyser(FftAnalyserParameters()), np.cos(tau * 4 * LINE * time + 0.5))
+    for result in filter(None, results):
+        peak = result.peaks[0]
+        assert turn(peak.phase - (0.5 + tau * 4 * LINE * result.start)) < 1e-9
+
+
+def test_a_repeated_stamp_is_ignored():
+    signal = np.sin(np.arange(200.0))
+    plain, twice = SpectrumAnalyser(FftAnalyserParameters()), None
+    twice = SpectrumAnalyser(FftAnalyserParameters())
+    expected = fed(plain, signal)
+    for k, value in enumerate(signal):
+        result = twice.add(k * PERIOD, float(value))
+        assert twice.add(k * PERIOD, 99.0) is None
+        assert (result is None) == (expected[k] is None)
+        if result is not None:
+            assert np.array_equal(result.amplitude, expected[k].amplitude)
+    assert twice.reason == ''
+
+
+@pytest.mark.parametrize('start', [302, 0])
+def test_a_gap_or_a_step_back_empties_the_window_and_says_why(start):
+    analyser = SpectrumAnalyser(FftAnalyserParameters())
+    fed(analyser, np.zeros(300))
+    signal = np.sin(np.arange(SIZE))
+    results = fed(analyser, signal, start)
+    assert 'not the control period of 0.0150 s' in analyser.reason
+    assert results[:-1] == [None] * (SIZE - 1)
+    fresh = spectrum(signal, FftAnalyserParameters())
+    assert np.array_equal(results[-1].amplitude, fresh.amplitude)
+
+
+def test_stamps_may_round():
+    analyser = SpectrumAnalyser(FftAnalyserParameters())
+    for k in range(1000):
+        analyser.add(round(k * PERIOD, 4), 0.0)
+    assert analyser.reason == ''
+
+
+def test_a_shorter_window_keeps_the_latest_samples():
+    signal = np.sin(np.arange(SIZE + 1))
+    analyser = SpectrumAnalyser(FftAnalyserParameters(rate=66.6))
+    fed(analyser, signal[:-1])
+    short = FftAnalyserParameters(window_length=1.155, rate=66.6)
+    analyser.configure(short)
+    result = analyser.add(SIZE * PERIOD, float(signal[-1]))
+    assert np.array_equal(result.amplitude, spectrum(signal[-77:], short).amplitude)
+
+
+def test_reset_forgets():
+    analyser = SpectrumAnalyser(FftAnalyserParameters())
+    fed(analyser, np.ones(300))
+    analyser.reset()
+    assert not any(fed(analyser, np.ones(SIZE - 1)))
+
+
+def test_refusals():
+    analyser = SpectrumAnalyser(FftAnalyserParameters())
+    with pytest.raises(AnalysisError, match='value'):
+        analyser.add(0.0, float('nan'))
+    with pytest.raises(AnalysisError, match='samples'):
+        spectrum([1.0, 2.0], FftAnalyserParameters())
+    with pytest.raises(ParameterError, match='window_length'):
+        build(FftAnalyserParameters, {'window_length': 0.11})

@@ -1,0 +1,246 @@
+"""The stage policy: what it reads back, when it changes stage, how the controls come on."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from math import cos, degrees, nan, radians, sin, tan
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_balance.ankle import AnkleController, AnkleControllerParameters
+from khr_balance.body import forward
+from khr_balance.errors import BalanceError
+from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
+from khr_balance.hip import HipController, HipControllerParameters
+from khr_balance.joints import INDEX
+from khr_balance.stage import Stage, StageParameters, StagePolicy, read_inclination
+from khr_common import ParameterError
+
+WEIGHT = 1.5 * 9.80665
+B = 0.023
+PERIOD = 0.015
+AUTO = StageParameters(mode='auto', time_constant=0.0)
+STANCE = Gait(GaitParameters(motion='stand')).reference(0.0)
+LEFT = Gait(GaitParameters(motion='leg_lift')).reference(5.0)  # the right foot is up
+INCLINATIONS = st.floats(radians(-4.0), radians(6.0))
+
+
+def forces(inclination, posture=STANCE, left=0.5):
+    """Give the forces on a robot at rest: their sum acts below its centre of mass."""
+    body = forward(posture)
+    sole = body.sole_rotation['l']
+    ahead, _, height = (body.centre_of_mass - body.sole_position['l']) @ sole
+    lever = (ahead + height * tan(inclination)) / B
+    toe, heel = (WEIGHT * cos(inclination) * (1.0 + sign * lever) / 2.0 for sign in (1.0, -1.0))
+    return toe * left, heel * left, toe * (1.0 - left), heel * (1.0 - left)
+
+
+def leant(angle):
+    """Give the stance with both ankles turned by ``angle``: the whole body leans back by it."""
+    posture = list(STANCE)
+    for side in 'lr':
+        posture[INDEX[f'{side}_ankle_pitch']] += angle
+    return posture
+
+
+def climb(policy, course):
+    """Answer a course of inclinations in deg, a sample each, and give all answers."""
+    return [policy.update(forces(radians(each)), STANCE) for each in course]
+
+
+def changes(stages):
+    return [
+        (before.number, after.number)
+        for before, after in pairwise(stages)
+        if before.number != after.number
+    ]
+
+
+@given(INCLINATIONS, st.floats(0.0, 1.0))
+def test_standing_the_inclination_is_read_exactly(inclination, left):
+    assert read_inclination(forces(inclination, left=left), STANCE, B) == pytest.approx(
+        inclination, abs=1e-9
+    )
+
+
+@given(INCLINATIONS)
+def test_on_one_leg_too(inclination):
+    on_left = forces(inclination, LEFT, left=1.0)
+    assert read_inclination(on_left, LEFT, B) == pytest.approx(inclination, abs=1e-6)
+
+
+@given(INCLINATIONS, st.floats(-0.06, 0.06))
+def test_a_lean_of_the_ankles_does_not_pass_for_another_ground(inclination, lean):
+    posture = leant(lean)
+    assert read_inclination(forces(inclination, posture), posture, B) == pytest.approx(
+        inclination, abs=1e-9
+    )
+
+
+def test_it_is_the_published_relation_solved_for_the_inclination():
+    """Compare with Delta = m g l sin(th_A + phi)/b (3.7), about the ankle axis of flat feet."""
+    body = forward(STANCE)
+    sole = body.sole_rotation['l']
+    ahead, _, height = (body.centre_of_mass - body.sole_position['l']) @ sole
+    ankle = 0.0645  # m above the sole, where the force at the sole acts on the foot alone
+    length = np.hypot(ahead, height - ankle)
+    lean = np.arctan2(ahead, height - ankle)
+    for phi in (-0.03, 0.0, 0.05, 0.1):
+        toe, heel, *_ = forces(phi, left=1.0)
+        of_pendulum = WEIGHT * length * sin(lean + phi)  # N m about the ankle
+        friction = WEIGHT * sin(phi) * ankle  # the sole's share of it, which (3.7) leaves out
+        assert (toe - heel) * B == pytest.approx(of_pendulum + friction, abs=1e-9)
+        assert read_inclination((toe, heel, 0.0, 0.0), STANCE, B) == pytest.approx(phi)
+
+
+@given(st.floats(0.0, WEIGHT / 2.0), st.floats(0.01, 3.0))
+def test_more_weight_on_the_toes_reads_steeper(heel, more):
+    def read(toe):
+        return read_inclination((toe, heel, 5.0, 5.0), STANCE, B)
+
+    assert read(5.0 + more) > read(5.0)
+
+
+def test_toes_that_carry_all_read_as_the_edge_whatever_they_carry():
+    edge = read_inclination((WEIGHT, 0.0, 0.0, 0.0), STANCE, B)
+    assert read_inclination((3.0, 0.0, 1.0, 0.0), STANCE, B) == pytest.approx(edge)
+    assert 6.0 < degrees(edge) < 10.0
+
+
+def test_unloaded_feet_hold_the_last_reading():
+    policy = StagePolicy(AUTO)
+    assert policy.update((0.0,) * 4, STANCE).inclination == 0.0
+    read = policy.update(forces(0.05), STANCE).inclination
+    assert read == pytest.approx(0.05)
+    assert policy.update((0.01, 0.0, 0.0, 0.02), STANCE).inclination == read
+
+
+def test_the_joints_are_as_late_as_the_forces():
+    """Step the lean: forces of sensors with the time constant must not tell of another ground."""
+    policy = StagePolicy(replace(AUTO, mode='fixed', time_constant=0.5))
+    before, after = leant(0.0), leant(0.03)
+    told = np.zeros(4)
+    rest = np.exp(-PERIOD / 0.5)
+    for step in range(400):
+        posture = before if step < 200 else after
+        told = rest * told + (1.0 - rest) * np.array(forces(0.08, posture))
+        read = policy.update(told.tolist(), posture).inclination
+        if sum(told) >= AUTO.load_threshold:
+            assert degrees(read) == pytest.approx(degrees(0.08), abs=0.02)
+
+
+def test_stages_are_climbed_and_left_one_by_one():
+    policy = StagePolicy(AUTO)
+    up = climb(policy, np.linspace(0.0, 8.0, 800))
+    assert changes(up) == [(1, 2), (2, 3)]
+    entered = [
+        degrees(after.inclination)
+        for before, after in pairwise(up)
+        if before.number != after.number
+    ]
+    assert entered == pytest.approx([AUTO.ankle_above_deg, AUTO.hip_above_deg], abs=0.02)
+    down = climb(policy, np.linspace(8.0, 0.0, 800))
+    assert changes(down) == [(3, 2), (2, 1)]
+    left = [
+        degrees(after.inclination)
+        for before, after in pairwise(down)
+        if before.number != after.number
+    ]
+    assert left == pytest.approx(
+        [AUTO.hip_above_deg - AUTO.hysteresis_deg, AUTO.ankle_above_deg - AUTO.hysteresis_deg],
+        abs=0.02,
+    )
+
+
+def test_even_a_jump_takes_one_stage_at_a_time_with_the_ramp_between():
+    stages = climb(StagePolicy(AUTO), [0.0] * 10 + [8.0] * 200)
+    assert changes(stages) == [(1, 2), (2, 3)]
+    assert all(stage.hip == 0.0 for stage in stages if stage.ankle < 1.0)
+    second, third = (next(i for i, s in enumerate(stages) if s.number == n) for n in (2, 3))
+    assert (third - second) * PERIOD == pytest.approx(AUTO.ramp_time, abs=2 * PERIOD)
+
+
+@given(st.lists(st.floats(-3.0, 8.0), max_size=30), st.floats(0.0, 0.2))
+def test_shares_move_evenly_and_stay_within_0_and_1(course, ramp_time):
+    own = replace(AUTO, ramp_time=ramp_time)
+    stages = [Stage(1, 0.0, 0.0, 0.0), *climb(StagePolicy(own), course)]
+    for before, after in pairwise(stages):
+        assert abs(after.number - before.number) <= 1
+        for old, new in ((before.ankle, after.ankle), (before.hip, after.hip)):
+            assert 0.0 <= new <= 1.0
+            assert ramp_time == 0.0 or abs(new - old) <= PERIOD / ramp_time + 1e-12
+
+
+def test_noise_of_the_sensors_does_not_make_it_chatter():
+    noise = np.random.default_rng(7)
+    policy = StagePolicy(AUTO)
+    stages = []
+    for inclination in np.linspace(4.9, 5.9, 1000):
+        told = forces(radians(inclination)) + noise.normal(0.0, 0.05, 4)
+        stages.append(policy.update(np.maximum(told, 0.0).tolist(), STANCE))
+    assert changes(stages) == [(1, 2)]
+    errors = [
+        degrees(stage.inclination) - inclination
+        for stage, inclination in zip(stages, np.linspace(4.9, 5.9, 1000), strict=True)
+    ]
+    assert np.std(errors) < 0.2 * AUTO.hysteresis_deg
+
+
+@pytest.mark.parametrize(('number', 'shares'), [(1, (0, 0)), (2, (1, 0)), (3, (1, 1))])
+def test_a_fixed_stage_holds_from_the_start_on_any_ground(number, shares):
+    policy = StagePolicy(replace(AUTO, mode='fixed', fixed_stage=number))
+    assert {stage[2:] for stage in climb(policy, [0.0, 8.0, 3.0])} == {shares}
+
+
+def test_without_a_mode_all_controls_act():
+    assert climb(StagePolicy(StageParameters()), [0.0])[0][2:] == (1.0, 1.0)
+
+
+def test_a_stage_set_at_runtime_comes_on_by_its_ramp():
+    policy = StagePolicy(replace(AUTO, mode='fixed', fixed_stage=1))
+    climb(policy, [0.0])
+    policy.configure(replace(AUTO, mode='fixed', fixed_stage=2, ramp_time=10 * PERIOD))
+    shares = [stage.ankle for stage in climb(policy, [0.0] * 12)]
+    assert shares == pytest.approx([min(0.1 * step, 1.0) for step in range(1, 13)])
+    assert shares[-1] == 1.0
+
+
+def test_a_new_run_begins_below():
+    policy = StagePolicy(AUTO)
+    first = climb(policy, np.linspace(0.0, 8.0, 500))
+    policy.reset()
+    assert climb(policy, np.linspace(0.0, 8.0, 500)) == first
+
+
+def test_a_control_acts_by_its_share():
+    law = AnkleControllerParameters(source='force', gain=12.0, staged=True)
+    ankle, all_of_it = AnkleController(law), AnkleController(replace(law, staged=False))
+    full = all_of_it.update(0.0, foot_forces=forces(0.1))
+    assert full != 0.0
+    assert ankle.update(0.0, foot_forces=forces(0.1), share=1.0) == full
+    assert ankle.update(0.0, foot_forces=forces(0.1), share=0.0) == 0.0
+    assert ankle.update(0.0, foot_forces=forces(0.1), share=0.5) == pytest.approx(full / 2.0)
+    assert all_of_it.update(0.0, foot_forces=forces(0.1), share=0.5) == full
+    hip = HipController(HipControllerParameters(enabled=True, staged=True))
+    assert hip.update(0.0, 1.0, 0.25) == pytest.approx(hip.update(0.0, 1.0, 1.0) / 4.0)
+    with pytest.raises(BalanceError, match='share'):
+        hip.update(0.0, 1.0)
+
+
+def test_refuses_what_is_no_sample():
+    policy = StagePolicy(AUTO)
+    with pytest.raises(BalanceError, match='foot_forces'):
+        policy.update((1.0, 2.0), STANCE)
+    with pytest.raises(BalanceError, match='foot_forces'):
+        policy.update((1.0, 2.0, nan, 1.0), STANCE)
+    with pytest.raises(BalanceError, match='joint_angles'):
+        policy.update(forces(0.0), STANCE[:-1])
+    with pytest.raises(BalanceError, match='joint_angles'):
+        policy.update(forces(0.0), (nan,) * 17)
+    with pytest.raises(ParameterError, match='hip_above_deg'):
+        StageParameters(hip_above_deg=3.0)

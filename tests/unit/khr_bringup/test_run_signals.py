@@ -1,0 +1,110 @@
+"""The signals of a run against the run itself."""
+
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from khr_bringup.errors import BringupError
+from khr_bringup.offline import run_offline
+from khr_bringup.run_signals import (
+    CONTACTS,
+    POSE,
+    SCENARIO_TOPIC,
+    SOLES,
+    TOPICS,
+    TRUE_RATE,
+    Series,
+    run_with_series,
+    series_of,
+)
+from khr_bringup.scenario import load
+
+WEIGHT = 1.5 * 9.81  # N
+
+
+@pytest.fixture(scope='module')
+def standing():
+    scenario = load('lift_3.8deg').changed({('simulator', 'duration'): 3.0})
+    return scenario, *run_with_series(scenario)
+
+
+def test_looking_does_not_change_the_run(standing):
+    scenario, result, series = standing
+    assert result.trajectory_hash == run_offline(scenario).trajectory_hash
+    assert series.time[0] == 0.0
+    assert series.time[-1] == result.time
+    np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
+
+
+def test_signals_tell_what_the_robot_does(standing):
+    _, _, series = standing
+    assert series.inclination[0] == 0.0  # the board is level at the start, then tilted
+    assert np.degrees(series.inclination[-1]) == pytest.approx(3.8)
+    # The robot leans with the board, and its rate is the slope of its pitch.
+    assert np.degrees(series.pitch[-1] - series.pitch[10]) == pytest.approx(3.8, abs=0.5)
+    np.testing.assert_allclose(
+        np.cumsum(series.pitch_rate[11:]) * 0.015, series.pitch[11:] - series.pitch[10], atol=2e-3
+    )
+    late = series.time > 2.5
+    weight = WEIGHT * np.cos(series.inclination[late])
+    np.testing.assert_allclose(series.contact_force[late].sum(axis=1), weight, rtol=0.02)
+    np.testing.assert_allclose(series.foot_force[late].sum(axis=1), weight, rtol=0.05)
+    assert not series.correction.any()
+    assert series.slip[-1] < 0.002
+
+
+def test_signals_survive_being_written(standing, tmp_path: Path):
+    _, _, series = standing
+    series.save(tmp_path / 'run.npz')
+    read = Series.load(tmp_path / 'run.npz')
+    np.testing.assert_allclose(read.contact_force, series.contact_force, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(read.time, series.time, rtol=1e-6)
+    assert [path.name for path in tmp_path.iterdir()] == ['run.npz']
+    whole = (tmp_path / 'run.npz').read_bytes()
+    for damaged in (b'', b'torn', whole[: len(whole) // 2]):
+        (tmp_path / 'run.npz').write_bytes(damaged)
+        with pytest.raises(BringupError, match=r'run\.npz: not the signals of a run'):
+            Series.load(tmp_path / 'run.npz')
+
+
+@pytest.mark.parametrize(
+    'changes',
+    [
+        {},
+        {('simulator', 'inclination_deg'): -0.5},
+        {('simulator', 'inclination_rate_deg_s'): 1.0},
+        {('simulator', 'inclination_rate_deg_s'): -1.0, ('simulator', 'level_start'): False},
+    ],
+)
+def test_inclination_that_no_topic_tells_follows_from_the_scenario(changes):
+    scenario = load('lift_3.8deg').changed({('simulator', 'duration'): 0.6} | changes)
+    _, run = run_with_series(scenario)
+    messages = {topic: [] for topic in TOPICS}
+    messages[TRUE_RATE] = [(round(time * 1e9), (0.0, 1.0, 0.0)) for time in run.time]
+    assert np.isnan(series_of(messages).inclination).all()
+    messages[SCENARIO_TOPIC] = [SimpleNamespace(data=scenario.to_yaml())]
+    read = series_of(messages)
+    np.testing.assert_allclose(read.inclination, run.inclination, atol=1e-9)
+    assert (read.pitch_rate == 1.0).all()
+    assert np.isnan(read.pitch).all() and np.isnan(read.slip).all()
+    assert read.foot_force.shape == (len(run.time), 4) and np.isnan(read.foot_force).all()
+
+
+def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
+    times = [0, 15_000_000, 30_000_000]
+    upright, rate = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0), (0.0, 0.1, 0.0)
+    messages = {topic: [] for topic in TOPICS}
+    messages[TRUE_RATE] = [
+        (time, (0.0, np.nan, 0.0) if time == times[1] else rate) for time in times
+    ]
+    messages[POSE] = [(time, upright) for time in times]
+    messages[SOLES] = [
+        (time, [(0.0, y, 0.0, 0.0, 0.0, 0.0, 1.0) for y in (0.05, -0.05)]) for time in times
+    ]
+    for topic in CONTACTS:
+        messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
+    read = series_of(messages)
+    np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
+    np.testing.assert_array_equal(read.pitch, 0.0)

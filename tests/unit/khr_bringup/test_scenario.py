@@ -1,0 +1,140 @@
+"""Scenario files: those shipped are sound, and a mistake is one line that says how to mend it."""
+
+import pytest
+import yaml
+
+from khr_bringup import scenario as scenarios
+from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import TABLES
+
+GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
+
+
+@pytest.mark.parametrize('path', scenarios.shipped(), ids=lambda path: path.stem)
+def test_shipped_scenarios_are_accepted_and_titled(path):
+    scenario = scenarios.load(str(path))
+    assert scenario.title
+    for node in TABLES:
+        scenario.table(node)
+
+
+def test_names_say_what_the_files_hold():
+    for path in scenarios.shipped():
+        scenario = scenarios.load(path.stem)
+        words = path.stem.split('_')
+        simulator = scenario.table('simulator')
+        for word in words:
+            if word.endswith('deg'):
+                assert simulator.inclination_deg == float(word.removesuffix('deg'))
+            if word.startswith('ka'):
+                assert scenario.table('ankle_controller').gain == float(word[2:])
+            if word.startswith('kh'):
+                assert scenario.table('hip_controller').gain == float(word[2:])
+        staged = 'staged' in words
+        assert (scenario.table('stage').mode != 'none') == staged
+        assert scenario.table('ankle_controller').enabled == (
+            'ka' in path.stem or staged or 'push' in path.stem
+        )
+        assert scenario.table('hip_controller').enabled == ('_kh' in path.stem or staged)
+        assert (simulator.surface == 'rubber') == ('rubber' in words or 'push' in words)
+
+
+def test_whole_scenario_reads_back_the_same():
+    scenario = scenarios.load('walk_9.7deg_ka12_kh13')
+    text = scenario.to_yaml()
+    again = scenarios.parse(text, 'again.yaml', scenario.name)
+    assert all(again.table(node) == scenario.table(node) for node in TABLES)
+    assert again.to_yaml() == text
+    assert again.title == scenario.title
+
+
+def test_namespaced_keys_read_back_too():
+    scenario = scenarios.load('walk_0deg')
+    again = scenarios.parse(scenario.to_yaml('/**/'), 'again.yaml', scenario.name)
+    assert again.to_yaml() == scenario.to_yaml()
+
+
+def test_defaults_file_holds_the_defaults_of_the_tables():
+    document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
+    assert set(document) == set(TABLES)
+    defaults = scenarios.load(str(scenarios.CONFIG / 'defaults.yaml'))
+    for node, table in TABLES.items():
+        assert defaults.table(node) == table()
+
+
+@pytest.mark.parametrize(
+    ('text', 'says'),
+    [
+        ('gaite:\n  ros__parameters:\n    motion: walk\n', ['gaite', 'no such node', 'gait']),
+        ('gait:\n  ros__parameters:\n    stroll: walk\n', ['gait', 'stroll', 'motion']),
+        ('gait:\n  ros__parameters:\n    motion: run\n', ['motion', "'run'", 'walk']),
+        ('simulator:\n  ros__parameters:\n    inclination_deg: 7\n', ['inclination_deg', '7.0']),
+        ('simulator:\n  ros__parameters:\n    inclination_deg: 70.0\n', ['70.0', '[-30, 30] deg']),
+        (
+            'simulator:\n  ros__parameters:\n    inclination_deg: .nan\n',
+            ['inclination_deg', 'nan'],
+        ),
+        (
+            'simulator:\n  ros__parameters:\n    inclination_deg: .inf\n',
+            ['inclination_deg', 'inf'],
+        ),
+        (
+            'simulator:\n  ros__parameters:\n    control_period: 0.012\n',
+            ['control_period', '0.015'],
+        ),
+        ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
+        ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
+        ('walk\n', ['parameter file']),
+        ('gait: [\n', ['line 2', 'YAML']),
+        (GOOD + GOOD, ['line 4', "'gait' is given twice"]),
+        (GOOD + '    motion: walk\n', ['line 4', "'motion' is given twice"]),
+    ],
+)
+def test_mistakes_are_named(tmp_path, text, says):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(text)
+    with pytest.raises(BringupError) as refusal:
+        scenarios.load(str(path))
+    message = str(refusal.value)
+    assert str(path) in message
+    assert '\n' not in message
+    for word in says:
+        assert word in message
+
+
+def test_unknown_scenario_lists_the_known_ones():
+    with pytest.raises(BringupError, match='walk_0deg'):
+        scenarios.load('walk_99deg')
+
+
+@pytest.mark.parametrize(
+    ('text', 'says'),
+    [
+        ('ankle_controller.gain', 'node.parameter=value'),
+        ('ankle_controller.gian=3', 'gian'),
+        ('ankle.gain=3', 'ankle'),
+        ('ankle_controller.gain=-3', '-3.0'),
+        ('ankle_controller.gain={', 'YAML'),
+    ],
+)
+def test_changes_are_checked(text, says):
+    with pytest.raises(BringupError) as refusal:
+        scenarios.load('walk_0deg').changed(scenarios.changes_of([text]))
+    assert says in str(refusal.value)
+
+
+def test_change_takes_an_integer_for_a_float():
+    changed = scenarios.load('walk_0deg').changed(
+        scenarios.changes_of(['ankle_controller.gain=18'])
+    )
+    assert changed.table('ankle_controller').gain == 18.0
+
+
+def test_all_nodes_share_the_control_period():
+    changed = scenarios.load('walk_0deg').changed(
+        scenarios.changes_of(['simulator.control_period=0.02'])
+    )
+    again = scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')
+    for scenario in (changed, again):
+        for node in ('simulator', 'gyro', 'foot_force', 'fft_analyser', 'monitor'):
+            assert scenario.table(node).control_period == 0.02

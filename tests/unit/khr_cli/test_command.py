@@ -1,0 +1,132 @@
+"""The command line: mistakes are one line on stderr and exit code 2, and start nothing."""
+
+import pytest
+
+from khr_cli import command
+
+
+def khr(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr('sys.argv', ['khr', *map(str, arguments)])
+    with pytest.raises(SystemExit) as leave:
+        command.main()
+    captured = capsys.readouterr()
+    return leave.value.code, captured.out, captured.err
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'says'),
+    [
+        (['run', 'nowhere.yaml'], ['nowhere.yaml', 'no such scenario', 'walk_0deg']),
+        (['run', 'walk_0deg', '--set', 'gait.stroll=1'], ['gait', 'stroll', 'motion']),
+        (['run', 'walk_0deg', '--set', 'walker.stride=1'], ['walker', 'simulator']),
+        (['run', 'walk_0deg', '--set', 'gait.stride=9'], ['stride', '9.0', '[0, 0.1] m']),
+        (['run', 'walk_0deg', '--set', 'stride'], ['stride', 'node.parameter=value']),
+        (['run', 'walk_0deg', '--expect', 'flown'], ['flown', 'walked | stood']),
+        (['run', 'walk_0deg', '--duration', '-1'], ['duration', '-1.0']),
+        (['run', 'walk_0deg', '--domain', '900'], ['--domain', '900', '1 to 99']),
+        (['set', 'gait', 'stride', '{'], ['gait.stride', 'YAML']),
+        (['figure', '9.9'], ['9.9', '3.8']),
+        (
+            ['reproduce', '--only', '3.8,9.9'],
+            ['--only', '9.9', '3.8', 'map_walk_ka', 'scoreboard'],
+        ),
+        (['reproduce', '--workers', '0'], ['--workers', '0']),
+        (['critical', '--ka', 'much'], ['--ka', 'number', 'khr critical --help']),
+        (['run', 'walk_0deg', '--fly'], ['--fly', 'khr run --help']),
+        (['run'], ['scenario', 'khr run --help']),
+        (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
+        (['fly'], ['fly', 'khr --help']),
+    ],
+)
+def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = khr(monkeypatch, capsys, *arguments)
+    assert code == 2
+    assert out == ''
+    lines = [line for line in err.strip().splitlines() if line.startswith('khr: ')]
+    assert len(lines) == 1
+    for word in says:
+        assert word in lines[0]
+    assert not (tmp_path / 'runs').exists() or not any((tmp_path / 'runs').rglob('*.yaml'))
+
+
+def test_out_folder_must_be_new_or_empty(monkeypatch, capsys, tmp_path):
+    (tmp_path / 'mine.txt').write_text('keep me')
+    code, _, err = khr(monkeypatch, capsys, 'run', 'walk_0deg', '--out', tmp_path)
+    assert code == 2
+    assert '--out' in err
+    assert (tmp_path / 'mine.txt').read_text() == 'keep me'
+
+
+def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
+    code, out, err = khr(
+        monkeypatch,
+        capsys,
+        'run',
+        'stand_0deg',
+        '--offline',
+        '--duration',
+        '0.3',
+        '--out',
+        tmp_path / 'run',
+        '--expect',
+        'fell',
+    )
+    assert code == 1
+    assert 'expected fell, the outcome is stood' in err
+    assert out.strip().splitlines()[-1].startswith('trajectory hash ')
+
+
+@pytest.mark.parametrize(('arguments', 'expected'), [([], 2), (['--help'], 0)])
+def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
+    code, out, err = khr(monkeypatch, capsys, *arguments)
+    assert code == expected
+    assert 'scenarios' in out
+    assert err == ''
+
+
+def test_interruption_is_exit_code_130(monkeypatch, capsys):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(command.scenarios, 'load', interrupt)
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out, err) == (130, '', '')
+
+
+def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(command.scenarios, 'load', lambda _: (tmp_path / 'gone').read_text())
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out) == (2, '')
+    assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"
+
+
+@pytest.mark.parametrize('columns', ['80', '200'])
+def test_scenarios_lists_all(monkeypatch, capsys, columns):
+    monkeypatch.setenv('COLUMNS', columns)
+    code, out, _ = khr(monkeypatch, capsys, 'scenarios')
+    assert code == 0
+    for name in (
+        'walk_7.68deg_ka12',
+        'lift_3.8deg',
+        'push_behind',
+        'walk_9.7deg_ka12_kh12_rubber',
+    ):
+        assert name in out
+
+
+def test_impossible_gait_is_refused_before_anything_starts(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = khr(
+        monkeypatch,
+        capsys,
+        'run',
+        'walk_0deg',
+        '--set',
+        'gait.hip_height=0.13',
+        '--set',
+        'gait.stride=0.1',
+    )
+    assert code == 2
+    assert 'gait' in err or 'leg' in err
+    assert not (tmp_path / 'runs').exists()

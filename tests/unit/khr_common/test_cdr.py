@@ -1,0 +1,112 @@
+"""What is read from the bytes is what ROS itself would read."""
+
+import pytest
+from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion, Vector3, WrenchStamped
+from hypothesis import given
+from hypothesis import strategies as st
+from nav_msgs.msg import Odometry
+from rclpy.serialization import deserialize_message, serialize_message
+from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import Imu, JointState
+
+from khr_common import cdr
+from khr_common.nodes.messages import serialized, to_nanoseconds, to_stamp
+
+texts = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
+stamps = st.integers(0, 2**31 * 10**9 - 1)
+floats = st.floats(allow_nan=False)
+three, seven = st.tuples(*[floats] * 3), st.tuples(*[floats] * 7)
+
+
+def stamped(message, stamp_ns, frame):
+    message.header.stamp, message.header.frame_id = to_stamp(stamp_ns), frame
+    return message
+
+
+def pose(values):
+    x, y, z, *turn = values
+    return Pose(
+        position=Point(x=x, y=y, z=z),
+        orientation=Quaternion(**dict(zip('xyzw', turn, strict=True))),
+    )
+
+
+BLANK_POSE = (cdr.BLANK,) * 7
+
+
+@given(stamps, texts, st.lists(floats, max_size=9), st.lists(texts, max_size=5), three, seven)
+def test_a_form_is_filled_as_ros_itself_would_write_it(stamp_ns, text, numbers, names, few, more):
+    blanks = [cdr.BLANK] * len(numbers)
+
+    def messages(stamp_ns, frame, numbers, few, more):
+        yield Clock(clock=to_stamp(stamp_ns)), ()
+        wrench = WrenchStamped()
+        wrench.wrench.force = Vector3(**dict(zip('xyz', few, strict=True)))
+        yield stamped(wrench, stamp_ns, frame), few
+        imu = Imu(angular_velocity=wrench.wrench.force)
+        imu.orientation_covariance[0] = -1.0
+        yield stamped(imu, stamp_ns, frame), few
+        odometry = Odometry(child_frame_id=text)
+        odometry.pose.pose, odometry.twist.twist.angular = pose(more), wrench.wrench.force
+        yield stamped(odometry, stamp_ns, frame), (*more, *few)
+        yield stamped(PoseArray(poses=[pose(more), pose(more)]), stamp_ns, frame), (*more, *more)
+        yield (
+            stamped(JointState(name=names, position=numbers, effort=numbers), stamp_ns, frame),
+            (*numbers, *numbers),
+        )
+
+    forms = messages(0, text, blanks, (cdr.BLANK,) * 3, BLANK_POSE)
+    wanted = messages(stamp_ns, text, numbers, few, more)
+    for (form, _), (message, values) in zip(forms, wanted, strict=True):
+        data = cdr.Form(serialized(form)).filled(stamp_ns, values)
+        assert deserialize_message(data, type(message)) == message
+        assert len(data) == len(serialized(message))
+
+
+def test_a_form_takes_as_many_numbers_as_it_has_blanks():
+    form = cdr.Form(serialize_message(JointState(position=[cdr.BLANK] * 2)))
+    for numbers in ((), (1.0,), (1.0, 2.0, 3.0)):
+        with pytest.raises(ValueError, match='accepted: 2'):
+            form.filled(0, numbers)
+
+
+@given(stamps)
+def test_clock(stamp_ns):
+    assert cdr.clock(serialize_message(Clock(clock=to_stamp(stamp_ns)))) == stamp_ns
+
+
+@given(stamps, texts, three)
+def test_force(stamp_ns, frame, values):
+    message = stamped(WrenchStamped(), stamp_ns, frame)
+    message.wrench.force = Vector3(**dict(zip('xyz', values, strict=True)))
+    data = serialize_message(message)
+    assert cdr.clock(data) == stamp_ns == to_nanoseconds(message.header.stamp)
+    assert cdr.force(data) == values
+
+
+@given(stamps, texts, three)
+def test_angular_velocity(stamp_ns, frame, values):
+    message = stamped(Imu(), stamp_ns, frame)
+    message.angular_velocity = Vector3(**dict(zip('xyz', values, strict=True)))
+    assert cdr.angular_velocity(serialize_message(message)) == values
+
+
+@given(stamps, texts, texts, seven)
+def test_pose(stamp_ns, frame, child, values):
+    message = stamped(Odometry(child_frame_id=child), stamp_ns, frame)
+    message.pose.pose = pose(values)
+    assert cdr.pose(serialize_message(message)) == values
+
+
+@given(stamps, texts, st.lists(seven, max_size=4))
+def test_poses(stamp_ns, frame, values):
+    message = stamped(PoseArray(poses=[pose(each) for each in values]), stamp_ns, frame)
+    assert cdr.poses(serialize_message(message)) == values
+
+
+@given(stamps, texts, st.lists(texts, max_size=5), st.lists(floats, max_size=5), st.lists(floats))
+def test_joint_positions(stamp_ns, frame, names, positions, velocities):
+    message = stamped(
+        JointState(name=names, position=positions, velocity=velocities), stamp_ns, frame
+    )
+    assert cdr.joint_positions(serialize_message(message)) == (names, tuple(positions))

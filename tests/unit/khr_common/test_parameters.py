@@ -1,0 +1,65 @@
+"""The parameter table accepts what it says it accepts, and refuses the rest in one line."""
+
+import math
+from dataclasses import dataclass
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_common import ParameterError, build, check, parameter, specifications
+
+
+@dataclass(frozen=True)
+class Table:
+    gain: float = parameter(12.0, 'A gain.', unit='board', minimum=0.0, maximum=60.0)
+    count: int = parameter(3, 'A count.', minimum=1)
+    surface: str = parameter('smooth', 'A surface.', choices=('smooth', 'rubber'))
+    enabled: bool = parameter(True, 'A switch.', read_only=True)
+    point: tuple[float, ...] = parameter((0.0, 0.0, 0.1), 'A point.', unit='m', length=3)
+
+
+@given(st.floats(0.0, 60.0))
+def test_accepts_its_range(value):
+    assert build(Table, {'gain': value}).gain == value
+
+
+@given(st.floats().filter(lambda x: not 0.0 <= x <= 60.0))
+def test_refuses_all_outside_its_range(value):
+    with pytest.raises(ParameterError) as refusal:
+        check(Table, 'gain', value)
+    assert str(refusal.value).count('\n') == 0
+    assert '[0, 60] board' in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'says'),
+    [
+        ('gain', 12, 'write 12.0'),
+        ('gain', math.nan, 'nan'),
+        ('gain', '12', "'12'"),
+        ('count', 3.0, 'integer'),
+        ('count', True, 'integer'),
+        ('count', 0, '[1, inf]'),
+        ('surface', 'ice', 'smooth | rubber'),
+        ('enabled', 1, 'bool'),
+        ('point', [0.0, 1.0], '3 of them'),
+        ('point', [0.0, 1.0, math.inf], 'inf'),
+        ('gian', 1.0, 'gain, count'),
+    ],
+)
+def test_refusal_names_parameter_value_and_what_is_accepted(name, value, says):
+    with pytest.raises(ParameterError) as refusal:
+        check(Table, name, value)
+    assert name in str(refusal.value)
+    assert says in str(refusal.value)
+
+
+def test_defaults_are_accepted_by_their_own_table():
+    for name, specification in specifications(Table).items():
+        assert check(Table, name, specification.default) == specification.default
+    assert build(Table) == Table()
+
+
+def test_lists_become_tuples():
+    assert build(Table, {'point': [1.0, 2.0, 3.0]}).point == (1.0, 2.0, 3.0)

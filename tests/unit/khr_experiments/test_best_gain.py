@@ -1,0 +1,120 @@
+"""The best gain per inclination, and what rubber changes, from runs made up."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from khr_bringup.scenario import load
+from khr_experiments.best_gain import (
+    FRICTION,
+    INCLINATION,
+    RUBBER,
+    SMOOTH,
+    Cell,
+    best,
+    best_gain_markdown,
+    cells_of,
+    rubber_markdown,
+)
+from khr_experiments.experiments import Run, specification_of
+from khr_experiments.sweeps.trial import RESULTS
+
+GAIN = 'ankle_controller.gain'
+CELL = Cell(5.0, 12.0, 3, 3, 0, 0.1)
+
+
+def run(x, y, seed, verdict, vibration, slip=0.01, axis=GAIN):
+    row = {
+        **dict.fromkeys(RESULTS),
+        'verdict': verdict,
+        'vibration_rad_s': vibration,
+        'largest_slip_m': slip,
+    }
+    return Run({INCLINATION: x, axis: y}, seed, row, load('walk_6.99deg_ka12'), Path('none'))
+
+
+def cells_of_table(text, number=0):
+    table = text.split('\n\n')[number] if number else text
+    return [
+        [cell.strip() for cell in line.strip('|').split('|')]
+        for line in table.splitlines()
+        if line.startswith('| ') and '---' not in line
+    ][1:]
+
+
+@pytest.mark.parametrize(
+    'worse',
+    [
+        {'survived': 2, 'vibration': 0.01},
+        {'slipped': 1, 'vibration': 0.01},
+        {'vibration': 0.11},
+        {'runs': 6, 'survived': 5},
+    ],
+)
+@pytest.mark.parametrize('first', [True, False])
+def test_survival_comes_before_slipping_and_that_before_vibration(worse, first):
+    other = replace(CELL, y=18.0, **worse)
+    assert best([CELL, other] if first else [other, CELL]) == [CELL]
+
+
+def test_every_inclination_has_its_best_but_not_where_all_fall():
+    steep = replace(CELL, x=9.0, survived=0, vibration=float('nan'))
+    other = replace(CELL, x=3.0, y=0.0)
+    assert best([CELL, steep, other]) == [other, CELL]
+
+
+def test_runs_are_counted_by_cell():
+    runs = [
+        run(5.0, 12.0, 0, 'walked', 0.1),
+        run(5.0, 12.0, 1, 'slipped', 0.3),
+        run(5.0, 12.0, 2, 'fell', 9.0),
+        run(5.0, 12.0, 3, None, None),
+    ]
+    (cell,) = cells_of(runs, INCLINATION, GAIN)
+    assert (cell.runs, cell.survived, cell.slipped) == (3, 2, 1)
+    assert cell.vibration == pytest.approx(0.2)  # of those that survived
+
+
+def test_the_table_of_gains_says_where_nothing_helps():
+    runs = [
+        run(5.0, 12.0, 0, 'walked', 0.1),
+        run(5.0, 18.0, 0, 'walked', 0.2),
+        run(7.0, 12.0, 0, 'fell', 0.1),
+        run(7.0, 18.0, 0, 'slipped', 0.2),
+        run(9.0, 12.0, 0, 'fell', 0.1),
+        run(9.0, 18.0, 0, 'fell', 0.2),
+    ]
+    text = best_gain_markdown(runs)
+    assert 'best K_A' in text and 'survive 9 deg' in text
+    assert [row[:2] for row in cells_of_table(text)] == [['5', '12'], ['7', '18']]
+
+
+def test_rubber_is_put_beside_smooth():
+    runs = [
+        run(x, y, seed, 'fell' if x > limit else 'walked', vibration, slip, FRICTION)
+        for x in (4.0, 6.0, 8.0)
+        for seed in range(3)
+        for y, limit, vibration, slip in ((0.18, 7.0, 0.1, 0.02), (0.8, 5.0, 0.2, 0.001))
+    ]
+    text = rubber_markdown(runs)
+    rows = cells_of_table(text)
+    assert rows[0] == ['4', '3 of 3', '20', '0.100', '3 of 3', '1', '0.200']
+    assert rows[1][4:] == ['0 of 3', '-', '-']
+    limits = {row[0]: float(row[1]) for row in rows[4:] if len(row) == 3}
+    assert limits['0.18'] == pytest.approx(7.0, abs=0.2)
+    assert limits['0.8'] == pytest.approx(5.0, abs=0.2)
+    assert 'inf' not in text and 'from' in text
+    assert 'slip by 0.05 and the vibration by 2.00' in text and 'up to 4 deg' in text
+
+
+def test_soles_that_do_not_slip_have_no_ratio():
+    runs = [run(4.0, y, 0, 'walked', 0.1, slip, FRICTION) for y, slip in ((0.18, 0.0), (0.8, 0.0))]
+    text = rubber_markdown(runs)
+    assert 'slip by - and the vibration by 1.00' in text
+
+
+def test_the_map_of_friction_holds_both_soles():
+    """The table has columns for them: a map without them would leave them empty."""
+    tried = specification_of('map_walk_mu', False).axes[FRICTION].values
+    assert {SMOOTH, RUBBER} <= set(tried)

@@ -1,0 +1,143 @@
+"""The critical inclination: the search, its statistics, and what a trial does."""
+
+from math import inf
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_analysis.outcome import Outcome
+from khr_bringup.offline import run_offline
+from khr_common import KhrError
+from khr_experiments.critical import (
+    HIGHEST,
+    LOWEST,
+    VIBRATES,
+    Condition,
+    Limit,
+    Trial,
+    bisect,
+    report,
+    run,
+    start_of_lift,
+    text_of,
+)
+
+
+def outcome(verdict='walked', slip=0.0, vibration=0.1):
+    return Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, slip, slip, vibration, verdict == 'fell')
+
+
+@given(
+    limit=st.floats(0.3, 19.7),
+    start=st.floats(0.0, 20.0),
+    tolerance=st.sampled_from((0.05, 0.1, 0.4)),
+)
+def test_search_finds_the_limit_from_wherever_it_starts(limit, start, tolerance):
+    tried = []
+
+    def survives(inclination):
+        tried.append(inclination)
+        return inclination <= limit
+
+    assert bisect(survives, start, tolerance) == pytest.approx(limit, abs=tolerance)
+    assert all(LOWEST <= inclination <= HIGHEST for inclination in tried)
+    assert len(tried) == len(set(tried)), 'nothing is tried twice'
+
+
+def test_search_ends_at_the_ends():
+    assert bisect(lambda _: True, 6.0, 0.1) == HIGHEST
+    assert bisect(lambda _: False, 6.0, 0.1) == LOWEST
+
+
+def test_interval_is_students():
+    limit = Limit((5.0, 6.0, 7.0), ())
+    assert limit.mean == 6.0
+    assert limit.half_width == pytest.approx(4.302653 / np.sqrt(3.0), rel=1e-6)
+    assert Limit((5.0,), ()).half_width == inf
+
+
+def test_slip_and_vibration_are_told_of_the_steepest_ground_survived():
+    trials = (
+        Trial(5.0, 0, outcome('slipped')),
+        Trial(5.5, 0, outcome('walked')),
+        Trial(5.6, 0, outcome('fell', vibration=9.0)),
+        Trial(6.0, 1, outcome('slipped', vibration=2.0 * VIBRATES)),
+        Trial(6.5, 1, outcome('fell')),
+        Trial(7.0, 1, outcome('walked')),
+    )
+    limit = Limit((5.55, 6.25), trials)
+    assert [trial.inclination_deg for trial in limit.highest] == [5.5, 6.0]
+    assert (limit.slipped, limit.vibrated) == (0.5, 0.5)
+
+
+def test_limit_is_the_first_number_told():
+    text = text_of(Condition(ankle_gain=12.0), Limit((6.0, 6.5), (Trial(6.0, 0, outcome()),)))
+    assert float(text.split()[0]) == 6.25
+
+
+def test_condition_says_what_each_node_does():
+    scenario = Condition('leg_lift', 12.0, 13.0).scenario(7.6, seed=4)
+    assert scenario.table('simulator').surface == 'pads'
+    assert scenario.table('ankle_controller').source == 'force'
+    assert scenario.table('hip_controller').gain == 13.0
+    seeds = [
+        Condition().scenario(3.0, seed).table(node).seed
+        for seed in range(3)
+        for node in ('simulator', 'gyro', 'foot_force')
+    ]
+    assert len(set(seeds)) == len(seeds)  # no two nodes of any trial draw the same noise
+    bare = Condition(surface='rubber').scenario(3.0)
+    assert bare.table('simulator').surface == 'rubber'
+    assert bare.table('simulator').initial_tilt_deg == 0.0
+    assert not bare.table('ankle_controller').enabled
+    assert not bare.table('hip_controller').enabled
+
+
+def test_walk_of_a_trial_is_the_offline_run():
+    condition = Condition(changes=((('simulator', 'duration'), 0.3),))
+    assert run(condition, 3.0, 1) == run_offline(condition.scenario(3.0, 1)).outcome
+
+
+def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
+    condition = Condition(
+        'leg_lift',
+        changes=(
+            (('gait', 'shift_time'), 0.3),
+            (('gait', 'lift_time'), 0.2),
+            (('gait', 'hold_time'), 0.1),
+            (('gait', 'lift'), 0.003),
+            (('gait', 'end_pause'), 0.0),
+        ),
+    )
+    seen = []
+    run(
+        condition,
+        1.0,
+        0,
+        lambda truth, *_: seen.append(
+            (truth.stamp_ns / 1e9, np.degrees(truth.inclination), truth.joint_position[7])
+        ),
+    )
+    time, inclination, hip_roll = np.array(seen).T
+    assert inclination[0] == 0.0
+    assert inclination[-1] == pytest.approx(1.0)
+    before = time < start_of_lift(1.0)
+    assert inclination[before][-1] == pytest.approx(1.0)
+    assert np.ptp(hip_roll[before]) < 0.02 < np.ptp(hip_roll)
+
+
+@pytest.mark.parametrize(
+    ('seeds', 'tolerance', 'jobs', 'word'),
+    [(0, 0.1, 1, '--seeds'), (1, 0.0, 1, '--tolerance'), (1, 0.1, 0, '--jobs')],
+)
+def test_arguments_are_refused_in_one_line(seeds, tolerance, jobs, word):
+    with pytest.raises(KhrError, match=word) as refusal:
+        report(Condition(), seeds, tolerance, jobs)
+    assert '\n' not in str(refusal.value)
+
+
+def test_unknown_surface_is_refused_before_anything_starts():
+    with pytest.raises(KhrError, match='surface'):
+        report(Condition(surface='ice'), 1, 0.1, 1)

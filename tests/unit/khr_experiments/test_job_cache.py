@@ -1,0 +1,94 @@
+"""Jobs whose results are kept: none is computed twice, and none is taken for another."""
+
+import sys
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
+
+import pytest
+
+from khr_experiments.critical import Condition
+from khr_experiments.job_cache import KeptJobs
+from khr_experiments.progress import Bar
+
+
+def square(number, condition=None):
+    print('on the way', file=sys.stderr)
+    return number * number
+
+
+def cube(number):
+    return number**3
+
+
+class Here:
+    """A pool that computes at once, and counts."""
+
+    def __init__(self):
+        self.count = 0
+
+    def submit(self, function, *arguments):
+        self.count += 1
+        return Done(function(*arguments))
+
+
+class Done:
+    def __init__(self, value):
+        self.result = lambda: value
+
+    def add_done_callback(self, function):
+        function(self)
+
+
+def jobs(pool, folder, version='v'):
+    return KeptJobs(pool, folder, version, Bar('jobs', 0), {square: 3})
+
+
+def test_a_job_is_computed_once_over_all_commands(tmp_path, capsys):
+    pool = Here()
+    for _ in range(2):
+        some = jobs(pool, tmp_path / 'jobs')
+        assert [some.submit(square, n).result() for n in (2, 3)] == [4, 9]
+    assert pool.count == 2
+    assert capsys.readouterr().err == ''
+
+
+@pytest.mark.parametrize(
+    'other',
+    [
+        (square, 3),
+        (cube, 2),
+        (square, 2, Condition()),
+        (square, 2, Condition(ankle_gain=12.0)),
+        (square, 2.0),
+    ],
+)
+def test_another_job_is_not_taken_for_it(tmp_path, other):
+    pool = Here()
+    some = jobs(pool, tmp_path)
+    some.submit(square, 2)
+    some.submit(*other)
+    assert pool.count == 2
+
+
+def test_another_version_is_computed_anew(tmp_path):
+    pool = Here()
+    for version in 'vw':
+        jobs(pool, tmp_path, version).submit(square, 2)
+    assert pool.count == 2
+
+
+def test_a_torn_result_is_computed_anew(tmp_path):
+    pool = Here()
+    some = jobs(pool, tmp_path)
+    some.submit(square, 2)
+    (file,) = tmp_path.iterdir()
+    for length in range(len(file.read_bytes())):
+        file.write_bytes(file.read_bytes()[:length])
+        assert some.submit(square, 2).result() == 4
+        assert pool.count == length + 2
+
+
+def test_a_pool_of_processes_will_do(tmp_path):
+    with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as pool:
+        assert jobs(pool, tmp_path).submit(abs, -3).result() == 3
+    assert jobs(None, tmp_path).submit(abs, -3).result() == 3

@@ -1,0 +1,278 @@
+"""Stability maps: honest intervals, the critical inclination, and what is drawn and written."""
+
+import csv
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binomtest
+
+from khr_experiments.errors import ExperimentError
+from khr_experiments.stability_map import draw_map, stability_map
+from khr_experiments.sweeps.folder import Folder, read_table
+from khr_experiments.sweeps.statistics import crossing, wilson
+from khr_experiments.sweeps.trial import RESULTS
+from khr_report.stability_figure import figure
+
+X, Y, Z = 'simulator.inclination_deg', 'ankle_controller.gain', 'simulator.surface'
+INCLINATIONS, GAINS, SURFACES = [0.0, 4.0, 8.0, 12.0], [6.0, 12.0, 18.0], ['smooth', 'rubber']
+RUNS = 5
+
+
+def verdict(inclination, gain, number):
+    """Survives up to an inclination that grows with the gain; slips in its last 4 deg."""
+    limit = 2.0 + gain / 3.0 + (number - 2)
+    return 'fell' if inclination > limit else 'slipped' if inclination > limit - 4 else 'walked'
+
+
+def row_of(inclination, gain, surface, number):
+    found = verdict(inclination, gain, number)
+    return {
+        'id': f'{inclination} {gain} {surface} {number}',
+        X: inclination,
+        Y: gain,
+        Z: surface,
+        'seed': number,
+        **dict.fromkeys(RESULTS),
+        'verdict': found,
+        'fell_at_s': 10.0 - inclination / 2 if found == 'fell' else None,
+        'vibration_rad_s': gain / 100,
+    }
+
+
+def request(axes, samples=None):
+    return {
+        'version': 'v',
+        'scenario': {},
+        'cases': {},
+        'axes': axes,
+        'samples': samples,
+        'seeds': RUNS,
+    }
+
+
+@pytest.fixture
+def folder(tmp_path):
+    rows = [
+        row_of(x, y, z, number)
+        for x in INCLINATIONS
+        for y in GAINS
+        for z in SURFACES
+        for number in range(RUNS)
+    ]
+    rows.append({**row_of(0.0, 6.0, 'smooth', 99), 'verdict': None, 'error': 'no such gait'})
+    with Folder(tmp_path / 'sweep', request({Y: GAINS[::-1], X: INCLINATIONS, Z: SURFACES})) as it:
+        it.append(rows)
+        it.export()
+    return tmp_path / 'sweep'
+
+
+def read_csv(path):
+    with path.open(encoding='utf-8') as file:
+        return list(csv.DictReader(file))
+
+
+# ---- the statistics ----
+
+
+@given(st.integers(1, 300), st.data())
+def test_the_interval_is_wilson_s(runs, data):
+    hits = data.draw(st.integers(0, runs))
+    expected = binomtest(hits, runs).proportion_ci(method='wilson')
+    assert wilson(hits, runs) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_no_runs_say_nothing():
+    assert wilson(0, 0) == (0.0, 1.0)
+
+
+@given(
+    st.integers(1, 6),
+    st.integers(1, 30),
+    st.floats(-20.0, 20.0),
+    st.floats(0.1, 5.0),
+    st.booleans(),
+)
+@settings(max_examples=30)
+def test_a_clean_step_is_crossed_in_its_middle(before, runs, start, step, falling):
+    x = start + step * np.arange(8)
+    hits = runs * ((np.arange(8) < before) == falling)
+    found = crossing(x, hits.astype(float), np.full(8, float(runs)))
+    assert found.value == pytest.approx(start + step * (before - 0.5), abs=0.1 * step)
+    assert found.low < found.value < found.high
+    if runs >= 4:
+        assert x[before - 1] - 0.2 * step < found.low
+        assert found.high < x[before] + 0.2 * step
+
+
+@given(st.integers(2, 40))
+@settings(max_examples=10)
+def test_survival_everywhere_and_nowhere_leave_a_side_open(runs):
+    x, all_runs = np.arange(5.0), np.full(5, float(runs))
+    above = crossing(x, all_runs, all_runs)
+    assert math.isnan(above.value) and above.high == math.inf and above.low > 2.5
+    below = crossing(x, 0.0 * x, all_runs)
+    assert math.isnan(below.value) and below.low == -math.inf and below.high < 1.5
+
+
+def test_one_place_says_nothing():
+    found = crossing(np.array([1.0]), np.array([2.0]), np.array([4.0]))
+    assert math.isnan(found.value) and (found.low, found.high) == (-math.inf, math.inf)
+
+
+def test_places_without_runs_do_not_count():
+    x, hits, runs = (
+        np.arange(6.0),
+        np.array([5.0, 5.0, 0.0, 1.0, 0.0, 0.0]),
+        np.array([5.0, 5.0, 0.0, 5.0, 5.0, 0.0]),
+    )
+    held = runs > 0
+    assert crossing(x, hits, runs) == crossing(x[held], hits[held], runs[held])
+
+
+def test_the_interval_holds_the_truth_as_often_as_it_says():
+    generator = np.random.default_rng(5)
+    x, runs, held, errors = np.arange(0.0, 12.5), np.full(13, 8.0), 0, []
+    for _ in range(60):
+        truth = generator.uniform(3.0, 9.0)
+        found = crossing(x, generator.binomial(8, 1 / (1 + np.exp((x - truth) / 0.8))), runs)
+        held += found.low <= truth <= found.high
+        errors.append(found.value - truth)
+    assert held >= 52  # of 57 expected: three standard deviations less
+    assert abs(np.mean(errors)) < 3 * np.std(errors) / np.sqrt(60)
+
+
+# ---- the map ----
+
+
+def test_every_run_with_an_outcome_is_counted_once(folder):
+    counted = stability_map(read_table(folder), X, Y)
+    assert counted.y.labels == tuple(GAINS)  # sorted, however they were given
+    assert counted.pooled == (Z,)
+    assert (counted.runs == RUNS * len(SURFACES)).all()
+    for i, gain in enumerate(GAINS):
+        for j, inclination in enumerate(INCLINATIONS):
+            each = Counter(verdict(inclination, gain, number) for number in range(RUNS))
+            assert counted.survived[i, j] == 2 * (RUNS - each['fell'])
+            assert counted.slipped[i, j] == 2 * each['slipped']
+            assert np.array_equal(
+                counted.vibration[i, j],
+                gain / 100 if each['fell'] < RUNS else np.nan,
+                equal_nan=True,
+            )
+            assert (counted.fell_at[i, j] == 10.0 - inclination / 2) == (each['fell'] > 0)
+
+
+def test_the_critical_inclination_rises_with_the_gain(folder):
+    critical = stability_map(read_table(folder), X, Y).critical
+    for gain, each in zip(GAINS, critical, strict=True):
+        assert each.low < 2.0 + gain / 3.0 < each.high
+    # known to half a cell of 4 deg
+    values = [each.value for each in critical]
+    assert values == pytest.approx([2.0 + gain / 3.0 for gain in GAINS], abs=2.0)
+    assert values == sorted(values)
+
+
+def test_files_hold_what_was_counted(folder, tmp_path):
+    image, cells, critical, gains = draw_map(folder, X, Y, tmp_path / 'new' / 'map.png')
+    assert image.read_bytes().startswith(b'\x89PNG')
+    rows = read_csv(cells)
+    assert len(rows) == len(INCLINATIONS) * len(GAINS)
+    assert sum(int(row['runs']) for row in rows) == 120
+    for row in rows:
+        low, high = float(row['survival_low_95']), float(row['survival_high_95'])
+        assert low <= float(row['survival']) <= high
+        assert int(row['survived']) + int(row['fell']) == int(row['runs'])
+    assert [float(row[Y]) for row in read_csv(critical)] == GAINS
+    assert [(float(row[X]), float(row[f'best {Y}'])) for row in read_csv(gains)] == [
+        (cell.x, cell.y) for cell in stability_map(read_table(folder), X, Y).best
+    ]
+
+
+def test_uncertain_cells_are_hatched(folder):
+    counted = stability_map(read_table(folder), X, Y)
+    page = figure(counted)
+    hatched = [each for each in page.axes[0].collections if each.get_hatch()]
+    assert len(hatched) == counted.uncertain().sum() > 0
+    assert not counted.uncertain()[2, 0]  # 10 of 10 survive
+
+
+def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
+    page = figure(stability_map(read_table(folder), X, Y))
+    page.draw_without_rendering()
+    panels = page.axes[:4]
+    assert [panel.get_title().split(':')[0] for panel in panels] == [
+        'survived',
+        'slipped without falling',
+        'fell',
+        'vibration',
+    ]
+    assert panels[2].get_xlabel() == f'{X} [deg]' and panels[2].get_ylabel() == Y
+    for box in (axes.get_tightbbox() for axes in page.axes):
+        assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
+
+
+def test_the_best_gains_are_marked_and_told(folder):
+    counted = stability_map(read_table(folder), X, Y)
+    page = figure(counted)
+    stars = [
+        line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())
+    ]
+    assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
+    assert 'best K_A: 12 at 0°, 18 at 4°' in page.get_suptitle()
+    assert stability_map(read_table(folder), Y, X).best == []
+
+
+def test_words_make_an_axis_too(folder, tmp_path):
+    counted = stability_map(read_table(folder), X, Z)
+    assert counted.y.labels == tuple(SURFACES) and len(counted.critical) == 2
+    sideways = stability_map(read_table(folder), Z, Y)
+    assert sideways.critical == ()
+    assert len(draw_map(folder, Z, Y, tmp_path / 'words.png')) == 2
+
+
+def test_draws_are_gathered_in_bins_that_lose_none(tmp_path):
+    generator = np.random.default_rng(1)
+    places = [*generator.uniform((0.0, 6.0), (12.0, 18.0), (300, 2)).tolist(), [12.0, 18.0]]
+    rows = [row_of(*place, None, number % RUNS) for number, place in enumerate(places)]
+    for row in rows:
+        del row[Z]
+    axes = {X: {'low': 0.0, 'high': 12.0}, Y: {'low': 6.0, 'high': 18.0}}
+    with Folder(tmp_path, request(axes, 301)) as folder:
+        folder.append(rows)
+    counted = stability_map(read_table(tmp_path), X, Y)
+    assert counted.runs.sum() == 301 and counted.runs.shape == (6, 6)
+    assert counted.survived.sum() == sum(row['verdict'] != 'fell' for row in rows)
+    assert (counted.x.edges[0], counted.x.edges[-1]) == (0.0, 12.0)
+
+
+@pytest.mark.parametrize(
+    ('x', 'y', 'says'),
+    [
+        ('simulator.friction', Y, "--x: 'simulator.friction'"),
+        (X, 'gain', "--y: 'gain'"),
+        (X, X, f"--x: '{X}'"),
+    ],
+)
+def test_what_is_not_swept_is_refused(folder, x, y, says):
+    with pytest.raises(ExperimentError) as refusal:
+        draw_map(folder, x, y)
+    assert says in str(refusal.value) and f'{Y}, {X}, {Z}' in str(refusal.value)
+
+
+def test_an_empty_sweep_and_no_sweep_are_named(tmp_path):
+    with Folder(tmp_path / 'sweep', request({X: INCLINATIONS, Y: GAINS})):
+        pass
+    with pytest.raises(ExperimentError, match='no run'):
+        draw_map(tmp_path / 'sweep', X, Y)
+    with pytest.raises(ExperimentError, match='no results of a sweep'):
+        draw_map(tmp_path, X, Y)
+
+
+def test_a_place_that_cannot_be_written_is_named(folder, tmp_path):
+    (tmp_path / 'file').write_text('in the way')
+    with pytest.raises(ExperimentError, match=r'^--out: .*file'):
+        draw_map(folder, X, Y, tmp_path / 'file' / 'map.png')

@@ -1,0 +1,444 @@
+"""What a sweep is, what it leaves, and that nothing is lost or done twice."""
+
+import json
+from itertools import islice
+
+import numpy as np
+import pyarrow.parquet
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from khr_bringup.code_version import code_version
+from khr_bringup.offline import run_offline
+from khr_common import KhrError
+from khr_experiments.sweeps import sweep
+from khr_experiments.sweeps.folder import JOURNAL, TABLE, Folder, discard_other, read_table
+from khr_experiments.sweeps.reading import load, parse
+from khr_experiments.sweeps.specification import scenario_at
+from khr_experiments.sweeps.trial import RESULTS, complete, identity, run_trial
+
+HEAD = 'scenario: stand_0deg\n'
+GRID = 'grid:\n  ankle_controller.gain: [6.0, 12.0]\n'
+TILT = 'set:\n  simulator.initial_tilt_deg: 0.5\n'
+RANDOM = 'random:\n  ankle_controller.gain: {low: 0.0, high: 20.0}\n'
+
+
+def trials(text, version='v'):
+    return list(parse(text, 'mine.yaml').trials(version))
+
+
+def axis(values):
+    return yaml.safe_dump(list(values), default_flow_style=True, width=1000).strip()
+
+
+def unique_floats(low, high):
+    return st.lists(st.floats(low, high), min_size=1, max_size=4, unique=True)
+
+
+# ---- what it varies ----
+
+
+@given(unique_floats(-30.0, 30.0), unique_floats(0.0, 60.0), st.integers(1, 4))
+@settings(max_examples=15)
+def test_a_grid_is_every_combination_with_every_seed_once(inclinations, gains, seeds):
+    every = trials(
+        f'{HEAD}seeds: {seeds}\n{TILT}grid:\n'
+        f'  simulator.inclination_deg: {axis(inclinations)}\n'
+        f'  ankle_controller.gain: {axis(gains)}\n'
+    )
+    points = [(*trial.point.values(), trial.seed) for trial in every]
+    assert sorted(points) == sorted(
+        (x, y, seed) for x in inclinations for y in gains for seed in range(seeds)
+    )
+    assert len({trial.id for trial in every}) == len(every)
+    for trial in every:
+        assert (
+            trial.scenario.table('ankle_controller').gain == (trial.point['ankle_controller.gain'])
+        )
+        drawn = [trial.scenario.table(node).seed for node in ('simulator', 'gyro', 'foot_force')]
+        assert drawn == [3 * trial.seed, 3 * trial.seed + 1, 3 * trial.seed + 2]
+
+
+@given(st.integers(0, 100), st.integers(1, 40), st.integers(1, 60))
+@settings(max_examples=50)
+def test_a_stepped_axis_holds_both_ends_and_no_rounding_errors(start, step, count):
+    stop = start + step * (count - 1)
+    sweep = parse(
+        f'{HEAD}grid:\n  monitor.walk_distance: {{start: {0.01 + start / 1000}, '
+        f'stop: {0.01 + stop / 1000}, step: {step / 1000}}}\n',
+        'mine.yaml',
+    )
+    values = sweep.axes['monitor.walk_distance'].values
+    assert list(values) == [round(0.01 + (start + step * n) / 1000, 10) for n in range(count)]
+
+
+def test_draws_lie_in_their_ranges_and_stay_when_more_are_asked_for():
+    text = (
+        f'{HEAD}random:\n  ankle_controller.gain: {{low: 5.0, high: 20.0}}\n'
+        '  simulator.stretch_hip: {low: 40, high: 42}\n'
+        '  simulator.surface: [smooth, rubber]\nsamples: '
+    )
+    few, many = trials(f'{text}100\n'), trials(f'{text}400\n')
+    assert [trial.id for trial in islice(many, 100)] == [trial.id for trial in few]
+    gains = np.array([trial.point['ankle_controller.gain'] for trial in many])
+    assert 5.0 <= gains.min() < 5.5 and 19.5 < gains.max() <= 20.0
+    assert np.mean(gains) == pytest.approx(12.5, abs=4 * 15 / np.sqrt(12 * 400))
+    assert {trial.point['simulator.stretch_hip'] for trial in many} == {40, 41, 42}
+    assert {trial.point['simulator.surface'] for trial in many} == {'smooth', 'rubber'}
+
+
+def test_equal_draws_are_run_once():
+    assert len(trials(f'{HEAD}random:\n  simulator.surface: [smooth, rubber]\nsamples: 50\n')) == 2
+
+
+def test_scenarios_and_cases_are_combined_with_every_point_and_every_seed():
+    every = trials(
+        'scenario: [stand_0deg, walk_3deg]\nseeds: 2\n'
+        'cases: {as it is: {}, hips: {hip_controller.enabled: true, '
+        'hip_controller.gain: 5.0}}\n' + TILT + GRID
+    )
+    assert len({trial.id for trial in every}) == len(every) == 2 * 2 * 2 * 2
+    assert list(every[0].point) == ['scenario', 'case', 'ankle_controller.gain']
+    assert [trial.seed for trial in every] == [0] * 8 + [1] * 8
+    for trial in every:
+        point, scenario = trial.point, trial.scenario
+        assert scenario.name == point['scenario']
+        assert scenario.table('simulator').inclination_deg == (
+            3.0 if point['scenario'] == 'walk_3deg' else 0.0
+        )
+        assert scenario.table('hip_controller').enabled == (point['case'] == 'hips')
+        assert scenario.table('ankle_controller').gain == point['ankle_controller.gain']
+
+
+def test_draws_are_made_for_each_case_alike():
+    every = trials(HEAD + 'cases: {a: {}, b: {gait.cycles: 2}}\n' + RANDOM + 'samples: 5\n')
+    gains = {
+        label: [
+            trial.point['ankle_controller.gain'] for trial in every if trial.point['case'] == label
+        ]
+        for label in 'ab'
+    }
+    assert gains['a'] == gains['b'] and len(set(gains['a'])) == 5
+
+
+def test_cases_that_come_to_the_same_are_runs_of_their_own():
+    every = trials(HEAD + 'cases: {a: {}, b: {}}\n')
+    assert [trial.point for trial in every] == [{'case': 'a'}, {'case': 'b'}]
+
+
+def test_the_fast_form_replaces_what_stands_above():
+    text = HEAD + TILT + GRID + 'seeds: 3\nfast: {seeds: 1, grid: {gyro.adc: [true]}}\n'
+    whole, fast = (parse(text, 'mine.yaml', fast) for fast in (False, True))
+    assert (whole.count, fast.count) == (6, 1)
+    assert list(fast.axes) == ['gyro.adc'] and fast.name == 'mine'
+    assert parse(HEAD + GRID, 'mine.yaml', True).record() == parse(HEAD + GRID, 'a').record()
+
+
+@given(
+    st.lists(st.sampled_from(['stand_0deg', 'walk_3deg', 'lift_3.8deg']), min_size=1, unique=True),
+    st.booleans(),
+    st.booleans(),
+    st.integers(1, 2),
+)
+@settings(max_examples=15)
+def test_the_record_tells_each_run_s_scenario(names, with_cases, with_grid, seeds):
+    text = (
+        f'scenario: {axis(names)}\nseeds: {seeds}\n{TILT}'
+        + 'cases: {a: {}, b: {simulator.control_period: 0.02}}\n' * with_cases
+        + 'grid: {ankle_controller.gain: [6.0, 12.0], simulator.surface: [pads]}\n' * with_grid
+    )
+    sweep = parse(text, 'mine.yaml')
+    record = json.loads(json.dumps(sweep.record()))
+    for trial in sweep.trials('v'):
+        again = scenario_at(record, trial.point, trial.seed)
+        assert again.name == trial.scenario.name
+        assert complete(again) == complete(trial.scenario)
+
+
+def test_without_seeds_the_scenario_s_own_count():
+    assert [trial.seed for trial in trials(HEAD + GRID)] == [None, None]
+    assert trials(HEAD + GRID)[0].scenario.table('gyro').seed == 0
+
+
+@pytest.mark.parametrize(
+    ('text', 'says'),
+    [
+        ('walk\n', ['not a sweep', 'scenario']),
+        (HEAD, ['nothing varies', 'grid', 'random', 'cases', 'list of scenarios']),
+        (HEAD + GRID + RANDOM + 'samples: 3\n', ['grid and random', 'one of them']),
+        (HEAD + GRID + 'sceds: 3\n', ['sceds', 'seeds']),
+        ('scenario: walk_99deg\n' + GRID, ['walk_99deg', 'walk_0deg']),
+        ('scenario: [a]\n' + GRID, ['a: no such scenario', 'walk_0deg']),
+        ('scenario: []\n', ['scenario', '[]', 'a list of them']),
+        ('scenario: [walk_0deg, 3]\n', ['scenario', '3', 'scenario file or name']),
+        (
+            'scenario: [walk_0deg, config/scenarios/walk_0deg.yaml]\n',
+            ['config/scenarios/walk_0deg.yaml', 'once'],
+        ),
+        (HEAD + 'cases: {}\n', ['cases', '{}', 'labels']),
+        (HEAD + 'cases: 3\n', ['cases', '3', 'labels']),
+        (HEAD + 'cases: {12: {}}\n', ['cases', '{12: {}}', 'labels']),
+        (HEAD + 'cases: {a: 3}\n', ['cases: a', '3', 'node.parameter']),
+        (HEAD + 'cases: {a: {}, a: {}}\n', ["'a' is given twice"]),
+        (HEAD + 'cases: {a: {gain: 3.0}}\n', ['cases: a', "'gain'", 'node.parameter']),
+        (HEAD + 'cases: {a: {ankle_controller.gain: 99.0}}\n', ['cases: a', '99.0', '[0, 60]']),
+        (HEAD + 'cases: {a: {ankle_controller.gain: 3.0}}\n' + GRID, ['case and swept']),
+        (HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}}\n' + TILT, ['case and set']),
+        (
+            HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}, b: {}}\nseeds: 2\n',
+            ['seeds', 'simulator.initial_tilt_deg', 'set'],
+        ),
+        (HEAD + 'cases: {a: {gyro.seed: 1}}\nseeds: 2\n' + TILT, ['gyro.seed', 'seeds']),
+        (HEAD + 'cases: {a: {simulator.physics_step: 0.0007}}\n', ['cases', 'physics_step']),
+        (HEAD + GRID + 'keep: everything\n', ['keep', "'everything'", 'series']),
+        (HEAD + GRID + 'fast: 3\n', ['fast', '3', 'mapping']),
+        (HEAD + GRID + 'fast: {sceds: 3}\n', ['fast', 'sceds', 'seeds']),
+        (HEAD + GRID + 'fast: {fast: {}}\n', ['fast', 'seeds']),
+        (HEAD + GRID + 'fast: {seeds: 0}\n', ['fast: seeds', '0']),
+        (HEAD + GRID + 'fast: {grid: {ankle_controller.gain: [99.0]}}\n', ['fast: grid', '99.0']),
+        (HEAD + 'grid: {}\n', ['grid', '{}']),
+        (HEAD + 'grid:\n  ankle_controller.gain: []\n', ['ankle_controller.gain', '[]', 'list']),
+        (HEAD + 'grid:\n  ankle_controller.gain: 3.0\n', ['ankle_controller.gain', '3.0', 'list']),
+        (HEAD + 'grid:\n  ankle_controller.gian: [1.0]\n', ['gian', 'no such parameter', 'gain']),
+        (HEAD + 'grid:\n  ankle.gain: [1.0]\n', ['ankle.gain', 'ankle_controller']),
+        (HEAD + 'grid:\n  gain: [1.0]\n', ['gain', 'node.parameter']),
+        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 12]\n', ['12', '12.0']),
+        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, -1.0]\n', ['-1.0', '[0, 60]']),
+        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, .nan]\n', ['nan', '[0, 60]']),
+        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 1.0]\n', ['1.0', 'once']),
+        (HEAD + 'grid:\n  simulator.surface: [smooth, ice]\n', ["'ice'", 'rubber']),
+        (HEAD + 'grid:\n  simulator.surface: {start: 1.0}\n', ['surface', 'a list of values']),
+        (HEAD + 'grid:\n  ankle_controller.gain: {start: 1.0, stop: 2.0}\n', ['step']),
+        (
+            HEAD + 'grid:\n  ankle_controller.gain: {start: 1.0, stop: 2.0, step: 0.0}\n',
+            ['step', '0.0', 'above 0'],
+        ),
+        (
+            HEAD + 'grid:\n  ankle_controller.gain: {start: 2.0, stop: 1.0, step: 1.0}\n',
+            ['2.0', 'up to the stop'],
+        ),
+        (
+            HEAD + 'grid:\n  ankle_controller.gain: {start: 0.0, stop: 9.0, step: 1.0e-9}\n',
+            ['1e-09', 'at most'],
+        ),
+        (HEAD + RANDOM, ['samples', 'None', 'integer']),
+        (HEAD + RANDOM + 'samples: 0\n', ['samples', '0', '[1, 1000000]']),
+        (HEAD + RANDOM + 'samples: true\n', ['samples', 'True']),
+        (HEAD + GRID + 'samples: 3\n', ['samples', 'nothing without']),
+        (
+            HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 3.0}\nsamples: 3\n',
+            ['low below high'],
+        ),
+        (
+            HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 99.0}\nsamples: 3\n',
+            ['99.0'],
+        ),
+        (HEAD + GRID + TILT + 'seeds: 0\n', ['seeds', '0']),
+        (HEAD + GRID + 'seeds: 2\n', ['seeds', 'simulator.initial_tilt_deg', 'set']),
+        (HEAD + 'seeds: 2\n' + TILT + 'grid:\n  gyro.seed: [1, 2]\n', ['gyro.seed', 'seeds']),
+        (HEAD + TILT + GRID + 'seeds: 900000\n', ['1800000 runs', '1000000']),
+        (HEAD + 'set:\n  ankle_controller.gain: 3.0\n' + GRID, ['set and swept']),
+        (HEAD + 'set: 3\n' + GRID, ['set', '3', 'mapping']),
+        (HEAD + 'set:\n  gait.motion: run\n' + GRID, ['gait.motion', "'run'", 'walk']),
+        (HEAD + 'duration: 3\n' + GRID, ['duration', '3.0']),
+        (HEAD + HEAD + GRID, ["'scenario' is given twice"]),
+        (HEAD + 'grid: [\n', ['YAML']),
+    ],
+)
+def test_mistakes_are_named(text, says):
+    with pytest.raises(KhrError) as refusal:
+        parse(text, 'mine.yaml')
+    message = str(refusal.value)
+    assert message.startswith('mine.yaml: ') and '\n' not in message
+    for word in says:
+        assert word in message
+
+
+def test_values_that_do_not_go_together_are_refused_before_anything_runs(tmp_path):
+    file = tmp_path / 'mine.yaml'
+    file.write_text(HEAD + 'grid:\n  simulator.physics_step: [0.001, 0.0007]\n')
+    with pytest.raises(KhrError, match=r'mine.yaml: simulator: physics_step: 0.0007'):
+        sweep(file, tmp_path / 'out')
+    assert not (tmp_path / 'out').exists()
+
+
+@pytest.mark.parametrize('workers', [0, -1])
+def test_a_senseless_number_of_workers_is_refused(tmp_path, workers):
+    with pytest.raises(KhrError, match=f'--workers: {workers}.*from 1'):
+        sweep(tmp_path / 'mine.yaml', tmp_path, workers)
+
+
+def test_shipped_sweeps_are_accepted(shipped_sweeps):
+    for path in shipped_sweeps:
+        first = next(load(path).trials('v'))
+        assert first.scenario.name
+
+
+@pytest.fixture
+def shipped_sweeps():
+    from khr_bringup.scenario import CONFIG
+
+    files = sorted((CONFIG / 'sweeps').glob('*.yaml'))
+    assert files
+    return files
+
+
+# ---- what identifies a run ----
+
+
+@given(st.floats(0.0, 60.0), st.floats(0.0, 60.0))
+@settings(max_examples=20)
+def test_a_run_is_its_parameters_and_the_code(first, second):
+    one, other = (
+        trials(f'{HEAD}grid:\n  ankle_controller.gain: {axis([gain])}\n')[0]
+        for gain in (first, second)
+    )
+    assert (one.id == other.id) == (first == second)
+    assert identity(complete(one.scenario), 'v') == one.id
+    assert identity(complete(one.scenario), 'w') != one.id
+
+
+def test_a_trial_gives_what_an_offline_run_gives():
+    trial = trials(f'{HEAD}duration: 0.3\n{TILT}seeds: 1\n{GRID}', code_version())[0]
+    (row, series), result = run_trial(trial), run_offline(trial.scenario)
+    assert row['trajectory_hash'] == result.trajectory_hash
+    assert row['vibration_rad_s'] == result.outcome.vibration
+    assert (row['verdict'], row['end'], row['error']) == ('stood', 'duration', None)
+    assert series is None
+    assert list(row) == list(RESULTS)
+
+
+def test_a_run_that_its_parameters_do_not_allow_is_a_row_that_says_why():
+    text = f'{HEAD}duration: 0.3\nset:\n  simulator.pushes: [no push]\n{GRID}'
+    row, _ = run_trial(trials(text, code_version())[0])
+    assert row['verdict'] is None and 'no push' in row['error']
+
+
+def test_a_worker_of_another_version_refuses():
+    with pytest.raises(KhrError, match="'other'"):
+        run_trial(trials(HEAD + GRID, 'other')[0])
+
+
+# ---- what it leaves ----
+
+
+REQUEST = {
+    'version': 'v',
+    'scenario': {},
+    'cases': {},
+    'axes': {
+        'case': ['a', 'b'],
+        'gait.motion': ['walk', 'stand'],
+        'simulator.pushes': [['a'], ['b', 'c']],
+    },
+    'samples': None,
+    'seeds': 2,
+    'keep': False,
+}
+
+
+def row_of(number):
+    return {
+        'id': f'run {number}',
+        'case': 'a',
+        'gait.motion': 'walk',
+        'simulator.pushes': ['b', 'c'],
+        'seed': None,
+        **dict.fromkeys(RESULTS),
+        'distance_m': number / 3,
+        'verdict': 'fell',
+    }
+
+
+@given(st.integers(1, 6), st.data())
+@settings(max_examples=30, suppress_health_check=[HealthCheck.differing_executors])
+def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, count, data):
+    path = tmp_path_factory.mktemp('sweep')
+    with Folder(path, REQUEST) as folder:
+        folder.append(map(row_of, range(count)))
+    content = (path / JOURNAL).read_bytes()
+    cut = data.draw(st.integers(0, len(content)))
+    (path / JOURNAL).write_bytes(content[:cut])
+    whole = content[:cut].count(b'\n')
+    assert read_table(path).to_pylist() == [row_of(n) for n in range(whole)]
+    with Folder(path, REQUEST) as folder:
+        assert folder.finished() == {f'run {n}' for n in range(whole)}
+        folder.append(map(row_of, range(whole, count)))
+        folder.export()
+    assert (path / JOURNAL).read_bytes() == content
+    (path / JOURNAL).unlink()
+    assert read_table(path).to_pylist() == [row_of(n) for n in range(count)]
+
+
+def test_the_table_has_the_types_of_the_parameters(tmp_path):
+    with Folder(tmp_path, REQUEST) as folder:
+        schema = pyarrow.parquet.read_schema(folder.export())
+    assert str(schema.field('gait.motion').type) == 'string'
+    assert str(schema.field('simulator.pushes').type).startswith('list<')
+    assert str(schema.field('fell_at_s').type) == 'double'
+    assert json.loads(schema.metadata[b'khr.sweep']) == REQUEST
+
+
+@pytest.mark.parametrize(
+    ('changed', 'says'),
+    [
+        ({'version': 'w'}, 'another version'),
+        ({'seeds': 3}, 'another number of seeds'),
+        ({'axes': {}}, 'other axes'),
+        ({'cases': {'a': {}}}, 'other cases'),
+        ({'scenario': {'gait': {}}}, 'another scenario'),
+    ],
+)
+def test_another_sweep_is_refused_and_left_alone(tmp_path, changed, says):
+    with Folder(tmp_path, REQUEST) as folder:
+        folder.append([row_of(1)])
+    before = (tmp_path / JOURNAL).read_bytes()
+    with pytest.raises(KhrError, match=says):
+        Folder(tmp_path, REQUEST | changed)
+    assert (tmp_path / JOURNAL).read_bytes() == before
+
+
+def test_a_folder_with_something_else_is_refused_and_left_alone(tmp_path):
+    (tmp_path / 'letter.txt').write_text('dear')
+    with pytest.raises(KhrError, match='holds something else'):
+        Folder(tmp_path, REQUEST)
+    assert [path.name for path in tmp_path.iterdir()] == ['letter.txt']
+
+
+def test_a_place_that_is_no_folder_is_refused(tmp_path):
+    (tmp_path / 'file').write_text('')
+    with pytest.raises(KhrError, match=r'--out: .*file'):
+        Folder(tmp_path / 'file', REQUEST)
+
+
+def test_another_sweep_can_be_discarded_and_nothing_else(tmp_path):
+    assert not discard_other(tmp_path / 'absent', REQUEST)
+    (tmp_path / 'letter.txt').write_text('dear')
+    assert not discard_other(tmp_path, REQUEST)
+    path = tmp_path / 'sweep'
+    with Folder(path, REQUEST) as folder:
+        folder.append([row_of(1)])
+        folder.export()
+        (path / 'series').mkdir()
+        (path / 'series' / 'run 1.npz').write_bytes(b'')
+        with pytest.raises(KhrError, match='being written'):
+            discard_other(path, REQUEST | {'seeds': 3})
+    assert not discard_other(path, REQUEST)
+    assert discard_other(path, REQUEST | {'seeds': 3})
+    assert list(path.iterdir()) == []
+
+
+def test_two_writers_do_not_share_a_folder(tmp_path):
+    with Folder(tmp_path, REQUEST), pytest.raises(KhrError, match='another sweep'):
+        Folder(tmp_path, REQUEST)
+    with Folder(tmp_path, REQUEST):
+        pass
+
+
+def test_an_unreadable_table_is_named(tmp_path):
+    (tmp_path / TABLE).write_text('no parquet')
+    for path in (tmp_path, tmp_path / 'absent'):
+        with pytest.raises(KhrError, match='no results of a sweep'):
+            read_table(path)

@@ -1,0 +1,189 @@
+"""The servo is the DC motor of the data sheet behind a spring, and agrees with an integrator."""
+
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.robot import JOINTS, Robot
+from khr_sim.servo import BACK_EMF, NO_LOAD_SPEED, STALL_TORQUE, Servos, stretches
+
+CARRIED = Robot.load().joint_inertia()
+SMOOTH = SimulatorParameters(servo_friction=0.0)
+KNEE = JOINTS.index('l_knee')
+ZERO = np.zeros(len(JOINTS))
+FAR = np.full(len(JOINTS), 100.0)
+
+
+def settled(parameters, command, position, steps=4000):
+    servos = Servos(parameters, CARRIED)
+    servos.reset(position, ZERO)
+    for _ in range(steps):
+        torque = np.array(servos.update(command, position, ZERO))
+    return torque
+
+
+def test_stalls_at_the_makers_torque():
+    assert settled(SMOOTH, FAR, ZERO) == pytest.approx(STALL_TORQUE, rel=1e-6)
+    assert settled(SMOOTH, -FAR, ZERO) == pytest.approx(-STALL_TORQUE, rel=1e-6)
+
+
+@pytest.mark.parametrize('load', [0.0, 0.4, 1.0])
+def test_runs_along_the_torque_speed_line(load):
+    """A link that turns at a steady speed feels what the line leaves at that speed."""
+    servos = Servos(SMOOTH, CARRIED)
+    servos.reset(ZERO, ZERO)
+    position, speed = ZERO, NO_LOAD_SPEED * (1.0 - load / STALL_TORQUE)
+    for _ in range(3000):
+        torque = np.array(servos.update(FAR, position, ZERO + speed))
+        position = position + 0.001 * speed
+    assert torque[KNEE] == pytest.approx(load, abs=1e-6)
+
+
+def test_its_stiffness_is_that_of_stretch_and_gear_in_series():
+    error = 0.02
+    stiffness = settled(SMOOTH, ZERO + error, ZERO)[KNEE] / error
+    stretch = SMOOTH.stiffness_per_stretch * SMOOTH.stretch_knee
+    gear = SMOOTH.gear_stiffness
+    assert stiffness == pytest.approx(stretch * gear / (stretch + gear), rel=1e-6)
+
+
+def test_the_stretch_of_each_joint_is_its_own():
+    parameters = SimulatorParameters(
+        stretch_hip=1, stretch_knee=2, stretch_ankle_pitch=3, stretch_ankle_roll=4, stretch_upper=5
+    )
+    assert dict(zip(JOINTS, stretches(parameters), strict=True)) == {
+        name: {'hip_roll': 1, 'hip_pitch': 1, 'knee': 2, 'ankle_pitch': 3, 'ankle_roll': 4}.get(
+            name[2:], 5
+        )
+        for name in JOINTS
+    }
+
+
+@pytest.mark.parametrize('model', ['stretch', 'pid'])
+@pytest.mark.parametrize('step', [0.001, 0.00025])
+def test_step_response_is_the_integrators(model, step):
+    """Two inertias and a spring, against SciPy's integrator; the error shrinks with the step."""
+    parameters = replace(SMOOTH, servo_model=model, physics_step=step, control_period=0.01)
+    rotor, gear, damping = (
+        parameters.rotor_inertia,
+        parameters.gear_stiffness,
+        parameters.gear_damping,
+    )
+    link, target = 0.003, 0.03
+    scale = 5.0 / radians(270.0) * STALL_TORQUE / 11.1
+
+    def motion(_, state):
+        angle, rate, position, velocity, integral = state
+        if model == 'pid':
+            drive = scale * (69.0 * (target - angle) + 40.0 * integral - 2.0 * rate)
+        else:
+            drive = parameters.stiffness_per_stretch * 75 * (target - angle)
+        twist = gear * (angle - position) + damping * (rate - velocity)
+        return (
+            rate,
+            (drive - BACK_EMF * rate - twist) / rotor,
+            velocity,
+            twist / link,
+            target - angle,
+        )
+
+    times = np.arange(0.0, 0.3, 0.01)
+    exact = solve_ivp(motion, (0.0, 0.3), [0.0] * 5, t_eval=times, rtol=1e-9, atol=1e-12).y[2]
+    servos = Servos(parameters, CARRIED)
+    servos.reset(ZERO, ZERO)
+    command = ZERO + target
+    if model == 'pid':
+        servos._command = command  # the integrator's target does not jump
+    position, velocity = ZERO.copy(), ZERO.copy()
+    reached = [0.0]
+    for count in range(1, round(0.29 / step) + 1):
+        torque = np.array(servos.update(command, position, velocity))
+        velocity = velocity + step * torque / link
+        position = position + step * velocity
+        if count % round(0.01 / step) == 0:
+            reached.append(position[KNEE])
+    assert np.abs(np.array(reached) - exact).max() < 40.0 * step * target
+
+
+def test_the_identified_loop_holds_without_error():
+    parameters = replace(SMOOTH, servo_model='pid')
+    servos = Servos(parameters, CARRIED)
+    servos.reset(ZERO, ZERO)
+    position, velocity, load = ZERO.copy(), ZERO.copy(), -0.3
+    for _ in range(20000):
+        torque = np.array(servos.update(ZERO, position, velocity))
+        velocity = velocity + 0.001 * (torque + load) / 0.003
+        position = position + 0.001 * velocity
+    assert position[KNEE] == pytest.approx(load / parameters.gear_stiffness, rel=1e-3)
+
+
+def test_dry_friction_holds_what_is_below_it_and_stops_what_is_not():
+    parameters = replace(SMOOTH, servo_friction=0.1)
+    stretch = parameters.stiffness_per_stretch * 75
+    gear = parameters.gear_stiffness
+    held = Servos(parameters, CARRIED)
+    held.reset(ZERO, ZERO)
+    for _ in range(200):
+        held.update(ZERO + 0.099 / stretch, ZERO, ZERO)
+    assert held._angle[KNEE] == 0.0
+    torque = settled(parameters, ZERO + 0.02, ZERO)[KNEE]
+    ideal = 0.02 * stretch * gear / (stretch + gear)
+    assert 0.0 < abs(ideal - torque) <= 0.1 * gear / (stretch + gear) * 1.001
+
+
+def test_inside_the_backlash_the_gears_do_not_touch():
+    parameters = replace(SMOOTH, backlash_deg=1.0)
+    play = radians(0.5)
+    inside = settled(parameters, ZERO + 0.9 * play, ZERO)
+    assert inside == pytest.approx(ZERO)
+    torque = settled(parameters, ZERO + 0.05, ZERO)[KNEE]
+    stretch = parameters.stiffness_per_stretch * 75
+    gear = parameters.gear_stiffness
+    assert torque == pytest.approx((0.05 - play) * stretch * gear / (stretch + gear), rel=1e-6)
+
+
+@pytest.mark.parametrize('joint', JOINTS)
+def test_is_stable_on_the_lightest_load_it_can_have(joint):
+    """A joint in the air carries at least what hangs from it; the motion must die down."""
+    index = JOINTS.index(joint)
+    servos = Servos(SMOOTH, CARRIED)
+    servos.reset(ZERO, ZERO)
+    position, velocity = ZERO.copy(), ZERO.copy()
+    peaks = []
+    for _ in range(4):
+        peak = 0.0
+        for _ in range(500):
+            torque = np.array(servos.update(ZERO + 0.05, position, velocity))
+            velocity = velocity + 0.001 * torque / CARRIED
+            position = position + 0.001 * velocity
+            peak = max(peak, abs(velocity[index]))
+        peaks.append(peak)
+    assert peaks[-1] < 0.05 * peaks[0]
+    assert position[index] == pytest.approx(0.05, abs=1e-3)
+
+
+@pytest.mark.parametrize('model', ['stretch', 'pid'])
+def test_reset_under_a_load_is_at_rest(model):
+    servos = Servos(replace(SMOOTH, servo_model=model), CARRIED)
+    load = np.linspace(-0.4, 0.4, len(JOINTS))
+    command = np.linspace(0.3, -0.3, len(JOINTS))
+    position = servos.reset(command, load)
+    for _ in range(50):
+        torque = np.array(servos.update(command, position, ZERO))
+    assert torque == pytest.approx(load, abs=1e-9)
+
+
+def test_takes_changed_parameters_without_losing_its_state():
+    servos = Servos(SMOOTH, CARRIED)
+    servos.reset(ZERO, ZERO)
+    for _ in range(20):
+        servos.update(ZERO + 0.1, ZERO, ZERO)
+    angle, rate = servos._angle, servos._rate
+    servos.configure(replace(SMOOTH, stretch_knee=10))
+    assert (servos._angle, servos._rate) == (angle, rate)
+    torque = [servos.update(ZERO + 0.1, ZERO, ZERO) for _ in range(3000)][-1]
+    assert torque[KNEE] == pytest.approx(0.1 * 2.35 * 40.0 / 42.35, rel=1e-6)
