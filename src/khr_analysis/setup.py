@@ -14,6 +14,13 @@ setup(
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
     ],
+    entry_points={
+        'khr.nodes': [
+            'fft_analyser = khr_analysis.node_specs:FFT_ANALYSER',
+            'monitor = khr_analysis.node_specs:MONITOR',
+            'recorder = khr_analysis.node_specs:RECORDER',
+        ]
+    },
     package_data={'': ['py.typed']},
     install_requires=['khr_common', 'numpy', 'rosbags', 'scipy'],
     extras_require={'test': ['pytest']},

@@ -14,6 +14,14 @@ setup(
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
     ],
+    entry_points={
+        'khr.nodes': [
+            'gait = khr_balance.node_specs:GAIT',
+            'stage = khr_balance.node_specs:STAGE',
+            'ankle_controller = khr_balance.node_specs:ANKLE_CONTROLLER',
+            'hip_controller = khr_balance.node_specs:HIP_CONTROLLER',
+        ]
+    },
     package_data={'': ['py.typed']},
     install_requires=['khr_common', 'numpy', 'scipy'],
     extras_require={'test': ['pytest']},

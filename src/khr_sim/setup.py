@@ -15,6 +15,13 @@ setup(
         (f'lib/{package}', glob('scripts/*')),
         (f'share/{package}/urdf', glob('urdf/*')),
     ],
+    entry_points={
+        'khr.nodes': [
+            'simulator = khr_sim.node_specs:SIMULATOR',
+            'gyro = khr_sim.node_specs:GYRO',
+            'foot_force = khr_sim.node_specs:FOOT_FORCE',
+        ]
+    },
     package_data={'': ['py.typed', 'urdf/*.urdf']},
     install_requires=['khr_common', 'numpy', 'pybullet', 'scipy'],
     extras_require={'test': ['pytest']},

@@ -28,6 +28,7 @@ from khr_bringup import scenario as scenarios
 from khr_bringup.offline import Controllers, run_offline
 from khr_sim.engine import bullet
 from khr_sim.plant import Plant
+from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
 
 SCENARIO = 'walk_0deg'
@@ -72,7 +73,7 @@ def plain(motors: bool) -> Figures:
     them it holds the joints where they stand.
     """
     joints, torques, end = twin_torques()
-    plant = Plant(SHORT.table('simulator'))
+    plant = Plant(SHORT.table(RunParameters))
     plant.start(Controllers(SHORT).reference(0.0))
     body, client = plant.world.body, plant.world.client
     held = [bullet.getJointState(body, i, client)[0] for i in joints]

@@ -6,9 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from khr_balance.gait import Gait
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Series
 from khr_experiments.experiments import specification_of
 from khr_report.figures import FIGURES
+from khr_sim.run_parameters import RunParameters
 
 WEIGHT = 15.0  # N
 TONE = 4.0 / 2.31  # Hz, with RATE the pitch rate of every walk
@@ -35,7 +37,7 @@ def difference(inclination_deg: float) -> float:
 def signals(scenario, seed: int, end: float) -> Series:
     """Invent what a run of a scenario tells."""
     time = 0.015 * np.arange(int(end / 0.015) + 1)
-    simulator, gait = scenario.table('simulator'), scenario.table('gait')
+    simulator, gait = scenario.table(RunParameters), scenario.table(GaitParameters)
     size, still = len(time), np.zeros(len(time))
     toe = (WEIGHT + difference(simulator.inclination_deg)) / 2.0 + 0.1 * seed
     support = [toe, WEIGHT - toe]
@@ -65,8 +67,8 @@ def invented(experiment: str, limit_deg: float) -> list[Invented]:
     runs = []
     for trial in specification_of(experiment, fast=False).trials('invented'):
         if trial.seed < 2:
-            fell = trial.scenario.table('simulator').inclination_deg > limit_deg
-            end = FELL_AT + 0.5 if fell else length(trial.scenario.table('gait'))
+            fell = trial.scenario.table(RunParameters).inclination_deg > limit_deg
+            end = FELL_AT + 0.5 if fell else length(trial.scenario.table(GaitParameters))
             row = {'verdict': 'fell' if fell else 'walked', 'fell_at_s': FELL_AT if fell else None}
             runs.append(
                 Invented(

@@ -8,7 +8,9 @@ from contextlib import suppress
 import psutil
 import pytest
 
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup import scenario as scenarios
+from khr_sim.run_parameters import RunParameters
 from tests.graph.conftest import finish, joined, read_bag, wait_for, wait_until
 from tests.graph.test_live import children
 
@@ -81,8 +83,8 @@ def test_scenario_in_the_bag_is_the_one_that_ran(bag, standing):
     ((_, message),) = bag['/scenario']
     assert message.data == (standing.folder / 'scenario.yaml').read_text()
     stored = scenarios.parse(message.data, 'bag', 'stored')
-    assert stored.table('gait').motion == 'stand'
-    assert stored.table('simulator').duration == 4.0
+    assert stored.table(GaitParameters).motion == 'stand'
+    assert stored.table(RunParameters).duration == 4.0
 
 
 def test_outcome_in_the_bag_is_final(bag, standing):

@@ -14,6 +14,7 @@ from khr_common.rotation import matrix
 from khr_report.film import HALF_HEIGHT, Look, Stage, frames, render_run, scenario_of
 from khr_sim.camera import render
 from khr_sim.plant import Plant
+from khr_sim.run_parameters import RunParameters
 
 SMALL = (96, 80, 20.0)
 
@@ -31,7 +32,7 @@ def folder(tmp_path):
 
 def test_stage_shows_what_the_world_of_the_run_would_show():
     scenario = short()
-    plant, controllers = Plant(scenario.table('simulator')), Controllers(scenario)
+    plant, controllers = Plant(scenario.table(RunParameters)), Controllers(scenario)
     due = controllers.reference(0.0)
     truth = plant.start(due)
     for _ in range(10):

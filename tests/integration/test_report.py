@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.bags import PUSH_TOPIC, read_messages, read_what_is_left
 from khr_bringup.code_version import code_version
 from khr_bringup.run_signals import run_with_series, series_of_bag
@@ -121,7 +122,7 @@ def test_the_bag_alone_will_do(recorded, tmp_path):
     assert not found.notes
     assert found.outcome['verdict'] == whole.outcome['verdict']
     assert found.outcome['trajectory_hash'] == whole.outcome['trajectory_hash']
-    assert found.scenario.table('ankle_controller').gain == 15.0
+    assert found.scenario.table(AnkleControllerParameters).gain == 15.0
     assert found.version == whole.version == code_version()
     np.testing.assert_array_equal(found.series.pitch, whole.series.pitch)
 

@@ -62,7 +62,7 @@ def test_stance_foot_does_not_slip_grossly(gait, walk):
 
 def test_pitch_rate_is_led_by_the_fourth_line_of_the_cycle(gait, walk):
     first, last = (round(time / PERIOD) for time in gait.cycle(3))
-    rate = np.array([truth.angular_rate[1] for truth in walk[first + 1 : last + 1]])
+    rate = np.array([truth.mean_angular_velocity[1] for truth in walk[first + 1 : last + 1]])
     assert len(rate) == 154
     amplitude = 2.0 / len(rate) * np.abs(np.fft.rfft(rate))
     assert int(np.argmax(amplitude[1:])) + 1 == 4  # 4 / 2.31 s = 1.73 Hz

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, hypot, isfinite, pi, radians, sqrt, tan
-from typing import Any, Literal, Protocol
+from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from khr_analysis.errors import AnalysisError
 from khr_common import parameter
+from khr_common.block import Numbers, Signals
+from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 from khr_common.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
@@ -90,7 +92,7 @@ class Observation(Protocol):
         """Of base_link in odom, quaternion x y z w, (4,)."""
 
     @property
-    def angular_rate(self) -> Any:
+    def mean_angular_velocity(self) -> Any:
         """Of the torso in its own frame, rad/s, (3,)."""
 
     @property
@@ -104,6 +106,37 @@ class Observation(Protocol):
     @property
     def sole_orientation(self) -> Any:
         """Of l_sole and r_sole in odom, quaternions x y z w, (2, 4)."""
+
+
+class Instant(NamedTuple):
+    """An observation put together from the signals of the truth."""
+
+    stamp_ns: int
+    position: Numbers
+    orientation: Numbers
+    mean_angular_velocity: Numbers
+    contact_force: Sequence[Numbers]
+    sole_position: Sequence[Numbers]
+    sole_orientation: Sequence[Numbers]
+
+    @staticmethod
+    def of(stamp_ns: int, signals: Signals) -> Instant:
+        """Return the observation of an instant.
+
+        Args:
+            stamp_ns: of the instant, ns.
+            signals: of pose, rate, soles and contact forces.
+        """
+        pose, soles = signals[TRUE_POSE], signals[TRUE_SOLES]
+        return Instant(
+            stamp_ns,
+            pose[:3],
+            pose[3:],
+            signals[TRUE_RATE],
+            [signals[topic] for topic in TRUE_FORCES],
+            [soles[:3], soles[7:10]],
+            [soles[3:7], soles[10:]],
+        )
 
 
 @dataclass(frozen=True)
@@ -171,7 +204,7 @@ class OutcomeMonitor:
             (
                 seen.position,
                 seen.orientation,
-                seen.angular_rate,
+                seen.mean_angular_velocity,
                 seen.sole_position,
                 seen.sole_orientation,
                 seen.contact_force,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import cast, get_args
 
 from rosbags.interfaces import (
     Connection,
@@ -18,9 +19,9 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.errors import AnalysisError
-from khr_common import parameter
+from khr_common import ParameterError, parameter
+from khr_common.interfaces import OF_EVERY_RUN, Flow, Topic
 
-SCENARIO_TOPIC = '/scenario'
 _FOREVER = QosTime(2147483647, 4294967295)
 
 
@@ -34,11 +35,36 @@ class RecorderParameters:
     scenario_file: str = parameter(
         '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True
     )
-    staged: bool = parameter(
-        False,
-        'Whether the run has a stage node, which is then recorded from its start on.',
+    topics: tuple[str, ...] = parameter(
+        tuple(topic.line for topic in OF_EVERY_RUN),
+        'Topics to record, each as name, message type, and "period" (one message in every control '
+        'period: the run waits for it), "latched" or "event".',
         read_only=True,
     )
+    extra_topics: tuple[str, ...] = parameter(
+        ('',), 'Further topics to record, in the same form.', read_only=True
+    )
+
+    def __post_init__(self) -> None:
+        self.recorded()
+
+    def recorded(self) -> tuple[Topic, ...]:
+        """Return the topics to record.
+
+        Raises:
+            ParameterError: if one is not of the form that it has to have.
+        """
+        return tuple(_topic(line) for line in (*self.topics, *self.extra_topics) if line)
+
+
+def _topic(line: str) -> Topic:
+    name, kind, flow = (line.split() + [''] * 3)[:3]
+    if kind.count('/') != 2 or flow not in get_args(Flow):
+        raise ParameterError(
+            f'topics: {line!r} is not accepted; accepted: NAME PACKAGE/msg/TYPE '
+            f'{"|".join(get_args(Flow))}'
+        )
+    return Topic(name, kind, '', cast(Flow, flow))
 
 
 class Recording:

@@ -6,18 +6,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from khr_balance.board_units import force_gain
-from khr_balance.feedback import (
-    FeedbackParameters,
-    checked_forces,
-    limited,
-    rate_correction,
-    shared,
-)
+from khr_balance.feedback import BalanceController, BalanceParameters, finite_forces
 from khr_common import parameter
+from khr_common.block import Signals
+from khr_common.interfaces import ANKLE_CORRECTION, FOOT_FORCES, GYRO, STAGE, Topic
 
 
 @dataclass(frozen=True)
-class AnkleControllerParameters(FeedbackParameters):
+class AnkleControllerParameters(BalanceParameters):
     """The parameter table of the ankle controller."""
 
     source: str = parameter(
@@ -34,8 +30,8 @@ class AnkleControllerParameters(FeedbackParameters):
     )
 
 
-class AnkleController:
-    """Proportional feedback to both ankles: law (5.3) of the rate or (3.13) of the forces.
+class AnkleController(BalanceController[AnkleControllerParameters]):
+    """Feed the pitch rate (5.3) or the toe-heel difference (3.13) back to both ankles.
 
     The force sensors' scale is not published. Statically, on a rigid robot, (3.7) and (3.13)
     give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without and
@@ -43,45 +39,24 @@ class AnkleController:
     simulated robot, which falls when it sets the other foot down, not while it rests on one.
     """
 
-    def __init__(self, parameters: AnkleControllerParameters) -> None:
-        self.configure(parameters)
+    node = 'ankle_controller'
+    subscribes = (GYRO, *FOOT_FORCES, STAGE)
+    publishes = (ANKLE_CORRECTION,)
 
-    def configure(self, parameters: AnkleControllerParameters) -> None:
-        """Take changed parameters from the next update on; the law has no state."""
-        self.parameters = parameters
+    def senses(self) -> tuple[Topic, ...]:
+        """Return the topics of the source."""
+        return (GYRO,) if self.parameters.source == 'gyro' else FOOT_FORCES
 
-    def update(
-        self,
-        time: float,
-        pitch_rate: float | None = None,
-        foot_forces: Sequence[float] | None = None,
-        share: float | None = None,
-    ) -> float:
-        """Return the correction of both ankle pitches in rad, positive against a forward lean.
-
-        Args:
-            time: s.
-            pitch_rate: of the torso as the gyro tells it, rad/s, forward positive; needed if
-                the source is ``gyro``.
-            foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N; needed if the source
-                is ``force``.
-            share: of the correction that acts, as the stage says; needed if it is staged.
-
-        Raises:
-            BalanceError: if it is enabled and what it needs is missing or not finite.
-        """
+    def law(self, time: float, signals: Signals) -> float:
+        """Return the correction of both ankle pitches, rad."""
         own = self.parameters
-        if not own.enabled:
-            return 0.0
         if own.source == 'gyro':
-            return shared(own, share, rate_correction(own, time, pitch_rate))
-        difference = toe_heel_difference(foot_forces)
-        return shared(
-            own, share, limited(own, force_gain(own.gain, own.force_scale) * difference)
-        )  # (3.13)
+            return self.rate_law(time, signals[GYRO][1])
+        difference = toe_heel_difference([signals[topic][2] for topic in FOOT_FORCES])
+        return force_gain(own.gain, own.force_scale) * difference  # (3.13)
 
 
-def toe_heel_difference(foot_forces: Sequence[float] | None) -> float:
+def toe_heel_difference(foot_forces: Sequence[float]) -> float:
     """Return Delta = F_T - F_H of the feet together, in N (3.4).
 
     A difference may be taken only of forces in one frame. Toe and heel of one foot share their
@@ -96,5 +71,5 @@ def toe_heel_difference(foot_forces: Sequence[float] | None) -> float:
     Raises:
         BalanceError: if they are not four finite numbers.
     """
-    l_toe, l_heel, r_toe, r_heel = checked_forces(foot_forces)
+    l_toe, l_heel, r_toe, r_heel = finite_forces(foot_forces)
     return (l_toe - l_heel) + (r_toe - r_heel)

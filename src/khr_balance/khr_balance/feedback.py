@@ -1,32 +1,45 @@
-"""The proportional law that ankle and hip controller share."""
+"""The proportional feedback that the ankle and the hip controller share."""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, isfinite, radians, tau
+from typing import ClassVar, TypeVar
 
 from khr_balance.board_units import rate_gain
 from khr_balance.errors import BalanceError
 from khr_common import parameter
+from khr_common.block import Block, Numbers, Signals
+from khr_common.interfaces import STAGE, Topic
 
 
 @dataclass(frozen=True)
 class FeedbackParameters:
-    """What both controllers' tables hold."""
+    """What the table of every feedback controller holds."""
 
-    enabled: bool = parameter(True, 'Whether to correct; if not, the correction is 0.')
-    staged: bool = parameter(
-        False,
-        'Whether to correct only by the share that the stage node gives; its mode must not '
-        'be none then.',
-        read_only=True,
-    )
+    enabled: bool = parameter(False, 'Whether to correct; if not, the correction is 0.')
     gain: float = parameter(
         12.0,
         'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
         minimum=0.0,
         maximum=60.0,
+    )
+    limit_deg: float = parameter(
+        30.0, 'Largest correction, either way.', unit='deg', minimum=0.0, maximum=60.0
+    )
+
+
+@dataclass(frozen=True)
+class BalanceParameters(FeedbackParameters):
+    """What the tables of ankle and hip controller hold."""
+
+    staged: bool = parameter(
+        False,
+        'Whether to correct only by the share that the stage node gives; its mode must not '
+        'be none then.',
+        read_only=True,
     )
     reference_amplitude: float = parameter(
         0.0,
@@ -42,68 +55,102 @@ class FeedbackParameters:
         minimum=0.0,
         maximum=20.0,
     )
-    limit_deg: float = parameter(
-        30.0, 'Largest correction, either way.', unit='deg', minimum=0.0, maximum=60.0
-    )
 
 
-def rate_correction(own: FeedbackParameters, time: float, pitch_rate: float | None) -> float:
-    """Return K (w_meas - w_ref), the correction in rad against a forward pitch rate.
+FeedbackTable = TypeVar('FeedbackTable', bound=FeedbackParameters)
+BalanceTable = TypeVar('BalanceTable', bound=BalanceParameters)
 
-    (3.14) and (5.3) print opposite signs; both mean negative feedback. On ankle and hip pitch
-    (+y) a positive angle swings the body backward over a standing foot, so the correction has the
-    sign of the forward pitch rate.
 
-    Args:
-        own: parameters.
-        time: s, for the reference (5.9).
-        pitch_rate: w_meas, rad/s, forward positive.
+class FeedbackController(Block[FeedbackTable]):
+    """Add one correction to a few joints: off, or what :meth:`law` asks for within the limit.
 
-    Raises:
-        BalanceError: if the rate is missing or not finite.
+    A subclass states its topics and defines the law. It publishes one topic, made by
+    :func:`khr_common.interfaces.correction`.
     """
-    measured = checked('pitch_rate', pitch_rate, 'rad/s')
-    reference = own.reference_amplitude * cos(tau * own.reference_frequency * time)  # (5.9)
-    return limited(own, rate_gain(own.gain) * (measured - reference))
+
+    def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
+        """Answer with the same angle for each joint.
+
+        Raises:
+            BalanceError: if it is enabled and a signal is not finite.
+        """
+        angle = self.correction(time, signals) if self.parameters.enabled else 0.0
+        return ((angle,) * len(self.publishes[0].names),)
+
+    def correction(self, time: float, signals: Signals) -> float:
+        """Return the correction of an enabled controller, rad."""
+        limit = radians(self.parameters.limit_deg)
+        return max(-limit, min(limit, self.law(time, signals)))
+
+    @abstractmethod
+    def law(self, time: float, signals: Signals) -> float:
+        """Return the correction before it is limited, rad."""
 
 
-def limited(own: FeedbackParameters, correction: float) -> float:
-    """Return the correction within the limit, in rad."""
-    limit = radians(own.limit_deg)
-    return max(-limit, min(limit, correction))
+class BalanceController(FeedbackController[BalanceTable]):
+    """Oppose a forward lean, by the share that the stage gives if the controller is staged."""
+
+    node: ClassVar[str]  # its name among those of the stage
+
+    def senses(self) -> tuple[Topic, ...]:
+        """Return the sensors' topics that the law reads with the present parameters."""
+        return tuple(topic for topic in self.subscribes if topic is not STAGE)
+
+    @property
+    def needs(self) -> tuple[Topic, ...]:
+        """Return the sensors' topics, and the stage if the controller is staged."""
+        return (*self.senses(), STAGE) if self.parameters.staged else self.senses()
+
+    def correction(self, time: float, signals: Signals) -> float:
+        """Return the share of the correction that acts, rad, positive against a forward lean."""
+        angle = super().correction(time, signals)
+        if not self.parameters.staged:
+            return angle
+        share = signals[STAGE][STAGE.names.index(self.node)]
+        return finite('share', share, '[0, 1]') * angle
+
+    def rate_law(self, time: float, pitch_rate: float) -> float:
+        """Return K (w_meas - w_ref), the correction in rad against a forward pitch rate.
+
+        (3.14) and (5.3) print opposite signs; both mean negative feedback. On ankle and hip pitch
+        (+y) a positive angle swings the body backward over a standing foot, so the correction has
+        the sign of the forward pitch rate.
+
+        Args:
+            time: s, for the reference (5.9).
+            pitch_rate: w_meas, rad/s, forward positive.
+
+        Raises:
+            BalanceError: if the rate is not finite.
+        """
+        own = self.parameters
+        measured = finite('pitch_rate', pitch_rate, 'rad/s')
+        reference = own.reference_amplitude * cos(tau * own.reference_frequency * time)  # (5.9)
+        return rate_gain(own.gain) * (measured - reference)
 
 
-def shared(own: FeedbackParameters, share: float | None, correction: float) -> float:
-    """Return the share of a correction, in rad, that the stage gives, or all if unstaged.
-
-    Raises:
-        BalanceError: if it is staged, and the share is missing or not finite.
-    """
-    return checked('share', share, '[0, 1]') * correction if own.staged else correction
-
-
-def checked(name: str, value: float | None, unit: str) -> float:
+def finite(name: str, value: float, unit: str) -> float:
     """Return a measured value.
 
     Raises:
-        BalanceError: if it is missing or not finite: a loop without its sensor must not pass for
-            one that has nothing to correct.
+        BalanceError: if it is not finite: a loop without its sensor must not pass for one that has
+            nothing to correct.
     """
-    if value is None or not isfinite(value):
+    if not isfinite(value):
         raise BalanceError(f'{name}: {value!r} is not accepted; accepted: finite, in {unit}')
     return float(value)
 
 
-def checked_forces(foot_forces: Sequence[float] | None) -> tuple[float, float, float, float]:
+def finite_forces(foot_forces: Sequence[float]) -> tuple[float, float, float, float]:
     """Return the normal forces on l_toe, l_heel, r_toe, r_heel, in N.
 
     Raises:
         BalanceError: if they are not four finite numbers.
     """
-    if foot_forces is None or len(foot_forces) != 4:
+    if len(foot_forces) != 4:
         raise BalanceError(
             f'foot_forces: {foot_forces!r} is not accepted; '
             f'accepted: l_toe, l_heel, r_toe, r_heel in N'
         )
-    l_toe, l_heel, r_toe, r_heel = (checked('foot_forces', force, 'N') for force in foot_forces)
+    l_toe, l_heel, r_toe, r_heel = (finite('foot_forces', force, 'N') for force in foot_forces)
     return l_toe, l_heel, r_toe, r_heel

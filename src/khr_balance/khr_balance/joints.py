@@ -9,15 +9,10 @@ from __future__ import annotations
 
 import math
 
-ARM = ('shoulder_pitch', 'shoulder_roll', 'elbow_pitch')
-LEG = ('hip_roll', 'hip_pitch', 'knee', 'ankle_pitch', 'ankle_roll')
-SIDES = ('l', 'r')
+from khr_common.interfaces import ARM, JOINTS, LEG, SIDES
 
-JOINTS: tuple[str, ...] = (
-    'head_yaw',
-    *(f'{side}_{joint}' for side in SIDES for joint in ARM),
-    *(f'{side}_{joint}' for side in SIDES for joint in LEG),
-)
+__all__ = ['ARM', 'INDEX', 'JOINTS', 'LEG', 'LIMITS', 'MAX_SPEED', 'SIDES']
+
 INDEX = {name: index for index, name in enumerate(JOINTS)}
 
 MAX_SPEED = 7.48  # rad/s, no load

@@ -16,7 +16,7 @@ import numpy as np
 
 from khr_balance.body import forward
 from khr_balance.errors import BalanceError
-from khr_balance.feedback import checked_forces
+from khr_balance.feedback import finite_forces
 from khr_balance.joints import JOINTS, SIDES
 from khr_common import ParameterError, parameter
 from khr_common.low_pass import LowPass
@@ -159,7 +159,7 @@ class StagePolicy:
             BalanceError: if either is missing or not finite.
         """
         own, before = self.parameters, self._now
-        forces = checked_forces(foot_forces)
+        forces = finite_forces(foot_forces)
         inclination = before.inclination
         posture = self._late(joint_angles)
         if sum(forces) >= own.load_threshold:

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import struct
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -14,12 +15,13 @@ from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import TABLES
-from khr_common import KhrError, specifications
+from khr_bringup.node_registry import registry, table_of
+from khr_common import KhrError, cdr, specifications
+from khr_common.cdr import Floats
+from khr_common.interfaces import Topic
 
-Messages = dict[str, list[Any]]
-Decoders = Mapping[str, Callable[[bytes], Any]]
-EVENT_TOPIC, PUSH_TOPIC = '/parameter_events', '/push'
+# By topic: (stamp in ns, numbers) of what flows in every period, whole messages of the rest.
+Messages = dict[Topic, list[Any]]
 
 # MCAP (https://mcap.dev/spec): magic, then records of one byte of kind and eight of length.
 _MAGIC = b'\x89MCAP0\r\n'
@@ -39,20 +41,19 @@ class Change:
     value: Any
 
 
-def read_messages(bag: Path, topics: Sequence[str], decoders: Decoders | None = None) -> Messages:
+def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
     """Return the messages of some topics in the order they were recorded.
 
     Args:
         bag: the bag, or the folder of the run that holds it.
-        topics: names; one that is not in the bag has no messages.
-        decoders: by topic, what to take instead of the message that its bytes hold.
+        topics: in whatever namespace; one that is not in the bag has no messages.
 
     Raises:
         BringupError: if it is no bag or is damaged.
     """
     messages: Messages = {topic: [] for topic in topics}
     try:
-        _collect(_place(bag), messages, decoders or {})
+        _collect(_place(bag), messages)
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise BringupError(
@@ -62,9 +63,7 @@ def read_messages(bag: Path, topics: Sequence[str], decoders: Decoders | None = 
     return messages
 
 
-def read_what_is_left(
-    bag: Path, topics: Sequence[str], decoders: Decoders | None = None
-) -> tuple[Messages, str]:
+def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str]:
     """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
 
     Returns:
@@ -74,7 +73,7 @@ def read_what_is_left(
         BringupError: if none of it can be read.
     """
     try:
-        return read_messages(bag, topics, decoders), ''
+        return read_messages(bag, topics), ''
     except KhrError as damage:
         messages: Messages = {topic: [] for topic in topics}
         place = _place(bag)
@@ -83,7 +82,7 @@ def read_what_is_left(
             mended = Path(folder) / 'mended.mcap'
             for file in files:
                 mended.write_bytes(_mend(file.read_bytes()))
-                _collect(mended, messages, decoders or {})
+                _collect(mended, messages)
         if not any(messages.values()):
             raise
         return messages, str(damage)
@@ -98,7 +97,7 @@ def changes(events: Sequence[Any]) -> list[Change]:
     found = []
     for event in events:
         node = event.node.rsplit('/', 1)[-1]
-        known = specifications(TABLES[node]) if node in TABLES else {}
+        known = specifications(table_of(node)) if node in registry() else {}
         time = event.stamp.sec + event.stamp.nanosec / 1e9
         found += [
             Change(time, node, parameter.name, _value(parameter.value))
@@ -112,15 +111,36 @@ def _place(bag: Path) -> Path:
     return bag / 'bag' if (bag / 'bag').is_dir() else bag
 
 
-def _collect(bag: Path, messages: Messages, decoders: Decoders) -> None:
+def _collect(bag: Path, messages: Messages) -> None:
     store = get_typestore(Stores.ROS2_JAZZY)
+
+    def whole(kind: str, data: bytes) -> Any:
+        return store.deserialize_cdr(data, kind)
+
     with Reader(bag) as reader:
-        chosen = [each for each in reader.connections if each.topic in messages]
-        for connection, _, data in reader.messages(chosen) if chosen else ():
-            decode = decoders.get(connection.topic)
-            messages[connection.topic].append(
-                decode(bytes(data)) if decode else store.deserialize_cdr(data, connection.msgtype)
+        chosen, read = [], {}
+        for connection in reader.connections:
+            topic = next((each for each in messages if _is(each, connection.topic)), None)
+            if topic is None:
+                continue
+            chosen.append(connection)
+            numbers = cdr.numbers_of(topic) if topic.flow == 'period' else None
+            read[connection.topic] = (
+                messages[topic].append,
+                partial(_sample, numbers) if numbers else partial(whole, connection.msgtype),
             )
+        for connection, _, data in reader.messages(chosen) if chosen else ():
+            keep, decode = read[connection.topic]
+            keep(decode(bytes(data)))
+
+
+def _is(topic: Topic, name: str) -> bool:
+    """Return whether a topic has this full name in some namespace."""
+    return f'/{name}'.endswith('/' + topic.name.lstrip('/'))
+
+
+def _sample(read: Callable[[bytes], Floats], data: bytes) -> tuple[int, Floats]:
+    return cdr.clock(data), read(data)
 
 
 def _mend(content: bytes) -> bytes:

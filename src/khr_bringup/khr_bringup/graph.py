@@ -11,12 +11,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from khr_analysis.node_specs import RECORDER
 from khr_bringup.code_version import MARK, code_version
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.processes import Processes
 from khr_bringup.run_registry import RunEntry
 from khr_bringup.scenario import Scenario
 from khr_common import RunError
+from khr_common.interfaces import LOG, PARAMETER_EVENTS, PUSH
 from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and at the end without a word of those that still have to
@@ -49,26 +51,25 @@ class GraphResult:
 
 
 def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
-    """Fill in what a graph run needs beyond its scenario: who listens, and where the bag goes."""
-    listeners = ['monitor', 'fft_analyser'] + (['recorder'] if record else [])
-    staged = 'stage' in nodes_of(scenario, record)
+    """Fill in what a graph run needs beyond its scenario: its nodes, its topics, its bag."""
+    nodes = [spec_of(node) for node in nodes_of(scenario, record)]
+    topics = {topic.name: topic for spec in nodes for topic in spec.publishes}
+    topics |= {topic.name: topic for topic in (PUSH, PARAMETER_EVENTS, LOG)}
     return scenario.changed(
         {
-            ('simulator', 'listeners'): listeners,
+            ('simulator', 'answers'): scenario.answers,
+            ('simulator', 'listeners'): [spec.name for spec in nodes if spec.listens],
             ('simulator', 'start_timeout'): PATIENCE,
             ('recorder', 'folder'): str(folder / 'bag'),
             ('recorder', 'scenario_file'): str(folder / 'scenario.yaml'),
-            ('recorder', 'staged'): staged,
+            ('recorder', 'topics'): [topic.line for topic in topics.values()],
         }
     )
 
 
 def nodes_of(scenario: Scenario, record: bool) -> list[str]:
-    """List the nodes that a run of a scenario needs."""
-    idle = set() if record else {'recorder'}
-    if scenario.table('stage').mode == 'none':
-        idle.add('stage')
-    return [node for node in TABLES if node not in idle]
+    """Return the nodes that a run of a scenario needs."""
+    return [node for node in scenario.nodes if record or node != RECORDER.name]
 
 
 def run_graph(
@@ -101,18 +102,14 @@ def run_graph(
     processes = Processes(entry.environment(), folder / 'log')
     with _interrupts() as interrupted:
         try:
-            if one_process:
-                processes.start(
-                    'graph',
-                    'khr_bringup.single_process',
-                    [*nodes, '--ros-args', '--params-file', str(parameters)],
-                )
-            else:
-                for node in nodes:
-                    processes.start_node(node, parameters)
+            entries = {node: registry()[node].entry for node in nodes}
+            for name, group in (
+                {'graph': nodes} if one_process else {n: [n] for n in nodes}
+            ).items():
+                processes.start(name, [entries[node] for node in group], parameters)
             return _watch(
                 processes,
-                _awaited(scenario.table('simulator')),
+                _awaited(scenario.table(RunParameters)),
                 interrupted,
                 show,
                 'graph' if one_process else 'simulator',

@@ -1,42 +1,164 @@
-"""Which node has which parameter table, without ROS."""
+"""The nodes that a graph may have: those of this project, and of every package that joins.
+
+A package joins through entry points of the group ``khr.nodes``, one per node, each naming a
+:class:`~khr_common.block.NodeSpec`. Simulator, recorder, offline twin, launch file, command and
+documents read the nodes from here.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Mapping
+from dataclasses import dataclass, is_dataclass
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from types import MappingProxyType
 from typing import Any
 
-from khr_analysis.outcome import MonitorParameters
-from khr_analysis.recording import RecorderParameters
-from khr_analysis.spectrum import FftAnalyserParameters
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
-from khr_balance.stage import StageParameters
-from khr_sim.foot_force import FootForceParameters
-from khr_sim.gyro import GyroParameters
-from khr_sim.run_parameters import RunParameters
+from khr_bringup.errors import BringupError
+from khr_common.block import NodeSpec
+from khr_common.interfaces import CLOCK, JOINT_STATE
+from khr_common.parameters import specifications
 
-TABLES: dict[str, type[Any]] = {
-    'simulator': RunParameters,
-    'gyro': GyroParameters,
-    'foot_force': FootForceParameters,
-    'gait': GaitParameters,
-    'stage': StageParameters,
-    'ankle_controller': AnkleControllerParameters,
-    'hip_controller': HipControllerParameters,
-    'fft_analyser': FftAnalyserParameters,
-    'monitor': MonitorParameters,
-    'recorder': RecorderParameters,
-}
+GROUP = 'khr.nodes'
 
-PACKAGES: dict[str, str] = {
-    'simulator': 'khr_sim',
-    'gyro': 'khr_sim',
-    'foot_force': 'khr_sim',
-    'gait': 'khr_balance',
-    'stage': 'khr_balance',
-    'ankle_controller': 'khr_balance',
-    'hip_controller': 'khr_balance',
-    'fft_analyser': 'khr_analysis',
-    'monitor': 'khr_analysis',
-    'recorder': 'khr_analysis',
-}
+
+@dataclass(frozen=True)
+class RegisteredNode:
+    """A node and the entry point that names it, such as ``khr_sim.node_specs:GYRO``."""
+
+    spec: NodeSpec
+    entry: str
+
+    @property
+    def correction(self) -> bool:
+        """Return whether it is a controller: its answer is added to the joint reference."""
+        return any(_is_correction(self.spec, topic) for topic in self.spec.publishes)
+
+    @property
+    def seeded(self) -> bool:
+        """Return whether it draws at random."""
+        return 'seed' in specifications(self.spec.table)
+
+    @property
+    def staged(self) -> bool:
+        """Return whether it can act by the share that the stage gives."""
+        return 'staged' in specifications(self.spec.table)
+
+
+@cache
+def registry() -> Mapping[str, RegisteredNode]:
+    """Return all nodes by name, in the order in which data flows, then by name.
+
+    Raises:
+        BringupError: if an entry point does not load or does not fit in; the text names its
+            package.
+    """
+    found: dict[str, RegisteredNode] = {}
+    for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
+        node = RegisteredNode(_load(entry), entry.value)
+        _check(entry, node.spec, found)
+        found[entry.name] = node
+    depth = _depths([node.spec for node in found.values()])
+    ordered = sorted(found.items(), key=lambda item: (depth[item[0]], item[0]))
+    return MappingProxyType(dict(ordered))
+
+
+def spec_of(node: str) -> NodeSpec:
+    """Return the specification of a node that is known to exist."""
+    return registry()[node].spec
+
+
+def table_of(node: str) -> type[Any]:
+    """Return the parameter table of a node that is known to exist."""
+    return spec_of(node).table
+
+
+def node_of(table: type[Any]) -> str:
+    """Return the name of the node that has a parameter table of its own."""
+    return next(name for name, node in registry().items() if node.spec.table is table)
+
+
+def _load(entry: EntryPoint) -> NodeSpec:
+    where = f'{_package(entry)}: entry point {entry.name} = {entry.value}'
+    try:
+        spec = entry.load()
+    except Exception as error:  # whatever a foreign package raises while it is imported
+        text = ' '.join(str(error).split())
+        raise BringupError(
+            f'{where}: {type(error).__name__}: {text}; accepted: a module that can be imported'
+        ) from error
+    if not isinstance(spec, NodeSpec):
+        raise BringupError(f'{where}: {spec!r:.80} is not accepted; accepted: a NodeSpec')
+    return spec
+
+
+def _package(entry: EntryPoint) -> str:
+    return entry.dist.name if entry.dist else entry.value.split('.')[0]
+
+
+def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNode]) -> None:
+    """Refuse what does not fit in with the nodes so far."""
+    where = f'{_package(entry)}: node {spec.name}'
+    if entry.name in others:
+        raise BringupError(
+            f'{where}: {others[entry.name].spec.package} has a node of this name; accepted: '
+            f'another name'
+        )
+    if spec.name != entry.name:
+        raise BringupError(f'{where}: its entry point is called {entry.name}; accepted: one name')
+    if not (is_dataclass(spec.table) and isinstance(spec.table, type)):
+        raise BringupError(
+            f'{where}: table {spec.table!r:.80} is not accepted; accepted: a dataclass of parameters'
+        )
+    try:
+        specifications(spec.table)
+    except (TypeError, KeyError, NameError) as error:
+        raise BringupError(
+            f'{where}: table {spec.table.__name__} is not accepted ({error}); accepted: a '
+            f'dataclass whose fields are made by khr_common.parameter'
+        ) from error
+    topics = Counter(topic.name for topic in spec.publishes if topic.flow == 'period')
+    for name, other in others.items():
+        if other.spec.table is spec.table:
+            raise BringupError(
+                f'{where}: its table is that of {name} ({other.spec.package}); accepted: a table '
+                f'of its own'
+            )
+        topics.update(topic.name for topic in other.spec.publishes if topic.flow == 'period')
+    for topic in spec.publishes:
+        if topics[topic.name] > 1:
+            raise BringupError(
+                f'{where}: topic {topic.name} is not accepted; accepted: one that no node '
+                f'publishes yet'
+            )
+
+
+def _is_correction(spec: NodeSpec, topic: Any) -> bool:
+    return bool(topic.name == f'{spec.name}/correction' and topic.kind == JOINT_STATE)
+
+
+def _depths(specs: list[NodeSpec]) -> dict[str, int]:
+    """Return how many nodes the data passes before each: 0 for the source of the clock."""
+    depth = {spec.name: 0 for spec in specs if any(topic == CLOCK for topic in spec.publishes)}
+    left = [spec for spec in specs if spec.name not in depth]
+    while left:
+        found = {}
+        for spec in left:
+            before = [
+                depth.get(other.name)
+                for other in specs
+                if other is not spec and set(other.publishes) & _inputs(spec)
+            ]
+            if None not in before:
+                found[spec.name] = 1 + max([each for each in before if each is not None] or [0])
+        if not found:
+            names = ', '.join(f'{spec.name} ({spec.package})' for spec in left)
+            raise BringupError(f'{names}: wait for one another; accepted: nodes without a circle')
+        depth |= found
+        left = [spec for spec in left if spec.name not in depth]
+    return depth
+
+
+def _inputs(spec: NodeSpec) -> set[Any]:
+    return {topic for topic in spec.subscribes if topic.flow == 'period'}

@@ -2,23 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
-from khr_analysis.outcome import Outcome, OutcomeMonitor
-from khr_balance.ankle import AnkleController
+from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_balance.gait import Gait
-from khr_balance.hip import HipController
-from khr_balance.stage import Stage, StagePolicy
+from khr_balance.gait_parameters import GaitParameters
+from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import Scenario
-from khr_sim.foot_force import FootForce
-from khr_sim.gyro import Gyro
+from khr_common.block import Block, Numbers
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    CLOCK,
+    FOOT_FORCES,
+    GYRO,
+    HIP_CORRECTION,
+    JOINT_REFERENCE,
+    STAGE,
+    Topic,
+)
 from khr_sim.plant import Plant, mix
-from khr_sim.truth import Truth
+from khr_sim.run_parameters import GAIT, RunParameters
+from khr_sim.truth import SIGNALS, Truth
 
-ANKLES = ('l_ankle_pitch', 'r_ankle_pitch')
-HIPS = ('l_hip_pitch', 'r_hip_pitch')
-Watch = Callable[[Truth, 'Controllers', Outcome], object]  # called at each instant of a run
+Watch = Callable[[Truth, 'ControlLoop', Outcome], object]  # called at each instant of a run
 
 
 @dataclass(frozen=True)
@@ -33,53 +42,80 @@ class OfflineResult:
 
 def duration(scenario: Scenario) -> float:
     """Return how long the scenario's run lasts in s: its own duration, or the motion's."""
-    own = scenario.table('simulator').duration
-    return float(own or Gait(scenario.table('gait')).duration)
+    own = scenario.table(RunParameters).duration
+    return float(own or Gait(scenario.table(GaitParameters)).duration)
 
 
-class Controllers:
-    """The sensing and control side of one scenario: from a truth to the target it asks for.
+class ControlLoop:
+    """The blocks of a scenario's sensors and controllers: from a truth to the target it asks for.
 
     Attributes:
-        pitch_rate: as the board last read it, rad/s.
-        forces: on l_toe, l_heel, r_toe, r_heel as the sensors last told them, N.
-        ankle_correction, hip_correction: the last ones, rad.
-        stage: what the stage node last decided; None without one.
+        signals: what each topic carried at the last instant.
+
+    Raises:
+        BringupError: if a block needs a topic that no node of the run publishes.
     """
 
     def __init__(self, scenario: Scenario) -> None:
-        self.gait = Gait(scenario.table('gait'))
-        self.gyro = Gyro(scenario.table('gyro'))
-        self.foot_force = FootForce(scenario.table('foot_force'))
-        self.ankle = AnkleController(scenario.table('ankle_controller'))
-        self.hip = HipController(scenario.table('hip_controller'))
-        stages = scenario.table('stage')
-        self._stages = StagePolicy(stages) if stages.mode != 'none' else None
-        self.stage: Stage | None = None
-        self._ankle_source = scenario.table('ankle_controller').source
-        self.pitch_rate = self.ankle_correction = self.hip_correction = 0.0
-        self.forces: Sequence[float] = (0.0, 0.0, 0.0, 0.0)
+        self._blocks: list[tuple[Block[Any], tuple[Topic, ...]]] = []
+        self.signals: dict[Topic, Numbers] = {}
+        known = set(SIGNALS)
+        for node in scenario.nodes:
+            spec = spec_of(node)
+            if spec.block is None:
+                continue
+            block = spec.block(scenario.table(spec.table))
+            for topic in set(block.needs) - known:
+                raise BringupError(
+                    f'{scenario.name}: {node} needs the topic {topic.name}, which no node of this '
+                    f'run publishes; accepted: a scenario with the node that does'
+                )
+            published = tuple(topic for topic in spec.publishes if topic.flow == 'period')
+            self._blocks.append((block, published))
+            known |= set(published)
+            if node == GAIT:
+                self._gait = block
+        self._corrections = [
+            topic
+            for node in scenario.answers[1:]
+            for topic in spec_of(node).publishes
+            if topic.flow == 'period'
+        ]
 
     def reference(self, time: float) -> list[float]:
         """Return the gait's 17 joint angles in rad at ``time`` s."""
-        return list(self.gait.reference(time))
+        return list(self._gait.update(time, {CLOCK: ()})[0])
 
     def answer(self, truth: Truth) -> list[float]:
         """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
-        time = truth.stamp_ns / 1e9
-        self.pitch_rate = self.gyro.update(truth.angular_rate.tolist())[1]
-        self.forces = self.foot_force.update(truth.contact_force.tolist())
-        ankle_share = hip_share = None
-        if self._stages is not None:
-            self.stage = self._stages.update(self.forces, truth.joint_position.tolist())
-            ankle_share, hip_share = self.stage.ankle, self.stage.hip
-        if self._ankle_source == 'gyro':
-            ankle = self.ankle.update(time, pitch_rate=self.pitch_rate, share=ankle_share)
-        else:
-            ankle = self.ankle.update(time, foot_forces=self.forces, share=ankle_share)
-        hip = self.hip.update(time, self.pitch_rate, hip_share)
-        self.ankle_correction, self.hip_correction = ankle, hip
-        return mix(self.reference(time), [dict.fromkeys(ANKLES, ankle), dict.fromkeys(HIPS, hip)])
+        time, signals = truth.stamp_ns / 1e9, dict(truth.signals())
+        for block, topics in self._blocks:
+            signals.update(zip(topics, block.update(time, signals), strict=True))
+        self.signals = signals
+        return mix(
+            signals[JOINT_REFERENCE],
+            [dict(zip(topic.names, signals[topic], strict=True)) for topic in self._corrections],
+        )
+
+    @property
+    def pitch_rate(self) -> float:
+        """Return the pitch rate as the board reads it, rad/s."""
+        return self.signals[GYRO][1]
+
+    @property
+    def forces(self) -> Numbers:
+        """Return the normal forces that the sensors read, N, in the order of the regions."""
+        return [self.signals[topic][2] for topic in FOOT_FORCES]
+
+    @property
+    def corrections(self) -> Numbers:
+        """Return the corrections of the ankles and of the hips, rad."""
+        return [self.signals[topic][0] for topic in (ANKLE_CORRECTION, HIP_CORRECTION)]
+
+    @property
+    def stage(self) -> Numbers:
+        """Return stage and inclination in rad as the stage node has them; zeros without one."""
+        return self.signals.get(STAGE, (0.0, 0.0))[:2]
 
 
 def run_offline(scenario: Scenario, watch: Watch | None = None) -> OfflineResult:
@@ -87,28 +123,28 @@ def run_offline(scenario: Scenario, watch: Watch | None = None) -> OfflineResult
 
     Args:
         scenario: what to run.
-        watch: called with the truth, the controllers and the outcome so far of each instant.
+        watch: called with the truth, the control loop and the outcome so far of each instant.
     """
-    parameters = replace(scenario.table('simulator'), duration=duration(scenario))
+    parameters = replace(scenario.table(RunParameters), duration=duration(scenario))
     plant = Plant(parameters)
     try:
-        return _run(scenario, plant, Controllers(scenario), watch)
+        return _run(scenario, plant, ControlLoop(scenario), watch)
     finally:
         plant.world.close()
 
 
 def _run(
-    scenario: Scenario, plant: Plant, controllers: Controllers, watch: Watch | None
+    scenario: Scenario, plant: Plant, loop: ControlLoop, watch: Watch | None
 ) -> OfflineResult:
-    monitor = OutcomeMonitor(scenario.table('monitor'))
+    monitor = OutcomeMonitor(scenario.table(MonitorParameters))
     delayed = plant.parameters.control_delay > 0
-    due = controllers.reference(0.0)  # what the board holds before the first answer
+    due = loop.reference(0.0)  # what the board holds before the first answer
     truth = plant.start(due)
     while True:
-        answer = controllers.answer(truth)
+        answer = loop.answer(truth)
         outcome = monitor.update(truth)
         if watch is not None:
-            watch(truth, controllers, outcome)
+            watch(truth, loop, outcome)
         if plant.end:
             return OfflineResult(outcome, plant.trajectory_hash, truth.stamp_ns / 1e9, plant.end)
         truth = plant.advance(due if delayed else answer)

@@ -7,12 +7,11 @@ import signal
 import subprocess
 import sys
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
-from khr_bringup.node_registry import PACKAGES
-
-FIRST = ('simulator',)  # it ends the run, and waits until that has been heard
-LAST = ('recorder', 'graph')  # what writes the bag, with the others' last words
+FIRST = ('simulator',)  # it ends the run, and waits until that is received
+LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
 GRACE = 5.0  # s of wall time before a process that does not stop is killed
 CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
 
@@ -33,25 +32,24 @@ class Processes:
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         log.mkdir(parents=True, exist_ok=True)
 
-    def start(self, name: str, module: str, arguments: list[str]) -> None:
-        """Start ``python -m module`` with its output in ``name.log``."""
+    def start(self, name: str, nodes: Sequence[str], parameters: Path) -> None:
+        """Start nodes in one process, with a parameter file, and its output in ``name.log``.
+
+        Args:
+            name: of the process.
+            nodes: their entry points, such as ``khr_sim.node_specs:GYRO``.
+            parameters: the parameter file.
+        """
+        ros = ['--ros-args', '--params-file', str(parameters)]
         with (self._log / f'{name}.log').open('wb') as log:
             self._children[name] = subprocess.Popen(
-                [sys.executable, '-m', module, *arguments],
+                [sys.executable, '-m', 'khr_common.nodes.run', *nodes, *ros],
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
             )
-
-    def start_node(self, node: str, parameters: Path) -> None:
-        """Start one node of the graph with a parameter file."""
-        self.start(
-            node,
-            f'{PACKAGES[node]}.nodes.{node}',
-            ['--ros-args', '--params-file', str(parameters)],
-        )
 
     def ended(self) -> str | None:
         """Describe a process that has ended, if one has."""

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass, fields
-from functools import partial
-from math import atan2, radians
+from math import atan2
 from operator import itemgetter
 from pathlib import Path
-from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
 
@@ -16,40 +14,45 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.outcome import Outcome, OutcomeMonitor
-from khr_analysis.recording import SCENARIO_TOPIC
-from khr_bringup.bags import EVENT_TOPIC, Messages, changes, read_messages
+from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_bringup.bags import Messages, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario import Scenario, parse
-from khr_common import KhrError, cdr
+from khr_common import KhrError
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    FOOT_FORCES,
+    GYRO,
+    HIP_CORRECTION,
+    PARAMETER_EVENTS,
+    SCENARIO,
+    STAGE,
+    TRUE_FORCES,
+    TRUE_INCLINATION,
+    TRUE_POSE,
+    TRUE_RATE,
+    TRUE_SOLES,
+    Topic,
+)
 from khr_sim.truth import Truth
-from khr_sim.world import STEEPEST, TILTING_SPEED
 
 if TYPE_CHECKING:
-    from khr_bringup.offline import Controllers, OfflineResult
+    from khr_bringup.offline import ControlLoop, OfflineResult
 
 Array = NDArray[np.float64]
-REGIONS = ('left_toe', 'left_heel', 'right_toe', 'right_heel')
-TRUE_RATE, GYRO_RATE = '/ground_truth/imu', '/imu/data_raw'
-POSE, SOLES = '/ground_truth/odom', '/ground_truth/soles'
-CONTACTS = tuple(f'/ground_truth/contact/{region}' for region in REGIONS)
-FORCES = tuple(f'/foot_force/{region}' for region in REGIONS)
-CORRECTIONS = ('/ankle_controller/correction', '/hip_controller/correction')
-STAGE = '/stage'
-SAMPLED: dict[str, Callable[[bytes], Any]] = {
-    TRUE_RATE: cdr.angular_velocity,
-    GYRO_RATE: cdr.angular_velocity,
-    POSE: cdr.pose,
-    SOLES: cdr.poses,
-    **dict.fromkeys((*CONTACTS, *FORCES), cdr.force),
-    **dict.fromkeys((*CORRECTIONS, STAGE), lambda data: cdr.joint_positions(data)[1]),
-}
-# What the signals are read from in a bag; what is sampled, as (stamp in ns, numbers).
-TOPICS = (SCENARIO_TOPIC, EVENT_TOPIC, *SAMPLED)
-DECODERS = {
-    topic: partial(lambda read, data: (cdr.clock(data), read(data)), read)
-    for topic, read in SAMPLED.items()
-}
+SAMPLED = (
+    TRUE_RATE,
+    GYRO,
+    TRUE_POSE,
+    TRUE_SOLES,
+    TRUE_INCLINATION,
+    *TRUE_FORCES,
+    *FOOT_FORCES,
+    ANKLE_CORRECTION,
+    HIP_CORRECTION,
+    STAGE,
+)
+TOPICS = (SCENARIO, PARAMETER_EVENTS, *SAMPLED)  # what the signals of a bag are read from
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,18 +124,18 @@ def run_with_series(scenario: Scenario) -> tuple[OfflineResult, Series]:
 
     rows: list[tuple[Any, ...]] = []
 
-    def look(truth: Truth, controllers: Controllers, outcome: Outcome) -> None:
+    def look(truth: Truth, loop: ControlLoop, outcome: Outcome) -> None:
         rows.append(
             (
                 truth.stamp_ns / 1e9,
                 truth.inclination,
                 _pitch(*truth.orientation.tolist()),
-                float(truth.angular_rate[1]),
-                controllers.pitch_rate,
+                float(truth.mean_angular_velocity[1]),
+                loop.pitch_rate,
                 truth.contact_force[:, 2].copy(),
-                controllers.forces,
-                (controllers.ankle_correction, controllers.hip_correction),
-                *(controllers.stage[:2] if controllers.stage else (0, 0.0)),
+                loop.forces,
+                loop.corrections,
+                *loop.stage,
                 outcome.distance,
                 outcome.slip_distance,
             )
@@ -153,28 +156,28 @@ def series_of_bag(bag: Path) -> Series:
     Raises:
         BringupError: if it is no bag, is damaged, or holds no signal.
     """
-    series = series_of(read_messages(bag, TOPICS, DECODERS))
+    series = series_of(read_messages(bag, TOPICS))
     if not series.time.size:
         raise BringupError(f'{bag}: no signals in it; accepted: the bag of a khr run')
     return series
 
 
 def series_of(messages: Messages) -> Series:
-    """Put the messages of a bag on TOPICS, read by DECODERS, together; what it lacks is NaN."""
+    """Put the messages of a bag on TOPICS together; what it lacks is NaN."""
     by_time = {topic: dict(messages[topic]) for topic in SAMPLED}
     times = sorted(set().union(*by_time.values()))
     scenario = scenario_in(messages)
 
-    def column(topic: str, value: Callable[[Any], float]) -> Array:
+    def column(topic: Topic, value: Callable[[Any], float]) -> Array:
         found = by_time[topic]
         return np.array(
             [value(found[time]) if time in found else np.nan for time in times], dtype=np.float64
         )
 
-    def columns(topics: tuple[str, ...], index: int) -> Array:
+    def columns(topics: tuple[Topic, ...], index: int) -> Array:
         return np.column_stack([column(topic, itemgetter(index)) for topic in topics])
 
-    monitor = OutcomeMonitor(scenario.table('monitor'))
+    monitor = OutcomeMonitor(scenario.table(MonitorParameters))
     way = [
         _way(monitor, time, {topic: found.get(time) for topic, found in by_time.items()})
         for time in times
@@ -183,13 +186,13 @@ def series_of(messages: Messages) -> Series:
     seconds = np.array(times, dtype=np.float64) / 1e9
     return Series(
         time=seconds,
-        inclination=_inclination(seconds, messages, scenario),
-        pitch=column(POSE, lambda pose: _pitch(*pose[3:])),
+        inclination=column(TRUE_INCLINATION, itemgetter(0)),
+        pitch=column(TRUE_POSE, lambda pose: _pitch(*pose[3:])),
         pitch_rate=column(TRUE_RATE, itemgetter(1)),
-        gyro_rate=column(GYRO_RATE, itemgetter(1)),
-        contact_force=columns(CONTACTS, 2),
-        foot_force=columns(FORCES, 2),
-        correction=columns(CORRECTIONS, 0),
+        gyro_rate=column(GYRO, itemgetter(1)),
+        contact_force=columns(TRUE_FORCES, 2),
+        foot_force=columns(FOOT_FORCES, 2),
+        correction=columns((ANKLE_CORRECTION, HIP_CORRECTION), 0),
         stage=np.nan_to_num(column(STAGE, itemgetter(0))),
         read_inclination=np.nan_to_num(column(STAGE, itemgetter(1))),
         distance=distance,
@@ -199,7 +202,7 @@ def series_of(messages: Messages) -> Series:
 
 def scenario_in(messages: Messages) -> Scenario:
     """Return the scenario of a bag; all defaults if it has none that this version can read."""
-    for text in messages[SCENARIO_TOPIC]:
+    for text in messages[SCENARIO]:
         try:
             return parse(text.data, 'its scenario', 'bag')
         except KhrError:
@@ -207,42 +210,15 @@ def scenario_in(messages: Messages) -> Scenario:
     return Scenario('', {})
 
 
-def _way(monitor: OutcomeMonitor, time: int, heard: dict[str, Any]) -> tuple[float, float]:
+def _way(monitor: OutcomeMonitor, time: int, signals: dict[Topic, Any]) -> tuple[float, float]:
     """Return distance and slip, m, at an instant; NaN if what it takes is not there or damaged."""
-    if any(heard[topic] is None for topic in (POSE, TRUE_RATE, SOLES, *CONTACTS)):
+    if any(signals[topic] is None for topic in (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)):
         return np.nan, np.nan
-    pose, soles = heard[POSE], heard[SOLES]
-    seen: Any = SimpleNamespace(
-        stamp_ns=time,
-        position=pose[:3],
-        orientation=pose[3:],
-        angular_rate=heard[TRUE_RATE],
-        contact_force=[heard[topic] for topic in CONTACTS],
-        sole_position=[sole[:3] for sole in soles],
-        sole_orientation=[sole[3:] for sole in soles],
-    )
     try:
-        outcome = monitor.update(seen)
+        outcome = monitor.update(Instant.of(time, signals))
     except AnalysisError:
         return np.nan, np.nan
     return outcome.distance, outcome.slip_distance
-
-
-def _inclination(time: Array, messages: Messages, scenario: Scenario) -> Array:
-    """Return the inclination, rad, which is on no topic: the law of the world, World.advance.
-
-    Without a scenario, or if the inclination was changed during the run, it is NaN.
-    """
-    simulator = scenario.table('simulator')
-    changed = any(
-        each.parameter.startswith('inclination') for each in changes(messages[EVENT_TOPIC])
-    )
-    if changed or not messages[SCENARIO_TOPIC]:
-        return np.full(time.shape, np.nan)
-    rate = radians(simulator.inclination_rate_deg_s)
-    goal = np.clip(radians(simulator.inclination_deg) + rate * time, -STEEPEST, STEEPEST)
-    reach = (TILTING_SPEED + abs(rate)) * time if simulator.level_start else np.inf
-    return np.asarray(np.clip(goal, -reach, reach))
 
 
 def _pitch(x: float, y: float, z: float, w: float) -> float:

@@ -7,20 +7,20 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
+from khr_bringup.derived import derived
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import node_of, registry, table_of
 from khr_common import ParameterError, build, check, specifications
+from khr_sim.run_parameters import GAIT
 
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 SHIPPED = CONFIG / 'scenarios'
 Values = dict[str, dict[str, Any]]
-PERIOD = 'control_period'
-STAGED = ('ankle_controller', 'hip_controller')  # nodes that may wait for the stage
-SEEDED = ('simulator', 'gyro', 'foot_force')  # nodes that draw at random
+Table = TypeVar('Table')
 
 
 @dataclass(frozen=True)
@@ -37,21 +37,31 @@ class Scenario:
     values: Values
     title: str = ''
 
-    def table(self, node: str) -> Any:
-        """Build the parameter table of one node.
+    def table(self, table: type[Table]) -> Table:
+        """Build the parameter table of the node that it belongs to.
 
         Raises:
             ParameterError: if a value is not accepted (scenarios read from files are checked).
         """
-        return build(TABLES[node], self.of(node))
+        return build(table, self.of(node_of(table)))
 
     def of(self, node: str) -> dict[str, Any]:
-        """Return what the scenario says of a node; all nodes share the simulator's period."""
-        own = dict(self.values.get(node, {}))
-        period = self.values.get('simulator', {}).get(PERIOD)
-        if period is not None and PERIOD in specifications(TABLES[node]):
-            own.setdefault(PERIOD, period)
-        return own
+        """Return what the scenario states of a node, and what follows from it."""
+        return derived(self.values, node) | self.values.get(node, {})
+
+    @property
+    def nodes(self) -> list[str]:
+        """Return the nodes that take part, in the order in which data flows."""
+        return [
+            name
+            for name, node in registry().items()
+            if node.spec.joins(build(node.spec.table, self.of(name)))
+        ]
+
+    @property
+    def answers(self) -> list[str]:
+        """Return the nodes whose answers move the joints: the gait, then each controller."""
+        return [GAIT, *(name for name in self.nodes if registry()[name].correction)]
 
     def changed(self, changes: Mapping[tuple[str, str], Any]) -> Scenario:
         """Return a scenario with values replaced; they are checked.
@@ -77,10 +87,10 @@ class Scenario:
             prefix + node: {
                 'ros__parameters': {
                     key: self.of(node).get(key, specification.default)
-                    for key, specification in specifications(table).items()
+                    for key, specification in specifications(table_of(node)).items()
                 }
             }
-            for node, table in TABLES.items()
+            for node in self.nodes
         }
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 
@@ -162,8 +172,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
         BringupError: if it is not a YAML value.
     """
     value = read_yaml(text, f'{node}.{key}')
-    table = TABLES.get(node)
-    known = specifications(table).get(key) if table else None
+    known = specifications(table_of(node)).get(key) if node in registry() else None
     if known and known.kind is float and type(value) is int:
         return float(value)
     if known and known.kind is str and not isinstance(value, str):
@@ -180,8 +189,8 @@ def _natural(stem: str) -> list[Any]:
 
 def _known_node(file: str, node: Any) -> str:
     name = str(node).rsplit('/', 1)[-1]
-    if name not in TABLES:
-        raise BringupError(f'{file}: {node}: no such node; accepted: {", ".join(TABLES)}')
+    if name not in registry():
+        raise BringupError(f'{file}: {node}: no such node; accepted: {", ".join(registry())}')
     return name
 
 
@@ -199,7 +208,7 @@ def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
 def _checked(file: str, node: str, key: str, value: Any) -> Any:
     _known_node(file, node)
     try:
-        return check(TABLES[node], key, value)
+        return check(table_of(node), key, value)
     except ParameterError as error:
         raise BringupError(f'{file}: {node}: {error}') from error
 
@@ -207,11 +216,12 @@ def _checked(file: str, node: str, key: str, value: Any) -> Any:
 def _consistent(file: str, values: Values) -> Values:
     for node, keys in values.items():
         try:
-            build(TABLES[node], keys)
+            build(table_of(node), keys)
         except ParameterError as error:
             raise BringupError(f'{file}: {node}: {error}') from error
     if values.get('stage', {}).get('mode', 'none') == 'none':
-        for node in STAGED:
+        staged = [name for name, node in registry().items() if node.staged]
+        for node in staged:
             if values.get(node, {}).get('staged'):
                 raise BringupError(
                     f'{file}: {node}: staged: True is not accepted; accepted: '
@@ -248,11 +258,6 @@ def read_yaml(text: str, file: str) -> Any:
         where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
         problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
         raise BringupError(f'{file}:{where} {problem}; accepted: YAML') from error
-
-
-def noise_seeds(seed: int) -> dict[tuple[str, str], int]:
-    """Return the seeds of all nodes by (node, key): never two alike, or they would draw alike."""
-    return {(node, 'seed'): len(SEEDED) * seed + number for number, node in enumerate(SEEDED)}
 
 
 def changes_of(texts: Iterable[str]) -> dict[tuple[str, str], Any]:

@@ -7,21 +7,25 @@ from typing import Any
 
 from rich.table import Table
 
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.gait_parameters import GaitParameters
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import Scenario
 from khr_common.markdown import table
+from khr_sim.run_parameters import RunParameters
 
 COLUMNS = ('scenario', 'motion', 'inclination', 'surface', 'ankle', 'hip', 'push')
 
 
 def scenario_row(scenario: Scenario) -> tuple[str, ...]:
     """Return what tells a scenario from the others, in the order of COLUMNS."""
-    simulator, ankle, hip = (
-        scenario.table(node) for node in ('simulator', 'ankle_controller', 'hip_controller')
-    )
+    simulator = scenario.table(RunParameters)
+    ankle = scenario.table(AnkleControllerParameters)
+    hip = scenario.table(HipControllerParameters)
     growth = simulator.inclination_rate_deg_s
     return (
         scenario.name,
-        scenario.table('gait').motion,
+        scenario.table(GaitParameters).motion,
         f'{simulator.inclination_deg:g} deg' + (f' {growth:+g} deg/s' if growth else ''),
         simulator.surface,
         f'{ankle.gain:g} ({ankle.source}){_staged(ankle)}' if ankle.enabled else 'off',

@@ -8,17 +8,16 @@ from pathlib import Path
 from rich.console import Console
 from rich.progress import Progress
 
-from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup import scenario as scenarios
-from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, changes, read_messages
+from khr_bringup.bags import changes, read_messages
 from khr_bringup.code_version import code_version, version_told
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
 from khr_common import KhrError, specifications
-
-STATE_TOPIC = '/simulator/state'
+from khr_common.interfaces import PARAMETER_EVENTS, PUSH, SCENARIO, STATE
+from khr_sim.run_parameters import RunParameters
 
 
 @dataclass(frozen=True)
@@ -51,7 +50,7 @@ def verify(bag: Path) -> int:
             scenario alone: it was changed from outside, or ran against the wall clock.
     """
     recorded = read(bag)
-    if recorded.scenario.table('simulator').sync != 'lockstep':
+    if recorded.scenario.table(RunParameters).sync != 'lockstep':
         raise BringupError(
             f'{bag}: the run followed the wall clock, so it cannot be repeated; '
             'accepted: a run in lockstep'
@@ -80,10 +79,10 @@ def read(bag: Path) -> Recorded:
         BringupError: if it is no bag, is damaged, has no scenario or end of a run, or was made
             by another version of the project.
     """
-    messages = read_messages(bag, (SCENARIO_TOPIC, STATE_TOPIC, EVENT_TOPIC, PUSH_TOPIC))
-    if not messages[SCENARIO_TOPIC]:
+    messages = read_messages(bag, (SCENARIO, STATE, PARAMETER_EVENTS, PUSH))
+    if not messages[SCENARIO]:
         raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
-    finished = [message for message in messages[STATE_TOPIC] if message.message == 'finished']
+    finished = [message for message in messages[STATE] if message.message == 'finished']
     state = {pair.key: pair.value for pair in finished[-1].values} if finished else {}
     if not state.get('trajectory_hash') or not int(state.get('time_ns', 0)):
         raise BringupError(
@@ -91,15 +90,15 @@ def read(bag: Path) -> Recorded:
             'bag of a run that ended or was interrupted'
         )
     return Recorded(
-        _scenario(bag, messages[SCENARIO_TOPIC][-1].data),
+        _scenario(bag, messages[SCENARIO][-1].data),
         state['trajectory_hash'],
         int(state['time_ns']),
         state.get('end', ''),
         tuple(
             f'{each.node}.{each.parameter} was set to {each.value}'
-            for each in changes(messages[EVENT_TOPIC])
+            for each in changes(messages[PARAMETER_EVENTS])
         )
-        + (('a push over its topic',) if messages[PUSH_TOPIC] else ()),
+        + (('a push over its topic',) if messages[PUSH] else ()),
     )
 
 
@@ -113,8 +112,8 @@ def _scenario(bag: Path, text: str) -> Scenario:
         scenario = scenarios.parse(text, 'its scenario', bag.name)
     except KhrError as error:
         raise BringupError(f'{title}: {error}') from error
-    for node, table in TABLES.items():
-        missing = set(specifications(table)) - set(scenario.values.get(node, {}))
+    for node in scenario.nodes:
+        missing = set(specifications(table_of(node))) - set(scenario.values.get(node, {}))
         if missing:
             raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
     return scenario

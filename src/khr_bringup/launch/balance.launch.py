@@ -9,7 +9,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 from khr_bringup.graph import nodes_of, prepare
-from khr_bringup.node_registry import PACKAGES
+from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import load
 
 
@@ -23,7 +23,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
     parameters.write_text(prepare(scenario, folder, record).to_yaml('/**/'), encoding='utf-8')
     return [
         Node(
-            package=PACKAGES[node],
+            package=spec_of(node).package,
             executable=node,
             name=node,
             output='screen',

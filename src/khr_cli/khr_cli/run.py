@@ -19,6 +19,7 @@ from khr_bringup.offline import duration, run_offline
 from khr_bringup.run_registry import registered
 from khr_bringup.scenario import Scenario
 from khr_common import KhrError
+from khr_sim.run_parameters import RunParameters
 
 VERDICTS = ('walked', 'stood', 'fell', 'slipped')
 INTERRUPTED = 130  # the shell's exit code for SIGINT
@@ -104,7 +105,7 @@ def _graph(
 ) -> Result:
     from khr_bringup.graph import prepare, run_graph
 
-    seconds = scenario.table('simulator').duration
+    seconds = scenario.table(RunParameters).duration
     with registered(scenario.name, folder, options.domain, options.network) as entry:
         console.print(
             f'{scenario.name}: ROS_DOMAIN_ID={entry.domain} '
@@ -156,9 +157,9 @@ def _offline(
     from khr_analysis.outcome_text import figures
 
     began = start
-    with _progress(console, scenario.table('simulator').duration) as show:
+    with _progress(console, scenario.table(RunParameters).duration) as show:
 
-        def watch(truth: Any, controllers: Any, _: object) -> None:
+        def watch(truth: Any, loop: Any, _: object) -> None:
             nonlocal began
             seconds = truth.stamp_ns / 1e9
             if truth.step == 0:
@@ -167,7 +168,7 @@ def _offline(
                 seconds,
                 'offline',
                 f'{seconds / (time.monotonic() - began + 1e-9):.2f}',
-                f'{controllers.pitch_rate:.3f}',
+                f'{loop.pitch_rate:.3f}',
                 None,
             )
 

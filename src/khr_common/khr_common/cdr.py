@@ -9,9 +9,12 @@ All of it is little-endian CDR, as :meth:`khr_common.nodes.node.KhrNode.listen_t
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from itertools import pairwise
 from struct import Struct
+
+from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES, WRENCH, Topic
 
 BLANK = -1.2345678987654321e300  # stands where numbers of a form are to be filled in
 Floats = tuple[float, ...]
@@ -25,7 +28,7 @@ _BLANK = Struct('<d').pack(BLANK)
 _RATE = 13 * _DOUBLE  # in an Imu, behind orientation and its covariance
 
 
-class Form:
+class MessageTemplate:
     """A message that is sent again and again, and of which only stamp and blanks change.
 
     Args:
@@ -85,11 +88,10 @@ def pose(data: bytes) -> Floats:
     return _SEVEN.unpack_from(data, _aligned(_after_text(data, _after_header(data))))
 
 
-def poses(data: bytes) -> list[Floats]:
-    """Return the poses of a PoseArray, each as :func:`pose` does."""
+def poses(data: bytes) -> Floats:
+    """Return the poses of a PoseArray, one behind the other, each as :func:`pose` does."""
     place, count = _counted(data, _after_header(data))
-    start = _aligned(place)
-    return [_SEVEN.unpack_from(data, start + each * _SEVEN.size) for each in range(count)]
+    return Struct(f'<{7 * count}d').unpack_from(data, _aligned(place))
 
 
 def joint_positions(data: bytes) -> tuple[list[str], Floats]:
@@ -102,6 +104,33 @@ def joint_positions(data: bytes) -> tuple[list[str], Floats]:
         place = end
     place, count = _counted(data, place)
     return names, Struct(f'<{count}d').unpack_from(data, _aligned(place) if count else place)
+
+
+def numbers_of(topic: Topic) -> Callable[[bytes], Floats]:
+    """Return the function that reads what flows on a topic in every period.
+
+    Of a JointState it returns the positions in the order of the topic's names.
+    """
+    if topic.kind == JOINT_STATE:
+        return partial(_ordered, topic.names)
+    return _READERS[topic.kind]
+
+
+def _ordered(names: tuple[str, ...], data: bytes) -> Floats:
+    found, positions = joint_positions(data)
+    if tuple(found) == names:
+        return positions
+    by_name = dict(zip(found, positions, strict=True))
+    return tuple([by_name[name] for name in names])
+
+
+_READERS: dict[str, Callable[[bytes], Floats]] = {
+    CLOCK.kind: lambda _: (),
+    IMU: angular_velocity,
+    WRENCH: force,
+    TRUE_POSE.kind: pose,
+    TRUE_SOLES.kind: poses,
+}
 
 
 def _after_header(data: bytes) -> int:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, Generic, TypeVar
 
+Name = TypeVar('Name')
 HISTORY = 500  # messages that the middleware keeps of a topic for a listener that is behind
 
 
@@ -32,37 +33,53 @@ class StampJudge:
         return True
 
 
-class StampedSet:
-    """Gather messages of several topics until all of one stamp are there.
+class ExactTimeSynchronizer(Generic[Name]):
+    """Gather the messages of several topics until all of one stamp are there.
 
-    Each topic comes whole and in order, but none waits for another: what the middleware has to
+    Each topic arrives whole and in order, but none waits for another: what the middleware has to
     send again can be hundreds of instants behind the rest. So whatever is begun is kept until it
     is complete, and instants are complete in their order.
+
+    Args:
+        names: of the topics of which an instant needs a message.
     """
 
-    def __init__(self, names: tuple[str, ...]) -> None:
-        self._names = names
-        self._newest: dict[str, int] = {}
-        self._values: dict[int, dict[str, Any]] = {}  # by stamp, the one begun last at the end
+    def __init__(self, names: Sequence[Name]) -> None:
+        self._names = tuple(names)
+        self._newest: dict[Name, int] = {}
+        self._values: dict[int, dict[Name, Any]] = {}  # by stamp, the newest at the end
 
-    def put(self, name: str, stamp_ns: int, value: Any) -> list[Any] | None:
-        """Take one message; return all in the order of the names once they are complete."""
+    def put(self, name: Name, stamp_ns: int, value: Any) -> dict[Name, Any] | None:
+        """Take one message; return all of its instant by name once those needed are there."""
         if stamp_ns < self._newest.get(name, stamp_ns):
             self._forget(name)
         self._newest[name] = stamp_ns
         values = self._values.setdefault(stamp_ns, {})
         values[name] = value
-        if len(values) == len(self._names):
-            # What is older can only be half of an instant told twice, or from before we listened.
+        if self._complete(values):
+            # What is older is an incomplete repeat, or from before we subscribed.
             self._values = {
                 stamp: begun for stamp, begun in self._values.items() if stamp > stamp_ns
             }
-            return [values[each] for each in self._names]
+            return values
         if len(self._values) > HISTORY:
             del self._values[next(iter(self._values))]
         return None
 
-    def _forget(self, name: str) -> None:
-        """Drop what a topic told of the run before: it has begun another."""
+    def require(self, names: Sequence[Name]) -> list[tuple[int, dict[Name, Any]]]:
+        """Need other topics from now on; return the instants that are complete with these."""
+        self._names = tuple(names)
+        complete = sorted(
+            (stamp, begun) for stamp, begun in self._values.items() if self._complete(begun)
+        )
+        for stamp, _ in complete:
+            del self._values[stamp]
+        return complete
+
+    def _complete(self, values: dict[Name, Any]) -> bool:
+        return all(name in values for name in self._names)
+
+    def _forget(self, name: Name) -> None:
+        """Drop what a topic sent in the run before: it has begun another."""
         for values in self._values.values():
             values.pop(name, None)

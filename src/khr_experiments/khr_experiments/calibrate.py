@@ -19,7 +19,7 @@ from typing import Any
 
 import yaml
 
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import table_of
 from khr_common import RunError, specifications
 from khr_experiments.calibration import CONSTANTS, FITS, Fit
 from khr_experiments.critical import Changes, attempt, workers
@@ -195,11 +195,11 @@ def page(found: list[Found], seed: int, seeds: int) -> str:
 
 
 def _default(node: str, key: str) -> object:
-    return specifications(TABLES[node])[key].default
+    return specifications(table_of(node))[key].default
 
 
 def _unit(node: str, key: str) -> str:
-    unit = specifications(TABLES[node])[key].unit
+    unit = specifications(table_of(node))[key].unit
     return f' {unit}' if unit else ''
 
 

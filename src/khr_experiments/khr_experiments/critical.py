@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from math import degrees, inf, sqrt
+from math import inf, sqrt
 from multiprocessing import get_context, parent_process
 
 import numpy as np
@@ -21,14 +21,12 @@ from scipy import stats
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import Watch, run_offline
-from khr_bringup.scenario import Scenario, noise_seeds
+from khr_bringup.scenario import Scenario
 from khr_experiments.errors import ExperimentError
-from khr_sim.world import TILTING_SPEED
 
 LOWEST, HIGHEST = 0.0, 20.0  # deg, where a search ends
 STEP = 0.8  # deg, by which a search looks for the two sides of a limit
 START = 6.0  # deg, where the first seed's search begins
-SETTLING = 2.0  # s on the tilted board before the robot lifts a leg
 INITIAL_TILT_DEG = 0.3  # assumed: how exactly a robot is put on its board by hand
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice what the walk without control has
 LARGEST_JOBS = 64
@@ -83,10 +81,9 @@ class Condition:
             changes[node, 'gain'] = float(gain)
         if standing:
             changes['simulator', 'level_start'] = True
-            changes['gait', 'start_delay'] = start_of_lift(inclination_deg)
         if seed is not None:
             changes['simulator', 'initial_tilt_deg'] = INITIAL_TILT_DEG
-            changes |= noise_seeds(seed)
+            changes['simulator', 'seed'] = seed
         return Scenario(self.title, {}).changed(changes | dict(self.changes))
 
 
@@ -185,11 +182,6 @@ def run(
     robot, as in the thesis, so that a controller that leans it back can do so in time.
     """
     return run_offline(condition.scenario(inclination_deg, seed), watch).outcome
-
-
-def start_of_lift(inclination_deg: float) -> float:
-    """Return when the robot of a leg lift begins to move, s: the board is tilted, and at rest."""
-    return inclination_deg / degrees(TILTING_SPEED) + SETTLING
 
 
 def bisect(survives: Callable[[float], bool], start: float, tolerance: float) -> float:

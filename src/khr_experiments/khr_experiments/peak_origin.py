@@ -17,8 +17,10 @@ from khr_analysis.line_chance import Places, places
 from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.origin import Line, Sureness, origins, strongest_near
 from khr_analysis.resonance import Resonance, resonance
+from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import load, read_yaml
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, Runs, run, runs_of, shipped
@@ -26,6 +28,7 @@ from khr_experiments.scoreboard_rows import LINE_HZ
 from khr_experiments.sweeps import tell_lost
 from khr_experiments.sweeps.axes import CASE
 from khr_experiments.sweeps.reading import parse
+from khr_sim.run_parameters import RunParameters
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
@@ -129,10 +132,9 @@ def fallen_of(runs: Runs) -> str:
 
 def _walks(label: str, runs: Sequence[Run]) -> Walks:
     scenario = runs[0].scenario
-    simulator, gait, ankle, hip = (
-        scenario.table(node)
-        for node in ('simulator', 'gait', 'ankle_controller', 'hip_controller')
-    )
+    simulator, gait = scenario.table(RunParameters), scenario.table(GaitParameters)
+    ankle = scenario.table(AnkleControllerParameters)
+    hip = scenario.table(HipControllerParameters)
     treatment = Treatment(
         gait.cycle_period,
         ankle.gain if ankle.enabled else 0.0,
@@ -242,7 +244,7 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         RunError: if the computation could not go on; what is finished is kept.
     """
     walk = load(scenario)
-    if walk.table('gait').motion != 'walk':
+    if walk.table(GaitParameters).motion != 'walk':
         raise ExperimentError(f'{scenario}: its motion is not accepted; accepted: a walk')
     text = shipped()[EXPERIMENT].read_text(encoding='utf-8')
     given = read_yaml(text, EXPERIMENT) | {'scenario': scenario}

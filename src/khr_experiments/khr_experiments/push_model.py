@@ -20,9 +20,10 @@ from khr_analysis.models.push import largest_push
 from khr_analysis.models.servo_loop import gain_of_board
 from khr_analysis.models.tipping import PushLoop
 from khr_experiments.push_recovery import GIVING, WATCH, Condition, Stance, stance
-from khr_sim.gyro import Gyro
+from khr_sim.gyro import Gyro, GyroParameters
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
+from khr_sim.run_parameters import RunParameters
 from khr_sim.servo import BACK_EMF, stretches
 
 Body = Literal['thesis', 'robot']
@@ -54,7 +55,7 @@ def model_loop(condition: Condition, form: Form, body: Body) -> PushLoop:
     return replace(
         loop,
         pendulum=own.pendulum,
-        pid=legs(own, base.table('simulator')),
+        pid=legs(own, base.table(RunParameters)),
         initial_lean=lean,  # an ankle carries the mass by its own lever only
         gain=loop.gain * own.levers[0] / own.pendulum.length,
     )
@@ -62,7 +63,7 @@ def model_loop(condition: Condition, form: Form, body: Body) -> PushLoop:
 
 def model_gyro(condition: Condition) -> GyroModel:
     """Make a fresh gyro for the model: the robot's own, turned about y alone."""
-    gyro = Gyro(condition.base().table('gyro'))
+    gyro = Gyro(condition.base().table(GyroParameters))
     return lambda rate: gyro.update((0.0, rate, 0.0))[1]
 
 

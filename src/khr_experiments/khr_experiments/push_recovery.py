@@ -149,7 +149,7 @@ def _robot() -> Robot:
 def stance(scenario: Scenario | None = None) -> Stance:
     """Measure how a scenario's robot (by default that of a condition) starts."""
     own = scenario or Condition().base()
-    return _stance(own.table('gait'), own.table('simulator'))
+    return _stance(own.table(GaitParameters), own.table(RunParameters))
 
 
 @functools.cache
@@ -198,7 +198,7 @@ def push_robot(condition: Condition, force: float) -> Motion:
         ExperimentError: if the force is negative or not finite.
     """
     scenario = _pushed(condition, force)
-    parameters = scenario.table('simulator')
+    parameters = scenario.table(RunParameters)
     rows: list[tuple[float, float]] = []
 
     def watch(truth: Truth, *_: object) -> None:

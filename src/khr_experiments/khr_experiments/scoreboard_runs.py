@@ -13,7 +13,9 @@ from khr_analysis.outcome import Outcome
 from khr_analysis.peaks import Peak
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gait import Gait
-from khr_experiments.critical import Condition, Limit, limit_of_seed, run, start_of_lift
+from khr_balance.gait_parameters import GaitParameters
+from khr_bringup.derived import start_of_lift
+from khr_experiments.critical import Condition, Limit, limit_of_seed, run
 from khr_experiments.job_cache import Pool
 from khr_experiments.scoreboard_rows import STAGE_1_GRID
 from khr_sim.truth import Truth
@@ -74,18 +76,20 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
         condition,
         inclination_deg,
         seed,
-        lambda truth, *_: samples.append((truth.stamp_ns / 1e9, float(truth.angular_rate[1]))),
+        lambda truth, *_: samples.append(
+            (truth.stamp_ns / 1e9, float(truth.mean_angular_velocity[1]))
+        ),
     )
     if outcome.verdict == 'fell':
         return Walk(outcome, ())
-    start, end = Gait(condition.scenario(inclination_deg).table('gait')).cycle(CYCLE)
+    start, end = Gait(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
     rates = [rate for time, rate in samples if start <= time < end - 1e-9]
     return Walk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
 
 
 def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
     """Lift one leg once."""
-    gait = condition.scenario(inclination_deg).table('gait')
+    gait = condition.scenario(inclination_deg).table(GaitParameters)
     support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
     begin = start_of_lift(inclination_deg)  # before, the robot settles and the board tilts
     up = begin + gait.shift_time + gait.lift_time
@@ -95,7 +99,7 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
     def look(truth: Truth, *_: object) -> None:
         time = truth.stamp_ns / 1e9
         if time >= begin:
-            rates.append(abs(float(truth.angular_rate[1])))
+            rates.append(abs(float(truth.mean_angular_velocity[1])))
         if up + gait.hold_time / 2.0 <= time <= up + gait.hold_time:
             forces.append(truth.contact_force[support, 2])
 

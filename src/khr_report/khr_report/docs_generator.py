@@ -11,7 +11,7 @@ from pathlib import Path
 import yaml
 
 from khr_bringup import scenario as scenarios
-from khr_bringup.node_registry import PACKAGES, TABLES
+from khr_bringup.node_registry import registry
 from khr_bringup.scenario_table import scenario_markdown
 from khr_common import specifications
 from khr_common.markdown import put_between, table
@@ -26,9 +26,9 @@ def defaults_yaml() -> str:
         'over this.',
         '# Written by make docs from the parameter tables: change those.',
     ]
-    for node, parameters in TABLES.items():
+    for node, registered in registry().items():
         lines += ['', f'{node}:', '  ros__parameters:']
-        for specification in specifications(parameters).values():
+        for specification in specifications(registered.spec.table).values():
             text = f'{specification.description} {specification.accepted}'
             lines += [f'    # {line}' for line in textwrap.wrap(text, 90)]
             value = yaml.safe_dump(specification.default, default_flow_style=True, width=1000)
@@ -45,7 +45,7 @@ def parameters_markdown() -> str:
         '"fixed" parameters are read when a node starts; all others can change while it runs '
         '(`khr set NODE PARAMETER VALUE`, `ros2 param set`).',
     ]
-    for node, parameters in TABLES.items():
+    for node, registered in registry().items():
         rows = [
             (
                 f'`{each.name}`',
@@ -53,11 +53,11 @@ def parameters_markdown() -> str:
                 each.accepted.replace('|', '\\|'),
                 each.description + (' *(fixed)*' if each.read_only else ''),
             )
-            for each in specifications(parameters).values()
+            for each in specifications(registered.spec.table).values()
         ]
         text += [
             '',
-            f'## {node} ({PACKAGES[node]})',
+            f'## {node} ({registered.spec.package})',
             '',
             table(('parameter', 'default', 'accepted', 'meaning'), rows),
         ]

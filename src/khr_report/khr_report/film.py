@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from khr_bringup.offline import Controllers, duration, run_offline
+from khr_balance.gait_parameters import GaitParameters
+from khr_bringup.offline import ControlLoop, duration, run_offline
 from khr_bringup.scenario import Scenario, load
 from khr_common import RunError
 from khr_common.rotation import matrix, pitched
@@ -26,6 +27,7 @@ from khr_report.errors import ReportError
 from khr_sim.camera import render
 from khr_sim.engine import bullet
 from khr_sim.robot import JOINTS
+from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
 from khr_sim.world import World
 
@@ -96,10 +98,8 @@ def frames(scenario: Scenario, run: str = '') -> list[Frame]:
     """
     kept: list[Frame] = []
 
-    def keep(truth: Truth, controllers: Controllers, _: object) -> None:
-        kept.append(
-            Frame(truth, controllers.pitch_rate, tuple(truth.contact_force[:, 2].tolist()))
-        )
+    def keep(truth: Truth, loop: ControlLoop, _: object) -> None:
+        kept.append(Frame(truth, loop.pitch_rate, tuple(truth.contact_force[:, 2].tolist())))
 
     result = run_offline(scenario, keep)
     outcome = Path(run) / 'outcome.json'
@@ -119,7 +119,7 @@ class Stage:
 
     def __init__(self, scenario: Scenario, look: Look) -> None:
         self.look = look
-        self._world = World(scenario.table('simulator'))
+        self._world = World(scenario.table(RunParameters))
         client, body = self._world.client, self._world.body
         self._center = self._world.robot.links['base_link'].center_of_mass
         index = {
@@ -170,8 +170,8 @@ class Caption:
         self._frames = kept
         self._look = look
         self._title = scenario.title or scenario.name
-        self._period = scenario.table('simulator').control_period
-        self._standing = scenario.table('gait').motion != 'walk'
+        self._period = scenario.table(RunParameters).control_period
+        self._standing = scenario.table(GaitParameters).motion != 'walk'
         scale = look.height / 480.0
         self._margin = round(MARGIN * scale)
         self._font = ImageFont.load_default(round(FONT_SIZE * scale))
@@ -196,7 +196,7 @@ class Caption:
         if self._standing:
             l_toe, l_heel, r_toe, r_heel = frame.foot_forces
             return f'Delta {l_toe + r_toe - l_heel - r_heel:+.1f} N'
-        return f'pitch rate {frame.truth.angular_rate[1]:+.2f} rad/s'
+        return f'pitch rate {frame.truth.mean_angular_velocity[1]:+.2f} rad/s'
 
     def _trace(self, pen: ImageDraw.ImageDraw, index: int) -> None:
         """Draw the torso's pitch rate over the last gait cycle along the bottom."""
@@ -210,7 +210,7 @@ class Caption:
             (
                 right - (len(shown) - 1 - i) * (right - left) / count,
                 middle
-                - max(-1.0, min(1.0, float(one.truth.angular_rate[1]) / FULL_SCALE))
+                - max(-1.0, min(1.0, float(one.truth.mean_angular_velocity[1]) / FULL_SCALE))
                 * height
                 / 2.0,
             )

@@ -7,16 +7,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from khr_analysis.recording import SCENARIO_TOPIC
 from khr_bringup import run_signals as signals
-from khr_bringup.bags import EVENT_TOPIC, PUSH_TOPIC, Change, changes, read_what_is_left
+from khr_bringup.bags import Change, changes, read_what_is_left
 from khr_bringup.code_version import version_told
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import Scenario, parse, read_yaml
 from khr_common import KhrError
+from khr_common.interfaces import OUTCOME, PARAMETER_EVENTS, PUSH, SCENARIO, STATE
 from khr_report.errors import ReportError
+from khr_sim.run_parameters import RunParameters
 
-OUTCOME_TOPIC, STATE_TOPIC = '/outcome', '/simulator/state'
 OUTCOME_FILES = ('outcome.json', 'outcome.yaml')
 ACCEPTED = 'accepted: the folder that a khr run has left, or its bag'
 
@@ -135,15 +135,15 @@ def _read_outcome(folder: Path, found: Found) -> None:
 
 
 def _read_bag(path: Path, found: Found) -> None:
-    topics = (*signals.TOPICS, PUSH_TOPIC, OUTCOME_TOPIC, STATE_TOPIC)
+    topics = (*signals.TOPICS, PUSH, OUTCOME, STATE)
     try:
-        messages, damage = read_what_is_left(path, topics, signals.DECODERS)
+        messages, damage = read_what_is_left(path, topics)
     except KhrError as error:
         found.notes.append(f'no signals: {error}')
         return
     series = signals.series_of(messages)
-    found.changes = changes(messages[EVENT_TOPIC])
-    found.pushes = len(messages[PUSH_TOPIC])
+    found.changes = changes(messages[PARAMETER_EVENTS])
+    found.pushes = len(messages[PUSH])
     if series.time.size:
         found.series = series
     if damage:
@@ -151,14 +151,14 @@ def _read_bag(path: Path, found: Found) -> None:
         found.notes.append(f'the bag is damaged; shown is what can be read{until} ({damage})')
     elif not series.time.size:
         found.notes.append('no signals: the bag holds none of the topics of a khr run')
-    if found.scenario is None and messages[SCENARIO_TOPIC]:
+    if found.scenario is None and messages[SCENARIO]:
         found.scenario = signals.scenario_in(messages)
-        found.version = version_told(messages[SCENARIO_TOPIC][-1].data)
+        found.version = version_told(messages[SCENARIO][-1].data)
     if not found.outcome:
-        for message in (*messages[STATE_TOPIC], *messages[OUTCOME_TOPIC]):
+        for message in (*messages[STATE], *messages[OUTCOME]):
             found.outcome |= {pair.key: pair.value for pair in message.values}
-        if messages[OUTCOME_TOPIC]:
-            found.outcome['verdict'] = messages[OUTCOME_TOPIC][-1].message
+        if messages[OUTCOME]:
+            found.outcome['verdict'] = messages[OUTCOME][-1].message
 
 
 def _repeat(found: Found) -> None:
@@ -167,7 +167,7 @@ def _repeat(found: Found) -> None:
     if found.scenario is None or not recorded or found.outcome.get('end') == 'stopped':
         found.notes.append('no bag, so no signals')
         return
-    if found.scenario.table('simulator').sync != 'lockstep':
+    if found.scenario.table(RunParameters).sync != 'lockstep':
         found.notes.append(
             'no bag, so no signals: the run followed the wall clock and cannot be repeated'
         )

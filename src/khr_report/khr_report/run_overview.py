@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
-from khr_analysis.spectrum import Spectrum, SpectrumAnalyser, spectrum
+from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array, Series, series_of_bag
 from khr_bringup.scenario import Scenario
 from khr_report.plot_style import panels, styled
@@ -143,7 +144,7 @@ def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
 
 def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
     """Return the gyro's spectra over a sliding window; none if the run is shorter than that."""
-    parameters = scenario.table('fft_analyser')
+    parameters = scenario.table(FftAnalyserParameters)
     analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
     return [
         one
@@ -154,7 +155,7 @@ def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
 
 def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
     """Return the gyro's spectrum over a walk's third whole cycle, or the last window there is."""
-    parameters, gait = scenario.table('fft_analyser'), scenario.table('gait')
+    parameters, gait = scenario.table(FftAnalyserParameters), scenario.table(GaitParameters)
     rates, size = series.gyro_rate, parameters.size
     if len(rates) < size:
         return None

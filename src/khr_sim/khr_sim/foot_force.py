@@ -11,10 +11,9 @@ from dataclasses import dataclass
 from itertools import chain
 from math import isfinite
 
-import numpy as np
-
 from khr_common import parameter
 from khr_common.low_pass import LowPass
+from khr_common.seeding import generator
 from khr_sim.errors import SimError
 
 
@@ -69,7 +68,7 @@ class FootForce:
     def reset(self) -> None:
         """Return to rest, and start the same sequence of noise again."""
         self._low_pass.reset()
-        self._noise = np.random.Generator(np.random.PCG64(self.parameters.seed))
+        self._noise = generator(self.parameters.seed, 'foot_force')
 
     def configure(self, parameters: FootForceParameters) -> None:
         """Take changed parameters from the next sample on, keeping the state."""

@@ -14,10 +14,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, radians, tau
 
-import numpy as np
-
 from khr_common import parameter
 from khr_common.low_pass import LowPass
+from khr_common.seeding import generator
 from khr_sim.errors import SimError
 from khr_sim.gyro_circuit.baseband import Baseband
 from khr_sim.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
@@ -96,7 +95,7 @@ class Gyro:
         self._low_pass.reset()
         for circuit in self._circuits:
             circuit.reset()
-        self._noise = np.random.Generator(np.random.PCG64(self.parameters.seed))
+        self._noise = generator(self.parameters.seed, 'gyro')
 
     def configure(self, parameters: GyroParameters) -> None:
         """Take changed parameters from the next sample on; a model keeps its state."""

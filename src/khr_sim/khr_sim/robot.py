@@ -11,30 +11,13 @@ from xml.etree import ElementTree
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_common.interfaces import JOINTS
 from khr_common.rotation import matrix
 from khr_sim.errors import SimError
 
-Array = NDArray[np.float64]
+__all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
 
-JOINTS = (
-    'head_yaw',
-    'l_shoulder_pitch',
-    'l_shoulder_roll',
-    'l_elbow_pitch',
-    'r_shoulder_pitch',
-    'r_shoulder_roll',
-    'r_elbow_pitch',
-    'l_hip_roll',
-    'l_hip_pitch',
-    'l_knee',
-    'l_ankle_pitch',
-    'l_ankle_roll',
-    'r_hip_roll',
-    'r_hip_pitch',
-    'r_knee',
-    'r_ankle_pitch',
-    'r_ankle_roll',
-)
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from khr_common import parameter
 from khr_sim.parameters import SimulatorParameters
 
-SOURCES = ('gait', 'ankle_controller', 'hip_controller')
+GAIT = 'gait'
+SOURCES = (GAIT, 'ankle_controller', 'hip_controller')
 
 
 @dataclass(frozen=True)
@@ -33,10 +34,15 @@ class RunParameters(SimulatorParameters):
         read_only=True,
     )
     answers: tuple[str, ...] = parameter(
-        SOURCES, 'Nodes whose answer lockstep waits for.', choices=('', *SOURCES), read_only=True
+        SOURCES,
+        'Nodes whose answers the board takes, and lockstep waits for: the gait, whose joint '
+        'angles it follows, and controllers, whose corrections it adds in this order.',
+        read_only=True,
     )
     listeners: tuple[str, ...] = parameter(
-        ('',), 'Nodes that must hear before the run starts.', read_only=True
+        ('',),
+        'Nodes that must be there before the run starts and receive all of it.',
+        read_only=True,
     )
     lockstep_timeout: float = parameter(
         5.0,

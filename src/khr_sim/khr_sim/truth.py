@@ -9,15 +9,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_common.block import Signals
+from khr_common.interfaces import (
+    CLOCK,
+    JOINT_STATES,
+    TRUE_FORCES,
+    TRUE_INCLINATION,
+    TRUE_POSE,
+    TRUE_RATE,
+    TRUE_SOLES,
+)
+
 Array = NDArray[np.float64]
 
-# Of the four forces: the last part of their topics' names, and their frames.
-CONTACTS = {
-    'left_toe': 'l_toe',
-    'left_heel': 'l_heel',
-    'right_toe': 'r_toe',
-    'right_heel': 'r_heel',
-}
+
+# The topics of the truth, in the order in which they are published.
+SIGNALS = (CLOCK, JOINT_STATES, TRUE_POSE, TRUE_RATE, TRUE_SOLES, TRUE_INCLINATION, *TRUE_FORCES)
 
 
 class _Row:
@@ -49,8 +56,9 @@ class Truth:
         linear_velocity: of the origin of base_link, in odom, m/s, (3,).
         angular_velocity: of base_link, in odom, rad/s, (3,).
         joint_position, joint_velocity: rad and rad/s, (17,).
-        angular_rate: mean over the last control period, in imu_link, rad/s, (3,): the rotation
-            vector from the last instant to this, by the period. Zero at the reset.
+        mean_angular_velocity: over the last control period, in imu_link, rad/s, (3,): the
+            rotation vector from the last instant to this, by the period. Zero at the reset. It is
+            what a gyro measures; ``angular_velocity`` is the value at the instant.
         joint_effort: torques of the last physics step, N m, (17,).
         contact_force: mean over the last control period, N, rows l_toe, l_heel, r_toe, r_heel,
             each in its own frame, z normal to the sole, (4, 3). Zero at the reset.
@@ -71,7 +79,7 @@ class Truth:
     joint_position = _row.part(17)
     joint_velocity = _row.part(17)
     _recorded = _row.end  # that the trajectory hash is made of
-    angular_rate = _row.part(3)
+    mean_angular_velocity = _row.part(3)
     joint_effort = _row.part(17)
     contact_force = _row.part(4, 3)
     sole_position = _row.part(2, 3)
@@ -82,6 +90,20 @@ class Truth:
         """Return the angle between the torso's z axis and the vertical, in rad."""
         x, y, z, w = self.orientation.tolist()
         return atan2(2.0 * hypot(x * z + y * w, y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
+
+    def signals(self) -> Signals:
+        """Return what each topic of the truth carries, for those who subscribe to it."""
+        position, orientation = self.sole_position.tolist(), self.sole_orientation.tolist()
+        forces = zip(TRUE_FORCES, self.contact_force.tolist(), strict=True)
+        return {
+            CLOCK: (),
+            JOINT_STATES: self.joint_position.tolist(),
+            TRUE_POSE: (*self.position.tolist(), *self.orientation.tolist()),
+            TRUE_RATE: self.mean_angular_velocity.tolist(),
+            TRUE_SOLES: (*position[0], *orientation[0], *position[1], *orientation[1]),
+            TRUE_INCLINATION: (self.inclination,),
+            **dict(forces),
+        }
 
     def record(self) -> bytes:
         """Return the state as canonical bytes, for a trajectory hash.

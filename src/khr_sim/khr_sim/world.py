@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
 from khr_common.rotation import carried, cross, matrix, pitched, quaternion, rotated, turned
+from khr_common.seeding import generator
 from khr_sim import contact, statics
 from khr_sim.board import Board
 from khr_sim.engine import bullet
@@ -208,7 +209,7 @@ class World:
         """Put the lower sole flat on the plane, and the middle of both soles at the origin."""
         p = self.parameters
         ground = matrix(pitched(self._inclination))
-        error = np.random.default_rng(p.seed).normal(0.0, radians(p.initial_tilt_deg), 2)
+        error = generator(p.seed, 'simulator').normal(0.0, radians(p.initial_tilt_deg), 2)
         tilt = matrix(rotated((error[0], error[1], 0.0)))
         load = 0.0 if clearance > 0.0 else 1.0
         posture = command

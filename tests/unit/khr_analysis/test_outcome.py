@@ -52,7 +52,7 @@ class Seen:
         return Rotation.from_euler('yx', (self.lean, self.roll)).as_quat()
 
     @property
-    def angular_rate(self):
+    def mean_angular_velocity(self):
         return np.array([9.0, self.rate, 9.0])
 
     @property
@@ -237,7 +237,7 @@ def vibration(rates, parameters=None):
     )
     seen = SimpleNamespace(**{name: getattr(still, name) for name in names})
     for rate in rates:
-        seen.angular_rate = (0.0, rate, 0.0)
+        seen.mean_angular_velocity = (0.0, rate, 0.0)
         outcome = monitor.update(seen)
     return outcome.vibration
 

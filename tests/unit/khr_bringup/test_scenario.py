@@ -3,9 +3,13 @@
 import pytest
 import yaml
 
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_balance.stage import StageParameters
 from khr_bringup import scenario as scenarios
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import TABLES
+from khr_sim.run_parameters import RunParameters
 
 GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
 
@@ -22,20 +26,20 @@ def test_names_say_what_the_files_hold():
     for path in scenarios.shipped():
         scenario = scenarios.load(path.stem)
         words = path.stem.split('_')
-        simulator = scenario.table('simulator')
+        simulator = scenario.table(RunParameters)
         for word in words:
             if word.endswith('deg'):
                 assert simulator.inclination_deg == float(word.removesuffix('deg'))
             if word.startswith('ka'):
-                assert scenario.table('ankle_controller').gain == float(word[2:])
+                assert scenario.table(AnkleControllerParameters).gain == float(word[2:])
             if word.startswith('kh'):
-                assert scenario.table('hip_controller').gain == float(word[2:])
+                assert scenario.table(HipControllerParameters).gain == float(word[2:])
         staged = 'staged' in words
-        assert (scenario.table('stage').mode != 'none') == staged
-        assert scenario.table('ankle_controller').enabled == (
+        assert (scenario.table(StageParameters).mode != 'none') == staged
+        assert scenario.table(AnkleControllerParameters).enabled == (
             'ka' in path.stem or staged or 'push' in path.stem
         )
-        assert scenario.table('hip_controller').enabled == ('_kh' in path.stem or staged)
+        assert scenario.table(HipControllerParameters).enabled == ('_kh' in path.stem or staged)
         assert (simulator.surface == 'rubber') == ('rubber' in words or 'push' in words)
 
 
@@ -127,7 +131,7 @@ def test_change_takes_an_integer_for_a_float():
     changed = scenarios.load('walk_0deg').changed(
         scenarios.changes_of(['ankle_controller.gain=18'])
     )
-    assert changed.table('ankle_controller').gain == 18.0
+    assert changed.table(AnkleControllerParameters).gain == 18.0
 
 
 def test_all_nodes_share_the_control_period():

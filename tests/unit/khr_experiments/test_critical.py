@@ -8,6 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_analysis.outcome import Outcome
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.critical import (
@@ -23,6 +25,7 @@ from khr_experiments.critical import (
     start_of_lift,
     text_of,
 )
+from khr_sim.run_parameters import RunParameters
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
@@ -79,9 +82,9 @@ def test_limit_is_the_first_number_told():
 
 def test_condition_says_what_each_node_does():
     scenario = Condition('leg_lift', 12.0, 13.0).scenario(7.6, seed=4)
-    assert scenario.table('simulator').surface == 'pads'
-    assert scenario.table('ankle_controller').source == 'force'
-    assert scenario.table('hip_controller').gain == 13.0
+    assert scenario.table(RunParameters).surface == 'pads'
+    assert scenario.table(AnkleControllerParameters).source == 'force'
+    assert scenario.table(HipControllerParameters).gain == 13.0
     seeds = [
         Condition().scenario(3.0, seed).table(node).seed
         for seed in range(3)
@@ -89,10 +92,10 @@ def test_condition_says_what_each_node_does():
     ]
     assert len(set(seeds)) == len(seeds)  # no two nodes of any trial draw the same noise
     bare = Condition(surface='rubber').scenario(3.0)
-    assert bare.table('simulator').surface == 'rubber'
-    assert bare.table('simulator').initial_tilt_deg == 0.0
-    assert not bare.table('ankle_controller').enabled
-    assert not bare.table('hip_controller').enabled
+    assert bare.table(RunParameters).surface == 'rubber'
+    assert bare.table(RunParameters).initial_tilt_deg == 0.0
+    assert not bare.table(AnkleControllerParameters).enabled
+    assert not bare.table(HipControllerParameters).enabled
 
 
 def test_walk_of_a_trial_is_the_offline_run():

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from distributed import Client
 
+from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.run_signals import run_with_series
 from khr_experiments import experiments
@@ -101,7 +102,9 @@ def test_runs_come_in_the_order_of_the_axes_and_the_seeds(here):
 def test_a_run_is_its_scenario_again(here):
     for run in runs_of(folder_of('small', fast=False))[::3]:
         assert run.scenario.name == run.point['scenario']
-        assert run.scenario.table('ankle_controller').enabled == (run.point['case'] == 'ankle')
+        assert run.scenario.table(AnkleControllerParameters).enabled == (
+            run.point['case'] == 'ankle'
+        )
         assert run.row['trajectory_hash'] == run_offline(run.scenario).trajectory_hash
         assert run.row['verdict'] == 'stood'
 

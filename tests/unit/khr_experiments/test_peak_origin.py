@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 import khr_report.figures as figures
+from khr_balance.gait_parameters import GaitParameters
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.run_signals import Series
 from khr_experiments import experiments
 from khr_experiments import peak_origin as lines
@@ -29,7 +31,7 @@ RINGS_HZ = 8.6  # hip loop
 
 def series_of(scenario, seed):
     """The gait's lines, a band that the hip loop rings in, and noise."""
-    gait, hip = scenario.table('gait'), scenario.table('hip_controller')
+    gait, hip = scenario.table(GaitParameters), scenario.table(HipControllerParameters)
     draw = np.random.default_rng(seed)
     time = np.arange(round((2.0 + 5 * gait.cycle_period) / PERIOD)) * PERIOD
     rate = 0.001 * draw.normal(size=time.size)

@@ -15,6 +15,7 @@ from khr_experiments.push_model import legs
 from khr_experiments.push_recovery import GYROS, START, Condition, bracket, push_robot, stance
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
+from khr_sim.run_parameters import RunParameters
 from tests import ROOT
 
 DOCUMENT = ROOT / 'docs' / 'models.md'
@@ -64,7 +65,7 @@ def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
     first = (motion.time > 0.0) & (motion.time < 0.2)
     assert np.max(motion.x_com[first]) > motion.x_com[before][-1] + 0.005
     assert not motion.fell
-    push = Push.parse(condition.scenario(5.0).table('simulator').pushes[0])
+    push = Push.parse(condition.scenario(5.0).table(RunParameters).pushes[0])
     assert push.force[0] == (5.0 if direction == 'behind' else -5.0)
 
 

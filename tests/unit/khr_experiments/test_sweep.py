@@ -10,6 +10,8 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
@@ -18,6 +20,8 @@ from khr_experiments.sweeps.folder import JOURNAL, TABLE, Folder, discard_other,
 from khr_experiments.sweeps.reading import load, parse
 from khr_experiments.sweeps.specification import scenario_at
 from khr_experiments.sweeps.trial import RESULTS, complete, identity, run_trial
+from khr_sim.gyro import GyroParameters
+from khr_sim.run_parameters import RunParameters
 
 HEAD = 'scenario: stand_0deg\n'
 GRID = 'grid:\n  ankle_controller.gain: [6.0, 12.0]\n'
@@ -55,7 +59,8 @@ def test_a_grid_is_every_combination_with_every_seed_once(inclinations, gains, s
     assert len({trial.id for trial in every}) == len(every)
     for trial in every:
         assert (
-            trial.scenario.table('ankle_controller').gain == (trial.point['ankle_controller.gain'])
+            trial.scenario.table(AnkleControllerParameters).gain
+            == (trial.point['ankle_controller.gain'])
         )
         drawn = [trial.scenario.table(node).seed for node in ('simulator', 'gyro', 'foot_force')]
         assert drawn == [3 * trial.seed, 3 * trial.seed + 1, 3 * trial.seed + 2]
@@ -105,11 +110,11 @@ def test_scenarios_and_cases_are_combined_with_every_point_and_every_seed():
     for trial in every:
         point, scenario = trial.point, trial.scenario
         assert scenario.name == point['scenario']
-        assert scenario.table('simulator').inclination_deg == (
+        assert scenario.table(RunParameters).inclination_deg == (
             3.0 if point['scenario'] == 'walk_3deg' else 0.0
         )
-        assert scenario.table('hip_controller').enabled == (point['case'] == 'hips')
-        assert scenario.table('ankle_controller').gain == point['ankle_controller.gain']
+        assert scenario.table(HipControllerParameters).enabled == (point['case'] == 'hips')
+        assert scenario.table(AnkleControllerParameters).gain == point['ankle_controller.gain']
 
 
 def test_draws_are_made_for_each_case_alike():
@@ -159,7 +164,7 @@ def test_the_record_tells_each_run_s_scenario(names, with_cases, with_grid, seed
 
 def test_without_seeds_the_scenario_s_own_count():
     assert [trial.seed for trial in trials(HEAD + GRID)] == [None, None]
-    assert trials(HEAD + GRID)[0].scenario.table('gyro').seed == 0
+    assert trials(HEAD + GRID)[0].scenario.table(GyroParameters).seed == 0
 
 
 @pytest.mark.parametrize(

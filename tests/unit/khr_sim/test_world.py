@@ -58,7 +58,7 @@ def test_stands_still_on_flat_ground(world_with, posture, values):
     for _ in range(134):
         truth = world.advance(posture)
         forces.append(truth.contact_force)
-        rates.append(truth.angular_rate)
+        rates.append(truth.mean_angular_velocity)
     assert np.abs(truth.position - start.position).max() < 0.001
     assert np.abs(truth.sole_position - start.sole_position).max() < 0.001
     assert max(normal_error(truth)) < radians(0.1)
@@ -195,12 +195,12 @@ def test_truth_is_consistent_with_itself(world_with):
     world = world_with(inclination_deg=4.0)
     before = world.reset(STANCE)
     assert before.step == before.stamp_ns == 0
-    assert (before.angular_rate == 0.0).all()
+    assert (before.mean_angular_velocity == 0.0).all()
     period = world.parameters.control_period
     for k in range(20):
         truth = world.advance(wave(k))
         turned = Rotation.from_quat(before.orientation) * Rotation.from_rotvec(
-            truth.angular_rate * period
+            truth.mean_angular_velocity * period
         )
         assert turned.as_matrix() == pytest.approx(matrix(truth.orientation), abs=1e-12)
         assert truth.stamp_ns == (k + 1) * 15_000_000
@@ -223,7 +223,9 @@ def test_velocity_is_the_rate_of_position(world_with):
     assert (after.position - before.position) / period == pytest.approx(mean, abs=6e-3)
     assert np.linalg.norm(mean) > 0.03
     turned = (before.angular_velocity + after.angular_velocity) / 2.0
-    assert matrix(after.orientation) @ after.angular_rate == pytest.approx(turned, abs=5e-3)
+    assert matrix(after.orientation) @ after.mean_angular_velocity == pytest.approx(
+        turned, abs=5e-3
+    )
     assert np.linalg.norm(turned) > 0.1
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
-from sensor_msgs.msg import Imu
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
-from khr_common import cdr
+from khr_common.block import NodeSpec
+from khr_common.cdr import Floats
+from khr_common.interfaces import GYRO, PEAKS, SPECTRUM, Topic
+from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import restamp
-from khr_common.nodes.node import Listener
-from khr_common.nodes.spin import run_node
 from khr_common.stamps import StampJudge
 
 
@@ -22,25 +22,24 @@ class FftAnalyserNode(Listener):
     one status per peak, the strongest first, named by its label.
     """
 
-    def __init__(self) -> None:
-        super().__init__('fft_analyser', FftAnalyserParameters)
+    def __init__(self, spec: NodeSpec) -> None:
+        super().__init__(spec)
         self._analyser = SpectrumAnalyser(self.parameters)
         self._judge = StampJudge(self._analyser.reset)
-        self._spectrum = self.publish_on(Float64MultiArray, 'spectrum')
-        self._peaks = self.publish_on(DiagnosticArray, 'spectrum/peaks')
-        self.listen_to_bytes(Imu, 'imu/data_raw', self._on_imu)
+        self._spectrum = self.publisher(SPECTRUM)
+        self._peaks = self.publisher(PEAKS)
+        self.subscribe_numbers(GYRO, self._on_gyro)
 
     def configure(self, parameters: FftAnalyserParameters) -> None:
         """Pass changed parameters to the analyser."""
         self._analyser.configure(parameters)
 
-    def _on_imu(self, imu: bytes) -> None:
-        stamp_ns = cdr.clock(imu)
-        self.heard(stamp_ns)
+    def _on_gyro(self, _: Topic, stamp_ns: int, rates: Floats) -> None:
+        self.received(stamp_ns)
         if not self._judge.is_new(stamp_ns):
             return
         before = self._analyser.reason
-        spectrum = self._analyser.add(stamp_ns / 1e9, cdr.angular_velocity(imu)[1])
+        spectrum = self._analyser.add(stamp_ns / 1e9, rates[1])
         if self._analyser.reason != before:
             self.get_logger().warning(f'window emptied: {self._analyser.reason}')
         if spectrum is not None:
@@ -78,12 +77,3 @@ def _peaks(spectrum: Spectrum) -> DiagnosticArray:
             for peak in spectrum.peaks
         ]
     )
-
-
-def main() -> int:
-    """Run the FFT analyser node."""
-    return run_node(FftAnalyserNode)
-
-
-if __name__ == '__main__':
-    raise SystemExit(main())

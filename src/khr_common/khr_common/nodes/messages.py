@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+import importlib
 from collections.abc import Sequence
+from functools import cache
 from typing import Any
 
 from builtin_interfaces.msg import Time
+from geometry_msgs.msg import Vector3
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
 
-from khr_common.cdr import Form
+from khr_common.cdr import BLANK, MessageTemplate
+from khr_common.errors import KhrError
+from khr_common.interfaces import IMU, JOINT_STATE, WRENCH, Topic
 
 
 def to_stamp(nanoseconds: int) -> Time:
@@ -26,6 +31,42 @@ def to_nanoseconds(stamp: Time) -> int:
 def restamp(stamp: Time, nanoseconds: int) -> None:
     """Set a stamp to integer nanoseconds."""
     stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+
+
+@cache
+def message_class(kind: str) -> type[Any]:
+    """Return the class of a message type such as ``sensor_msgs/msg/Imu``.
+
+    Raises:
+        KhrError: if there is no such type.
+    """
+    package, _, name = kind.split('/')
+    try:
+        found: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)
+    except (ImportError, AttributeError) as error:
+        raise KhrError(f'{kind}: no such message type; accepted: an installed one') from error
+    return found
+
+
+def blank_vector() -> Vector3:
+    """Return a vector whose numbers are to be filled in."""
+    return Vector3(x=BLANK, y=BLANK, z=BLANK)
+
+
+def blank_message(topic: Topic) -> Any:
+    """Return a message with blanks where :func:`khr_common.cdr.numbers_of` reads."""
+    message = message_class(topic.kind)()
+    if topic.kind == IMU:
+        message.angular_velocity = blank_vector()
+        # REP 145: what a gyro does not measure has -1 for its first covariance.
+        message.orientation_covariance[0] = message.linear_acceleration_covariance[0] = -1.0
+    elif topic.kind == WRENCH:
+        message.wrench.force = blank_vector()
+    elif topic.kind == JOINT_STATE:
+        message.name, message.position = list(topic.names), [BLANK] * len(topic.names)
+    if topic.frame:
+        message.header.frame_id = topic.frame
+    return message
 
 
 def serialized(message: Any) -> bytes:
@@ -61,7 +102,7 @@ class Output:
 
     def __init__(self, publisher: Publisher, message: Any) -> None:
         self._publisher = publisher
-        self._form = Form(serialized(message))
+        self._form = MessageTemplate(serialized(message))
         self._data = b''
 
     def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:

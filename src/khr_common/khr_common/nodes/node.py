@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticStatus
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -22,35 +21,39 @@ from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.subscription import Subscription
-from std_msgs.msg import String
 
-from khr_common.nodes.messages import Output, little_endian
+from khr_common import cdr
+from khr_common.block import NodeSpec
+from khr_common.cdr import Floats
+from khr_common.interfaces import Topic
+from khr_common.nodes.messages import Output, blank_message, little_endian, message_class
 from khr_common.parameters import ParameterError, Specification, build, specifications
 from khr_common.stamps import HISTORY
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
 # ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
 DATA = QoSProfile(depth=HISTORY)
-PACE = 1_500_000_000  # ns of simulated time after which a listener tells again how far it is
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class KhrNode(Node):  # type: ignore[misc]
-    """A node with one parameter table; its core is told of every accepted change.
+    """A node with one parameter table; every accepted change reaches :meth:`configure`.
 
-    Subclasses build their core in ``__init__`` and override :meth:`configure`.
+    Subclasses build their core in ``__init__``.
 
     Attributes:
         patience: s of wall time that it may take to settle; a run kills what needs much longer.
+        failure: why it ended by itself, in one line.
     """
 
     patience = 4.0
 
-    def __init__(self, name: str, table: type[Any]) -> None:
-        super().__init__(name)
-        self.table = table
+    def __init__(self, spec: NodeSpec) -> None:
+        super().__init__(spec.name)
+        self.table = spec.table
         self.failure: str | None = None
-        for specification in specifications(table).values():
+        for specification in specifications(self.table).values():
             self._declare(specification)
         self.parameters = self._build({})
         self.add_on_set_parameters_callback(self._validate)
@@ -69,29 +72,42 @@ class KhrNode(Node):  # type: ignore[misc]
     def close(self) -> None:
         """Release what the node holds; called once, while ROS is still up."""
 
-    def publish_on(self, kind: type[Any], topic: str, qos: QoSProfile = DATA) -> Publisher:
+    def publisher(self, topic: Topic) -> Publisher:
         """Create a publisher."""
-        return self.create_publisher(kind, topic, qos)
+        qos = LATCHED if topic.flow == 'latched' else DATA
+        return self.create_publisher(message_class(topic.kind), topic.name, qos)
 
-    def publish_form(self, message: Any, topic: str) -> Output:
-        """Create a publisher of what flows in every period: a message with blanks."""
-        return Output(self.publish_on(type(message), topic), message)
+    def output(self, topic: Topic, message: Any = None) -> Output:
+        """Create a publisher of what flows in every period.
 
-    def listen_to(
-        self, kind: type[Any], topic: str, callback: Callable[[Any], None], qos: QoSProfile = DATA
-    ) -> Subscription:
-        """Create a subscription."""
-        return self.create_subscription(kind, topic, callback, qos)
+        Args:
+            topic: to publish on.
+            message: with blanks for the numbers; by default the one of the topic's kind.
+        """
+        return Output(self.publisher(topic), message or blank_message(topic))
 
-    def listen_to_bytes(
-        self, kind: type[Any], topic: str, callback: Callable[[bytes], None]
-    ) -> Subscription:
+    def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Subscription:
+        """Create a subscription to whole messages."""
+        qos = LATCHED_FROM_ALL if topic.flow == 'latched' else DATA
+        return self.create_subscription(message_class(topic.kind), topic.name, callback, qos)
+
+    def subscribe_bytes(self, topic: Topic, callback: Callable[[bytes], None]) -> Subscription:
         """Create a subscription to what flows in every period, for :mod:`khr_common.cdr`."""
+        kind = message_class(topic.kind)
 
-        def hear(data: bytes) -> None:
+        def receive(data: bytes) -> None:
             callback(little_endian(data, kind))
 
-        return self.create_subscription(kind, topic, hear, DATA, raw=True)
+        return self.create_subscription(kind, topic.name, receive, DATA, raw=True)
+
+    def subscribe_numbers(
+        self, topic: Topic, callback: Callable[[Topic, int, Floats], None]
+    ) -> Subscription:
+        """Create a subscription whose callback receives topic, stamp in ns, and numbers."""
+        read = cdr.numbers_of(topic)
+        return self.subscribe_bytes(
+            topic, lambda data: callback(topic, cdr.clock(data), read(data))
+        )
 
     def fail(self, reason: str) -> None:
         """End this node with an error of one line."""
@@ -132,48 +148,6 @@ class KhrNode(Node):  # type: ignore[misc]
         if changes:
             self.parameters = self._build(changes)
             self.configure(self.parameters)
-
-
-class Listener(KhrNode):
-    """A node that hears the whole run, answers nothing, and tells how far it has heard.
-
-    The run starts when every listener has told so (``ready``, latched). In lockstep it waits for
-    one that falls far behind: what a reader does not fetch in time, the middleware drops. And it
-    is over when every listener has heard its last instant.
-
-    Attributes:
-        end: the last instant of a finished run, ns; negative while it goes on.
-    """
-
-    def __init__(self, name: str, table: type[Any]) -> None:
-        super().__init__(name, table)
-        self.end = -1
-        self._heard, self._told = -1, -PACE
-        self._ready = self.publish_on(String, 'ready', LATCHED)
-        self.listen_to(DiagnosticStatus, 'simulator/state', self.on_state, LATCHED)
-
-    def heard(self, stamp_ns: int) -> None:
-        """Say that this node has heard all up to here; it is told at first, last and at times."""
-        self._heard = stamp_ns
-        near = 0 <= stamp_ns - self._told < PACE  # and in the same run
-        if not near or stamp_ns == self.end != self._told:
-            self._tell()
-
-    @property
-    def heard_all(self) -> bool:
-        """Tell whether the run has finished and this node has heard its last instant."""
-        return self._heard == self.end >= 0
-
-    def on_state(self, status: DiagnosticStatus) -> None:
-        """Take a change of the simulator's state."""
-        values = {pair.key: pair.value for pair in status.values}
-        self.end = int(values['time_ns']) if status.message == 'finished' else -1
-        if self.heard_all:
-            self._tell()
-
-    def _tell(self) -> None:
-        self._told = self._heard
-        self._ready.publish(String(data=f'{self.get_name()} {self._heard}'))
 
 
 def _plain(value: Any) -> Any:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import importlib
 import signal
 import sys
 import time
@@ -13,6 +14,7 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 from rclpy.task import Future
 
+from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
 from khr_common.nodes.node import KhrNode
 
@@ -20,10 +22,10 @@ LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published
 
 
 class _Turn:
-    """Hear messages until there is nothing to hear, or a signal comes.
+    """Process messages until there are none, or a signal comes.
 
-    To spin once is to hear one message, and costs as much as to hear two. Spinning with a time
-    limit hears all, but with messages always waiting it does not come back: the signal says so.
+    To spin once is to process one message, and costs as much as to process two. Spinning with a
+    time limit processes all, but while messages keep coming it does not return: a signal ends it.
     """
 
     def __init__(self) -> None:
@@ -40,15 +42,22 @@ class _Turn:
         self._over.set_result(None)
 
 
-def run_node(factory: Callable[[], KhrNode]) -> int:
+def node_class(spec: NodeSpec) -> Callable[[NodeSpec], KhrNode]:
+    """Return the class that runs a node."""
+    module, name = spec.node.split(':')
+    found: Callable[[NodeSpec], KhrNode] = getattr(importlib.import_module(module), name)
+    return found
+
+
+def run_node(spec: NodeSpec) -> int:
     """Run one node in this process until it ends or is interrupted; return the exit code."""
-    return run_nodes([factory])
+    return run_nodes([spec])
 
 
-def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
+def run_nodes(specs: Sequence[NodeSpec]) -> int:
     """Run nodes on one executor until one ends or they are interrupted; return the exit code.
 
-    ROS's own signal handlers tear the context down before a node could say its last words, so
+    ROS's own signal handlers tear the context down before a node could publish a last message, so
     SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
     """
     turn = _Turn()
@@ -58,11 +67,11 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
     nodes: list[KhrNode] = []
     try:
         executor = EventsExecutor()
-        for factory in factories:
-            nodes.append(factory())
+        for spec in specs:
+            nodes.append(node_class(spec)(spec))
             executor.add_node(nodes[-1])
         gc.collect()
-        gc.freeze()  # a search for garbage through all that is loaded would outlast a period
+        gc.freeze()  # a full garbage collection outlasts a control period
         while not turn.interrupted and not any(node.failure for node in nodes):
             turn.take(executor)
         for node in nodes:
@@ -70,8 +79,7 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
         for node in nodes:
             _close(node, executor)
     except KhrError as error:
-        # A node that could not be built has no name yet but its class's.
-        print(f'{factory.__name__}: {error}', file=sys.stderr)
+        print(f'{spec.name}: {error}', file=sys.stderr)
         return 2
     finally:
         rclpy.try_shutdown()
@@ -82,7 +90,7 @@ def run_nodes(factories: Sequence[Callable[[], KhrNode]]) -> int:
 
 
 def _close(node: KhrNode, executor: EventsExecutor) -> None:
-    """Let a node hear what is on its way, close it, and send what it says last."""
+    """Let a node receive what is on its way, close it, and send what it publishes last."""
     end = time.monotonic() + node.patience
     while not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)

@@ -8,7 +8,7 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
 from khr_common.parameters import Specification
 from khr_experiments.errors import ExperimentError
@@ -60,12 +60,12 @@ def parameter_named(where: str, name: Any) -> Specification:
         ExperimentError: if there is none; ``where`` is what its text begins with.
     """
     node, dot, key = str(name).partition('.')
-    if not dot or node not in TABLES:
+    if not dot or node not in registry():
         raise ExperimentError(
             f'{where}: {name!r} is not accepted; accepted: node.parameter with '
-            f'one of the nodes {", ".join(TABLES)}'
+            f'one of the nodes {", ".join(registry())}'
         )
-    known = specifications(TABLES[node])
+    known = specifications(table_of(node))
     if key not in known:
         raise ExperimentError(f'{where}: {name}: no such parameter; accepted: {", ".join(known)}')
     return known[key]

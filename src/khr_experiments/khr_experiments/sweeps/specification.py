@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from khr_bringup import scenario as scenarios
+from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import Scenario, Values
 from khr_common import ParameterError
 from khr_experiments.errors import ExperimentError
@@ -126,7 +126,10 @@ class _Start:
         self._file = file
         self._scenario = scenario
         self._complete = complete(scenario)
-        self._tables = {name.split('.')[0]: scenario.table(name.split('.')[0]) for name in axes}
+        self._tables = {
+            node: scenario.table(table_of(node))
+            for node in sorted({name.split('.')[0] for name in axes})
+        }
 
     def complete_with(self, changes: Values) -> Values:
         """Return all values, defaults filled in; refuse those that do not go together."""
@@ -165,12 +168,8 @@ def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int |
 
 
 def seeds_of(seed: int | None) -> dict[str, int]:
-    """Return the seeds of all nodes by ``node.parameter``; nothing without a seed."""
-    return (
-        {}
-        if seed is None
-        else {f'{node}.{key}': value for (node, key), value in scenarios.noise_seeds(seed).items()}
-    )
+    """Return the seed of a run by ``node.parameter``; nothing without a seed."""
+    return {} if seed is None else {'simulator.seed': seed}
 
 
 def keyed(values: Mapping[str, Any]) -> dict[tuple[str, str], Any]:

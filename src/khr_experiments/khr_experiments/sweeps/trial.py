@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.code_version import code_version
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import registry
 from khr_bringup.scenario import Scenario, Values
 from khr_common import KhrError, specifications
 from khr_experiments.errors import ExperimentError
@@ -65,11 +65,11 @@ class Trial:
 def complete(scenario: Scenario) -> Values:
     """Return the values of all parameters of all nodes, defaults filled in."""
     return {
-        node: {
-            key: scenario.of(node).get(key, specification.default)
-            for key, specification in specifications(table).items()
+        name: {
+            key: scenario.of(name).get(key, specification.default)
+            for key, specification in specifications(node.spec.table).items()
         }
-        for node, table in TABLES.items()
+        for name, node in registry().items()
     }
 
 

@@ -36,7 +36,7 @@ Walk = tuple[float, Condition]  # inclination in deg, and what was done there
 
 def cycle_of(run: Run) -> tuple[float, float]:
     """Return begin and end of Gait-3 in s."""
-    return _gait(run.scenario.table('gait')).cycle(CYCLE)
+    return _gait(run.scenario.table(GaitParameters)).cycle(CYCLE)
 
 
 @functools.cache
@@ -46,7 +46,7 @@ def _gait(parameters: GaitParameters) -> Gait:
 
 def rate_of_walk(run: Run) -> tuple[Array, Array]:
     """Return time (s) and pitch rate (deg/s) of a walk up to its fall, without the wait before."""
-    series, start = record(run), run.scenario.table('gait').start_delay
+    series, start = record(run), run.scenario.table(GaitParameters).start_delay
     kept = series.time >= start
     return series.time[kept] - start, np.degrees(series.pitch_rate[kept])
 
@@ -78,7 +78,7 @@ def whole_walk(runs: Mapping[str, Runs]) -> Figure:
     figure, (whole, third) = panels('the whole walk', 'Gait-3', columns=1, height=4.6)
     draw_seeds(whole, flat, rate_of_walk, 'φ = 0°', color=BLUE)
     _draw_gait_3(third, flat)
-    gait = flat[0].scenario.table('gait')
+    gait = flat[0].scenario.table(GaitParameters)
     for cycle in range(1, gait.cycles + 1):
         begin, end = (time - gait.start_delay for time in _gait(gait).cycle(cycle))
         whole.axvspan(

@@ -17,9 +17,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.gait_parameters import GaitParameters
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.run_signals import Array, Series
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Key, Run, Runs, by
+from khr_sim.run_parameters import RunParameters
 
 FALLEN: dict[str, Any] = {
     'color': '#b00000',
@@ -35,15 +39,16 @@ LOOKS = [('#0072B2', '-'), ('#D55E00', '--'), ('#009E73', '-.'), ('#CC79A7', ':'
 
 def inclination_deg(run: Run) -> float:
     """Return the inclination that a run went to."""
-    return float(run.scenario.table('simulator').inclination_deg)
+    return float(run.scenario.table(RunParameters).inclination_deg)
 
 
 def condition(run: Run) -> Condition:
     """Return under what a run was made, as the thesis's rows name it."""
-    ankle, hip = (run.scenario.table(f'{joint}_controller') for joint in ('ankle', 'hip'))
-    rubber = run.scenario.table('simulator').surface == 'rubber'
+    ankle = run.scenario.table(AnkleControllerParameters)
+    hip = run.scenario.table(HipControllerParameters)
+    rubber = run.scenario.table(RunParameters).surface == 'rubber'
     return Condition(
-        run.scenario.table('gait').motion,
+        run.scenario.table(GaitParameters).motion,
         float(ankle.gain) if ankle.enabled else 0.0,
         float(hip.gain) if hip.enabled else 0.0,
         'rubber' if rubber else 'smooth',

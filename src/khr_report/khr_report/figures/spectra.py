@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
@@ -46,7 +47,7 @@ def spectrum_of(run: Run) -> Spectrum | None:
     """Return the spectrum of a run's Gait-3 in deg/s, or None if it fell."""
     if fell(run):
         return None
-    parameters: FftAnalyserParameters = run.scenario.table('fft_analyser')
+    parameters: FftAnalyserParameters = run.scenario.table(FftAnalyserParameters)
     return spectrum(gait_3(run)[1], parameters, cycle_of(run)[0])
 
 
@@ -236,7 +237,7 @@ def mark_thesis(axis: Axes, inclination: float, of: Condition, color: str, heigh
 
 
 def _walked(run: Run, values: Array) -> tuple[Array, Array]:
-    time = record(run).time - run.scenario.table('gait').start_delay
+    time = record(run).time - run.scenario.table(GaitParameters).start_delay
     return time[time >= 0.0], values[time >= 0.0]
 
 

@@ -8,6 +8,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from khr_balance.stage import StageParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.experiments import Run, Runs
 from khr_report.figures.records import LOOKS, draw_seeds, fell, grouped, record, seed_legend
@@ -51,7 +52,7 @@ def _draw_ground(axis: Axes, runs: Runs) -> None:
     """Draw the true inclination of the longest run, and those at which the stages change."""
     longest = max(map(record, runs), key=lambda series: len(series.time))
     axis.plot(longest.time, np.degrees(longest.inclination), label='true', color='0.2')
-    stages = runs[0].scenario.table('stage')
+    stages = runs[0].scenario.table(StageParameters)
     for above in (stages.ankle_above_deg, stages.hip_above_deg):
         axis.axhline(above, color='0.4', linewidth=0.8)
 

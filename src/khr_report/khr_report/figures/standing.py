@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from khr_analysis.models.ankle_servo import controlled_lean
 from khr_analysis.models.pendulum import Pendulum, critical_inclination, static_force_difference
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN
+from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
@@ -62,7 +63,7 @@ class Lift:
 
 def lift_of(run: Run) -> Lift:
     """Return when the parts of a run's leg lift begin."""
-    gait = run.scenario.table('gait')
+    gait = run.scenario.table(GaitParameters)
     times = gait.start_delay + np.cumsum(
         [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
     )

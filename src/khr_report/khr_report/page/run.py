@@ -15,7 +15,7 @@ import numpy as np
 from markupsafe import Markup
 
 from khr_bringup.code_version import LIBRARIES, code_version
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
 from khr_common import specifications
 from khr_experiments.sweeps.trial import complete
@@ -166,8 +166,8 @@ def _parameters(found: Sequence[Found]) -> Markup:
     if not known:
         return part('paragraphs', ['Unknown: the run has left no scenario.'])
     rows = []
-    for node, table in TABLES.items():
-        for key, specification in specifications(table).items():
+    for node, registered in registry().items():
+        for key, specification in specifications(registered.spec.table).items():
             values = [every[node][key] for _, _, every in known]
             if any(value != specification.default for value in values):
                 rows.append(

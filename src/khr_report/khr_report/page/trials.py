@@ -9,10 +9,14 @@ from itertools import takewhile
 from math import nan
 from statistics import median
 
-from khr_balance.stage import STAGES
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.gait_parameters import GaitParameters
+from khr_balance.hip import HipControllerParameters
+from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario import Scenario, Values
 from khr_experiments.experiments import Run, Runs, by
 from khr_experiments.sweeps.trial import complete
+from khr_sim.run_parameters import RunParameters
 
 SEEDS = ('seed', 'initial_tilt_deg')
 STAGED = 'staged, '
@@ -58,14 +62,14 @@ def tally(runs: Iterable[Run]) -> Tally:
 def added(runs: Mapping[str, Runs]) -> list[str]:
     """Return a line for each thing that the runs tell beyond the thesis."""
     done = [run for some in runs.values() for run in some if run.row.get('verdict')]
-    walks = [run for run in done if run.scenario.table('gait').motion == 'walk']
+    walks = [run for run in done if run.scenario.table(GaitParameters).motion == 'walk']
     return [*_soles(walks), *_friction(walks), *_tilting(done)]
 
 
 def control(scenario: Scenario) -> str:
     """Name the control of a scenario."""
-    ankle, hip = scenario.table('ankle_controller'), scenario.table('hip_controller')
-    stage = scenario.table('stage')
+    ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)
+    stage = scenario.table(StageParameters)
     last = stage.fixed_stage if stage.mode == 'fixed' else STAGES[-1]
     words = [f'K_A {ankle.gain:g}'] if ankle.enabled and (last > 1 or not ankle.staged) else []
     words += [f'K_H {hip.gain:g}'] if hip.enabled and (last > 2 or not hip.staged) else []
@@ -76,7 +80,7 @@ def _soles(walks: Runs) -> list[str]:
     """Compare walks on rubber with their twins on smooth ground."""
     told = []
     for twins in _alike(walks, ('surface',)):
-        surfaces = by(twins, lambda run: str(run.scenario.table('simulator').surface))
+        surfaces = by(twins, lambda run: str(run.scenario.table(RunParameters).surface))
         if {'smooth', 'rubber'} <= set(surfaces):
             rubber, smooth = tally(surfaces['rubber']), tally(surfaces['smooth'])
             told.append(
@@ -90,7 +94,7 @@ def _friction(walks: Runs) -> list[str]:
     """Tell how steep the ground may be for each friction, of walks that are otherwise alike."""
     told = []
     for twins in _alike(walks, ('friction', 'inclination_deg')):
-        frictions = by(twins, lambda run: float(run.scenario.table('simulator').sole_friction))
+        frictions = by(twins, lambda run: float(run.scenario.table(RunParameters).sole_friction))
         if len(frictions) > 1:
             listed = '; '.join(
                 f'{value:g}: {_steepest(frictions[value])}' for value in sorted(frictions)
@@ -101,7 +105,7 @@ def _friction(walks: Runs) -> list[str]:
 
 def _steepest(runs: Runs) -> str:
     """Tell the steepest ground up to which most seeds stay up wherever they were tried."""
-    grounds = by(runs, lambda run: float(run.scenario.table('simulator').inclination_deg))
+    grounds = by(runs, lambda run: float(run.scenario.table(RunParameters).inclination_deg))
     stayed = list(
         takewhile(
             lambda each: each[1].stays, ((phi, tally(grounds[phi])) for phi in sorted(grounds))
@@ -115,7 +119,9 @@ def _steepest(runs: Runs) -> str:
 
 def _tilting(runs: Runs) -> list[str]:
     """Compare controls on ground that tilts ever more: how steep it was at the fall."""
-    growing = [run for run in runs if run.scenario.table('simulator').inclination_rate_deg_s > 0.0]
+    growing = [
+        run for run in runs if run.scenario.table(RunParameters).inclination_rate_deg_s > 0.0
+    ]
     told = []
     for name, some in by(growing, lambda run: control(run.scenario)).items():
         fell = [_reached(run) for run in some if run.row['verdict'] == 'fell']
@@ -135,14 +141,14 @@ def _tilting(runs: Runs) -> list[str]:
 
 def _reached(run: Run) -> float:
     """Return the inclination at the fall, or at the end, deg."""
-    simulator = run.scenario.table('simulator')
+    simulator = run.scenario.table(RunParameters)
     fell = run.row['fell_at_s']
     time = run.row['time_s'] if fell is None else fell
     return float(simulator.inclination_deg + simulator.inclination_rate_deg_s * time)
 
 
 def _where(scenario: Scenario) -> str:
-    return f'at {scenario.table("simulator").inclination_deg:g} deg ({control(scenario)})'
+    return f'at {scenario.table(RunParameters).inclination_deg:g} deg ({control(scenario)})'
 
 
 def _alike(runs: Runs, but: tuple[str, ...]) -> list[Runs]:

@@ -10,31 +10,32 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
-from rclpy.qos import DurabilityPolicy, QoSProfile
-from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
 from khr_common import KhrError, cdr
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    JOINT_REFERENCE,
+    JOINTS,
+    PUSH,
+    READY,
+    STATE,
+    WORLD,
+    correction,
+)
 from khr_common.nodes.messages import to_nanoseconds, to_stamp
-from khr_common.nodes.node import LATCHED, KhrNode
-from khr_common.nodes.spin import run_node
+from khr_common.nodes.node import KhrNode
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
 from khr_sim.push import Push
-from khr_sim.robot import JOINTS
-from khr_sim.run_parameters import RunParameters
+from khr_sim.run_parameters import GAIT, RunParameters
 
-TOPICS = {
-    'gait': 'joint_reference',
-    'ankle_controller': 'ankle_controller/correction',
-    'hip_controller': 'hip_controller/correction',
-}
-CORRECTIONS = ('ankle_controller', 'hip_controller')
 ASK_AGAIN = 0.1  # s of wall time without an answer
 LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
-SILENCE = 4.0  # s of wall time without a word of those that have not heard the end
+SILENCE = 4.0  # s of wall time without a report of those that have not received the end
 LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
@@ -57,25 +58,22 @@ class SimulatorNode(KhrNode):
     parameters: RunParameters
     patience = 20.0
 
-    def __init__(self) -> None:
-        super().__init__('simulator', RunParameters)
+    def __init__(self, spec: NodeSpec) -> None:
+        super().__init__(spec)
         self.plant = Plant(self.parameters)
         self._period_ns = round(self.parameters.control_period * 1e9)
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
-        self._state_out = self.publish_on(DiagnosticStatus, 'simulator/state', LATCHED)
-        self._diagnostics = self.publish_on(DiagnosticArray, '/diagnostics')
+        self._state_out = self.publisher(STATE)
+        self._diagnostics = self.publisher(DIAGNOSTICS)
         self._listeners = [name for name in self.parameters.listeners if name]
-        self._heard: dict[str, int] = {}  # by listener, up to when, ns
+        self._received: dict[str, int] = {}  # by listener, up to when, ns
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
-        for source, topic in TOPICS.items():
-            self.listen_to_bytes(JointState, topic, partial(self._on_answer, source))
-        self.listen_to(
-            String,
-            'ready',
-            self._on_ready,
-            QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL),
-        )
-        self.listen_to(WrenchStamped, 'push', self._on_push)
+        self._sources = [name for name in self.parameters.answers if name]
+        for source in self._sources:
+            topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
+            self.subscribe_bytes(topic, partial(self._on_answer, source))
+        self.subscribe(READY, self._on_ready)
+        self.subscribe(PUSH, self._on_push)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
@@ -97,13 +95,13 @@ class SimulatorNode(KhrNode):
         self.plant.configure(parameters)
 
     def finish(self) -> None:
-        """Say how far the run got."""
+        """Publish how far the run got."""
         self._attention = time.monotonic()
         if self.state != 'finished':
             self._enter('finished', end='stopped')
 
     def settled(self) -> bool:
-        """Return whether the listeners have heard all; what they missed comes from here alone."""
+        """Return whether the listeners have received all; what they miss comes from here alone."""
         waited = time.monotonic() - self._attention
         return self.failure is not None or not self._behind(0) or waited > SILENCE
 
@@ -114,16 +112,16 @@ class SimulatorNode(KhrNode):
     # ---- the course of a run ----
 
     def _restart(self) -> None:
-        self._barrier: Barrier[Answer] = Barrier([s for s in self.parameters.answers if s])
+        self._barrier: Barrier[Answer] = Barrier(self._sources)
         self._barrier.open(0)
         self._now = 0
-        self._heard = dict.fromkeys(self._heard, 0)
+        self._received = dict.fromkeys(self._received, 0)
         self._started = False
         self._progress = self._attention = self._born = self._reported = time.monotonic()
         self._stale = self._missed = 0
         self._last_tick = 0.0
         self._enter('waiting')
-        if 'gait' not in self.parameters.answers:
+        if GAIT not in self._sources:
             self._begin([0.0] * len(JOINTS))
         else:
             self._output.tick(0)
@@ -136,7 +134,7 @@ class SimulatorNode(KhrNode):
     def _pump(self) -> None:
         """Go as far as the answers allow."""
         if not self._started:
-            reference = self._barrier.at(0).get('gait')
+            reference = self._barrier.at(0).get(GAIT)
             if reference is None:
                 return
             self._begin(list(reference.position))
@@ -155,26 +153,26 @@ class SimulatorNode(KhrNode):
         return self._barrier.missing(self._due) + self._behind(LEAD)
 
     def _behind(self, lead: int) -> list[str]:
-        """List the listeners that have not heard what was ``lead`` ns ago."""
-        return [name for name in self._listeners if self._now - self._heard.get(name, 0) > lead]
+        """List the listeners that have not received what was ``lead`` ns ago."""
+        return [name for name in self._listeners if self._now - self._received.get(name, 0) > lead]
 
     def _waiting_for(self) -> list[str]:
         return self._barrier.missing(0) + [
-            name for name in self._listeners if name not in self._heard
+            name for name in self._listeners if name not in self._received
         ]
 
     def _advance(self, answers: dict[str, Answer]) -> None:
         # With a delay the first period has no answer yet: the board holds the first reference.
         held = self._now == 0 and self.parameters.control_delay > 0
-        if 'gait' in answers:
-            self._held = list(answers['gait'].position)
+        if GAIT in answers:
+            self._held = list(answers[GAIT].position)
         corrections = (
             []
             if held
             else [
                 dict(zip(answers[source].name, answers[source].position, strict=True))
-                for source in CORRECTIONS
-                if source in answers
+                for source in self._sources
+                if source != GAIT and source in answers
             ]
         )
         try:
@@ -196,7 +194,7 @@ class SimulatorNode(KhrNode):
         answer = Answer(stamp_ns, *cdr.joint_positions(message))
         if not self._barrier.put(source, stamp_ns, answer):
             return
-        if source in CORRECTIONS and stamp_ns == self._now:
+        if source != GAIT and stamp_ns == self._now:
             self._latencies.append(time.monotonic() - self._progress)
         try:
             self._pump()
@@ -206,13 +204,13 @@ class SimulatorNode(KhrNode):
     def _on_ready(self, message: String) -> None:
         name, stamp_ns = message.data.split()
         if int(stamp_ns) <= self._now:  # otherwise it is from before a reset
-            self._heard[name] = int(stamp_ns)
+            self._received[name] = int(stamp_ns)
             self._attention = time.monotonic()
             self._pump()
 
     def _on_push(self, message: WrenchStamped) -> None:
         p, force = self.parameters, message.wrench.force
-        frame = message.header.frame_id or 'odom'
+        frame = message.header.frame_id or WORLD
         start = max(to_nanoseconds(message.header.stamp), self._now) / 1e9
         x, y, z = p.push_point
         try:
@@ -221,7 +219,7 @@ class SimulatorNode(KhrNode):
                     start=start,
                     duration=p.push_duration,
                     frame=frame,
-                    link=p.push_link if frame == 'odom' else frame,
+                    link=p.push_link if frame == WORLD else frame,
                     force=(force.x, force.y, force.z),
                     point=(x, y, z),
                 )
@@ -258,7 +256,7 @@ class SimulatorNode(KhrNode):
         fresh = {
             source: answer
             for source, answer in answers.items()
-            if source == 'gait' or answer.stamp_ns >= oldest
+            if source == GAIT or answer.stamp_ns >= oldest
         }
         self._stale += len(answers) - len(fresh)
         self._advance(fresh)
@@ -285,8 +283,8 @@ class SimulatorNode(KhrNode):
         silent = self._barrier.missing(self._due)
         if silent:
             return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'
-        return 'nothing more was heard whole by ' + ', '.join(
-            f'{name} after t = {self._heard.get(name, 0) / 1e9:.3f} s'
+        return 'not received whole by ' + ', '.join(
+            f'{name} after t = {self._received.get(name, 0) / 1e9:.3f} s'
             for name in self._behind(LEAD)
         )
 
@@ -356,12 +354,3 @@ class SimulatorNode(KhrNode):
 
 def _pairs(values: dict[str, str]) -> list[KeyValue]:
     return [KeyValue(key=key, value=value) for key, value in values.items()]
-
-
-def main() -> int:
-    """Run the simulator node."""
-    return run_node(SimulatorNode)
-
-
-if __name__ == '__main__':
-    raise SystemExit(main())

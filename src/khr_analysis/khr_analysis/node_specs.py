@@ -1,0 +1,52 @@
+"""The nodes of this package, as the graph knows them."""
+
+from __future__ import annotations
+
+from khr_analysis.outcome import MonitorParameters
+from khr_analysis.recording import RecorderParameters
+from khr_analysis.spectrum import FftAnalyserParameters
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    GYRO,
+    OF_EVERY_RUN,
+    OUTCOME,
+    PEAKS,
+    READY,
+    SPECTRUM,
+    STATE,
+    TRUE_FORCES,
+    TRUE_POSE,
+    TRUE_RATE,
+    TRUE_SOLES,
+)
+
+PACKAGE = 'khr_analysis'
+
+FFT_ANALYSER = NodeSpec(
+    'fft_analyser',
+    PACKAGE,
+    FftAnalyserParameters,
+    subscribes=(GYRO, STATE),
+    publishes=(SPECTRUM, PEAKS, READY),
+    node='khr_analysis.nodes.fft_analyser:FftAnalyserNode',
+    listens=True,
+)
+MONITOR = NodeSpec(
+    'monitor',
+    PACKAGE,
+    MonitorParameters,
+    subscribes=(TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES, PEAKS, STATE),
+    publishes=(OUTCOME, DIAGNOSTICS, READY),
+    node='khr_analysis.nodes.monitor:MonitorNode',
+    listens=True,
+)
+RECORDER = NodeSpec(
+    'recorder',
+    PACKAGE,
+    RecorderParameters,
+    subscribes=OF_EVERY_RUN,
+    publishes=(DIAGNOSTICS, READY),
+    node='khr_analysis.nodes.recorder:RecorderNode',
+    listens=True,
+)

@@ -1,0 +1,35 @@
+"""Parameters that follow from others unless a scenario states them itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from math import degrees
+from typing import Any
+
+from khr_bringup.node_registry import table_of
+from khr_common import specifications
+from khr_sim.world import TILTING_SPEED
+
+SHARED = ('control_period', 'seed')  # those of the simulator hold for every node that has them
+SETTLING = 2.0  # s on the tilted board before the robot lifts a leg
+
+Values = Mapping[str, Mapping[str, Any]]
+
+
+def derived(values: Values, node: str) -> dict[str, Any]:
+    """Return what follows for a node from what a scenario states, by key.
+
+    All nodes share the simulator's control period and its seed. A leg lift that begins on level
+    ground starts when the board has reached the inclination and the robot has come to rest.
+    """
+    simulator, known = values.get('simulator', {}), specifications(table_of(node))
+    found = {key: simulator[key] for key in SHARED if key in simulator and key in known}
+    motion = values.get(node, {}).get('motion')
+    if motion == 'leg_lift' and simulator.get('level_start'):
+        found['start_delay'] = start_of_lift(simulator.get('inclination_deg', 0.0))
+    return found
+
+
+def start_of_lift(inclination_deg: float) -> float:
+    """Return when a leg lift begins that starts on level ground, in s."""
+    return round(abs(inclination_deg) / degrees(TILTING_SPEED) + SETTLING, 6)

@@ -1,0 +1,186 @@
+"""The interfaces of the node graph, each stated once: joints, frames, regions, topics.
+
+Names follow REP 103, 105, 120 and 145, with ``l_heel`` and ``r_heel`` added. Topic names are
+relative, so that a namespace holds a second robot.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+SIDES = ('l', 'r')
+ARM = ('shoulder_pitch', 'shoulder_roll', 'elbow_pitch')
+LEG = ('hip_roll', 'hip_pitch', 'knee', 'ankle_pitch', 'ankle_roll')
+JOINTS: tuple[str, ...] = (  # their order in every vector
+    'head_yaw',
+    *(f'{side}_{joint}' for side in SIDES for joint in ARM),
+    *(f'{side}_{joint}' for side in SIDES for joint in LEG),
+)
+
+WORLD, BODY, IMU_FRAME = 'odom', 'base_link', 'imu_link'
+REGIONS = {  # of the feet that carry a force sensor: their frames, by name
+    'left_toe': 'l_toe',
+    'left_heel': 'l_heel',
+    'right_toe': 'r_toe',
+    'right_heel': 'r_heel',
+}
+
+# How messages flow on a topic: one in every control period, stamped with its instant; the last
+# one kept for late subscribers; or now and then.
+Flow = Literal['period', 'latched', 'event']
+
+
+@dataclass(frozen=True)
+class Topic:
+    """A topic of the graph; two of the same name are the same topic.
+
+    Attributes:
+        name: relative to the robot's namespace, unless it begins with a slash.
+        kind: message type, such as ``sensor_msgs/msg/Imu``.
+        meaning: what it carries, with units.
+        flow: how messages flow on it.
+        frame: in which the message is, where one holds for all.
+        names: of a JointState: what its positions belong to, in this order.
+    """
+
+    name: str
+    kind: str = field(compare=False)
+    meaning: str = field(compare=False)
+    flow: Flow = field(default='period', compare=False)
+    frame: str = field(default='', compare=False)
+    names: tuple[str, ...] = field(default=(), compare=False)
+
+    @property
+    def line(self) -> str:
+        """Return name, message type and flow, as a parameter holds them."""
+        return f'{self.name} {self.kind} {self.flow}'
+
+
+IMU, WRENCH, JOINT_STATE = (
+    'sensor_msgs/msg/Imu',
+    'geometry_msgs/msg/WrenchStamped',
+    ('sensor_msgs/msg/JointState'),
+)
+STATUS, STATUS_ARRAY = (
+    'diagnostic_msgs/msg/DiagnosticStatus',
+    'diagnostic_msgs/msg/DiagnosticArray',
+)
+TEXT = 'std_msgs/msg/String'
+
+# What the robot and the ground truly do.
+CLOCK = Topic('/clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
+JOINT_STATES = Topic(
+    'joint_states',
+    JOINT_STATE,
+    'Joint angles, rad, speeds, rad/s, and torques, N m.',
+    names=JOINTS,
+)
+TRUE_POSE = Topic(
+    'ground_truth/odom', 'nav_msgs/msg/Odometry', 'Pose and twist of the torso.', frame=WORLD
+)
+TRUE_RATE = Topic(
+    'ground_truth/imu',
+    IMU,
+    'Angular velocity of the torso, mean over the period, rad/s.',
+    frame=IMU_FRAME,
+)
+TRUE_SOLES = Topic(
+    'ground_truth/soles', 'geometry_msgs/msg/PoseArray', 'Poses of l_sole and r_sole.', frame=WORLD
+)
+TRUE_INCLINATION = Topic(
+    'ground_truth/inclination',
+    JOINT_STATE,
+    'Inclination of the ground, rad, positive if the robot faces downhill.',
+    names=('inclination',),
+)
+TRUE_FORCES = tuple(
+    Topic(
+        f'ground_truth/contact/{region}',
+        WRENCH,
+        'Force of the ground, mean over the period, N.',
+        frame=frame,
+    )
+    for region, frame in REGIONS.items()
+)
+ROBOT_DESCRIPTION = Topic('robot_description', TEXT, 'The URDF.', 'latched')
+
+# What the sensors read.
+GYRO = Topic(
+    'imu/data_raw', IMU, 'Angular velocity as the board reads it, rad/s.', frame=IMU_FRAME
+)
+FOOT_FORCES = tuple(
+    Topic(f'foot_force/{region}', WRENCH, 'Normal force as the sensor reads it, N.', frame=frame)
+    for region, frame in REGIONS.items()
+)
+
+# What moves the joints.
+JOINT_REFERENCE = Topic(
+    'joint_reference', JOINT_STATE, 'Joint angles of the gait, rad.', names=JOINTS
+)
+
+
+def correction(node: str, joints: tuple[str, ...]) -> Topic:
+    """Return the topic on which a controller sends what the board adds to the reference."""
+    return Topic(
+        f'{node}/correction',
+        JOINT_STATE,
+        'Added to the reference of these joints, rad.',
+        names=joints,
+    )
+
+
+ANKLE_CORRECTION = correction('ankle_controller', ('l_ankle_pitch', 'r_ankle_pitch'))
+HIP_CORRECTION = correction('hip_controller', ('l_hip_pitch', 'r_hip_pitch'))
+STAGE = Topic(
+    'stage',
+    JOINT_STATE,
+    'Stage (1 to 3), inclination as read back from the feet, rad, and the share of each '
+    'correction that acts.',
+    names=('stage', 'inclination', 'ankle_controller', 'hip_controller'),
+)
+STAGE_CHANGES = Topic('stage/changes', STATUS_ARRAY, 'Each stage when it is entered.', 'latched')
+PUSH = Topic('push', WRENCH, 'A push, N, from its stamp on.', 'event')
+
+# What comes of it.
+SPECTRUM = Topic(
+    'spectrum', 'std_msgs/msg/Float64MultiArray', 'Spectrum of the pitch rate.', 'event'
+)
+PEAKS = Topic('spectrum/peaks', STATUS_ARRAY, 'Its labelled peaks.', 'event')
+OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 'latched')
+
+# How the run goes.
+STATE = Topic('simulator/state', STATUS, 'State of the run, and why it ended.', 'latched')
+READY = Topic('ready', TEXT, 'How far each listener has received the run.', 'latched')
+DIAGNOSTICS = Topic('/diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
+PARAMETER_EVENTS = Topic(
+    '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', 'Changes of parameters.', 'event'
+)
+LOG = Topic('/rosout', 'rcl_interfaces/msg/Log', 'What nodes log.', 'event')
+SCENARIO = Topic('/scenario', TEXT, 'The scenario as it ran; only in a bag.', 'latched')
+
+# What every run has, by whatever nodes: the topics that a recorder keeps by default.
+OF_EVERY_RUN = (
+    CLOCK,
+    JOINT_STATES,
+    TRUE_POSE,
+    TRUE_RATE,
+    TRUE_SOLES,
+    TRUE_INCLINATION,
+    *TRUE_FORCES,
+    GYRO,
+    *FOOT_FORCES,
+    JOINT_REFERENCE,
+    ANKLE_CORRECTION,
+    HIP_CORRECTION,
+    ROBOT_DESCRIPTION,
+    STATE,
+    READY,
+    OUTCOME,
+    SPECTRUM,
+    PEAKS,
+    PUSH,
+    DIAGNOSTICS,
+    PARAMETER_EVENTS,
+    LOG,
+)

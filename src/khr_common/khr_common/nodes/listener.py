@@ -1,0 +1,54 @@
+"""The base class of nodes that receive a whole run and answer nothing."""
+
+from __future__ import annotations
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from std_msgs.msg import String
+
+from khr_common.block import NodeSpec
+from khr_common.interfaces import READY, STATE
+from khr_common.nodes.node import KhrNode
+
+REPORT_PERIOD = 1_500_000_000  # ns of simulated time between reports of how far a listener is
+
+
+class Listener(KhrNode):
+    """A node that receives every instant of a run, and reports how far it is.
+
+    The run starts when every listener has reported on ``ready`` (latched). In lockstep it waits
+    for one that falls far behind, for what a reader does not fetch in time the middleware drops.
+    It is over when every listener has received its last instant.
+
+    Attributes:
+        end: the last instant of a finished run, ns; negative while it goes on.
+    """
+
+    def __init__(self, spec: NodeSpec) -> None:
+        super().__init__(spec)
+        self.end = -1
+        self._received, self._reported = -1, -REPORT_PERIOD
+        self._ready = self.publisher(READY)
+        self.subscribe(STATE, self.on_state)
+
+    def received(self, stamp_ns: int) -> None:
+        """Note that everything up to an instant has arrived; report it first, last and at times."""
+        self._received = stamp_ns
+        near = 0 <= stamp_ns - self._reported < REPORT_PERIOD  # and in the same run
+        if not near or stamp_ns == self.end != self._reported:
+            self._report_progress()
+
+    @property
+    def received_all(self) -> bool:
+        """Return whether the run has finished and its last instant has arrived."""
+        return self._received == self.end >= 0
+
+    def on_state(self, status: DiagnosticStatus) -> None:
+        """Take a change of the simulator's state."""
+        values = {pair.key: pair.value for pair in status.values}
+        self.end = int(values['time_ns']) if status.message == 'finished' else -1
+        if self.received_all:
+            self._report_progress()
+
+    def _report_progress(self) -> None:
+        self._reported = self._received
+        self._ready.publish(String(data=f'{self.get_name()} {self._received}'))

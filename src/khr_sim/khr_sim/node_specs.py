@@ -1,0 +1,31 @@
+"""The nodes of this package, as the graph knows them."""
+
+from __future__ import annotations
+
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    DIAGNOSTICS,
+    HIP_CORRECTION,
+    JOINT_REFERENCE,
+    PUSH,
+    READY,
+    ROBOT_DESCRIPTION,
+    STATE,
+)
+from khr_sim.blocks import FootForceBlock, GyroBlock
+from khr_sim.foot_force import FootForceParameters
+from khr_sim.gyro import GyroParameters
+from khr_sim.run_parameters import RunParameters
+from khr_sim.truth import SIGNALS
+
+SIMULATOR = NodeSpec(
+    'simulator',
+    'khr_sim',
+    RunParameters,
+    subscribes=(JOINT_REFERENCE, ANKLE_CORRECTION, HIP_CORRECTION, PUSH, READY),
+    publishes=(*SIGNALS, ROBOT_DESCRIPTION, STATE, DIAGNOSTICS),
+    node='khr_sim.nodes.simulator:SimulatorNode',
+)
+GYRO = NodeSpec('gyro', 'khr_sim', GyroParameters, GyroBlock)
+FOOT_FORCE = NodeSpec('foot_force', 'khr_sim', FootForceParameters, FootForceBlock)
