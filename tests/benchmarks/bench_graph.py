@@ -23,10 +23,10 @@ from types import SimpleNamespace
 
 import psutil
 
-import khr_sim.world
 from khr_bringup import scenario as scenarios
 from khr_bringup.offline import Controllers, run_offline
-from khr_sim.engine import bullet
+from khr_sim.engines import bullet as engine
+from khr_sim.engines.bullet import bullet
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
@@ -48,7 +48,7 @@ Figures = dict[str, float]
 def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
     """Return the twin's joints, its torques on them in every step, and where they end, rad."""
     joints, torques, positions = [], [], []
-    real = khr_sim.world.bullet
+    real = engine.bullet
 
     def motors(*arguments: object, **options: object) -> None:
         if arguments[2] == real.TORQUE_CONTROL:
@@ -56,11 +56,11 @@ def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
             torques.append(options['forces'])
         real.setJointMotorControlArray(*arguments, **options)
 
-    khr_sim.world.bullet = SimpleNamespace(**{**vars(real), 'setJointMotorControlArray': motors})
+    engine.bullet = SimpleNamespace(**{**vars(real), 'setJointMotorControlArray': motors})
     try:
         run_offline(SHORT, lambda truth, *_: positions.append(truth.joint_position.tolist()))
     finally:
-        khr_sim.world.bullet = real
+        engine.bullet = real
     return joints, torques, positions[-1]
 
 
@@ -75,7 +75,7 @@ def plain(motors: bool) -> Figures:
     joints, torques, end = twin_torques()
     plant = Plant(SHORT.table(RunParameters))
     plant.start(Controllers(SHORT).reference(0.0))
-    body, client = plant.world.body, plant.world.client
+    body, client = plant.world.engine.body, plant.world.engine.client
     held = [bullet.getJointState(body, i, client)[0] for i in joints]
     control, key = (
         (bullet.POSITION_CONTROL, 'targetPositions')

@@ -1,32 +1,47 @@
-"""Momentum and angular momentum of the simulated robot, from the states of its links."""
+"""Momentum and angular momentum of the simulated robot, from the motion of its joints."""
+
+from math import cos, sin
 
 import numpy as np
-import pybullet as bullet
+
+from khr_common.rotation import matrix
+from khr_sim.robot import JOINTS
 
 
-def momenta(world):
-    """Return momentum and angular momentum about the centre of mass, and that centre."""
-    links = [link for link in world.robot.links.values() if link.mass]
-    states = []
-    for link in links:
-        index = world._links[link.name]
-        if index == -1:
-            position, quaternion = bullet.getBasePositionAndOrientation(
-                world.body, physicsClientId=world.client
-            )
-            linear, angular = bullet.getBaseVelocity(world.body, physicsClientId=world.client)
-        else:
-            state = bullet.getLinkState(world.body, index, 1, 1, physicsClientId=world.client)
-            position, quaternion, linear, angular = state[0], state[1], state[6], state[7]
-        turn = np.reshape(bullet.getMatrixFromQuaternion(quaternion), (3, 3))
-        states.append(
-            (
-                link.mass,
-                np.array(position),
-                np.array(linear),
-                turn @ link.inertia @ turn.T @ angular,
-            )
+def motions(robot, truth):
+    """Return origin, rotation, velocity of the origin and angular velocity of each link."""
+    angles = dict(zip(JOINTS, truth.joint_position, strict=True))
+    speeds = dict(zip(JOINTS, truth.joint_velocity, strict=True))
+    found = {
+        'base_link': (
+            truth.position,
+            matrix(truth.orientation),
+            truth.linear_velocity,
+            truth.angular_velocity,
         )
+    }
+    for joint in robot.joints.values():
+        origin, turn, linear, angular = found[joint.parent]
+        arm, half = turn @ joint.origin, angles.get(joint.name, 0.0) / 2.0
+        turn = turn @ matrix((*(sin(half) * joint.axis), cos(half)))
+        found[joint.child] = (
+            origin + arm,
+            turn,
+            linear + np.cross(angular, arm),
+            angular + speeds.get(joint.name, 0.0) * (turn @ joint.axis),
+        )
+    return found
+
+
+def momenta(robot, truth):
+    """Return momentum and angular momentum about the centre of mass, and that centre, in odom."""
+    moving = motions(robot, truth)
+    states = []
+    for link in robot.links.values():
+        origin, turn, linear, angular = moving[link.name]
+        arm = turn @ link.center_of_mass
+        spin = turn @ link.inertia @ turn.T @ angular
+        states.append((link.mass, origin + arm, linear + np.cross(angular, arm), spin))
     mass = sum(m for m, *_ in states)
     center = sum(m * p for m, p, *_ in states) / mass
     momentum = sum(m * v for m, _, v, _ in states)

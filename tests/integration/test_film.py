@@ -12,7 +12,7 @@ from khr_bringup.scenario import load
 from khr_common import KhrError, RunError
 from khr_common.rotation import matrix
 from khr_report.film import HALF_HEIGHT, Look, Stage, frames, render_run, scenario_of
-from khr_sim.camera import render
+from khr_sim.camera import Camera
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 
@@ -40,15 +40,8 @@ def test_stage_shows_what_the_world_of_the_run_would_show():
     look = Look(96, 80)
     stage = Stage(scenario, look)
     middle = truth.sole_position.mean(axis=0)
-    live = render(
-        plant.world,
-        96,
-        80,
-        yaw=look.yaw,
-        pitch=look.pitch,
-        distance=look.distance,
-        target=(float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT),
-    )
+    target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
+    live = plant.world.picture(Camera(96, 80, target, look.yaw, look.pitch, look.distance))
     shown = stage.picture(truth)
     plant.world.close()
     stage.close()

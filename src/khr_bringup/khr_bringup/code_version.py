@@ -8,6 +8,8 @@ from importlib.metadata import version
 from importlib.resources import files
 from pathlib import Path
 
+from khr_sim import engines
+
 # What decides a trajectory and its outcome: whole packages, and single modules of the others.
 # Nodes only carry numbers between cores: over topics or offline, the trajectory is the same.
 NODES = 'nodes'
@@ -20,7 +22,7 @@ SOURCES = (
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'run_signals.py'),
 )
-LIBRARIES = ('numpy', 'pybullet')
+LIBRARIES = ('numpy', *engines.LIBRARIES)
 MARK = '# code version '  # begins the line that tells it at the end of a scenario as run
 
 

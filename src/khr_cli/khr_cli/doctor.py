@@ -14,11 +14,12 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 
 from khr_bringup.run_registry import registered, running
+from khr_sim import engines
 
 VERSIONS = (
     'rclpy',
     'ros-rmw-fastrtps-cpp',
-    'pybullet',
+    *engines.LIBRARIES,
     'numpy',
     'scipy',
     'rosbags',

@@ -15,23 +15,17 @@ from pathlib import Path
 
 import imageio_ffmpeg  # type: ignore[import-untyped]
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.offline import ControlLoop, duration, run_offline
 from khr_bringup.scenario import Scenario, load
 from khr_common import RunError
-from khr_common.rotation import matrix, pitched
 from khr_report.errors import ReportError
-from khr_sim.camera import render
-from khr_sim.engine import bullet
-from khr_sim.robot import JOINTS
+from khr_sim.camera import Camera, Picture
 from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
 from khr_sim.world import World
-
-Picture = NDArray[np.uint8]
 
 INK, PAPER, TOE = (30, 34, 40), (255, 255, 255), (200, 60, 40)
 MARGIN, FONT_SIZE = 12, 17  # px at a height of 480
@@ -120,46 +114,20 @@ class Stage:
     def __init__(self, scenario: Scenario, look: Look) -> None:
         self.look = look
         self._world = World(scenario.table(RunParameters))
-        client, body = self._world.client, self._world.body
-        self._center = self._world.robot.links['base_link'].center_of_mass
-        index = {
-            bullet.getJointInfo(body, i, client)[1].decode(): i
-            for i in range(bullet.getNumJoints(body, client))
-        }
-        self._joints = [index[name] for name in JOINTS]
-        self._ground = next(
-            bullet.getBodyUniqueId(i, client)
-            for i in range(bullet.getNumBodies(client))
-            if bullet.getBodyUniqueId(i, client) != body
-        )
 
     def picture(self, truth: Truth) -> Picture:
         """Return the robot as it stood at an instant, (height, width, 3)."""
-        client, look = self._world.client, self.look
-        center = truth.position + matrix(truth.orientation) @ self._center
-        bullet.resetBasePositionAndOrientation(
-            self._world.body, center.tolist(), truth.orientation.tolist(), client
-        )
-        for joint, angle in zip(self._joints, truth.joint_position.tolist(), strict=True):
-            bullet.resetJointState(self._world.body, joint, angle, 0.0, client)
-        bullet.resetBasePositionAndOrientation(
-            self._ground, (0.0, 0.0, 0.0), pitched(truth.inclination), client
-        )
+        self._world.show(truth)
         # The camera follows the feet over the ground, not every move of the torso.
         middle = truth.sole_position.mean(axis=0)
         target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
-        return render(
-            self._world,
-            look.width,
-            look.height,
-            yaw=look.yaw,
-            pitch=look.pitch,
-            distance=look.distance,
-            target=target,
+        look = self.look
+        return self._world.picture(
+            Camera(look.width, look.height, target, look.yaw, look.pitch, look.distance)
         )
 
     def close(self) -> None:
-        """Release the physics client."""
+        """Release the engine."""
         self._world.close()
 
 

@@ -28,6 +28,7 @@ from khr_report.page.text import duration
 from khr_report.peak_origin_report import lines_markdown
 from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction
+from khr_sim import engines
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -44,7 +45,7 @@ MEASURING = (
     ('khr_experiments', 'critical.py'),
     ('khr_experiments', 'scoreboard_runs.py'),
 )
-LIBRARIES = ('numpy', 'scipy', 'pybullet', 'matplotlib')
+LIBRARIES = ('numpy', 'scipy', *engines.LIBRARIES, 'matplotlib')
 
 
 @dataclass(frozen=True)

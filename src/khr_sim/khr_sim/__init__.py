@@ -1,1 +1,1 @@
-"""A PyBullet simulator of the KONDO KHR-3HV, its foot-force sensors and its gyro."""
+"""A simulator of the KONDO KHR-3HV, its foot-force sensors and its gyro."""

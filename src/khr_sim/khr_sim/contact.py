@@ -7,8 +7,7 @@ that stay in place give the solver a steady problem, which a box on a plane does
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
 from xml.etree import ElementTree
 
 import numpy as np
@@ -20,6 +19,9 @@ from khr_sim.robot import Robot
 
 Array = NDArray[np.float64]
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
+# Of robot and ground: the engine's number of the link; where, in m in odom; the ground's normal
+# and the force along it, in N; and twice a force of friction, in N, and its direction.
+Contact = tuple[int, Vector, Vector, float, float, Vector, float, Vector]
 
 SIDES = ('l', 'r')
 HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads, which lie across it, m
@@ -70,7 +72,7 @@ class ContactForces:
     directions of friction.
 
     Args:
-        feet: link indices of the left and right foot.
+        feet: the engine's numbers of the left and right foot.
         soles: poses of l_sole and r_sole at the start of the period.
     """
 
@@ -84,11 +86,11 @@ class ContactForces:
             toe, heel = self._impulses[2 * side : 2 * side + 2]
             self._of_foot[foot] = forward, dot(forward, position), toe, heel
 
-    def add(self, contacts: Sequence[Any]) -> None:
-        """Take the engine's contact points of the robot with the ground after one step."""
+    def add(self, contacts: Iterable[Contact]) -> None:
+        """Take the contacts of the robot with the ground after one step."""
         self._steps += 1
         of_foot = self._of_foot
-        for _, _, _, link, _, (x, y, z), _, up, _, press, slip, along, slide, across in contacts:
+        for link, (x, y, z), up, press, slip, along, slide, across in contacts:
             if link in of_foot:
                 (fx, fy, fz), ankle, toe, heel = of_foot[link]
                 impulse = toe if fx * x + fy * y + fz * z >= ankle else heel

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-import tempfile
 from collections.abc import Sequence
 from itertools import chain
 from math import radians
-from operator import itemgetter
-from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
-from khr_common.rotation import carried, cross, matrix, pitched, quaternion, rotated, turned
+from khr_common.rotation import carried, matrix, pitched, rotated, turned
 from khr_common.seeding import generator
-from khr_sim import contact, statics
+from khr_sim import contact, engines, statics
 from khr_sim.board import Board
-from khr_sim.engine import bullet
+from khr_sim.camera import Camera, Picture
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
@@ -26,7 +23,6 @@ from khr_sim.servo import Servos
 from khr_sim.truth import Truth
 
 Array = NDArray[np.float64]
-_FIRST, _SECOND = itemgetter(0), itemgetter(1)
 
 SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
@@ -34,7 +30,7 @@ STEEPEST = radians(30.0)  # either way, where the growing inclination ends, rad
 
 
 class World:
-    """One robot on one plane, in a physics client of its own.
+    """One robot on one plane, in an engine of its own.
 
     The feet touch the ground by their corners, torso and arms by boxes, the legs not at all; the
     robot's parts pass through one another.
@@ -49,12 +45,10 @@ class World:
     def __init__(self, parameters: SimulatorParameters) -> None:
         self.parameters = parameters
         self.robot = Robot.load()
-        self._urdf = contact.physics_urdf(parameters, self.robot)
-        self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
+        self.engine = engines.create(parameters, self.robot)
         self._servos = Servos(parameters, self.robot.joint_inertia())
         self._board = Board(self.robot.limits(), parameters.steps)
         self._step_ns = round(parameters.physics_step * 1e9)
-        self._torso_center = self.robot.links['base_link'].center_of_mass.tolist()
         self._sole_offsets = [
             self.robot.joints[f'{side}_sole_frame'].origin.tolist() for side in contact.SIDES
         ]
@@ -75,12 +69,13 @@ class World:
         self._goal = radians(self.parameters.inclination_deg)
         self._inclination = 0.0 if self.parameters.level_start else self._goal
         self._pushes: list[Push] = []
-        self._efforts = [0.0] * len(JOINTS)
-        self._load()
+        self._efforts: Sequence[float] = [0.0] * len(JOINTS)
+        self.engine.reset(self._inclination)
+        self.engine.set_friction(self.parameters.sole_friction)
+        self._feet = [self.engine.links[f'{side}_foot'] for side in contact.SIDES]
         self._place(command, clearance)
-        self._read_joints()
         self._contact_forces = contact.ContactForces(self._feet, self._soles())
-        self._orientation = bullet.getBasePositionAndOrientation(self.body, self.client)[1]
+        self._orientation = self.engine.base().orientation
         return self._observe()
 
     def advance(self, target: Sequence[float]) -> Truth:
@@ -92,22 +87,16 @@ class World:
         Raises:
             SimError: if they are not 17 finite numbers.
         """
-        client, body, joints, ground = self.client, self.body, self._joints, self._ground
-        forces = self._contact_forces
-        for command in self._board.update(target).tolist():
-            torques = self._servos.update(command, self._position, self._velocity)
-            bullet.setJointMotorControlArray(
-                body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
-            )
-            if self._pushes:
-                self._apply_pushes()
-            if self._goal != self._inclination or self.parameters.inclination_rate_deg_s:
+        commands = self._board.update(target)
+        rows = 1 if self._pushes or self._tilting else len(commands)
+        for first in range(0, len(commands), rows):
+            self._apply_pushes()
+            if self._tilting:
                 self._tilt_ground()
-            bullet.stepSimulation(client)
-            self._step += 1
-            forces.add(bullet.getContactPoints(body, ground, physicsClientId=client))
-            self._read_joints()
-        self._efforts = torques
+            self._efforts = self.engine.run(
+                commands[first : first + rows], self._servos, self._contact_forces
+            )
+            self._step += rows
         return self._observe()
 
     def push(self, push: Push) -> None:
@@ -140,70 +129,20 @@ class World:
             self._goal = radians(parameters.inclination_deg)
         self.parameters = parameters
         self._servos.configure(parameters)
-        self._set_friction()
+        self.engine.set_friction(parameters.sole_friction)
+
+    def show(self, truth: Truth) -> None:
+        """Put robot and ground as they were at an instant, to take a picture of them."""
+        self.engine.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
+        self.engine.tilt_ground(truth.inclination)
+
+    def picture(self, camera: Camera) -> Picture:
+        """Return what a camera sees."""
+        return self.engine.picture(camera)
 
     def close(self) -> None:
-        """Release the physics client."""
-        bullet.disconnect(self.client)
-
-    def _load(self) -> None:
-        client, p = self.client, self.parameters
-        bullet.resetSimulation(physicsClientId=client)  # its first argument is another
-        bullet.setGravity(0.0, 0.0, -statics.GRAVITY, physicsClientId=client)
-        bullet.setPhysicsEngineParameter(
-            fixedTimeStep=p.physics_step,
-            numSolverIterations=p.solver_iterations,
-            numSubSteps=0,
-            deterministicOverlappingPairs=1,
-            physicsClientId=client,
-        )
-        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
-        self._ground = bullet.createMultiBody(
-            0.0, plane, baseOrientation=pitched(self._inclination), physicsClientId=client
-        )
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder) / 'robot.urdf'
-            path.write_text(self._urdf)
-            self.body = bullet.loadURDF(
-                str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
-            )
-        infos = [
-            bullet.getJointInfo(self.body, index, client)
-            for index in range(bullet.getNumJoints(self.body, client))
-        ]
-        index = {info[1].decode(): info[0] for info in infos}
-        self._joints = [index[name] for name in JOINTS]
-        self._links = {info[12].decode(): info[0] for info in infos} | {'base_link': -1}
-        self._feet = [self._links['l_foot'], self._links['r_foot']]
-        for link in self._links.values():  # the engine's defaults would damp the free fall
-            bullet.changeDynamics(
-                self.body,
-                link,
-                linearDamping=0.0,
-                angularDamping=0.0,
-                jointDamping=0.0,
-                physicsClientId=client,
-            )
-        bullet.setJointMotorControlArray(  # and its default motors would brake every joint
-            self.body,
-            self._joints,
-            bullet.VELOCITY_CONTROL,
-            forces=[0.0] * len(JOINTS),
-            physicsClientId=client,
-        )
-        self._set_friction()
-
-    def _set_friction(self) -> None:
-        bullet.changeDynamics(
-            self._ground,
-            -1,
-            lateralFriction=self.parameters.sole_friction,
-            physicsClientId=self.client,
-        )
-        for link in self._links.values():  # the engine multiplies the two coefficients
-            bullet.changeDynamics(
-                self.body, link, lateralFriction=1.0, physicsClientId=self.client
-            )
+        """Release the engine."""
+        self.engine.close()
 
     def _place(self, command: Array, clearance: float) -> None:
         """Put the lower sole flat on the plane, and the middle of both soles at the origin."""
@@ -228,14 +167,11 @@ class World:
         ]
         position = -to_plane @ (soles[0][:3, 3] + soles[1][:3, 3]) / 2.0
         position[2] = clearance - min(heights)
-        bullet.resetBasePositionAndOrientation(
-            self.body,
-            (ground @ position + rotation @ self._torso_center).tolist(),
-            quaternion(rotation).tolist(),
-            self.client,
-        )
-        for joint, angle in zip(self._joints, posture, strict=True):
-            bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
+        self.engine.place(ground @ position, rotation, posture.tolist())
+
+    @property
+    def _tilting(self) -> bool:
+        return self._goal != self._inclination or self.parameters.inclination_rate_deg_s != 0.0
 
     def _tilt_ground(self) -> None:
         p = self.parameters
@@ -246,9 +182,7 @@ class World:
             return
         most = (TILTING_SPEED + abs(rate)) * p.physics_step
         self._inclination += min(max(self._goal - self._inclination, -most), most)
-        bullet.resetBasePositionAndOrientation(
-            self._ground, (0.0, 0.0, 0.0), pitched(self._inclination), self.client
-        )
+        self.engine.tilt_ground(self._inclination)
 
     def _apply_pushes(self) -> None:
         for push in self._pushes:
@@ -260,14 +194,7 @@ class World:
             force = np.array(push.force)
             if push.frame != 'odom':
                 force = rotation @ force
-            bullet.applyExternalForce(
-                self.body,
-                link,
-                force.tolist(),
-                (origin + rotation @ push.point).tolist(),
-                bullet.WORLD_FRAME,
-                self.client,
-            )
+            self.engine.push(link, force, origin + rotation @ push.point)
 
     def _pose(self, name: str) -> tuple[int, Array, Array]:
         """Return the engine's link that a link is or is fixed to, its origin and rotation."""
@@ -275,37 +202,27 @@ class World:
         frame = self.robot.joints.get(f'{name}_frame')
         if frame is not None:
             name, offset = frame.parent, frame.origin
-        link = self._links[name]
-        if link == -1:
-            center, quaternion = bullet.getBasePositionAndOrientation(self.body, self.client)
-            rotation = matrix(quaternion)
-            return link, np.array(center) + rotation @ (offset - self._torso_center), rotation
-        state = bullet.getLinkState(self.body, link, 0, 1, self.client)
-        rotation = matrix(state[5])
-        return link, np.array(state[4]) + rotation @ offset, rotation
-
-    def _read_joints(self) -> None:
-        states = bullet.getJointStates(self.body, self._joints, self.client)
-        self._position, self._velocity = [*map(_FIRST, states)], [*map(_SECOND, states)]
+        link = self.engine.links[name]
+        if name == 'base_link':
+            position, orientation, *_ = self.engine.base()
+        else:
+            ((position, orientation),) = self.engine.poses([link])
+        rotation = matrix(orientation)
+        return link, np.array(position) + rotation @ offset, rotation
 
     def _soles(self) -> list[contact.Pose]:
         """Return the poses of l_sole and r_sole in odom."""
         poses = []
-        for (*_, (x, y, z), orientation), offset in zip(
-            bullet.getLinkStates(self.body, self._feet, 0, 1, self.client),
-            self._sole_offsets,
-            strict=True,
+        for ((x, y, z), orientation), offset in zip(
+            self.engine.poses(self._feet), self._sole_offsets, strict=True
         ):
             dx, dy, dz = carried(orientation, offset)
             poses.append(((x + dx, y + dy, z + dz), orientation))
         return poses
 
     def _observe(self) -> Truth:
-        (x, y, z), orientation = bullet.getBasePositionAndOrientation(self.body, self.client)
-        (vx, vy, vz), angular_velocity = bullet.getBaseVelocity(self.body, self.client)
-        arm = carried(orientation, self._torso_center)
-        dx, dy, dz = arm
-        ux, uy, uz = cross(angular_velocity, arm)
+        motion = self.engine.base()
+        orientation = motion.orientation
         period = self.parameters.control_period
         rate = [angle / period for angle in turned(self._orientation, orientation)]
         self._orientation = orientation
@@ -318,16 +235,11 @@ class World:
             self._step * self._step_ns,
             np.array(
                 [
-                    x - dx,
-                    y - dy,
-                    z - dz,
+                    *motion.position,
                     *orientation,
-                    vx - ux,
-                    vy - uy,
-                    vz - uz,
-                    *angular_velocity,
-                    *self._position,
-                    *self._velocity,
+                    *motion.linear_velocity,
+                    *motion.angular_velocity,
+                    *chain.from_iterable(self.engine.joints()),
                     *rate,
                     *self._efforts,
                     *chain.from_iterable(forces),

@@ -9,7 +9,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.statics import GRAVITY
 from khr_sim.world import World
-from tests.fakes.mechanics import momenta
+from tests.fakes.mechanics import momenta, motions
 from tests.fakes.postures import STANCE
 
 
@@ -65,13 +65,13 @@ PUSHES = [
 def test_impulse_is_the_change_of_momentum(world, link, frame, point):
     """In one step, so that the arm of the force is known."""
     force = np.array((8.0, 3.0, -2.0))
-    world.reset(STANCE, clearance=0.5)
-    _, origin, rotation = world._pose(link)
-    _, _, center = momenta(world)
+    start = world.reset(STANCE, clearance=0.5)
+    origin, rotation, _, _ = motions(world.robot, start)[link]
+    _, _, center = momenta(world.robot, start)
     world.push(Push(0.0, 0.001, link, frame, tuple(force), point))
     period = world.parameters.control_period
-    world.advance(STANCE)
-    momentum, angular, _ = momenta(world)
+    truth = world.advance(STANCE)
+    momentum, angular, _ = momenta(world.robot, truth)
     if frame != 'odom':
         force = rotation @ force
     weight = np.array((0.0, 0.0, -GRAVITY * world.robot.mass))
@@ -86,8 +86,8 @@ def test_a_push_lasts_as_long_as_it_says(world, duration):
     world.push(Push(0.02, duration, 'base_link', 'odom', (0.0, 2.0, 0.0)))
     steps = 10
     for _ in range(steps):
-        world.advance(STANCE)
-    momentum, _, _ = momenta(world)
+        truth = world.advance(STANCE)
+    momentum, _, _ = momenta(world.robot, truth)
     assert momentum[1] == pytest.approx(2.0 * duration, rel=1e-3)
 
 
@@ -100,5 +100,5 @@ def test_a_reset_forgets_pushes(world):
     world.reset(STANCE)
     world.push(Push(0.0, 1.0, 'base_link', 'odom', (0.0, 5.0, 0.0)))
     world.reset(STANCE, clearance=0.5)
-    world.advance(STANCE)
-    assert momenta(world)[0][1] == pytest.approx(0.0, abs=1e-9)
+    truth = world.advance(STANCE)
+    assert momenta(world.robot, truth)[0][1] == pytest.approx(0.0, abs=1e-9)
