@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from tests.graph.conftest import khr
+from tests.support.runs import khr
 
 SCENARIOS = ['walk_8.88deg_ka18', 'lift_7.6deg_ka12']
 

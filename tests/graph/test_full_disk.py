@@ -3,7 +3,7 @@
 import resource
 import subprocess
 
-from tests.graph.conftest import KHR
+from tests.support.runs import KHR
 
 
 def test_a_full_disk_stops_the_recording_only(tmp_path):

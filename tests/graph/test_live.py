@@ -12,7 +12,15 @@ from itertools import pairwise
 import psutil
 import pytest
 
-from tests.graph.conftest import finish, khr, read_bag, wait_until_running
+from tests.support.runs import (
+    children,
+    finish,
+    interrupt,
+    khr,
+    read_bag,
+    stamp_ns,
+    wait_until_running,
+)
 
 LONG = 600  # s of simulated time: longer than any test waits
 
@@ -37,19 +45,6 @@ def run(in_background, tmp_path):
     process.folder = folder
     process.domain = wait_until_running(folder)
     return process
-
-
-def children(process):
-    return {
-        child.cmdline()[2].rsplit('.', 1)[-1]: child
-        for child in psutil.Process(process.pid).children()
-        if len(child.cmdline()) > 2
-    }
-
-
-def interrupt(process, number=signal.SIGINT):
-    process.send_signal(number)
-    return finish(process, process.folder)
 
 
 def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
@@ -84,7 +79,7 @@ def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(ru
         assert changed.code == 0, changed.err
     assert interrupt(run).code == 130
     stamps = [
-        message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
+        stamp_ns(message)
         for _, message in read_bag(run.folder / 'bag')['/ankle_controller/correction']
     ]
     assert {b - a for a, b in pairwise(stamps)} == {15_000_000}
@@ -92,16 +87,13 @@ def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(ru
 
 def ratio_changes_once(bag, before, after):
     """Correction by rate tells the gain of every period; it must jump from one to the other."""
-    rates = {
-        message.header.stamp.sec * 10**9 + message.header.stamp.nanosec: message.angular_velocity.y
-        for _, message in bag['/imu/data_raw']
-    }
+    rates = {stamp_ns(message): message.angular_velocity.y for _, message in bag['/imu/data_raw']}
     unit = None
     gains = []
     for _, message in bag['/ankle_controller/correction']:
-        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        if abs(rates.get(stamp, 0.0)) > 0.01:
-            ratio = message.position[0] / rates[stamp]
+        rate = rates.get(stamp_ns(message), 0.0)
+        if abs(rate) > 0.01:
+            ratio = message.position[0] / rate
             unit = unit or ratio / before
             gains.append(round(ratio / unit, 6))
     changes = [(a, b) for a, b in pairwise(gains) if a != b]

@@ -9,8 +9,7 @@ import psutil
 import pytest
 
 from khr_bringup import scenario as scenarios
-from tests.graph.conftest import finish, joined, read_bag, wait_for, wait_until
-from tests.graph.test_live import children
+from tests.support.runs import children, finish, joined, read_bag, stamp_ns, wait_for, wait_until
 
 PERIOD_NS = 15_000_000
 EACH_PERIOD = [
@@ -37,11 +36,6 @@ WEIGHT = 1.5 * 9.80665
 def bag(standing):
     assert standing.code == 0, standing.err
     return standing.bag()
-
-
-def stamp_ns(message):
-    stamp = message.clock if hasattr(message, 'clock') else message.header.stamp
-    return stamp.sec * 10**9 + stamp.nanosec
 
 
 @pytest.mark.parametrize('topic', EACH_PERIOD)

@@ -3,7 +3,8 @@
 import os
 import signal
 
-from tests.graph.conftest import (
+from tests.support.runs import (
+    children,
     finish,
     joined,
     khr,
@@ -12,7 +13,6 @@ from tests.graph.conftest import (
     wait_until,
     wait_until_running,
 )
-from tests.graph.test_live import children
 
 
 def call(node, kind, name, request):

@@ -4,8 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tests.graph.conftest import khr, read_bag, wait_until_running
-from tests.graph.test_live import interrupt
+from tests.support.runs import interrupt, khr, read_bag, stamp_ns, wait_until_running
 
 # Fast ground and low thresholds: all three stages in two seconds.
 QUICK = [
@@ -24,10 +23,6 @@ QUICK = [
     ),
 ]
 PERIODS = 131  # of 15 ms in 1.95 s, the instant 0 included
-
-
-def stamp_ns(message):
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
 @pytest.fixture(scope='module')

@@ -22,12 +22,12 @@ from khr_experiments.experiments import runs_of
 from khr_experiments.sweeps import cluster
 from khr_experiments.sweeps.folder import JOURNAL, read_table, series_path
 from khr_experiments.sweeps.reading import load
-from tests.graph import conftest as graph
-from tests.graph.conftest import KHR
+from tests.support import runs
+from tests.support.runs import KHR
 
 PATIENCE = 60.0  # s
 STARTING = 20.0  # s to start the command on a loaded machine
-wait_for = partial(graph.wait_for, seconds=PATIENCE)
+wait_for = partial(runs.wait_for, seconds=PATIENCE)
 
 
 def khr(*arguments):
