@@ -14,7 +14,7 @@ from khr_report.reproduce import MAP, SCOREBOARD, Found, _told, reproduce, wante
 from tests.support.runs import KHR
 
 PATIENCE = 900.0  # s, on a machine that does other work as well
-pytestmark = pytest.mark.timeout(PATIENCE)
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(PATIENCE)]
 
 
 def khr(place, *arguments):

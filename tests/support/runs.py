@@ -6,6 +6,7 @@ import subprocess
 import sys
 import time
 from collections import defaultdict
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
@@ -33,18 +34,35 @@ class Finished:
         return self.out.strip().splitlines()[-1].removeprefix('trajectory hash ')
 
     def bag(self):
-        return read_bag(self.folder / 'bag')
+        return Bag(self.folder / 'bag')
 
 
-def read_bag(folder):
-    """Return the messages of a bag by topic, each with its time in ns."""
-    messages = defaultdict(list)
-    with Reader(folder) as reader:
-        for connection, time_ns, data in reader.messages():
-            messages[connection.topic].append(
-                (time_ns, STORE.deserialize_cdr(data, connection.msgtype))
-            )
-    return messages
+class Bag(Mapping):
+    """The messages of a bag by topic, each with its time in ns, deserialized when asked for."""
+
+    def __init__(self, folder):
+        self._raw = defaultdict(list)
+        self._topics = {}
+        with Reader(folder) as reader:
+            for connection, time_ns, data in reader.messages():
+                self._raw[connection.topic].append((time_ns, data, connection.msgtype))
+
+    def __getitem__(self, topic):
+        if topic not in self._topics:
+            self._topics[topic] = [
+                (time_ns, STORE.deserialize_cdr(data, kind))
+                for time_ns, data, kind in self._raw.get(topic, [])
+            ]
+        return self._topics[topic]
+
+    def __contains__(self, topic):
+        return topic in self._raw
+
+    def __iter__(self):
+        return iter(self._raw)
+
+    def __len__(self):
+        return len(self._raw)
 
 
 def stamp_ns(message):
