@@ -1,6 +1,9 @@
 """Settings of all tests."""
 
+import pytest
 from hypothesis import settings
+
+pytest.register_assert_rewrite('tests.support')
 
 # Times are for benchmarks: on a busy machine a property that holds may be slow. And a failure is
 # to be one of the change at hand, so the examples are the same in every run;

@@ -169,9 +169,9 @@ def growth(seconds: float) -> Figures:
 
 def bag_figures(folder: Path) -> Figures:
     """Return messages per topic against instants, and the simulator's own latency figures."""
-    from tests.graph.conftest import read_bag
+    from tests.support.runs import Bag
 
-    bag = read_bag(folder)
+    bag = Bag(folder)
     instants = {message.clock.sec * 10**9 + message.clock.nanosec for _, message in bag['/clock']}
     lost = sum(
         len(instants) - len(messages)

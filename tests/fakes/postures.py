@@ -1,7 +1,10 @@
-"""Postures that several tests stand the robot in."""
+"""Postures that several tests stand the robot in, and their mirror images."""
 
 from math import radians
 
+import numpy as np
+
+from khr_balance.joints import INDEX
 from khr_sim.robot import JOINTS
 
 STRAIGHT = [0.0] * len(JOINTS)
@@ -13,3 +16,13 @@ def crouch(thigh_deg, knee_deg, ankle_deg):
 
 
 STANCE = crouch(-17.0, 34.0, -20.0)
+
+
+def mirrored(angles):
+    """Swap the sides and turn every roll about."""
+    result = np.zeros_like(angles)
+    for index, name in enumerate(JOINTS):
+        twin = {'l': 'r', 'r': 'l'}.get(name[0]) if name[1] == '_' else None
+        sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
+        result[INDEX[f'{twin}{name[1:]}' if twin else name]] = sign * angles[index]
+    return result

@@ -1,76 +1,10 @@
-"""Real runs of the real command, shared by the tests that look at what they leave."""
+"""Fixtures of real runs."""
 
-import os
 import signal
-import subprocess
-import sys
-import time
-from collections import defaultdict
-from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 
 import pytest
-from rosbags.rosbag2 import Reader
-from rosbags.typesys import Stores, get_typestore
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
-KHR = [sys.executable, '-m', 'khr_cli.command']
-
-
-@dataclass
-class Finished:
-    """A run of khr that has ended: its exit code, what it printed, its folder."""
-
-    code: int
-    out: str
-    err: str
-    folder: Path
-
-    @property
-    def hash(self):
-        return self.out.strip().splitlines()[-1].removeprefix('trajectory hash ')
-
-    def bag(self):
-        return read_bag(self.folder / 'bag')
-
-
-def read_bag(folder):
-    """Return the messages of a bag by topic, each with its time in ns."""
-    messages = defaultdict(list)
-    with Reader(folder) as reader:
-        for connection, time_ns, data in reader.messages():
-            messages[connection.topic].append(
-                (time_ns, STORE.deserialize_cdr(data, connection.msgtype))
-            )
-    return messages
-
-
-def start_khr(*arguments):
-    """Start khr in the background, in a session of its own."""
-    return subprocess.Popen(
-        [*KHR, *map(str, arguments)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1', 'COLUMNS': '200'},
-        start_new_session=True,
-    )
-
-
-def finish(process, folder, timeout=90):
-    try:
-        out, err = process.communicate(timeout=timeout)
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGTERM)
-        out, err = process.communicate(timeout=20)
-        pytest.fail(f'khr did not end within {timeout} s\n{out}\n{err}')
-    return Finished(process.returncode, out, err, folder)
-
-
-def khr(*arguments, folder=None, timeout=90):
-    """Run khr to its end."""
-    return finish(start_khr(*arguments), folder, timeout)
+from tests.support.runs import khr, start_khr
 
 
 @pytest.fixture(scope='session')
@@ -105,61 +39,3 @@ def in_background():
         if process.poll() is None:
             process.send_signal(signal.SIGTERM)
             process.communicate(timeout=30)
-
-
-def wait_for(condition, what, seconds=40.0):
-    end = time.monotonic() + seconds
-    while time.monotonic() < end:
-        value = condition()
-        if value:
-            return value
-        time.sleep(0.05)  # polls a condition; the deadline is what fails
-    pytest.fail(f'{what} did not come within {seconds} s')
-
-
-@contextmanager
-def joined(folder):
-    """Wait for the run of a folder, join its domain, and yield a node there."""
-    import rclpy
-
-    from khr_bringup.run_registry import running
-
-    entry = wait_for(
-        lambda: next((entry for entry in running() if entry.folder == str(folder)), None),
-        'the run',
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        for key, value in entry.environment().items():
-            patch.setenv(key, value)
-        context = rclpy.Context()
-        rclpy.init(args=[], context=context)
-        try:
-            yield rclpy.create_node('test_client', context=context)
-        finally:
-            rclpy.try_shutdown(context=context)
-
-
-def wait_until(node, seconds):
-    """Wait until the simulated time is past ``seconds``."""
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-    from rosgraph_msgs.msg import Clock
-
-    executor = SingleThreadedExecutor(context=node.context)
-    reached = rclpy.Future(executor=executor)
-
-    def on_clock(message):
-        if message.clock.sec + message.clock.nanosec / 1e9 > seconds and not reached.done():
-            reached.set_result(True)
-
-    subscription = node.create_subscription(Clock, '/clock', on_clock, 10)
-    rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
-    assert reached.done()
-    node.destroy_subscription(subscription)
-
-
-def wait_until_running(folder):
-    """Wait until all nodes of a run are there and its time goes on; return its domain."""
-    with joined(folder) as node:
-        wait_until(node, seconds=0.0)
-        return node.context.get_domain_id()

@@ -3,7 +3,11 @@
 import resource
 import subprocess
 
-from tests.graph.conftest import KHR
+import pytest
+
+from tests.support.runs import KHR
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_full_disk_stops_the_recording_only(tmp_path):

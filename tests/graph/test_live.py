@@ -12,8 +12,9 @@ from itertools import pairwise
 import psutil
 import pytest
 
-from tests.graph.conftest import finish, khr, read_bag, wait_until_running
+from tests.support.runs import Bag, children, finish, interrupt, khr, stamp_ns, wait_until_running
 
+pytestmark = pytest.mark.slow
 LONG = 600  # s of simulated time: longer than any test waits
 
 
@@ -39,19 +40,6 @@ def run(in_background, tmp_path):
     return process
 
 
-def children(process):
-    return {
-        child.cmdline()[2].rsplit('.', 1)[-1]: child
-        for child in psutil.Process(process.pid).children()
-        if len(child.cmdline()) > 2
-    }
-
-
-def interrupt(process, number=signal.SIGINT):
-    process.send_signal(number)
-    return finish(process, process.folder)
-
-
 def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     changed = khr('set', 'ankle_controller', 'gain', '18.0', '--domain', run.domain)
     assert changed.code == 0, changed.err
@@ -67,7 +55,7 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     assert khr('get', 'ankle_controller', 'gain', '--domain', run.domain).out == 'gain: 18.0\n'
 
     assert interrupt(run).code == 130
-    bag = read_bag(run.folder / 'bag')
+    bag = Bag(run.folder / 'bag')
     events = [
         (time_ns, each)
         for time_ns, message in bag['/parameter_events']
@@ -84,24 +72,20 @@ def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(ru
         assert changed.code == 0, changed.err
     assert interrupt(run).code == 130
     stamps = [
-        message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        for _, message in read_bag(run.folder / 'bag')['/ankle_controller/correction']
+        stamp_ns(message) for _, message in Bag(run.folder / 'bag')['/ankle_controller/correction']
     ]
     assert {b - a for a, b in pairwise(stamps)} == {15_000_000}
 
 
 def ratio_changes_once(bag, before, after):
     """Correction by rate tells the gain of every period; it must jump from one to the other."""
-    rates = {
-        message.header.stamp.sec * 10**9 + message.header.stamp.nanosec: message.angular_velocity.y
-        for _, message in bag['/imu/data_raw']
-    }
+    rates = {stamp_ns(message): message.angular_velocity.y for _, message in bag['/imu/data_raw']}
     unit = None
     gains = []
     for _, message in bag['/ankle_controller/correction']:
-        stamp = message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
-        if abs(rates.get(stamp, 0.0)) > 0.01:
-            ratio = message.position[0] / rates[stamp]
+        rate = rates.get(stamp_ns(message), 0.0)
+        if abs(rate) > 0.01:
+            ratio = message.position[0] / rate
             unit = unit or ratio / before
             gains.append(round(ratio / unit, 6))
     changes = [(a, b) for a, b in pairwise(gains) if a != b]
@@ -117,7 +101,7 @@ def test_a_dead_node_is_named_the_rest_stops_and_the_bag_is_readable(run):
     assert 'hip_controller was killed by SIGKILL' in ended.err
     assert time.monotonic() - start < 30.0
     assert not any(psutil.pid_exists(node.pid) for node in nodes.values())
-    assert read_bag(run.folder / 'bag')['/imu/data_raw']
+    assert Bag(run.folder / 'bag')['/imu/data_raw']
 
 
 def test_a_silent_node_is_named(run):
@@ -125,7 +109,7 @@ def test_a_silent_node_is_named(run):
     ended = finish(run, run.folder)
     assert ended.code == 1
     assert 'no answer from ankle_controller' in ended.err
-    assert read_bag(run.folder / 'bag')['/imu/data_raw']
+    assert Bag(run.folder / 'bag')['/imu/data_raw']
 
 
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
@@ -136,7 +120,7 @@ def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
     assert ended.code == 130
     assert re.fullmatch('[0-9a-f]{64}', ended.hash)
     assert not any(psutil.pid_exists(pid) for pid in pids)
-    bag = read_bag(run.folder / 'bag')
+    bag = Bag(run.folder / 'bag')
     assert bag['/outcome'][-1][1].message
     assert json.loads((run.folder / 'outcome.json').read_text())['end'] == 'stopped'
 

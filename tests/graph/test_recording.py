@@ -11,9 +11,9 @@ import pytest
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup import scenario as scenarios
 from khr_sim.run_parameters import RunParameters
-from tests.graph.conftest import finish, joined, read_bag, wait_for, wait_until
-from tests.graph.test_live import children
+from tests.support.runs import Bag, children, finish, joined, stamp_ns, wait_for, wait_until
 
+pytestmark = pytest.mark.slow
 PERIOD_NS = 15_000_000
 EACH_PERIOD = [
     '/clock',
@@ -39,11 +39,6 @@ WEIGHT = 1.5 * 9.80665
 def bag(standing):
     assert standing.code == 0, standing.err
     return standing.bag()
-
-
-def stamp_ns(message):
-    stamp = message.clock if hasattr(message, 'clock') else message.header.stamp
-    return stamp.sec * 10**9 + stamp.nanosec
 
 
 @pytest.mark.parametrize('topic', EACH_PERIOD)
@@ -102,6 +97,10 @@ def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
     assert values['trajectory_hash'] == standing.hash
 
 
+def test_without_stages_there_is_no_stage_node(bag):
+    assert '/stage' not in bag
+
+
 def test_bag_is_in_simulated_time(bag):
     assert all(time_ns <= 4_100_000_000 for messages in bag.values() for time_ns, _ in messages)
 
@@ -140,11 +139,11 @@ def stopped_recorder(in_background, tmp_path):
 def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
     """Without that the middleware would drop what comes while it stands still."""
     process, folder, nodes = stopped_recorder(60.0)
-    wait_for(lambda: is_idle(nodes['simulator']), 'the simulator to wait')
+    wait_for(lambda: is_idle(nodes['simulator']), 'the wait of the simulator')
     nodes['recorder'].send_signal(signal.SIGCONT)
     process.send_signal(signal.SIGINT)  # the recorder is still behind
     assert finish(process, folder).code == 130
-    bag = read_bag(folder / 'bag')
+    bag = Bag(folder / 'bag')
     _, state = bag['/simulator/state'][-1]
     end = {pair.key: pair.value for pair in state.values}['time_ns']
     for topic in EACH_PERIOD:
@@ -155,13 +154,7 @@ def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
 
 def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
     process, folder, nodes = stopped_recorder(5.0)
-    wait_for(
-        lambda: (
-            not nodes['simulator'].is_running()
-            or nodes['simulator'].status() == psutil.STATUS_ZOMBIE
-        ),
-        'the simulator to end',
-    )
+    wait_for(lambda: has_ended(nodes['simulator']), 'the end of the simulator')
     nodes['recorder'].send_signal(signal.SIGCONT)
     result = finish(process, folder)
     assert result.code == 1
@@ -170,9 +163,17 @@ def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
         'of wall time',
         result.err,
     )
-    assert len(read_bag(folder / 'bag')['/clock']) > 10, 'what was heard must be kept'
+    assert len(Bag(folder / 'bag')['/clock']) > 10, 'what was heard must be kept'
 
 
 def is_idle(process):
-    """Tell whether a process computes next to nothing for a while."""
+    """Return whether a process computes next to nothing for half a second."""
     return process.cpu_percent(0.5) < 10.0
+
+
+def has_ended(process):
+    """Return whether a process has ended, whether or not its parent has collected it."""
+    try:
+        return process.status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
+        return True

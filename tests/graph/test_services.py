@@ -3,16 +3,20 @@
 import os
 import signal
 
-from tests.graph.conftest import (
+import pytest
+
+from tests.support.runs import (
+    Bag,
+    children,
     finish,
     joined,
     khr,
-    read_bag,
     wait_for,
     wait_until,
     wait_until_running,
 )
-from tests.graph.test_live import children
+
+pytestmark = pytest.mark.slow
 
 
 def call(node, kind, name, request):
@@ -66,7 +70,7 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background,
         assert resumed.message == 'running'
     ended = finish(process, folder)
     assert ended.code == 0, ended.err
-    bag = read_bag(folder / 'bag')
+    bag = Bag(folder / 'bag')
     _, outcome = bag['/outcome'][-1]
     assert outcome.message == 'fell', 'a push of 30 N for 0.1 s topples the robot'
     ((pushed_at, message),) = bag['/push']
@@ -95,7 +99,7 @@ def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background
     os.kill(children(process)['ankle_controller'].pid, signal.SIGSTOP)
     ended = finish(process, folder)
     assert ended.code == 0, ended.err
-    bag = read_bag(folder / 'bag')
+    bag = Bag(folder / 'bag')
     values = {
         pair.key: pair.value
         for _, array in bag['/diagnostics']

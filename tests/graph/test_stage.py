@@ -4,9 +4,9 @@ from itertools import pairwise
 
 import pytest
 
-from tests.graph.conftest import khr, read_bag, wait_until_running
-from tests.graph.test_live import interrupt
+from tests.support.runs import Bag, interrupt, khr, stamp_ns, wait_until_running
 
+pytestmark = pytest.mark.slow
 # Fast ground and low thresholds: all three stages in two seconds.
 QUICK = [
     'stand_tilting_staged',
@@ -24,10 +24,6 @@ QUICK = [
     ),
 ]
 PERIODS = 131  # of 15 ms in 1.95 s, the instant 0 included
-
-
-def stamp_ns(message):
-    return message.header.stamp.sec * 10**9 + message.header.stamp.nanosec
 
 
 @pytest.fixture(scope='module')
@@ -63,12 +59,12 @@ def test_the_bag_has_the_stage_of_every_period_and_every_change(runs, way):
         ),
     ]
     assert [number for _, number in entered] == [1, 2, 3]
-    told = [
+    noted = [
         (stamp_ns(message), int({pair.key: pair.value for pair in status.values}['stage']))
         for _, message in bag['/stage/changes']
         for status in message.status
     ]
-    assert told == entered
+    assert noted == entered
 
 
 def test_a_control_below_its_stage_says_nothing_but_zero(runs):
@@ -84,10 +80,6 @@ def test_a_control_below_its_stage_says_nothing_but_zero(runs):
             if shares[stamp_ns(message)][node] == 0.0:
                 assert list(message.position) == [0.0, 0.0]
     assert any(message.position[0] for _, message in bag['/ankle_controller/correction'])
-
-
-def test_without_stages_there_is_no_stage_node(standing):
-    assert '/stage' not in standing.bag()
 
 
 def test_a_stage_is_set_while_the_graph_runs(in_background, tmp_path):
@@ -109,9 +101,9 @@ def test_a_stage_is_set_while_the_graph_runs(in_background, tmp_path):
     assert khr('set', 'stage', 'fixed_stage', '2', '--domain', domain).code == 0
     assert khr('set', 'hip_controller', 'staged', 'false', '--domain', domain).code == 2
     assert interrupt(run).code == 130
-    bag = read_bag(folder / 'bag')
-    told = [message.status[0].message for _, message in bag['/stage/changes']]
-    assert told == ['stage 1: no control', 'stage 2: ankle']
+    bag = Bag(folder / 'bag')
+    noted = [message.status[0].message for _, message in bag['/stage/changes']]
+    assert noted == ['stage 1: no control', 'stage 2: ankle']
     ankle = [message.position[0] for _, message in bag['/ankle_controller/correction']]
     assert ankle[0] == 0.0
     assert ankle[-1] != 0.0

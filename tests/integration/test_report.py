@@ -20,9 +20,9 @@ from khr_cli import command
 from khr_common import KhrError
 from khr_report.page.run import OUTCOME
 from khr_report.report import find, report
-from tests.graph.conftest import khr
-from tests.integration.test_verify import change, make_bag, push, state
-from tests.unit.khr_report.test_page import check_alone
+from tests.fakes.bags import change, make_bag, push, state
+from tests.support.pages import check_alone
+from tests.support.runs import khr
 
 SECONDS = 4.2  # a gait cycle and more
 

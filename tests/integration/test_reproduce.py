@@ -11,10 +11,10 @@ from khr_experiments.scoreboard_rows import LIMITS, TRENDS, WALKS
 from khr_report.figures import FIGURES, paths
 from khr_report.page.board import judged
 from khr_report.reproduce import MAP, SCOREBOARD, Found, _told, reproduce, wanted
-from tests.graph.conftest import KHR
+from tests.support.runs import KHR
 
 PATIENCE = 900.0  # s, on a machine that does other work as well
-pytestmark = pytest.mark.timeout(PATIENCE)
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(PATIENCE)]
 
 
 def khr(place, *arguments):

@@ -22,12 +22,12 @@ from khr_experiments.experiments import runs_of
 from khr_experiments.sweeps import cluster
 from khr_experiments.sweeps.folder import JOURNAL, read_table, series_path
 from khr_experiments.sweeps.reading import load
-from tests.graph import conftest as graph
-from tests.graph.conftest import KHR
+from tests.support import runs
+from tests.support.runs import KHR
 
 PATIENCE = 60.0  # s
 STARTING = 20.0  # s to start the command on a loaded machine
-wait_for = partial(graph.wait_for, seconds=PATIENCE)
+wait_for = partial(runs.wait_for, seconds=PATIENCE)
 
 
 def khr(*arguments):
@@ -93,6 +93,7 @@ def check_signals(folder):
         assert run.series.time[-1] == pytest.approx(run.row['time_s'])
 
 
+@pytest.mark.slow
 def test_a_sweep_killed_midway_goes_on_without_losing_or_repeating_a_run(tmp_path, start):
     file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
     command = (*KHR, 'sweep', file, '--out', folder, '--workers', 2)
@@ -166,6 +167,7 @@ def dask(tmp_path, start):
     )
 
 
+@pytest.mark.slow
 def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
     file, folder = specification(tmp_path, 24, 0.3), tmp_path / 'out'
     with Client(dask.address, timeout=PATIENCE) as client:
@@ -187,6 +189,7 @@ def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
     check_complete(file, folder)
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_path, start, dask):
     file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
     command = start(*KHR, 'sweep', file, '--out', folder, '--scheduler', dask.address)

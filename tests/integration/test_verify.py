@@ -2,22 +2,18 @@
 
 import shutil
 
-import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from rosbags.typesys import Stores, get_typestore
 
-from khr_analysis.recording import SCENARIO_TOPIC, Recording
 from khr_bringup import scenario as scenarios
 from khr_bringup.code_version import MARK, code_version
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.verify import read, verify
-from tests.graph.conftest import khr
+from tests.fakes.bags import change, make_bag, push, state
+from tests.support.runs import khr
 
-STORE = get_typestore(Stores.ROS2_JAZZY)
-TYPES = {name.rsplit('/', 1)[-1]: kind for name, kind in STORE.types.items()}
 SCENARIO = scenarios.load('stand_0deg').changed(
     {
         ('simulator', 'duration'): 0.3,
@@ -30,56 +26,6 @@ SCENARIO = scenarios.load('stand_0deg').changed(
 @pytest.fixture(scope='module')
 def result():
     return run_offline(SCENARIO)
-
-
-def state(message='finished', **values):
-    pairs = [TYPES['KeyValue'](key=key, value=value) for key, value in values.items()]
-    return TYPES['DiagnosticStatus'](
-        level=0, name='simulator', message=message, hardware_id='', values=pairs
-    )
-
-
-def change(node, name, value):
-    held = TYPES['ParameterValue'](
-        type=3,
-        bool_value=False,
-        integer_value=0,
-        double_value=value,
-        string_value='',
-        byte_array_value=np.zeros(0, np.uint8),
-        bool_array_value=np.zeros(0, bool),
-        integer_array_value=np.zeros(0, np.int64),
-        double_array_value=np.zeros(0),
-        string_array_value=[],
-    )
-    return TYPES['ParameterEvent'](
-        stamp=TYPES['Time'](sec=0, nanosec=0),
-        node=node,
-        new_parameters=[],
-        changed_parameters=[TYPES['Parameter'](name=name, value=held)],
-        deleted_parameters=[],
-    )
-
-
-def push():
-    vector = TYPES['Vector3'](x=1.0, y=0.0, z=0.0)
-    header = TYPES['Header'](stamp=TYPES['Time'](sec=0, nanosec=0), frame_id='odom')
-    return TYPES['WrenchStamped'](
-        header=header, wrench=TYPES['Wrench'](force=vector, torque=vector)
-    )
-
-
-def make_bag(folder, text, *messages):
-    """Write a bag with a scenario and (topic, message)s."""
-    recording = Recording(folder / 'bag')
-    if text is not None:
-        recording.write_text(SCENARIO_TOPIC, text, 0)
-    for topic, message in messages:
-        if topic not in recording.counts:
-            recording.add_topic(topic, message.__msgtype__)
-        recording.write(topic, bytes(STORE.serialize_cdr(message, message.__msgtype__)), 0)
-    recording.close()
-    return folder
 
 
 def end(found, **other):

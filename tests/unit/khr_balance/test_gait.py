@@ -11,7 +11,7 @@ from khr_balance.errors import BalanceError
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_common import ParameterError, build, specifications
-from tests.unit.khr_balance.test_kinematics import mirrored
+from tests.fakes.postures import mirrored
 
 
 def gait(**values):

@@ -7,6 +7,7 @@ from khr_balance import joints
 from khr_balance.body import MASS, forward
 from khr_balance.errors import BalanceError
 from khr_balance.kinematics import leg_angles, sole_normal
+from tests.fakes.postures import mirrored
 
 SIDE = st.sampled_from(joints.SIDES)
 ROLL, PITCH, KNEE = st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(0.01, 2.2)
@@ -17,16 +18,6 @@ def posture(side, leg):
     first = joints.INDEX[f'{side}_hip_roll']
     angles[first : first + 5] = leg
     return angles
-
-
-def mirrored(angles):
-    """Swap the sides and turn every roll about."""
-    result = np.zeros_like(angles)
-    for index, name in enumerate(joints.JOINTS):
-        twin = {'l': 'r', 'r': 'l'}.get(name[0]) if name[1] == '_' else None
-        sign = -1.0 if name.endswith(('roll', 'yaw')) else 1.0
-        result[joints.INDEX[f'{twin}{name[1:]}' if twin else name]] = sign * angles[index]
-    return result
 
 
 @given(SIDE, ROLL, PITCH, KNEE, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))

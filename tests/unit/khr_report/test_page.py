@@ -2,7 +2,6 @@
 
 import base64
 import re
-from html.parser import HTMLParser
 from itertools import count
 from pathlib import Path
 
@@ -14,7 +13,6 @@ from khr_experiments import scoreboard
 from khr_experiments.critical import Limit
 from khr_experiments.experiments import Run
 from khr_experiments.scoreboard_rows import LIMITS, TRENDS, walking
-from khr_experiments.scoreboard_runs import Lift
 from khr_report.page.board import counts, judged
 from khr_report.page.findings import findings
 from khr_report.page.html import markdown, tables
@@ -22,71 +20,10 @@ from khr_report.page.index import write_index
 from khr_report.page.text import duration
 from khr_report.page.trials import added
 from khr_report.reproduction import FigureResult, Reproduction
-from tests.unit.khr_experiments.test_scoreboard import Thesis, outcome, walked
+from tests.fakes.benches import Opposite, Thesis
+from tests.support.pages import check_alone
 
 HASH = '0123456789abcdef' * 4
-
-
-class Opposite(Thesis):
-    """A bench on which nothing comes out as the thesis says."""
-
-    def limit(self, condition, start, seeds=None):
-        return Limit((2.0, 2.0), ())
-
-    def walks(self, condition, phi):
-        falls = all(one.outcome.verdict != 'fell' for one in super().walks(condition, phi))
-        gain = condition.ankle_gain + condition.hip_gain
-        return [
-            walked(
-                'fell' if falls and phi != 6.99 else 'walked',
-                20.0 - gain,
-                slip=0.01 + gain / 1e4,
-                vibration=1.0 - gain / 100.0,
-            )
-        ] * 2
-
-    def lifts(self, condition, phi):
-        return [Lift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2
-
-
-class Page(HTMLParser):
-    """What a page asks for, links to, names and says."""
-
-    def __init__(self, text):
-        super().__init__()
-        self.sources, self.links, self.names, self.tags, self.words = [], [], [], [], []
-        self.feed(text)
-
-    def handle_starttag(self, tag, attrs):
-        found = dict(attrs)
-        self.tags.append(tag)
-        self.sources += [found['src']] if 'src' in found else []
-        self.links += [found['href']] if 'href' in found else []
-        self.names += [found['id']] if 'id' in found else []
-
-    def handle_data(self, data):
-        self.words.append(data)
-
-    @property
-    def text(self):
-        return ' '.join(' '.join(self.words).split())
-
-
-def check_alone(path):
-    """Check that a page needs nothing but itself and files beside it; return it."""
-    text = path.read_text()
-    page = Page(text)
-    assert all(source.startswith('data:image/png;base64,') for source in page.sources)
-    for link in page.links:
-        if link.startswith('#'):
-            assert page.names.count(link[1:]) == 1, link
-        elif not link.startswith('data:text/csv;base64,'):
-            assert (path.parent / link).is_file(), link
-    assert len(page.names) == len(set(page.names))
-    assert not {'script', 'link', 'iframe', 'object'} & set(page.tags)
-    assert not re.search(r'url\(|@import|https?://', text)
-    assert 'name="viewport"' in text and '@media print' in text
-    return page
 
 
 def figure(folder, number, experiments=(), error=''):

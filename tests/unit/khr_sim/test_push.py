@@ -9,8 +9,8 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.statics import GRAVITY
 from khr_sim.world import World
-from tests.fakes.mechanics import momenta, motions
 from tests.fakes.postures import STANCE
+from tests.support.mechanics import momenta, motions
 
 
 def test_reads_a_scenario_line():

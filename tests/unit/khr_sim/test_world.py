@@ -16,8 +16,8 @@ from khr_sim.push import Push
 from khr_sim.robot import JOINTS
 from khr_sim.statics import GRAVITY
 from khr_sim.world import World
-from tests.fakes.mechanics import momenta
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
+from tests.support.mechanics import momenta
 
 WEIGHT = 1.5 * GRAVITY
 

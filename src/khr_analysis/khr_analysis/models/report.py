@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -51,6 +52,7 @@ ROBOT = Pendulum()
 SWING = math.radians(3.0)  # rad, pitch at f_0
 
 
+@cache
 def figures() -> str:
     """Return the tables of the document as Markdown."""
     parts = [

@@ -1,0 +1,87 @@
+"""Benches whose measurements are invented: what the scoreboard makes of them is known."""
+
+from khr_analysis.outcome import Outcome
+from khr_analysis.peaks import Peak
+from khr_experiments.critical import Limit, Trial
+from khr_experiments.scoreboard_rows import LIMITS, STAGE_1, WALKS
+from khr_experiments.scoreboard_runs import Bench, Lift, Walk
+
+
+def outcome(verdict='walked', slip=0.0, vibration=0.1):
+    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, verdict == 'fell')
+
+
+def walked(verdict='walked', *frequencies, **figures):
+    return Walk(
+        outcome(verdict, **figures), tuple(Peak(f, 0.1, 0.0, 'other') for f in frequencies)
+    )
+
+
+def limits_of_thesis():
+    return {
+        row.condition: Limit(
+            (row.thesis_deg, row.thesis_deg), (Trial(row.thesis_deg, 0, outcome()),)
+        )
+        for row in LIMITS
+    }
+
+
+class Thesis(Bench):
+    """A bench on which everything comes out as the thesis says, but for what is set amiss."""
+
+    def __init__(self, amiss=None):
+        super().__init__(None, seeds=2, tolerance=0.1)
+        self.amiss = amiss
+        self.asked = []
+
+    def _ask(self, function, *arguments):
+        self.asked.append((function, *arguments))
+
+    def limit(self, condition, start, seeds=None):
+        found = limits_of_thesis().get(condition, Limit((start,), ()))
+        return Limit((2.0, 2.0), found.trials) if condition == self.amiss else found
+
+    def walks(self, condition, phi):
+        row = next(
+            (row for row in WALKS if (row.condition, row.inclination_deg) == (condition, phi)),
+            None,
+        )
+        if row is not None and row.survives is False:
+            return [walked('fell')] * 2
+        gain = condition.ankle_gain + condition.hip_gain
+        lines = [sum(one) / 2.0 for one in row.lines] if row else []
+        return [
+            walked(
+                'slipped',
+                2.0 + gain / 10.0,
+                *lines,
+                slip=0.05 - gain / 1e3,
+                vibration=gain / 100.0,
+            )
+        ] * 2
+
+    def lifts(self, condition, phi):
+        share = phi / 6.4 if condition == STAGE_1 else phi / 12.0
+        return [Lift(outcome('stood'), 7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)] * 2
+
+
+class Opposite(Thesis):
+    """A bench on which nothing comes out as the thesis says."""
+
+    def limit(self, condition, start, seeds=None):
+        return Limit((2.0, 2.0), ())
+
+    def walks(self, condition, phi):
+        falls = all(one.outcome.verdict != 'fell' for one in super().walks(condition, phi))
+        gain = condition.ankle_gain + condition.hip_gain
+        return [
+            walked(
+                'fell' if falls and phi != 6.99 else 'walked',
+                20.0 - gain,
+                slip=0.01 + gain / 1e4,
+                vibration=1.0 - gain / 100.0,
+            )
+        ] * 2
+
+    def lifts(self, condition, phi):
+        return [Lift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2
