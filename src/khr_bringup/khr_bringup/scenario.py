@@ -13,7 +13,9 @@ import yaml
 
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import TABLES
+from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import ParameterError, build, check, specifications
+from khr_common.quoting import LONGEST, named, quoted
 
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 SHIPPED = CONFIG / 'scenarios'
@@ -93,7 +95,7 @@ def load(name: str) -> Scenario:
             and what is accepted.
     """
     path = find(name)
-    return parse(path.read_text(encoding='utf-8'), str(path), path.stem)
+    return parse(read_file(path), str(path), path.stem)
 
 
 def parse(text: str, file: str, name: str) -> Scenario:
@@ -112,9 +114,9 @@ def parse(text: str, file: str, name: str) -> Scenario:
 
 
 def title_of(text: str) -> str:
-    """Return the first line of a file's text if it is a comment, else nothing."""
+    """Return the first line of a file's text if it is a comment, at most 200 characters."""
     first = text.lstrip().splitlines()[0] if text.strip() else ''
-    return first.lstrip('# ').strip() if first.startswith('#') else ''
+    return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
 
 
 def find(name: str) -> Path:
@@ -132,7 +134,7 @@ def find(name: str) -> Path:
         if path.is_file():
             return path
     raise BringupError(
-        f'{name}: no such scenario; accepted: a file, or one of '
+        f'{named(name)}: no such scenario; accepted: a file, or one of '
         f'{", ".join(path.stem for path in shipped())}'
     )
 
@@ -150,7 +152,7 @@ def parse_change(text: str) -> tuple[tuple[str, str], Any]:
     """
     match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
     if not match:
-        raise BringupError(f'{text!r} is not accepted; accepted: node.parameter=value')
+        raise BringupError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
     node, key, value = match.groups()
     return (node, key), parse_value(node, key, value)
 
@@ -161,7 +163,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
     Raises:
         BringupError: if it is not a YAML value.
     """
-    value = read_yaml(text, f'{node}.{key}')
+    value = read_yaml(text, named(f'{node}.{key}'))
     table = TABLES.get(node)
     known = specifications(table).get(key) if table else None
     if known and known.kind is float and type(value) is int:
@@ -181,16 +183,18 @@ def _natural(stem: str) -> list[Any]:
 def _known_node(file: str, node: Any) -> str:
     name = str(node).rsplit('/', 1)[-1]
     if name not in TABLES:
-        raise BringupError(f'{file}: {node}: no such node; accepted: {", ".join(TABLES)}')
+        raise BringupError(f'{file}: {named(node)}: no such node; accepted: {", ".join(TABLES)}')
     return name
 
 
 def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
     if not isinstance(body, dict) or list(body) != ['ros__parameters']:
-        raise BringupError(f'{file}: {node}: accepted: one key ros__parameters')
+        raise BringupError(f'{file}: {named(node)}: accepted: one key ros__parameters')
     keys = body['ros__parameters']
     if not isinstance(keys, dict):
-        raise BringupError(f'{file}: {node}: ros__parameters: accepted: a mapping of parameters')
+        raise BringupError(
+            f'{file}: {named(node)}: ros__parameters: accepted: a mapping of parameters'
+        )
     return {
         key: _checked(file, _known_node(file, node), key, value) for key, value in keys.items()
     }
@@ -218,36 +222,6 @@ def _consistent(file: str, values: Values) -> Values:
                     'False while the mode of stage is none'
                 )
     return values
-
-
-class _StrictLoader(yaml.SafeLoader):
-    """Refuse a key given twice, which YAML readers otherwise let win silently."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f'key {key!r} is given twice', key_node.start_mark
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-def read_yaml(text: str, file: str) -> Any:
-    """Read YAML strictly: a key given twice is a mistake.
-
-    Raises:
-        BringupError: if it does not read; ``file`` is what its text calls the file.
-    """
-    try:
-        return yaml.load(text, _StrictLoader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
-        problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
-        raise BringupError(f'{file}:{where} {problem}; accepted: YAML') from error
 
 
 def noise_seeds(seed: int) -> dict[tuple[str, str], int]:

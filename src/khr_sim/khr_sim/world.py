@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
+from khr_common.quoting import quoted
 from khr_common.rotation import carried, cross, matrix, pitched, quaternion, rotated, turned
 from khr_sim import contact, statics
 from khr_sim.board import Board
@@ -117,7 +118,7 @@ class World:
         """
         if push.link not in self.robot.links:
             raise SimError(
-                f'link: {push.link!r} is not accepted; accepted: {" | ".join(self.robot.links)}'
+                f'link: {quoted(push.link)} is not accepted; accepted: {" | ".join(self.robot.links)}'
             )
         self._pushes.append(push)
 
