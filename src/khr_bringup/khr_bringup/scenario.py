@@ -14,7 +14,9 @@ import yaml
 from khr_bringup.derived import derived
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import node_of, registry, table_of
+from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import ParameterError, build, check, specifications
+from khr_common.quoting import LONGEST, named, quoted
 from khr_sim.run_parameters import GAIT
 
 CONFIG = Path(str(files('khr_bringup') / 'config'))
@@ -103,7 +105,7 @@ def load(name: str) -> Scenario:
             and what is accepted.
     """
     path = find(name)
-    return parse(path.read_text(encoding='utf-8'), str(path), path.stem)
+    return parse(read_file(path), str(path), path.stem)
 
 
 def parse(text: str, file: str, name: str) -> Scenario:
@@ -122,9 +124,9 @@ def parse(text: str, file: str, name: str) -> Scenario:
 
 
 def title_of(text: str) -> str:
-    """Return the first line of a file's text if it is a comment, else nothing."""
+    """Return the first line of a file's text if it is a comment, at most 200 characters."""
     first = text.lstrip().splitlines()[0] if text.strip() else ''
-    return first.lstrip('# ').strip() if first.startswith('#') else ''
+    return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
 
 
 def find(name: str) -> Path:
@@ -142,7 +144,7 @@ def find(name: str) -> Path:
         if path.is_file():
             return path
     raise BringupError(
-        f'{name}: no such scenario; accepted: a file, or one of '
+        f'{named(name)}: no such scenario; accepted: a file, or one of '
         f'{", ".join(path.stem for path in shipped())}'
     )
 
@@ -160,7 +162,7 @@ def parse_change(text: str) -> tuple[tuple[str, str], Any]:
     """
     match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
     if not match:
-        raise BringupError(f'{text!r} is not accepted; accepted: node.parameter=value')
+        raise BringupError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
     node, key, value = match.groups()
     return (node, key), parse_value(node, key, value)
 
@@ -171,7 +173,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
     Raises:
         BringupError: if it is not a YAML value.
     """
-    value = read_yaml(text, f'{node}.{key}')
+    value = read_yaml(text, named(f'{node}.{key}'))
     known = specifications(table_of(node)).get(key) if node in registry() else None
     if known and known.kind is float and type(value) is int:
         return float(value)
@@ -190,16 +192,20 @@ def _natural(stem: str) -> list[Any]:
 def _known_node(file: str, node: Any) -> str:
     name = str(node).rsplit('/', 1)[-1]
     if name not in registry():
-        raise BringupError(f'{file}: {node}: no such node; accepted: {", ".join(registry())}')
+        raise BringupError(
+            f'{file}: {named(node)}: no such node; accepted: {", ".join(registry())}'
+        )
     return name
 
 
 def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
     if not isinstance(body, dict) or list(body) != ['ros__parameters']:
-        raise BringupError(f'{file}: {node}: accepted: one key ros__parameters')
+        raise BringupError(f'{file}: {named(node)}: accepted: one key ros__parameters')
     keys = body['ros__parameters']
     if not isinstance(keys, dict):
-        raise BringupError(f'{file}: {node}: ros__parameters: accepted: a mapping of parameters')
+        raise BringupError(
+            f'{file}: {named(node)}: ros__parameters: accepted: a mapping of parameters'
+        )
     return {
         key: _checked(file, _known_node(file, node), key, value) for key, value in keys.items()
     }
@@ -228,36 +234,6 @@ def _consistent(file: str, values: Values) -> Values:
                     'False while the mode of stage is none'
                 )
     return values
-
-
-class _StrictLoader(yaml.SafeLoader):
-    """Refuse a key given twice, which YAML readers otherwise let win silently."""
-
-    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        seen: set[Any] = set()
-        for key_node, _ in node.value:
-            key = self.construct_object(key_node, deep=True)
-            if key in seen:
-                raise yaml.constructor.ConstructorError(
-                    None, None, f'key {key!r} is given twice', key_node.start_mark
-                )
-            seen.add(key)
-        return super().construct_mapping(node, deep)
-
-
-def read_yaml(text: str, file: str) -> Any:
-    """Read YAML strictly: a key given twice is a mistake.
-
-    Raises:
-        BringupError: if it does not read; ``file`` is what its text calls the file.
-    """
-    try:
-        return yaml.load(text, _StrictLoader)
-    except yaml.YAMLError as error:
-        mark = getattr(error, 'problem_mark', None)
-        where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
-        problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
-        raise BringupError(f'{file}:{where} {problem}; accepted: YAML') from error
 
 
 def changes_of(texts: Iterable[str]) -> dict[tuple[str, str], Any]:

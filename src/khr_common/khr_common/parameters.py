@@ -18,6 +18,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from khr_common.errors import KhrError
+from khr_common.quoting import named, quoted
 
 Value = bool | int | float | str | list[float] | list[str]
 Table = TypeVar('Table')
@@ -90,7 +91,7 @@ class Specification:
 
     def _refusal(self, value: Any, hint: str = '') -> ParameterError:
         return ParameterError(
-            f'{self.name}: {value!r} is not accepted{hint}; accepted: {self.accepted}'
+            f'{self.name}: {quoted(value)} is not accepted{hint}; accepted: {self.accepted}'
         )
 
 
@@ -165,7 +166,7 @@ def check(table: type[Any], name: str, value: Any) -> Value:
     """
     known = specifications(table)
     if name not in known:
-        raise ParameterError(f'{name}: no such parameter; accepted: {", ".join(known)}')
+        raise ParameterError(f'{named(name)}: no such parameter; accepted: {", ".join(known)}')
     return known[name].check(value)
 
 

@@ -21,7 +21,8 @@ from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
-from khr_bringup.scenario import load, read_yaml
+from khr_bringup.scenario import load
+from khr_bringup.strict_yaml import read_yaml
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, Runs, run, runs_of, shipped
 from khr_experiments.scoreboard_rows import LINE_HZ

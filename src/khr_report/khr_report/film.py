@@ -7,7 +7,6 @@ poses: what is filmed cannot disturb what happens.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from dataclasses import dataclass
 from math import degrees
@@ -20,7 +19,9 @@ from PIL import Image, ImageDraw, ImageFont
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.offline import ControlLoop, duration, run_offline
 from khr_bringup.scenario import Scenario, load
+from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import RunError
+from khr_common.quoting import quoted
 from khr_report.errors import ReportError
 from khr_sim.camera import Camera, Picture
 from khr_sim.run_parameters import RunParameters
@@ -98,12 +99,14 @@ def frames(scenario: Scenario, run: str = '') -> list[Frame]:
     result = run_offline(scenario, keep)
     outcome = Path(run) / 'outcome.json'
     if run and outcome.is_file():
-        recorded = json.loads(outcome.read_text(encoding='utf-8'))
-        if recorded['end'] != 'stopped' and recorded['trajectory_hash'] != result.trajectory_hash:
+        recorded = read_yaml(read_file(outcome), str(outcome))  # JSON is YAML too
+        if not isinstance(recorded, dict) or 'trajectory_hash' not in recorded:
+            raise ReportError(f'{outcome}: no outcome; accepted: what khr run has written')
+        told = recorded['trajectory_hash']
+        if recorded.get('end') != 'stopped' and told != result.trajectory_hash:
             raise RunError(
-                f'{run}: the run did not repeat: trajectory hash '
-                f'{result.trajectory_hash}, recorded {recorded["trajectory_hash"]}; '
-                'was it made with other versions?'
+                f'{run}: the run did not repeat: trajectory hash {result.trajectory_hash}, '
+                f'recorded {quoted(told)}; was it made with other versions?'
             )
     return kept
 

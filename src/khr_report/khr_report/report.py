@@ -11,7 +11,8 @@ from khr_bringup import run_signals as signals
 from khr_bringup.bags import Change, changes, read_what_is_left
 from khr_bringup.code_version import version_told
 from khr_bringup.run_signals import Series
-from khr_bringup.scenario import Scenario, parse, read_yaml
+from khr_bringup.scenario import Scenario, parse
+from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import KhrError
 from khr_common.interfaces import OUTCOME, PARAMETER_EVENTS, PUSH, SCENARIO, STATE
 from khr_report.errors import ReportError
@@ -106,14 +107,13 @@ def find(path: Path) -> Found:
 
 
 def _read_scenario(file: Path, found: Found) -> None:
+    if not file.is_file():
+        found.notes.append(f'{file.name} is missing')
+        return
     try:
-        text = file.read_text(encoding='utf-8')
+        text = read_file(file)
         found.version = version_told(text)
         found.scenario = parse(text, file.name, found.name)
-    except FileNotFoundError:
-        found.notes.append(f'{file.name} is missing')
-    except (OSError, UnicodeDecodeError) as error:
-        found.notes.append(f'{file.name} cannot be read ({error})')
     except KhrError as error:
         found.notes.append(f'{error}; was it made by another version of the project?')
 
@@ -124,8 +124,8 @@ def _read_outcome(folder: Path, found: Found) -> None:
         found.notes.append(f'{OUTCOME_FILES[0]} is missing')
         return
     try:  # JSON is YAML too
-        outcome = read_yaml(file.read_text(encoding='utf-8'), file.name)
-    except (OSError, UnicodeDecodeError, KhrError) as error:
+        outcome = read_yaml(read_file(file), file.name)
+    except KhrError as error:
         found.notes.append(f'{file.name} cannot be read ({error})')
         return
     if isinstance(outcome, dict):

@@ -9,6 +9,7 @@ import hashlib
 from collections.abc import Mapping, Sequence
 from math import radians
 
+from khr_common.quoting import quoted
 from khr_sim.errors import SimError
 from khr_sim.push import Push
 from khr_sim.robot import JOINTS
@@ -31,7 +32,9 @@ def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) 
     for correction in corrections:
         for joint, angle in correction.items():
             if joint not in _INDEX:
-                raise SimError(f'joint: {joint!r} is not accepted; accepted: {" | ".join(JOINTS)}')
+                raise SimError(
+                    f'joint: {quoted(joint)} is not accepted; accepted: {" | ".join(JOINTS)}'
+                )
             target[_INDEX[joint]] += angle
     return target
 

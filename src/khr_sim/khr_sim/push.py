@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import NoReturn
 
+from khr_common.quoting import quoted
 from khr_sim.errors import SimError
 
 Vector = tuple[float, ...]
@@ -93,4 +94,4 @@ def _triple(key: str, text: str) -> Vector:
 
 
 def _refuse(name: str, value: object, accepted: str) -> NoReturn:
-    raise SimError(f'{name}: {value!r} is not accepted; accepted: {accepted}')
+    raise SimError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')

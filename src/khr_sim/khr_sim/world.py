@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
+from khr_common.quoting import quoted
 from khr_common.rotation import carried, matrix, pitched, rotated, turned
 from khr_common.seeding import generator
 from khr_sim import contact, engines, statics
@@ -107,7 +108,7 @@ class World:
         """
         if push.link not in self.robot.links:
             raise SimError(
-                f'link: {push.link!r} is not accepted; accepted: {" | ".join(self.robot.links)}'
+                f'link: {quoted(push.link)} is not accepted; accepted: {" | ".join(self.robot.links)}'
             )
         self._pushes.append(push)
 

@@ -11,6 +11,7 @@ import numpy as np
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
 from khr_common.parameters import Specification
+from khr_common.quoting import named, quoted
 from khr_experiments.errors import ExperimentError
 
 LARGEST_AXIS = 100_000
@@ -62,12 +63,14 @@ def parameter_named(where: str, name: Any) -> Specification:
     node, dot, key = str(name).partition('.')
     if not dot or node not in registry():
         raise ExperimentError(
-            f'{where}: {name!r} is not accepted; accepted: node.parameter with '
+            f'{where}: {quoted(name)} is not accepted; accepted: node.parameter with '
             f'one of the nodes {", ".join(registry())}'
         )
     known = specifications(table_of(node))
     if key not in known:
-        raise ExperimentError(f'{where}: {name}: no such parameter; accepted: {", ".join(known)}')
+        raise ExperimentError(
+            f'{where}: {named(name)}: no such parameter; accepted: {", ".join(known)}'
+        )
     return known[key]
 
 
@@ -137,9 +140,8 @@ def _listed(where: str, specification: Specification, given: Any, accepted: str)
     if not isinstance(given, list) or not given:
         refuse(where, given, accepted)
     values = tuple(checked(where, specification, value) for value in given)
-    repeated = [value for number, value in enumerate(values) if value in values[:number]]
-    if repeated:
-        refuse(where, repeated[0], 'each value once')
+    if len(set(map(repr, values))) < len(values):
+        refuse(where, given, 'each value once')
     return Axis(values)
 
 
@@ -162,4 +164,4 @@ def _steps(
 
 def refuse(where: str, value: Any, accepted: str) -> NoReturn:
     """Raise a ExperimentError that names place, value and what is accepted."""
-    raise ExperimentError(f'{where}: {value!r} is not accepted; accepted: {accepted}')
+    raise ExperimentError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')

@@ -7,7 +7,9 @@ from typing import Any
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.scenario import Scenario
+from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import KhrError
+from khr_common.quoting import named
 from khr_experiments.errors import ExperimentError
 from khr_experiments.sweeps.axes import (
     CASE,
@@ -39,14 +41,12 @@ def load(path: Path, fast: bool = False) -> Specification:
         ExperimentError: if there is no such file, or it does not read; the text names file, key
             and value, and what is accepted.
     """
-    try:
-        text = path.read_text(encoding='utf-8')
-    except (OSError, UnicodeDecodeError) as error:
+    if not path.is_file():
         raise ExperimentError(
             f'{path}: no such sweep; accepted: a YAML file with the keys '
             f'{", ".join((*KEYS, FAST))}'
-        ) from error
-    return parse(text, str(path), fast)
+        )
+    return parse(read_file(path), str(path), fast)
 
 
 def parse(text: str, file: str, fast: bool = False) -> Specification:
@@ -57,7 +57,7 @@ def parse(text: str, file: str, fast: bool = False) -> Specification:
     Raises:
         ExperimentError: as :func:`load`.
     """
-    given = scenarios.read_yaml(text, file)
+    given = read_yaml(text, file)
     if not isinstance(given, dict) or 'scenario' not in given:
         raise ExperimentError(
             f'{file}: not a sweep; accepted: a mapping with scenario, and grid or random'
@@ -65,7 +65,7 @@ def parse(text: str, file: str, fast: bool = False) -> Specification:
     for key in given:
         if key not in (*KEYS, FAST):
             raise ExperimentError(
-                f'{file}: {key}: no such key; accepted: {", ".join((*KEYS, FAST))}'
+                f'{file}: {named(key)}: no such key; accepted: {", ".join((*KEYS, FAST))}'
             )
     replaced = given.pop(FAST, {})
     if not isinstance(replaced, dict) or not set(replaced) <= set(KEYS):
@@ -141,14 +141,18 @@ def _cases(where: str, given: Any, present: bool) -> Cases:
         or not all(isinstance(label, str) and label for label in given)
     ):
         refuse(f'{where}: cases', given, 'a mapping of labels to what each sets')
-    return {label: _values(where, f'cases: {label}', values) for label, values in given.items()}
+    return {
+        label: _values(where, f'cases: {named(label)}', values) for label, values in given.items()
+    }
 
 
 def _values(where: str, key: str, given: Any) -> dict[str, Any]:
     if not isinstance(given, dict):
         refuse(f'{where}: {key}', given, 'a mapping of node.parameter to a value')
     return {
-        name: checked(f'{where}: {key}: {name}', parameter_named(f'{where}: {key}', name), value)
+        name: checked(
+            f'{where}: {key}: {named(name)}', parameter_named(f'{where}: {key}', name), value
+        )
         for name, value in given.items()
     }
 
@@ -164,7 +168,7 @@ def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
         read = grid_axis if kind == 'grid' else random_axis
         for name, values in given[kind].items():
             specification = parameter_named(f'{where}: {kind}', name)
-            axes[str(name)] = read(f'{where}: {kind}: {name}', specification, values)
+            axes[str(name)] = read(f'{where}: {kind}: {named(name)}', specification, values)
     return axes
 
 

@@ -1,0 +1,29 @@
+"""Files that went wrong on their way are refused in one line, never in a traceback."""
+
+import subprocess
+import sys
+
+import pytest
+
+from tests import ROOT
+
+
+def fuzz(count):
+    ended = subprocess.run(
+        [sys.executable, '-m', 'tests.reliability.fuzz', str(count)],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+
+
+def test_a_few_mutants_are_refused_in_one_line():
+    fuzz(500)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(600)
+def test_five_thousand_mutants_are_refused_in_one_line():
+    fuzz(5000)
