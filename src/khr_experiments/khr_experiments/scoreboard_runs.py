@@ -15,14 +15,14 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gait import Gait
 from khr_experiments.critical import Condition, Limit, limit_of_seed, run, start_of_lift
 from khr_experiments.job_cache import Pool
-from khr_experiments.scoreboard_rows import STAGE_1_GRID
+from khr_experiments.published import STAGE_1_GRID
 from khr_sim.truth import Truth
 
 CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
 
 @dataclass(frozen=True)
-class Walk:
+class MeasuredWalk:
     """One walk.
 
     Attributes:
@@ -40,7 +40,7 @@ class Walk:
 
 
 @dataclass(frozen=True)
-class Lift:
+class MeasuredLift:
     """One leg lift.
 
     Attributes:
@@ -67,7 +67,7 @@ class Lift:
         return (self.toe - self.heel) / (self.toe + self.heel)
 
 
-def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
+def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWalk:
     """Walk once."""
     samples: list[tuple[float, float]] = []
     outcome = run(
@@ -77,13 +77,13 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
         lambda truth, *_: samples.append((truth.stamp_ns / 1e9, float(truth.angular_rate[1]))),
     )
     if outcome.verdict == 'fell':
-        return Walk(outcome, ())
+        return MeasuredWalk(outcome, ())
     start, end = Gait(condition.scenario(inclination_deg).table('gait')).cycle(CYCLE)
     rates = [rate for time, rate in samples if start <= time < end - 1e-9]
-    return Walk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
+    return MeasuredWalk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
 
 
-def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
+def lift(condition: Condition, inclination_deg: float, seed: int) -> MeasuredLift:
     """Lift one leg once."""
     gait = condition.scenario(inclination_deg).table('gait')
     support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
@@ -101,9 +101,9 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
 
     outcome = run(condition, inclination_deg, seed, look)
     if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
-        return Lift(outcome, np.nan, np.nan, max(rates, default=np.nan))
+        return MeasuredLift(outcome, np.nan, np.nan, max(rates, default=np.nan))
     toe, heel = np.mean(forces, axis=0).tolist()
-    return Lift(outcome, toe, heel, max(rates))
+    return MeasuredLift(outcome, toe, heel, max(rates))
 
 
 class Bench:
@@ -147,12 +147,12 @@ class Bench:
             tuple(trial for _, trials in results for trial in trials),
         )
 
-    def walks(self, condition: Condition, inclination_deg: float) -> list[Walk]:
+    def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:
         """Return one walk per seed."""
         self.ask(walk, condition, inclination_deg)
         return [self._result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
-    def lifts(self, condition: Condition, inclination_deg: float) -> list[Lift]:
+    def lifts(self, condition: Condition, inclination_deg: float) -> list[MeasuredLift]:
         """Return one leg lift per seed."""
         self.ask(lift, condition, inclination_deg)
         return [self._result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
@@ -165,7 +165,7 @@ class Bench:
         return self._jobs[function, *arguments].result()
 
 
-def survived(runs: Iterable[Walk] | Iterable[Lift]) -> float:
+def survived(runs: Iterable[MeasuredWalk] | Iterable[MeasuredLift]) -> float:
     """Return the share of runs without a fall."""
     return float(np.mean([run.survived for run in runs]))
 
@@ -176,16 +176,16 @@ def typical(values: Iterable[float]) -> float:
     return float(np.median(found)) if found else float('nan')
 
 
-def vibration(walks: Iterable[Walk]) -> float:
+def vibration(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median RMS of the pitch rate above 4 Hz of walks without a fall, rad/s."""
     return typical(one.outcome.vibration for one in walks if one.survived)
 
 
-def slip_mm(walks: Iterable[Walk]) -> float:
+def slip_mm(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median of the largest slip of walks without a fall, mm."""
     return typical(1000.0 * one.outcome.largest_slip for one in walks if one.survived)
 
 
-def overshoot_deg(lifts: Iterable[Lift]) -> float:
+def overshoot_deg(lifts: Iterable[MeasuredLift]) -> float:
     """Return the median largest pitch rate of lifts without a fall, deg/s."""
     return typical(degrees(one.overshoot) for one in lifts if one.survived)

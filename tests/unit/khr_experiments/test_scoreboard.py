@@ -10,19 +10,19 @@ from khr_bringup.node_registry import TABLES
 from khr_bringup.scenario import load, shipped
 from khr_common import check
 from khr_experiments import scoreboard
-from khr_experiments.critical import Condition, Limit, Trial
+from khr_experiments.critical import Attempt, Condition, Limit
 from khr_experiments.errors import ExperimentError
+from khr_experiments.published import LIMITS, STAGE_1, STAGE_2, STAGE_3, TRENDS, WALKS, walking
 from khr_experiments.scoreboard_compare import grows, limit_rows, order_rows, theory_row, walk_row
-from khr_experiments.scoreboard_rows import (
-    LIMITS,
-    STAGE_1,
-    STAGE_2,
-    STAGE_3,
-    TRENDS,
-    WALKS,
-    walking,
+from khr_experiments.scoreboard_runs import (
+    Bench,
+    MeasuredLift,
+    MeasuredWalk,
+    lift,
+    slip_mm,
+    vibration,
+    walk,
 )
-from khr_experiments.scoreboard_runs import Bench, Lift, Walk, lift, slip_mm, vibration, walk
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
@@ -30,7 +30,7 @@ def outcome(verdict='walked', slip=0.0, vibration=0.1):
 
 
 def walked(verdict='walked', *frequencies, **figures):
-    return Walk(
+    return MeasuredWalk(
         outcome(verdict, **figures), tuple(Peak(f, 0.1, 0.0, 'other') for f in frequencies)
     )
 
@@ -38,7 +38,7 @@ def walked(verdict='walked', *frequencies, **figures):
 def limits_of_thesis():
     return {
         row.condition: Limit(
-            (row.thesis_deg, row.thesis_deg), (Trial(row.thesis_deg, 0, outcome()),)
+            (row.thesis_deg, row.thesis_deg), (Attempt(row.thesis_deg, 0, outcome()),)
         )
         for row in LIMITS
     }
@@ -80,7 +80,9 @@ class Thesis(Bench):
 
     def lifts(self, condition, phi):
         share = phi / 6.4 if condition == STAGE_1 else phi / 12.0
-        return [Lift(outcome('stood'), 7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)] * 2
+        return [
+            MeasuredLift(outcome('stood'), 7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)
+        ] * 2
 
 
 def test_board_of_the_thesis_itself_passes_every_row():

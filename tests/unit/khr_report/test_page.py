@@ -13,8 +13,8 @@ from khr_bringup.scenario import load
 from khr_experiments import scoreboard
 from khr_experiments.critical import Limit
 from khr_experiments.experiments import Run
-from khr_experiments.scoreboard_rows import LIMITS, TRENDS, walking
-from khr_experiments.scoreboard_runs import Lift
+from khr_experiments.published import LIMITS, TRENDS, walking
+from khr_experiments.scoreboard_runs import MeasuredLift
 from khr_report.page.board import counts, judged
 from khr_report.page.findings import findings
 from khr_report.page.html import markdown, tables
@@ -46,7 +46,7 @@ class Opposite(Thesis):
         ] * 2
 
     def lifts(self, condition, phi):
-        return [Lift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2
+        return [MeasuredLift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2
 
 
 class Page(HTMLParser):
@@ -311,7 +311,9 @@ class Explained(Thesis):
 )
 def test_findings_quote_the_best_explanation(tmp_path, kind, says):
     text = sections(reproduction(tmp_path, kind(amiss=walking(18.0))))
-    (line,) = [line for line in text['What it contradicts'].splitlines() if 'Walk, K_A 18' in line]
+    (line,) = [
+        line for line in text['What it contradicts'].splitlines() if 'MeasuredWalk, K_A 18' in line
+    ]
     assert 'it falls sooner, at 2.00 +- 0.00 deg, in the thesis 9.7 (-7.70)' in line
     assert says in line
     assert ('friction 0.15 +7.50' in text['What it adds']) == (kind is Explained)
