@@ -33,6 +33,7 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 lint: install
 	$(BIN)/ruff check src tests
 	$(BIN)/mypy src/khr_*/khr_*
+	PYTHONPATH=$$(echo src/khr_* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 docs: install
 	$(BIN)/python -m khr_report.docs_generator

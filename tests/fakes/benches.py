@@ -2,9 +2,9 @@
 
 from khr_analysis.outcome import Outcome
 from khr_analysis.peaks import Peak
-from khr_experiments.critical import Limit, Trial
-from khr_experiments.scoreboard_rows import LIMITS, STAGE_1, WALKS
-from khr_experiments.scoreboard_runs import Bench, Lift, Walk
+from khr_experiments.critical import Attempt, Limit
+from khr_experiments.published import LIMITS, STAGE_1, WALKS
+from khr_experiments.scoreboard_runs import Bench, MeasuredLift, MeasuredWalk
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
@@ -12,7 +12,7 @@ def outcome(verdict='walked', slip=0.0, vibration=0.1):
 
 
 def walked(verdict='walked', *frequencies, **figures):
-    return Walk(
+    return MeasuredWalk(
         outcome(verdict, **figures), tuple(Peak(f, 0.1, 0.0, 'other') for f in frequencies)
     )
 
@@ -20,7 +20,7 @@ def walked(verdict='walked', *frequencies, **figures):
 def limits_of_thesis():
     return {
         row.condition: Limit(
-            (row.thesis_deg, row.thesis_deg), (Trial(row.thesis_deg, 0, outcome()),)
+            (row.thesis_deg, row.thesis_deg), (Attempt(row.thesis_deg, 0, outcome()),)
         )
         for row in LIMITS
     }
@@ -62,7 +62,9 @@ class Thesis(Bench):
 
     def lifts(self, condition, phi):
         share = phi / 6.4 if condition == STAGE_1 else phi / 12.0
-        return [Lift(outcome('stood'), 7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)] * 2
+        return [
+            MeasuredLift(outcome('stood'), 7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)
+        ] * 2
 
 
 class Opposite(Thesis):
@@ -84,4 +86,4 @@ class Opposite(Thesis):
         ] * 2
 
     def lifts(self, condition, phi):
-        return [Lift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2
+        return [MeasuredLift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2

@@ -7,7 +7,7 @@ import subprocess
 import pytest
 
 from khr_common import KhrError
-from khr_experiments.scoreboard_rows import LIMITS, TRENDS, WALKS
+from khr_experiments.published import LIMITS, TRENDS, WALKS
 from khr_report.figures import FIGURES, paths
 from khr_report.page.board import judged
 from khr_report.reproduce import MAP, SCOREBOARD, Found, _told, reproduce, wanted

@@ -30,7 +30,7 @@ Values = dict[tuple[str, str], float]
 
 
 @dataclass(frozen=True)
-class Found:
+class FittedConstant:
     """What one fit came to.
 
     Attributes:
@@ -44,7 +44,7 @@ class Found:
     value: float
 
 
-def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[Found]:
+def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[FittedConstant]:
     """Fit all constants one after the other; write ``out`` (Markdown) and its YAML.
 
     Args:
@@ -61,7 +61,7 @@ def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[Found]:
         raise ExperimentError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
     if seed < 0:
         raise ExperimentError(f'--seed: {seed} is not accepted; accepted: integer >= 0')
-    found: list[Found] = []
+    found: list[FittedConstant] = []
     values: Values = {}
     with workers(jobs) as pool:
         for fit in FITS:
@@ -78,7 +78,9 @@ def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[Found]:
     return found
 
 
-def fit_constant(fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecutor) -> Found:
+def fit_constant(
+    fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecutor
+) -> FittedConstant:
     """Find the value of one constant, the earlier ones being given.
 
     Raises:
@@ -103,7 +105,7 @@ def fit_constant(fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecut
                 f'{fit.node}.{fit.key}: no value in [{fit.low:g}, {fit.high:g}] is '
                 f'survived by every seed ({rows_text(fit)})'
             )
-    return Found(fit, tuple(found), value)
+    return FittedConstant(fit, tuple(found), value)
 
 
 def survives(fit: Fit, fixed: Changes, value: float, seed: int) -> bool:
@@ -153,7 +155,7 @@ def boundary(holds: Callable[[float], bool], fit: Fit) -> float:
     return (low + high) / 2.0
 
 
-def constants_file(found: list[Found]) -> str:
+def constants_file(found: list[FittedConstant]) -> str:
     """Return the fitted constants as a ROS 2 parameter file."""
     nodes: dict[str, dict[str, dict[str, float]]] = {}
     for one in found:
@@ -176,7 +178,7 @@ def differences(fitted: Mapping[str, Mapping[str, Mapping[str, float]]]) -> list
     ]
 
 
-def page(found: list[Found], seed: int, seeds: int) -> str:
+def page(found: list[FittedConstant], seed: int, seeds: int) -> str:
     """Return the documentation of all constants."""
     fitted = [
         f'| `{one.fit.node}.{one.fit.key}` | {one.value:g}{_unit(one.fit.node, one.fit.key)}'

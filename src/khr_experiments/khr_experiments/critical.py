@@ -88,7 +88,7 @@ class Condition:
 
 
 @dataclass(frozen=True)
-class Trial:
+class Attempt:
     """One run at one inclination."""
 
     inclination_deg: float
@@ -120,7 +120,7 @@ class Limit:
     """
 
     of_seeds: tuple[float, ...]
-    trials: tuple[Trial, ...]
+    trials: tuple[Attempt, ...]
 
     @property
     def mean(self) -> float:
@@ -140,7 +140,7 @@ class Limit:
         return float(stats.t.ppf(0.975, count - 1) * np.std(self.of_seeds, ddof=1) / sqrt(count))
 
     @property
-    def highest(self) -> tuple[Trial, ...]:
+    def highest(self) -> tuple[Attempt, ...]:
         """Return, per seed, the steepest trial below its limit that it survived."""
         found = []
         for seed, limit in enumerate(self.of_seeds):
@@ -168,9 +168,9 @@ class Limit:
         return float(np.mean([trial.outcome.vibration for trial in self.highest] or [np.nan]))
 
 
-def attempt(condition: Condition, inclination_deg: float, seed: int) -> Trial:
+def attempt(condition: Condition, inclination_deg: float, seed: int) -> Attempt:
     """Run one trial."""
-    return Trial(inclination_deg, seed, run(condition, inclination_deg, seed))
+    return Attempt(inclination_deg, seed, run(condition, inclination_deg, seed))
 
 
 def run(
@@ -212,9 +212,9 @@ def bisect(survives: Callable[[float], bool], start: float, tolerance: float) ->
 
 def limit_of_seed(
     condition: Condition, seed: int, start: float, tolerance: float
-) -> tuple[float, list[Trial]]:
+) -> tuple[float, list[Attempt]]:
     """Find the limit of one seed; return it with its trials."""
-    trials: list[Trial] = []
+    trials: list[Attempt] = []
 
     def survives(inclination_deg: float) -> bool:
         trials.append(attempt(condition, inclination_deg, seed))

@@ -23,7 +23,7 @@ from khr_experiments.sweeps.folder import (
     series_path,
 )
 from khr_experiments.sweeps.reading import load
-from khr_experiments.sweeps.specification import Specification, scenario_at
+from khr_experiments.sweeps.specification import Sweep, scenario_at
 from khr_experiments.sweeps.trial import RESULTS
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Run:
 
 
 Runs = list[Run]
-Opened = tuple[Specification, Folder]
+Opened = tuple[Sweep, Folder]
 
 
 def runs_of(folder: Path) -> Runs:
@@ -115,7 +115,7 @@ def shipped() -> dict[str, Path]:
     }
 
 
-def specification_of(name: str, fast: bool) -> Specification:
+def specification_of(name: str, fast: bool) -> Sweep:
     """Read an experiment.
 
     Raises:
@@ -132,7 +132,7 @@ def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
     return root / (f'{name}-fast' if fast else name)
 
 
-def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Specification]:
+def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Sweep]:
     """Read experiments, by the folder of each.
 
     Raises:
@@ -142,7 +142,7 @@ def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Specification]:
 
 
 @contextmanager
-def opened(sweeps: Mapping[Path, Specification]) -> Iterator[list[Opened]]:
+def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
     """Open sweeps by folder for their missing runs; at the end their tables are written.
 
     What a folder holds of another version of the code or the experiment is discarded.
@@ -192,7 +192,7 @@ def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
     return lost
 
 
-def run(sweeps: Mapping[Path, Specification], workers: int, title: str = 'experiments') -> int:
+def run(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') -> int:
     """Run what sweeps lack on this machine; return how many runs lost their worker.
 
     Args:

@@ -25,7 +25,7 @@ from khr_bringup.scenario import load
 from khr_bringup.strict_yaml import read_yaml
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, Runs, run, runs_of, shipped
-from khr_experiments.scoreboard_rows import LINE_HZ
+from khr_experiments.published import LINE_HZ
 from khr_experiments.sweeps import tell_lost
 from khr_experiments.sweeps.axes import CASE
 from khr_experiments.sweeps.reading import parse
@@ -38,7 +38,7 @@ NEAR = (0.9, 2.0)  # gains from and to these times a published one speak of its 
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedPeak:
     """A peak that Dutta (2021) calls a control frequency, and the gains that it came with."""
 
     frequency: float
@@ -52,10 +52,10 @@ class Published:
 
 
 PUBLISHED = (
-    Published(2.58, 12.0),
-    Published(4.74, 18.0),
-    Published(7.33, 12.0, 13.0),
-    Published(8.40, 12.0, 14.0),
+    PublishedPeak(2.58, 12.0),
+    PublishedPeak(4.74, 18.0),
+    PublishedPeak(7.33, 12.0, 13.0),
+    PublishedPeak(8.40, 12.0, 14.0),
 )  # which K_H made 7.33 Hz is our reading
 
 
@@ -85,7 +85,7 @@ class Settled:
         verdict: in words.
     """
 
-    peak: Published
+    peak: PublishedPeak
     walks: Walks | None
     line: Line | None
     share: float
@@ -182,7 +182,7 @@ def bands_of(walks: Sequence[Walks]) -> tuple[Band, ...]:
     return tuple(found)
 
 
-def settle(peak: Published, walks: Sequence[Walks], bands: Sequence[Band]) -> Settled:
+def settle(peak: PublishedPeak, walks: Sequence[Walks], bands: Sequence[Band]) -> Settled:
     """Say what the runs make of a published peak."""
     alike = [
         each

@@ -19,7 +19,7 @@ from khr_analysis.models.push import Gyro as GyroModel
 from khr_analysis.models.push import largest_push
 from khr_analysis.models.servo_loop import gain_of_board
 from khr_analysis.models.tipping import PushLoop
-from khr_experiments.push_recovery import GIVING, WATCH, Condition, Stance, stance
+from khr_experiments.push_recovery import GIVING, WATCH, PushCondition, Stance, stance
 from khr_sim.gyro import Gyro, GyroParameters
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
@@ -44,7 +44,7 @@ def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
     )
 
 
-def model_loop(condition: Condition, form: Form, body: Body) -> PushLoop:
+def model_loop(condition: PushCondition, form: Form, body: Body) -> PushLoop:
     """Return the model's loop of a condition, with the thesis's body or the robot's."""
     loop = PushLoop(gain=gain_of_board(condition.gain), form=form)
     if body == 'thesis':
@@ -61,14 +61,14 @@ def model_loop(condition: Condition, form: Form, body: Body) -> PushLoop:
     )
 
 
-def model_gyro(condition: Condition) -> GyroModel:
+def model_gyro(condition: PushCondition) -> GyroModel:
     """Make a fresh gyro for the model: the robot's own, turned about y alone."""
     gyro = Gyro(condition.base().table(GyroParameters))
     return lambda rate: gyro.update((0.0, rate, 0.0))[1]
 
 
 @functools.cache
-def model_push(condition: Condition, form: Form, body: Body) -> float:
+def model_push(condition: PushCondition, form: Form, body: Body) -> float:
     """Return the largest push that the model survives, N."""
     return largest_push(
         model_loop(condition, form, body),

@@ -49,7 +49,7 @@ GYROS: dict[str, dict[tuple[str, str], object]] = {
 
 
 @dataclass(frozen=True)
-class Condition:
+class PushCondition:
     """Under what a push is tried.
 
     Attributes:
@@ -148,7 +148,7 @@ def _robot() -> Robot:
 
 def stance(scenario: Scenario | None = None) -> Stance:
     """Measure how a scenario's robot (by default that of a condition) starts."""
-    own = scenario or Condition().base()
+    own = scenario or PushCondition().base()
     return _stance(own.table(GaitParameters), own.table(RunParameters))
 
 
@@ -178,7 +178,7 @@ def _stance(gait: GaitParameters, simulator: RunParameters) -> Stance:
 
 
 @dataclass(frozen=True)
-class Motion:
+class PushResponse:
     """What a push did to the robot; arrays of one value a control period.
 
     ``time`` (s) is counted from the push's begin. ``x_com`` (m) is horizontal, from the toes'
@@ -191,7 +191,7 @@ class Motion:
     fell: bool
 
 
-def push_robot(condition: Condition, force: float) -> Motion:
+def push_robot(condition: PushCondition, force: float) -> PushResponse:
     """Push the robot with so many N, at least 0, and watch.
 
     Raises:
@@ -206,10 +206,10 @@ def push_robot(condition: Condition, force: float) -> Motion:
 
     result = run_offline(scenario, watch)
     time, x_com = np.array(rows).T
-    return Motion(time, x_com, result.outcome.verdict == 'fell')
+    return PushResponse(time, x_com, result.outcome.verdict == 'fell')
 
 
-def falls(condition: Condition, force: float) -> bool:
+def falls(condition: PushCondition, force: float) -> bool:
     """Return whether a push of so many N, at least 0, topples the robot.
 
     Raises:
@@ -218,7 +218,7 @@ def falls(condition: Condition, force: float) -> bool:
     return run_offline(_pushed(condition, force)).outcome.verdict == 'fell'
 
 
-def _pushed(condition: Condition, force: float) -> Scenario:
+def _pushed(condition: PushCondition, force: float) -> Scenario:
     if not 0.0 <= force < math.inf:
         raise ExperimentError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
     return condition.scenario(force)
@@ -277,13 +277,13 @@ def bracket(
     return Bracket(survived, fatal)
 
 
-def largest_push(condition: Condition) -> Bracket:
+def largest_push(condition: PushCondition) -> Bracket:
     """Find the largest push that the robot survives; without control the gyro does not matter."""
     return _largest(condition if condition.gain else replace(condition, gyro='packaged'))
 
 
 @functools.cache
-def _largest(condition: Condition) -> Bracket:
+def _largest(condition: PushCondition) -> Bracket:
     if condition.gain:  # what the robot survives without control is a close guess
         guess = largest_push(replace(condition, gain=0.0)).middle
     else:

@@ -27,7 +27,7 @@ from khr_experiments.push_recovery import (
     TOLERANCE,
     WATCH,
     Changes,
-    Condition,
+    PushCondition,
     largest_push,
     push_robot,
     stance,
@@ -47,7 +47,7 @@ PADS: Changes = ((('simulator', 'surface'), 'pads'),)
 
 
 @dataclass(frozen=True)
-class Row:
+class PushRow:
     """One condition; forces in N, durations in s.
 
     The robot survives ``survived`` and falls at ``fatal``. The models' forces are the largest
@@ -72,23 +72,23 @@ def conditions(
     directions: Sequence[str] = DIRECTIONS,
     gyros: Sequence[str] = tuple(GYROS),
     changes: Changes = (),
-) -> list[Condition]:
+) -> list[PushCondition]:
     """Return all combinations; without control the gyro does not matter, and the first serves.
 
     Raises:
         ExperimentError: if a value is not accepted.
     """
     return [
-        Condition(gain, duration, direction, gyro, changes)  # type: ignore[arg-type]
+        PushCondition(gain, duration, direction, gyro, changes)  # type: ignore[arg-type]
         for direction, duration, gyro, gain in product(directions, durations, gyros, gains)
         if gain or gyro == gyros[0]
     ]
 
 
-def measure(condition: Condition) -> Row:
+def measure(condition: PushCondition) -> PushRow:
     """Measure one condition on robot and models."""
     robot = largest_push(condition)
-    return Row(
+    return PushRow(
         condition.direction,
         condition.duration,
         condition.gain,
@@ -103,7 +103,7 @@ def measure(condition: Condition) -> Row:
     )
 
 
-def measure_all(tried: Iterable[Condition]) -> list[Row]:
+def measure_all(tried: Iterable[PushCondition]) -> list[PushRow]:
     """Measure conditions, telling each on stderr."""
     rows = []
     for condition in tried:
@@ -118,9 +118,9 @@ def measure_all(tried: Iterable[Condition]) -> list[Row]:
     return rows
 
 
-def csv_of(rows: Iterable[Row]) -> str:
-    """Return rows as CSV; the columns are the fields of Row."""
-    names = [field.name for field in fields(Row)]
+def csv_of(rows: Iterable[PushRow]) -> str:
+    """Return rows as CSV; the columns are the fields of PushRow."""
+    names = [field.name for field in fields(PushRow)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
     writer.writerow(names)
@@ -130,7 +130,7 @@ def csv_of(rows: Iterable[Row]) -> str:
     return text.getvalue()
 
 
-def markdown(rows: Sequence[Row]) -> str:
+def markdown(rows: Sequence[PushRow]) -> str:
     """Return rows as a Markdown table: a line per duration and body, a column per loop."""
     loops = sorted(
         {(row.gain and row.gyro, row.gain) for row in rows},
@@ -176,7 +176,7 @@ def momentum() -> str:
     """Return, per duration, the robot's largest impulse beside the closed forms, as Markdown."""
     (own, inertia), lines = stance().tipping('behind'), []
     for duration in SHORT:
-        condition = Condition(duration=duration)
+        condition = PushCondition(duration=duration)
         found = largest_push(condition)
         motion = push_robot(condition, SAME / duration)
         after = (
@@ -209,7 +209,7 @@ def compliance() -> str:
     """Return what stiff servos do to the largest push of robot and model, as Markdown."""
     lines = []
     for duration in DURATIONS:
-        soft, hard = (Condition(duration=duration, changes=changes) for changes in ((), STIFF))
+        soft, hard = (PushCondition(duration=duration, changes=changes) for changes in ((), STIFF))
         edge, inertia = stance(hard.base()).tipping('behind')
         loop = model_loop(soft, 'physical', 'robot')
         pid = Pid(STIFFER * loop.pid.proportional, 0.0, STIFFER * loop.pid.derivative)
@@ -302,7 +302,7 @@ def make_folder(out: Path) -> None:
         ) from failure
 
 
-def write(rows: Sequence[Row], out: Path) -> list[Path]:
+def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
     """Write push.csv and push.md into a folder; return their paths."""
     texts = {out / 'push.csv': csv_of(rows), out / 'push.md': markdown(rows) + '\n'}
     for path, text in texts.items():

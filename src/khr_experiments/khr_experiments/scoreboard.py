@@ -1,7 +1,7 @@
 """``khr scoreboard``: every row of the thesis against the simulated robot, measured anew.
 
 Every number on the simulation's side is measured when the page is written; every number on the
-thesis's side comes from :mod:`khr_experiments.scoreboard_rows`.
+thesis's side comes from :mod:`khr_experiments.published`.
 """
 
 from __future__ import annotations
@@ -11,15 +11,7 @@ from pathlib import Path
 
 from khr_experiments.critical import Changes, Condition, Limit, workers
 from khr_experiments.errors import ExperimentError
-from khr_experiments.scoreboard_compare import (
-    limit_rows,
-    order_rows,
-    standing_rows,
-    theory_row,
-    trend_row,
-    walk_row,
-)
-from khr_experiments.scoreboard_rows import (
+from khr_experiments.published import (
     LIMITS,
     STAGE_1,
     STAGE_1_READ,
@@ -30,7 +22,15 @@ from khr_experiments.scoreboard_rows import (
     TOLERANCE_DEG,
     TRENDS,
     WALKS,
-    LimitRow,
+    PublishedLimit,
+)
+from khr_experiments.scoreboard_compare import (
+    limit_rows,
+    order_rows,
+    standing_rows,
+    theory_row,
+    trend_row,
+    walk_row,
 )
 from khr_experiments.scoreboard_runs import Bench, lift, walk
 from khr_report.scoreboard_page import (
@@ -192,7 +192,7 @@ def ask_all(bench: Bench) -> None:
 
 
 def _experiment_table(
-    bench: Bench, limits: dict[Condition, Limit], motion: str, missed: list[LimitRow]
+    bench: Bench, limits: dict[Condition, Limit], motion: str, missed: list[PublishedLimit]
 ) -> str:
     if not missed:
         return ''
@@ -228,7 +228,7 @@ def _experiment_table(
 
 
 def _experiment(
-    row: LimitRow, limits: dict[Condition, Limit], changes: Changes
+    row: PublishedLimit, limits: dict[Condition, Limit], changes: Changes
 ) -> tuple[Condition, float, int]:
     """Return what to measure, where to begin, and with how many seeds."""
     return (

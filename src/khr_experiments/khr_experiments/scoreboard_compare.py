@@ -13,7 +13,7 @@ from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import INITIAL_LEAN
 from khr_experiments import scoreboard_runs as runs
 from khr_experiments.critical import Condition, Limit
-from khr_experiments.scoreboard_rows import (
+from khr_experiments.published import (
     COMMON_DEG,
     F_0,
     LIMITS,
@@ -28,10 +28,10 @@ from khr_experiments.scoreboard_rows import (
     STAGE_3_GRID,
     THEORY_DEG,
     TOLERANCE_DEG,
-    TrendRow,
-    WalkRow,
+    PublishedTrend,
+    PublishedWalk,
 )
-from khr_experiments.scoreboard_runs import Bench, Lift, Walk
+from khr_experiments.scoreboard_runs import Bench, MeasuredLift, MeasuredWalk
 from khr_report.scoreboard_page import Row, kind, number, series
 
 NOTICEABLE = 0.02  # growth below it, over the first value, is called none
@@ -196,7 +196,7 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[Row]:
     return rows
 
 
-def walk_row(row: WalkRow, walks: Sequence[Walk]) -> Row:
+def walk_row(row: PublishedWalk, walks: Sequence[MeasuredWalk]) -> Row:
     """Compare one walk."""
     falls = 1.0 - runs.survived(walks)
     slip = runs.slip_mm(walks)
@@ -226,7 +226,7 @@ def walk_row(row: WalkRow, walks: Sequence[Walk]) -> Row:
     )
 
 
-def trend_row(row: TrendRow, bench: Bench) -> Row:
+def trend_row(row: PublishedTrend, bench: Bench) -> Row:
     """Compare a figure over conditions, on the thesis's ground if the robot stays up there."""
     for phi in (row.inclination_deg, COMMON_DEG):
         walks = [bench.walks(condition, phi) for condition in row.conditions]
@@ -245,13 +245,13 @@ def trend_row(row: TrendRow, bench: Bench) -> Row:
     )
 
 
-def _read_back(curve: Sequence[tuple[float, float]], one: Lift) -> float:
+def _read_back(curve: Sequence[tuple[float, float]], one: MeasuredLift) -> float:
     """Return phi in deg that a measured Delta stands for on the curve."""
     phi, delta = np.array(curve).T
     return float(np.interp(one.toe - one.heel, delta, phi))
 
 
-def _extra_peak(walks: Iterable[Walk]) -> float:
+def _extra_peak(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median frequency of the largest peak above f_0 that is no multiple of it, Hz."""
     return runs.typical(
         next(

@@ -17,14 +17,14 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.derived import start_of_lift
 from khr_experiments.critical import Condition, Limit, limit_of_seed, run
 from khr_experiments.job_cache import Pool
-from khr_experiments.scoreboard_rows import STAGE_1_GRID
+from khr_experiments.published import STAGE_1_GRID
 from khr_sim.truth import Truth
 
 CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
 
 @dataclass(frozen=True)
-class Walk:
+class MeasuredWalk:
     """One walk.
 
     Attributes:
@@ -42,7 +42,7 @@ class Walk:
 
 
 @dataclass(frozen=True)
-class Lift:
+class MeasuredLift:
     """One leg lift.
 
     Attributes:
@@ -69,7 +69,7 @@ class Lift:
         return (self.toe - self.heel) / (self.toe + self.heel)
 
 
-def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
+def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWalk:
     """Walk once."""
     samples: list[tuple[float, float]] = []
     outcome = run(
@@ -81,13 +81,13 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Walk:
         ),
     )
     if outcome.verdict == 'fell':
-        return Walk(outcome, ())
+        return MeasuredWalk(outcome, ())
     start, end = Gait(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
     rates = [rate for time, rate in samples if start <= time < end - 1e-9]
-    return Walk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
+    return MeasuredWalk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
 
 
-def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
+def lift(condition: Condition, inclination_deg: float, seed: int) -> MeasuredLift:
     """Lift one leg once."""
     gait = condition.scenario(inclination_deg).table(GaitParameters)
     support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
@@ -105,9 +105,9 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Lift:
 
     outcome = run(condition, inclination_deg, seed, look)
     if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
-        return Lift(outcome, np.nan, np.nan, max(rates, default=np.nan))
+        return MeasuredLift(outcome, np.nan, np.nan, max(rates, default=np.nan))
     toe, heel = np.mean(forces, axis=0).tolist()
-    return Lift(outcome, toe, heel, max(rates))
+    return MeasuredLift(outcome, toe, heel, max(rates))
 
 
 class Bench:
@@ -151,12 +151,12 @@ class Bench:
             tuple(trial for _, trials in results for trial in trials),
         )
 
-    def walks(self, condition: Condition, inclination_deg: float) -> list[Walk]:
+    def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:
         """Return one walk per seed."""
         self.ask(walk, condition, inclination_deg)
         return [self._result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
-    def lifts(self, condition: Condition, inclination_deg: float) -> list[Lift]:
+    def lifts(self, condition: Condition, inclination_deg: float) -> list[MeasuredLift]:
         """Return one leg lift per seed."""
         self.ask(lift, condition, inclination_deg)
         return [self._result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
@@ -169,7 +169,7 @@ class Bench:
         return self._jobs[function, *arguments].result()
 
 
-def survived(runs: Iterable[Walk] | Iterable[Lift]) -> float:
+def survived(runs: Iterable[MeasuredWalk] | Iterable[MeasuredLift]) -> float:
     """Return the share of runs without a fall."""
     return float(np.mean([run.survived for run in runs]))
 
@@ -180,16 +180,16 @@ def typical(values: Iterable[float]) -> float:
     return float(np.median(found)) if found else float('nan')
 
 
-def vibration(walks: Iterable[Walk]) -> float:
+def vibration(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median RMS of the pitch rate above 4 Hz of walks without a fall, rad/s."""
     return typical(one.outcome.vibration for one in walks if one.survived)
 
 
-def slip_mm(walks: Iterable[Walk]) -> float:
+def slip_mm(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median of the largest slip of walks without a fall, mm."""
     return typical(1000.0 * one.outcome.largest_slip for one in walks if one.survived)
 
 
-def overshoot_deg(lifts: Iterable[Lift]) -> float:
+def overshoot_deg(lifts: Iterable[MeasuredLift]) -> float:
     """Return the median largest pitch rate of lifts without a fall, deg/s."""
     return typical(degrees(one.overshoot) for one in lifts if one.survived)

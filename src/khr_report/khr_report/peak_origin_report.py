@@ -28,7 +28,7 @@ from khr_experiments.peak_origin import (
     settle,
     walks_of,
 )
-from khr_experiments.scoreboard_rows import LINE_HZ
+from khr_experiments.published import LINE_HZ
 from khr_experiments.sweeps import check_workers
 from khr_report.errors import ReportError
 

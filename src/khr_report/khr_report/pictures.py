@@ -12,7 +12,7 @@ from khr_common import KhrError
 from khr_experiments.experiments import ROOT, Runs, folder_of, runs_of
 from khr_experiments.progress import Bar
 from khr_experiments.stability_map import draw_map
-from khr_experiments.sweeps.specification import Specification
+from khr_experiments.sweeps.specification import Sweep
 from khr_report.figures import FIGURES, draw, paths
 from khr_report.reproduction import FigureResult
 
@@ -50,7 +50,7 @@ class Pictures:
         )
         self._ask(result, _draw_figure, number, self._out.absolute(), ROOT.absolute(), self._fast)
 
-    def ask_map(self, specification: Specification) -> None:
+    def ask_map(self, specification: Sweep) -> None:
         """Start drawing a stability map over the first two axes of an experiment."""
         x, y = list(specification.axes)[:2]
         name = specification.name

@@ -23,7 +23,7 @@ ACCEPTED = 'accepted: the folder that a khr run has left, or its bag'
 
 
 @dataclass
-class Found:
+class RunContents:
     """What is known of a run.
 
     Attributes:
@@ -84,7 +84,7 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
     return write_run(out or folder / 'report.html', found, warnings)
 
 
-def find(path: Path) -> Found:
+def find(path: Path) -> RunContents:
     """Gather what is known of a run.
 
     Raises:
@@ -92,7 +92,7 @@ def find(path: Path) -> Found:
     """
     if not path.exists():
         raise ReportError(f'{path}: no such run; {ACCEPTED}')
-    found = Found(path.resolve().name)
+    found = RunContents(path.resolve().name)
     if path.is_dir():
         _read_scenario(path / 'scenario.yaml', found)
         _read_outcome(path, found)
@@ -106,7 +106,7 @@ def find(path: Path) -> Found:
     return found
 
 
-def _read_scenario(file: Path, found: Found) -> None:
+def _read_scenario(file: Path, found: RunContents) -> None:
     if not file.is_file():
         found.notes.append(f'{file.name} is missing')
         return
@@ -118,7 +118,7 @@ def _read_scenario(file: Path, found: Found) -> None:
         found.notes.append(f'{error}; was it made by another version of the project?')
 
 
-def _read_outcome(folder: Path, found: Found) -> None:
+def _read_outcome(folder: Path, found: RunContents) -> None:
     file = next((folder / name for name in OUTCOME_FILES if (folder / name).is_file()), None)
     if file is None:
         found.notes.append(f'{OUTCOME_FILES[0]} is missing')
@@ -134,7 +134,7 @@ def _read_outcome(folder: Path, found: Found) -> None:
         found.notes.append(f'{file.name} holds no outcome')
 
 
-def _read_bag(path: Path, found: Found) -> None:
+def _read_bag(path: Path, found: RunContents) -> None:
     topics = (*signals.TOPICS, PUSH, OUTCOME, STATE)
     try:
         messages, damage = read_what_is_left(path, topics)
@@ -161,7 +161,7 @@ def _read_bag(path: Path, found: Found) -> None:
             found.outcome['verdict'] = messages[OUTCOME][-1].message
 
 
-def _repeat(found: Found) -> None:
+def _repeat(found: RunContents) -> None:
     """Make the signals of a run that kept none by running it again, if it comes out the same."""
     recorded = found.outcome.get('trajectory_hash')
     if found.scenario is None or not recorded or found.outcome.get('end') == 'stopped':
@@ -185,7 +185,7 @@ def _repeat(found: Found) -> None:
         )
 
 
-def _difference(one: Found, other: Found) -> str:
+def _difference(one: RunContents, other: RunContents) -> str:
     """Say that two runs are of different scenarios, if they are."""
     names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
     if names[0] == names[1]:

@@ -158,7 +158,7 @@ def figure(number: str, out: Path, fast: bool) -> list[Path]:
 
 
 @dataclass
-class Found:
+class Computed:
     """What the computations have come to.
 
     Attributes:
@@ -176,7 +176,7 @@ class Found:
     failed: list[str]
 
 
-def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Found:
+def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Computed:
     """Compute everything on one cluster; what waits for nothing is handed out first."""
     from khr_experiments.sweeps.cluster import connected
 
@@ -200,7 +200,7 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Fo
             if specification.name in asked.maps:
                 pictures.ask_map(specification)
         scoreboard, failed = _board(bench, asked) if asked.scoreboard else (('', ''), [])
-        return Found(
+        return Computed(
             pictures.results(drawn),
             scoreboard,
             {each.name: each.seeds or 0 for each, _ in sweeps},
@@ -217,7 +217,7 @@ def _board(bench: Bench, asked: Wanted) -> tuple[tuple[str, str], list[str]]:
         return ('', ''), [f'{SCOREBOARD}: {reason(error)}']
 
 
-def _contents(asked: Wanted, found: Found, began: float) -> Reproduction:
+def _contents(asked: Wanted, found: Computed, began: float) -> Reproduction:
     runs = runs_by_name(asked.experiments, ROOT, asked.fast)
     lines = _told(lines_markdown, LINES, runs[LINES], found) if LINES in runs else ''
     return Reproduction(
@@ -235,7 +235,7 @@ def _contents(asked: Wanted, found: Found, began: float) -> Reproduction:
     )
 
 
-def _told(tell: Callable[[Runs], str], name: str, runs: Runs, found: Found) -> str:
+def _told(tell: Callable[[Runs], str], name: str, runs: Runs, found: Computed) -> str:
     """Return what runs tell; nothing, and why, if that fails."""
     try:
         return tell(runs)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from math import isnan
 
 from khr_experiments.critical import VIBRATES
-from khr_experiments.scoreboard_rows import COMMON_DEG, TOLERANCE_DEG
+from khr_experiments.published import COMMON_DEG, TOLERANCE_DEG
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from khr_bringup.node_registry import TABLES
 from khr_common import RunError, check, specifications
 from khr_experiments.calibrate import (
-    Found,
+    FittedConstant,
     boundary,
     calibrate,
     constants_file,
@@ -80,7 +80,7 @@ def test_every_constant_is_a_parameter_with_a_known_provenance():
 
 
 def test_files_hold_what_was_found():
-    found = [Found(fit, (fit.low, fit.high), fit.low) for fit in FITS]
+    found = [FittedConstant(fit, (fit.low, fit.high), fit.low) for fit in FITS]
     fitted = yaml.safe_load(constants_file(found))
     text = page(found, 7, 2)
     for one in found:

@@ -16,9 +16,9 @@ from khr_experiments.critical import (
     HIGHEST,
     LOWEST,
     VIBRATES,
+    Attempt,
     Condition,
     Limit,
-    Trial,
     bisect,
     report,
     run,
@@ -63,12 +63,12 @@ def test_interval_is_students():
 
 def test_slip_and_vibration_are_told_of_the_steepest_ground_survived():
     trials = (
-        Trial(5.0, 0, outcome('slipped')),
-        Trial(5.5, 0, outcome('walked')),
-        Trial(5.6, 0, outcome('fell', vibration=9.0)),
-        Trial(6.0, 1, outcome('slipped', vibration=2.0 * VIBRATES)),
-        Trial(6.5, 1, outcome('fell')),
-        Trial(7.0, 1, outcome('walked')),
+        Attempt(5.0, 0, outcome('slipped')),
+        Attempt(5.5, 0, outcome('walked')),
+        Attempt(5.6, 0, outcome('fell', vibration=9.0)),
+        Attempt(6.0, 1, outcome('slipped', vibration=2.0 * VIBRATES)),
+        Attempt(6.5, 1, outcome('fell')),
+        Attempt(7.0, 1, outcome('walked')),
     )
     limit = Limit((5.55, 6.25), trials)
     assert [trial.inclination_deg for trial in limit.highest] == [5.5, 6.0]
@@ -76,7 +76,7 @@ def test_slip_and_vibration_are_told_of_the_steepest_ground_survived():
 
 
 def test_limit_is_the_first_number_told():
-    text = text_of(Condition(ankle_gain=12.0), Limit((6.0, 6.5), (Trial(6.0, 0, outcome()),)))
+    text = text_of(Condition(ankle_gain=12.0), Limit((6.0, 6.5), (Attempt(6.0, 0, outcome()),)))
     assert float(text.split()[0]) == 6.25
 
 

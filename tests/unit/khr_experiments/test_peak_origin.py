@@ -15,7 +15,7 @@ from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, specification_of
 from khr_experiments.peak_origin import (
     PUBLISHED,
-    Published,
+    PublishedPeak,
     bands_of,
     run_variants,
     settle,
@@ -98,7 +98,7 @@ def test_records_span_the_whole_cycles_alone(runs):
 
 def test_a_line_of_the_gait_is_one(runs):
     walks = walks_of(runs)
-    found = settle(Published(2.58, 12.0), walks, bands_of(walks))
+    found = settle(PublishedPeak(2.58, 12.0), walks, bands_of(walks))
     assert found.verdict == 'gait line 6: the gait' and found.sure == 'high'
     assert found.share == pytest.approx(AMPLITUDES[6] / AMPLITUDES[2], rel=0.05)
 
@@ -110,20 +110,20 @@ def test_a_frequency_of_a_loop_is_one(runs):
         ('as it is', 'K_H 13'),
         ('as it is', 'K_H 14'),
     ]
-    found = settle(Published(8.40, 12.0, 14.0), walks, bands)
+    found = settle(PublishedPeak(8.40, 12.0, 14.0), walks, bands)
     assert found.verdict.startswith('control') and found.sure == 'medium'
     assert len(found.holding) == 2
     silent = replace(bands[-1], found=None)  # a comparison without a band speaks against it
-    one = settle(Published(8.40, 12.0, 14.0), walks, (*bands[:-1], silent))
+    one = settle(PublishedPeak(8.40, 12.0, 14.0), walks, (*bands[:-1], silent))
     assert one.verdict.startswith('control') and one.sure == 'low'
 
 
 def test_what_no_run_shows_is_not_settled(runs):
     walks = walks_of(runs)
     bands = bands_of(walks)
-    away = settle(Published(10.6, 12.0, 14.0), walks, bands)
+    away = settle(PublishedPeak(10.6, 12.0, 14.0), walks, bands)
     assert away.verdict.startswith('not settled') and away.sure == 'low'
-    never = settle(Published(4.74, 18.0), walks, bands)
+    never = settle(PublishedPeak(4.74, 18.0), walks, bands)
     assert never.line is None and never.sure == 'low' and 'no walk' in never.verdict
 
 
@@ -135,7 +135,7 @@ def test_a_peak_whose_experiments_tie_stands_out_all_the_same(runs, monkeypatch)
         lambda *given: replace(near(*given), origin=None, label='unexplained', sure='low'),
     )
     walks = walks_of(runs)
-    found = settle(Published(2.58, 12.0), walks, bands_of(walks))
+    found = settle(PublishedPeak(2.58, 12.0), walks, bands_of(walks))
     assert found.share > lines.PEAK and found.sure == 'low'
     assert found.verdict == 'not settled: the experiments on the peak there tie'
 

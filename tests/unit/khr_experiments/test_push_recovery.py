@@ -12,7 +12,7 @@ from khr_common import KhrError
 from khr_experiments import push_recovery, push_table
 from khr_experiments.errors import ExperimentError
 from khr_experiments.push_model import legs
-from khr_experiments.push_recovery import GYROS, START, Condition, bracket, push_robot, stance
+from khr_experiments.push_recovery import GYROS, START, PushCondition, bracket, push_robot, stance
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.run_parameters import RunParameters
@@ -39,7 +39,7 @@ def cell(push, who, column):
 
 @pytest.mark.parametrize('direction', ['behind', 'front'])
 def test_the_document_s_forces_are_survived_and_fatal(direction):
-    condition = Condition(duration=0.1, direction=direction)
+    condition = PushCondition(duration=0.1, direction=direction)
     who = f'robot, from {"the front" if direction == "front" else "behind"}'
     survived, fatal = cell('0.1 s', who, 'K_A = 0')
     assert survived < fatal <= survived * 1.02
@@ -56,7 +56,7 @@ def test_the_document_s_forces_are_survived_and_fatal(direction):
 
 @pytest.mark.parametrize('direction', ['behind', 'front'])
 def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
-    condition = Condition(duration=0.1, direction=direction)
+    condition = PushCondition(duration=0.1, direction=direction)
     motion = push_robot(condition, 5.0)
     before = motion.time <= 0.0
     assert before.sum() == round(START / 0.015) + 1
@@ -70,14 +70,14 @@ def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
 
 
 def test_without_a_push_it_stands_still_under_the_largest_gain_and_the_fastest_gyro(brief):
-    motion = push_robot(Condition(gain=18.0, duration=1.0, gyro='circuit'), 0.0)
+    motion = push_robot(PushCondition(gain=18.0, duration=1.0, gyro='circuit'), 0.0)
     assert not motion.fell
     assert np.ptp(motion.x_com) < 0.001
 
 
 def test_the_gyro_of_a_condition_is_in_its_loop(brief):
-    runs = [push_robot(Condition(gain=18.0, gyro=gyro), 6.0).x_com for gyro in GYROS]
-    runs.append(push_robot(Condition(gain=0.0), 6.0).x_com)
+    runs = [push_robot(PushCondition(gain=18.0, gyro=gyro), 6.0).x_com for gyro in GYROS]
+    runs.append(push_robot(PushCondition(gain=0.0), 6.0).x_com)
     for one, other in ((0, 1), (0, 2), (1, 2)):
         assert np.max(np.abs(runs[one] - runs[other])) > 1e-4
 
@@ -127,7 +127,7 @@ def test_the_legs_give_as_their_springs_do(brief):
     # push, and some more: gravity's moment is the same at every joint, whatever its lever.
     force = 1.0
     smooth = (('simulator', 'servo_friction'), 0.0)
-    motion = push_robot(Condition(duration=1.5, changes=(smooth,)), force)
+    motion = push_robot(PushCondition(duration=1.5, changes=(smooth,)), force)
     leant = motion.x_com[(motion.time > 1.0) & (motion.time < 1.5)].mean() - motion.x_com[0]
     stiffness = servo.proportional - own.pendulum.gravity_moment
     assert 1.0 < leant / (force * own.pendulum.length**2 / stiffness) < 1.3
@@ -152,7 +152,7 @@ def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
     path = push_table.write(rows, tmp_path / 'new')[0]
     with path.open(encoding='utf-8') as file:
         read = list(csv.DictReader(file))
-    assert len(read) == 30 and set(read[0]) == {field.name for field in fields(push_table.Row)}
+    assert len(read) == 30 and set(read[0]) == {field.name for field in fields(push_table.PushRow)}
     with pytest.raises(ExperimentError, match=r'^--out: .*accepted: '):
         push_table.make_folder(path)
 
@@ -170,7 +170,7 @@ def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
 )
 def test_a_condition_out_of_range_is_refused_by_name(name, value):
     with pytest.raises(KhrError) as refusal:
-        Condition(**{name: value})
+        PushCondition(**{name: value})
     text = str(refusal.value)
     assert name in text and str(value) in text and 'accepted: ' in text and '\n' not in text
 
@@ -178,7 +178,7 @@ def test_a_condition_out_of_range_is_refused_by_name(name, value):
 @pytest.mark.parametrize('force', [-1.0, float('nan'), float('inf')])
 def test_a_force_out_of_range_is_refused(force):
     with pytest.raises(ExperimentError, match=r'^force: .*accepted: '):
-        push_robot(Condition(), force)
+        push_robot(PushCondition(), force)
 
 
 @pytest.mark.parametrize(

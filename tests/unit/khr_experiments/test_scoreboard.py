@@ -10,16 +10,8 @@ from khr_common import check
 from khr_experiments import scoreboard
 from khr_experiments.critical import Condition, Limit
 from khr_experiments.errors import ExperimentError
+from khr_experiments.published import LIMITS, STAGE_1, STAGE_2, STAGE_3, TRENDS, WALKS, walking
 from khr_experiments.scoreboard_compare import grows, limit_rows, order_rows, theory_row, walk_row
-from khr_experiments.scoreboard_rows import (
-    LIMITS,
-    STAGE_1,
-    STAGE_2,
-    STAGE_3,
-    TRENDS,
-    WALKS,
-    walking,
-)
 from khr_experiments.scoreboard_runs import lift, slip_mm, vibration, walk
 from tests.fakes.benches import Thesis, limits_of_thesis, walked
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from khr_analysis.models.pendulum import Pendulum
+from khr_experiments.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_experiments.push_recovery import stance
-from khr_experiments.scoreboard_rows import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_report.figures import FIGURES
 from khr_report.figures.table import write_table
 from khr_report.plot_style import styled

@@ -14,7 +14,7 @@ from khr_experiments.errors import ExperimentError
 from khr_experiments.progress import Bar
 from khr_experiments.sweeps.folder import Folder, read_table
 from khr_experiments.sweeps.reading import load
-from khr_experiments.sweeps.specification import Specification
+from khr_experiments.sweeps.specification import Sweep
 
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 
@@ -80,7 +80,7 @@ def tell_lost(runs: int) -> None:
 
 
 def _run(
-    specification: Specification, folder: Folder, total: int, workers: int, scheduler: str | None
+    specification: Sweep, folder: Folder, total: int, workers: int, scheduler: str | None
 ) -> tuple[int, bool]:
     """Compute what the folder lacks; return how many runs were lost, and whether it was cut."""
     from khr_experiments.sweeps.cluster import connected
@@ -106,7 +106,7 @@ def _run(
     return lost, False
 
 
-def _summarise(specification: Specification, folder: Folder, total: int) -> None:
+def _summarise(specification: Sweep, folder: Folder, total: int) -> None:
     path = folder.export()
     rows = read_table(path)
     verdicts = Counter(rows.column('verdict').to_pylist())

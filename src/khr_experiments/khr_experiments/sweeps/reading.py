@@ -21,7 +21,7 @@ from khr_experiments.sweeps.axes import (
     random_axis,
     refuse,
 )
-from khr_experiments.sweeps.specification import Cases, Specification, keyed, seeds_of
+from khr_experiments.sweeps.specification import Cases, Sweep, keyed, seeds_of
 
 KEYS = ('scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep')
 FAST = 'fast'
@@ -30,7 +30,7 @@ INITIAL_ERROR = 'simulator.initial_tilt_deg'
 LARGEST_SWEEP = 1_000_000
 
 
-def load(path: Path, fast: bool = False) -> Specification:
+def load(path: Path, fast: bool = False) -> Sweep:
     """Read a sweep from a file.
 
     Args:
@@ -49,7 +49,7 @@ def load(path: Path, fast: bool = False) -> Specification:
     return parse(read_file(path), str(path), fast)
 
 
-def parse(text: str, file: str, fast: bool = False) -> Specification:
+def parse(text: str, file: str, fast: bool = False) -> Sweep:
     """Read a sweep from text; ``file`` is what error texts call it.
 
     Both forms are checked, whichever is asked for.
@@ -75,7 +75,7 @@ def parse(text: str, file: str, fast: bool = False) -> Specification:
     return coarse if fast else whole
 
 
-def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Specification:
+def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Sweep:
     found = _scenarios(where, given)
     cases = _cases(where, given.get('cases', {}), 'cases' in given)
     axes = _axes(where, given)
@@ -87,7 +87,7 @@ def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Specificat
         raise ExperimentError(
             f'{where}: nothing varies; accepted: grid, random, cases, or a list of scenarios'
         )
-    sweep = Specification(
+    sweep = Sweep(
         where,
         name,
         scenarios.title_of(text),
@@ -207,7 +207,7 @@ def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str,
             raise ExperimentError(f'{where}: {both[0]}: both {words}; accepted: one of them')
 
 
-def _check_starts(where: str, sweep: Specification, fixed: dict[str, Any]) -> None:
+def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
     """Refuse cases whose values do not go together, and what does not go with seeds."""
     of_cases = {name for values in sweep.cases.values() for name in values}
     taken = [name for name in seeds_of(sweep.seeds) if name in {*sweep.axes, *fixed, *of_cases}]

@@ -11,7 +11,7 @@ from distributed import Client
 from khr_bringup.code_version import code_version
 from khr_experiments.sweeps.cluster import compute
 from khr_experiments.sweeps.folder import Folder
-from khr_experiments.sweeps.specification import Specification
+from khr_experiments.sweeps.specification import Sweep
 from khr_experiments.sweeps.trial import Row, Trial, run_trial
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 def run_missing(
-    client: Client, sweeps: Sequence[tuple[Specification, Folder]]
+    client: Client, sweeps: Sequence[tuple[Sweep, Folder]]
 ) -> Iterator[list[Row | None]]:
     """Compute what the folders of several sweeps lack; yield batches of rows that are kept.
 
@@ -62,7 +62,7 @@ class _Wanted(NamedTuple):
 
 
 def _lacking(
-    sweeps: Sequence[tuple[Specification, Folder]], version: str
+    sweeps: Sequence[tuple[Sweep, Folder]], version: str
 ) -> Iterator[tuple[Trial, Folder]]:
     for specification, folder in sweeps:
         finished = folder.finished()

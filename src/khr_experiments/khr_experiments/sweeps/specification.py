@@ -21,7 +21,7 @@ Cases = dict[str, dict[str, Any]]  # values by label and node.parameter
 
 
 @dataclass(frozen=True)
-class Specification:
+class Sweep:
     """A sweep: every combination of the axes, or random draws from them, each with every seed.
 
     Attributes:
@@ -74,7 +74,7 @@ class Specification:
         """
         _, axes = self._split()
         starts = [
-            (labels, _Start(self.file, scenario, axes)) for labels, scenario in self.starts()
+            (labels, _Variant(self.file, scenario, axes)) for labels, scenario in self.starts()
         ]
         seen: set[str] = set()
         for seed in [None] if self.seeds is None else range(self.seeds):
@@ -119,7 +119,7 @@ class Specification:
                 yield {name: axis.draw(generator) for name, axis in axes.items()}
 
 
-class _Start:
+class _Variant:
     """What the runs of one scenario and case have in common, for very many of them."""
 
     def __init__(self, file: str, scenario: Scenario, axes: dict[str, Axis]) -> None:
@@ -161,7 +161,7 @@ class _Start:
 
 
 def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int | None) -> Scenario:
-    """Return the scenario of one run of a sweep whose :meth:`Specification.record` is given."""
+    """Return the scenario of one run of a sweep whose :meth:`Sweep.record` is given."""
     stored = {name: Scenario(name, values) for name, values in record['scenario'].items()}
     parameters = {name: value for name, value in point.items() if name not in LABELS}
     return _start(stored, record['cases'], point).changed(keyed(parameters | seeds_of(seed)))

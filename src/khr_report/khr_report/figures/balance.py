@@ -15,7 +15,7 @@ from khr_analysis.models.friction import sliding_inclination
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN, STALL_TORQUE
 from khr_experiments.experiments import Runs
-from khr_experiments.scoreboard_rows import STAGE_2, STAGE_3
+from khr_experiments.published import STAGE_2, STAGE_3
 from khr_report.figures import standing
 from khr_report.figures.records import (
     LOOKS,

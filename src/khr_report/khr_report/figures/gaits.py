@@ -14,7 +14,7 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
-from khr_experiments.scoreboard_rows import walking
+from khr_experiments.published import walking
 from khr_experiments.scoreboard_runs import CYCLE
 from khr_report.figures.records import (
     LOOKS,

@@ -12,7 +12,7 @@ from matplotlib.lines import Line2D
 from khr_analysis.models.push import DIRECTIONS, simulate_push
 from khr_analysis.models.tipping import Push
 from khr_experiments.push_model import model_gyro, model_loop, model_push
-from khr_experiments.push_recovery import GYROS, Condition, largest_push, push_robot, stance
+from khr_experiments.push_recovery import GYROS, PushCondition, largest_push, push_robot, stance
 from khr_experiments.push_table import DURATIONS, GAINS
 from khr_report.figures.records import LOOKS
 from khr_report.plot_style import head, panels
@@ -46,12 +46,16 @@ def side_by_side(
     for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
         for index, duration in enumerate(durations):
             _impulses(
-                axis, Condition(duration=duration, direction=direction), gyros, gains, f'C{index}'
+                axis,
+                PushCondition(duration=duration, direction=direction),
+                gyros,
+                gains,
+                f'C{index}',
             )
         axis.set(
             xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)', ylim=(0.0, 2.1)
         )
-    largest = largest_push(Condition(duration=PUSHED)).middle
+    largest = largest_push(PushCondition(duration=PUSHED)).middle
     for share, axis in zip((SURVIVED, FATAL), axes[2:], strict=True):
         _motions(axis, share * largest)
     axes[2].legend(loc='upper left', fontsize=7)
@@ -84,10 +88,10 @@ def for_one_duration() -> Figure:
 
 def with_and_without_control() -> Figure:
     """Draw x_COM over time with and without control, of the robot beside the model of its body."""
-    force = FATAL * model_push(Condition(duration=PUSHED), 'physical', 'robot')
+    force = FATAL * model_push(PushCondition(duration=PUSHED), 'physical', 'robot')
     figure, (robot, model) = panels('simulated robot', 'model of its body, physical')
     for gain, (color, line) in zip((0.0, *CONTROLLED), LOOKS, strict=False):
-        condition = Condition(gain, PUSHED, gyro='circuit')
+        condition = PushCondition(gain, PUSHED, gyro='circuit')
         motion = push_robot(condition, force)
         shown = (motion.time >= 0.0) & (motion.time <= SHOWN)
         recovery = simulate_push(
@@ -113,7 +117,7 @@ def with_and_without_control() -> Figure:
 
 
 def _impulses(
-    axis: Axes, base: Condition, gyros: Sequence[str], gains: Sequence[float], color: str
+    axis: Axes, base: PushCondition, gyros: Sequence[str], gains: Sequence[float], color: str
 ) -> None:
     duration = base.duration
     for gyro in gyros:
@@ -140,8 +144,8 @@ def _impulses(
 
 def _motions(axis: Axes, force: float) -> None:
     conditions = [
-        Condition(0.0, PUSHED, gyro='packaged'),
-        *(Condition(18.0, PUSHED, gyro=gyro) for gyro in GYROS),
+        PushCondition(0.0, PUSHED, gyro='packaged'),
+        *(PushCondition(18.0, PUSHED, gyro=gyro) for gyro in GYROS),
     ]
     colors = {condition: f'C{index}' for index, condition in enumerate(conditions)}
     for condition in conditions:
@@ -171,7 +175,7 @@ def _motions(axis: Axes, force: float) -> None:
     _show_band(axis)
 
 
-def _control(condition: Condition) -> str:
+def _control(condition: PushCondition) -> str:
     return f'K_A = {condition.gain:g}' + (f', {condition.gyro}' if condition.gain else '')
 
 

@@ -15,7 +15,7 @@ from khr_analysis.models.servo_loop import gain_of_board
 from khr_analysis.models.tipping import Push, PushLoop, tipping_force
 from khr_bringup.run_signals import run_with_series
 from khr_experiments.push_model import model_loop
-from khr_experiments.push_recovery import START, Condition, push_robot, stance
+from khr_experiments.push_recovery import START, PushCondition, push_robot, stance
 from khr_report.figures.records import FALLEN, main_lines
 from khr_report.plot_style import TITLES, head, panels
 from khr_sim.gyro_circuit.baseband import Baseband
@@ -37,7 +37,7 @@ def circuit() -> Gyro:
 
 def rising_force() -> Figure:
     """Draw the pitch rate over time for rising forces, without control, of models and robot."""
-    condition = Condition(duration=LASTING)
+    condition = PushCondition(duration=LASTING)
     thesis, robot = LOOP.pendulum, stance().tipping('behind')[0]
     figure, axes = panels(
         f"thesis's model, {TITLES['published']}",
@@ -114,7 +114,7 @@ def both_directions() -> Figure:
     half_foot = 1e3 * stance().pendulum.half_foot
     for force in ROBOT_FORCES:
         for side, name in zip((1.0, -1.0), DIRECTIONS, strict=True):
-            motion = push_robot(Condition(CONTROL, 0.1, name, 'circuit'), force)
+            motion = push_robot(PushCondition(CONTROL, 0.1, name, 'circuit'), force)
             ahead = side * (1e3 * motion.x_com + half_foot)
             lost = motion.time[np.abs(ahead) > BEYOND * half_foot]
             shown = (motion.time >= 0.0) & (motion.time < min([2.0, *lost[:1]]))

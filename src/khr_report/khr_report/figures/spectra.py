@@ -19,7 +19,7 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
-from khr_experiments.scoreboard_rows import COMMON_DEG, LINE_HZ, WALKS, walking
+from khr_experiments.published import COMMON_DEG, LINE_HZ, WALKS, walking
 from khr_report.figures.gaits import Walk, cycle_of, gait_3, name_of, walks_of
 from khr_report.figures.records import (
     LOOKS,

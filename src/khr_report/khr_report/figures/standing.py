@@ -22,8 +22,8 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
+from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_experiments.push_recovery import stance
-from khr_experiments.scoreboard_rows import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_report.figures.records import (
     LOOKS,
     condition,
@@ -49,7 +49,7 @@ DIFFERENCE = 'Δ = F_T − F_H (N)'
 
 
 @dataclass(frozen=True)
-class Lift:
+class LiftTimes:
     """Where and when a leg lift happens: the support foot, and times in s."""
 
     support: str
@@ -61,13 +61,13 @@ class Lift:
     end: float
 
 
-def lift_of(run: Run) -> Lift:
+def lift_of(run: Run) -> LiftTimes:
     """Return when the parts of a run's leg lift begin."""
     gait = run.scenario.table(GaitParameters)
     times = gait.start_delay + np.cumsum(
         [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
     )
-    return Lift('left' if gait.first_foot == 'right' else 'right', *times.tolist())
+    return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
 
 
 def support_forces(run: Run) -> tuple[Array, Array, Array]:
@@ -310,7 +310,7 @@ def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
     )
 
 
-def _mark_parts(axis: Axes, lift: Lift) -> None:
+def _mark_parts(axis: Axes, lift: LiftTimes) -> None:
     """Shade the time on one leg and name the parts of the motion."""
     axis.axvspan(lift.lifted - lift.start, lift.down - lift.start, color='0.95', zorder=0)
     for begin, end, name in (

@@ -15,7 +15,7 @@ from khr_analysis.models.servo_loop import Tone, gain_of_board
 from khr_analysis.models.stiffness import sweep_stiffness
 from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, identified_servo
 from khr_experiments.experiments import Runs
-from khr_experiments.scoreboard_rows import WALKS
+from khr_experiments.published import WALKS
 from khr_report.figures import spectra
 from khr_report.figures.gaits import walks_of
 from khr_report.figures.records import main_lines

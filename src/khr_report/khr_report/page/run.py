@@ -33,7 +33,7 @@ from khr_report.run_overview import (
 )
 
 if TYPE_CHECKING:
-    from khr_report.report import Found
+    from khr_report.report import RunContents
 
 OUTCOME = {
     'verdict': 'outcome',
@@ -52,7 +52,7 @@ LETTERS = ('A', 'B')
 RESOLUTION = 150  # dots per inch
 
 
-def write_run(path: Path, found: Sequence[Found], warnings: Sequence[str]) -> Path:
+def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str]) -> Path:
     """Write the page of one run, or of two compared; return its path.
 
     Raises:
@@ -74,11 +74,11 @@ def write_run(path: Path, found: Sequence[Found], warnings: Sequence[str]) -> Pa
     return write_page(path, f'Run {title}', lead, sections)
 
 
-def _heads(found: Sequence[Found]) -> tuple[str, ...]:
+def _heads(found: Sequence[RunContents]) -> tuple[str, ...]:
     return LETTERS if len(found) == 2 else ('this run',)
 
 
-def _outcome(found: Sequence[Found]) -> Markup:
+def _outcome(found: Sequence[RunContents]) -> Markup:
     rows = [
         [text, *(str(run.outcome.get(name) or '') for run in found)]
         for name, text in OUTCOME.items()
@@ -102,7 +102,7 @@ def _step(before: str, after: str) -> str:
         return 'same' if before == after else 'differs'
 
 
-def _signals(found: Sequence[Found]) -> Markup:
+def _signals(found: Sequence[RunContents]) -> Markup:
     runs = {
         name: run.series
         for name, run in zip(_heads(found), found, strict=True)
@@ -128,7 +128,7 @@ def _signals(found: Sequence[Found]) -> Markup:
     return body
 
 
-def _spectrum(found: Sequence[Found]) -> Markup:
+def _spectrum(found: Sequence[RunContents]) -> Markup:
     runs = [
         (name, run, run.series)
         for name, run in zip(_heads(found), found, strict=True)
@@ -157,7 +157,7 @@ def _spectrum(found: Sequence[Found]) -> Markup:
     return body
 
 
-def _parameters(found: Sequence[Found]) -> Markup:
+def _parameters(found: Sequence[RunContents]) -> Markup:
     known = [
         (name, run, complete(run.scenario))
         for name, run in zip(_heads(found), found, strict=True)
@@ -207,7 +207,7 @@ def _parameters(found: Sequence[Found]) -> Markup:
     return body
 
 
-def _making(found: Sequence[Found]) -> Markup:
+def _making(found: Sequence[RunContents]) -> Markup:
     versions = [
         ('khr code', *(run.version or 'not recorded' for run in found), code_version()),
         *(

@@ -20,7 +20,7 @@ STAGE_3 = Condition('leg_lift', 12.0, 13.0)
 
 
 @dataclass(frozen=True)
-class LimitRow:
+class PublishedLimit:
     """A critical inclination; ``fitted`` if the calibration saw it."""
 
     where: str
@@ -30,7 +30,7 @@ class LimitRow:
 
 
 @dataclass(frozen=True)
-class WalkRow:
+class PublishedWalk:
     """A walk of chapter 5.
 
     Attributes:
@@ -52,7 +52,7 @@ class WalkRow:
 
 
 @dataclass(frozen=True)
-class TrendRow:
+class PublishedTrend:
     """A comparison of walks on the same ground: a figure that grows along the conditions."""
 
     what: str
@@ -74,13 +74,13 @@ def line(frequency: float) -> tuple[float, float]:
 F_0, F_A0 = line(1.73), line(2.58)
 
 LIMITS = (
-    LimitRow('3', STAGE_1, 6.4, fitted=True),
-    LimitRow('3', STAGE_2, 7.6, fitted=True),
-    LimitRow('3', STAGE_3, 9.6),
-    LimitRow('5', walking(), 5.55, fitted=True),
-    LimitRow('5', walking(12.0), 8.88),
-    LimitRow('5', walking(18.0), 9.7),
-    LimitRow('5', walking(12.0, 13.0), 10.2),
+    PublishedLimit('3', STAGE_1, 6.4, fitted=True),
+    PublishedLimit('3', STAGE_2, 7.6, fitted=True),
+    PublishedLimit('3', STAGE_3, 9.6),
+    PublishedLimit('5', walking(), 5.55, fitted=True),
+    PublishedLimit('5', walking(12.0), 8.88),
+    PublishedLimit('5', walking(18.0), 9.7),
+    PublishedLimit('5', walking(12.0, 13.0), 10.2),
 )
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
@@ -88,57 +88,63 @@ ORDERS = (
 )
 
 WALKS = (
-    WalkRow(0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,)),
-    WalkRow(5.55, walking(), 'walks, the steepest without control', lines=(F_0,), fitted=True),
-    WalkRow(6.99, walking(), 'falls at the start (beyond 5.55 deg)', survives=False),
-    WalkRow(
+    PublishedWalk(0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,)),
+    PublishedWalk(
+        5.55, walking(), 'walks, the steepest without control', lines=(F_0,), fitted=True
+    ),
+    PublishedWalk(6.99, walking(), 'falls at the start (beyond 5.55 deg)', survives=False),
+    PublishedWalk(
         6.99, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz', lines=(F_0, F_A0)
     ),
-    WalkRow(
+    PublishedWalk(
         7.68,
         walking(12.0),
         'walks; 1.73 Hz, and an extra peak at 2.58 Hz',
         lines=(F_0, F_A0),
         fitted=True,
     ),
-    WalkRow(8.88, walking(12.0), 'walks but begins to slip', slips=True),
-    WalkRow(8.88, walking(18.0), 'walks; the extra peak moves to 4.74 Hz', lines=(line(4.74),)),
-    WalkRow(9.7, walking(18.0), 'slips again', slips=True),
-    WalkRow(9.7, walking(12.0, 12.0), 'slips', slips=True),
-    WalkRow(9.7, walking(12.0, 13.0), 'walks, the compromise'),
-    WalkRow(9.7, walking(12.0, 14.0), 'vibrates, 8.40 Hz', lines=(line(8.40),)),
-    WalkRow(
+    PublishedWalk(8.88, walking(12.0), 'walks but begins to slip', slips=True),
+    PublishedWalk(
+        8.88, walking(18.0), 'walks; the extra peak moves to 4.74 Hz', lines=(line(4.74),)
+    ),
+    PublishedWalk(9.7, walking(18.0), 'slips again', slips=True),
+    PublishedWalk(9.7, walking(12.0, 12.0), 'slips', slips=True),
+    PublishedWalk(9.7, walking(12.0, 13.0), 'walks, the compromise'),
+    PublishedWalk(9.7, walking(12.0, 14.0), 'vibrates, 8.40 Hz', lines=(line(8.40),)),
+    PublishedWalk(
         10.2,
         walking(12.0, 13.0),
         'walks; slips; peaks between 7.5 and 10 Hz',
         slips=True,
         lines=((7.5, 10.0),),
     ),
-    WalkRow(10.7, walking(12.0, 13.0), 'unstable (beyond 10.2 deg)', survives=False),
-    WalkRow(8.88, walking(12.0, 0.0, 'rubber'), 'not published', survives=None),
-    WalkRow(9.7, walking(12.0, 12.0, 'rubber'), 'not published', survives=None),
+    PublishedWalk(10.7, walking(12.0, 13.0), 'unstable (beyond 10.2 deg)', survives=False),
+    PublishedWalk(8.88, walking(12.0, 0.0, 'rubber'), 'not published', survives=None),
+    PublishedWalk(9.7, walking(12.0, 12.0, 'rubber'), 'not published', survives=None),
 )
 TRENDS = (
-    TrendRow('slips less with K_A 18 than with 12', 'slip', 8.88, (walking(18.0), walking(12.0))),
-    TrendRow(
+    PublishedTrend(
+        'slips less with K_A 18 than with 12', 'slip', 8.88, (walking(18.0), walking(12.0))
+    ),
+    PublishedTrend(
         'vibration grows with K_A: 12, 15, 18',
         'vibration',
         8.88,
         (walking(12.0), walking(15.0), walking(18.0)),
     ),
-    TrendRow(
+    PublishedTrend(
         'the extra peak rises with K_A: 12, 18', 'line', 8.88, (walking(12.0), walking(18.0))
     ),
-    TrendRow(
+    PublishedTrend(
         'beyond K_A 18 vibration wins: 18, 24', 'vibration', 9.7, (walking(18.0), walking(24.0))
     ),
-    TrendRow(
+    PublishedTrend(
         'vibration grows with K_H: 12, 13, 14',
         'vibration',
         9.7,
         (walking(12.0, 12.0), walking(12.0, 13.0), walking(12.0, 14.0)),
     ),
-    TrendRow(
+    PublishedTrend(
         'slips less with K_H 14 than with 12',
         'slip',
         9.7,
