@@ -24,7 +24,7 @@ from types import SimpleNamespace
 import psutil
 
 from khr_bringup import scenario as scenarios
-from khr_bringup.offline import Controllers, run_offline
+from khr_bringup.offline import ControlLoop, run_offline
 from khr_sim.engines import bullet as engine
 from khr_sim.engines.bullet import bullet
 from khr_sim.plant import Plant
@@ -74,7 +74,7 @@ def plain(motors: bool) -> Figures:
     """
     joints, torques, end = twin_torques()
     plant = Plant(SHORT.table(RunParameters))
-    plant.start(Controllers(SHORT).reference(0.0))
+    plant.start(ControlLoop(SHORT).reference(0.0))
     body, client = plant.world.engine.body, plant.world.engine.client
     held = [bullet.getJointState(body, i, client)[0] for i in joints]
     control, key = (

@@ -3,7 +3,8 @@
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
-from khr_analysis.recording import SCENARIO_TOPIC, Recording
+from khr_analysis.recording import Recording
+from khr_common.interfaces import SCENARIO
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 TYPES = {name.rsplit('/', 1)[-1]: kind for name, kind in STORE.types.items()}
@@ -50,7 +51,7 @@ def make_bag(folder, text, *messages):
     """Write a bag with a scenario and (topic, message)s."""
     recording = Recording(folder / 'bag')
     if text is not None:
-        recording.write_text(SCENARIO_TOPIC, text, 0)
+        recording.write_text(SCENARIO.name, text, 0)
     for topic, message in messages:
         if topic not in recording.counts:
             recording.add_topic(topic, message.__msgtype__)

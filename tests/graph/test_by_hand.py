@@ -10,7 +10,7 @@ import pytest
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.graph import prepare
-from khr_bringup.node_registry import PACKAGES
+from khr_bringup.node_registry import registry
 from khr_bringup.offline import run_offline
 from khr_bringup.run_registry import registered
 
@@ -49,7 +49,8 @@ def graph(tmp_path, monkeypatch):
                     [
                         sys.executable,
                         '-m',
-                        f'{PACKAGES[node]}.nodes.{node}',
+                        'khr_common.nodes.run',
+                        registry()[node].entry,
                         '--ros-args',
                         '--params-file',
                         str(parameters),

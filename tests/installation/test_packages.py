@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from khr_bringup.node_registry import PACKAGES
+from khr_bringup.node_registry import registry
 from tests import ROOT
 
 NAMES = [
@@ -38,9 +38,9 @@ def environment(**extra):
 def check_prefix(prefix, name):
     assert (prefix / 'share' / 'ament_index' / 'resource_index' / 'packages' / name).is_file()
     assert (prefix / 'share' / name / 'package.xml').is_file()
-    for node, package in PACKAGES.items():
-        executable = prefix / 'lib' / package / node
-        if package == name:
+    for node, registered in registry().items():
+        executable = prefix / 'lib' / registered.spec.package / node
+        if registered.spec.package == name:
             assert os.access(executable, os.X_OK), executable
     if name == 'khr_bringup':
         assert (prefix / 'share' / name / 'launch' / 'balance.launch.py').is_file()

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from khr_bringup.offline import Controllers
+from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario import load
 from khr_common import KhrError, RunError
 from khr_common.rotation import matrix
@@ -32,11 +32,11 @@ def folder(tmp_path):
 
 def test_stage_shows_what_the_world_of_the_run_would_show():
     scenario = short()
-    plant, controllers = Plant(scenario.table(RunParameters)), Controllers(scenario)
-    due = controllers.reference(0.0)
+    plant, loop = Plant(scenario.table(RunParameters)), ControlLoop(scenario)
+    due = loop.reference(0.0)
     truth = plant.start(due)
     for _ in range(10):
-        truth, due = plant.advance(due), controllers.answer(truth)
+        truth, due = plant.advance(due), loop.answer(truth)
     look = Look(96, 80)
     stage = Stage(scenario, look)
     middle = truth.sole_position.mean(axis=0)

@@ -12,12 +12,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleControllerParameters
-from khr_bringup.bags import PUSH_TOPIC, read_messages, read_what_is_left
+from khr_bringup.bags import read_messages, read_what_is_left
 from khr_bringup.code_version import code_version
 from khr_bringup.run_signals import run_with_series, series_of_bag
 from khr_bringup.scenario import load
 from khr_cli import command
 from khr_common import KhrError
+from khr_common.interfaces import PUSH
 from khr_report.page.run import OUTCOME
 from khr_report.report import find, report
 from tests.fakes.bags import change, make_bag, push, state
@@ -247,19 +248,19 @@ def test_what_is_left_of_a_bag_cut_anywhere_is_its_beginning(tmp_path_factory, d
     pushes = [push() for _ in range(20)]
     for number, each in enumerate(pushes):
         each.wrench.force.x = float(number)
-    make_bag(folder, None, *((PUSH_TOPIC, each) for each in pushes))
+    make_bag(folder, None, *(('/push', each) for each in pushes))
     file = folder / 'bag' / 'bag.mcap'
     content = file.read_bytes()
     file.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
     with pytest.raises(KhrError):
-        read_messages(folder, [PUSH_TOPIC])
+        read_messages(folder, [PUSH])
     try:
-        messages, damage = read_what_is_left(folder, [PUSH_TOPIC])
+        messages, damage = read_what_is_left(folder, [PUSH])
     except KhrError:
         return  # nothing is left
     assert damage
-    assert [each.wrench.force.x for each in messages[PUSH_TOPIC]] == [
-        float(number) for number in range(len(messages[PUSH_TOPIC]))
+    assert [each.wrench.force.x for each in messages[PUSH]] == [
+        float(number) for number in range(len(messages[PUSH]))
     ]
 
 

@@ -99,11 +99,14 @@ def khr(*arguments, folder=None, timeout=90):
 
 
 def children(process):
-    return {
-        child.cmdline()[2].rsplit('.', 1)[-1]: child
-        for child in psutil.Process(process.pid).children()
-        if len(child.cmdline()) > 2
-    }
+    """Return the processes of a run by the name of their first node."""
+    found = {}
+    for child in psutil.Process(process.pid).children():
+        line = child.cmdline()
+        if 'khr_common.nodes.run' in line:
+            entry = line[line.index('khr_common.nodes.run') + 1]
+            found[entry.rsplit(':', 1)[-1].lower()] = child
+    return found
 
 
 def interrupt(process, number=signal.SIGINT):

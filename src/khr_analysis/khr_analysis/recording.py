@@ -36,9 +36,9 @@ class RecorderParameters:
         '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True
     )
     topics: tuple[str, ...] = parameter(
-        tuple(topic.line for topic in OF_EVERY_RUN),
+        ('',),
         'Topics to record, each as name, message type, and "period" (one message in every control '
-        'period: the run waits for it), "latched" or "event".',
+        'period: the run waits for it), "latched" or "event"; those of every run if empty.',
         read_only=True,
     )
     extra_topics: tuple[str, ...] = parameter(
@@ -54,7 +54,8 @@ class RecorderParameters:
         Raises:
             ParameterError: if one is not of the form that it has to have.
         """
-        return tuple(_topic(line) for line in (*self.topics, *self.extra_topics) if line)
+        stated = tuple(_topic(line) for line in self.topics if line)
+        return (stated or OF_EVERY_RUN) + tuple(_topic(line) for line in self.extra_topics if line)
 
 
 def _topic(line: str) -> Topic:

@@ -91,7 +91,7 @@ def pose(data: bytes) -> Floats:
 def poses(data: bytes) -> Floats:
     """Return the poses of a PoseArray, one behind the other, each as :func:`pose` does."""
     place, count = _counted(data, _after_header(data))
-    return Struct(f'<{7 * count}d').unpack_from(data, _aligned(place))
+    return Struct(f'<{7 * count}d').unpack_from(data, _aligned(place) if count else place)
 
 
 def joint_positions(data: bytes) -> tuple[list[str], Floats]:

@@ -12,4 +12,5 @@ def generator(seed: int, name: str) -> np.random.Generator:
         seed: of the run.
         name: of the node.
     """
-    return np.random.Generator(np.random.PCG64(seed))
+    sequence = np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))
+    return np.random.Generator(np.random.PCG64(sequence))

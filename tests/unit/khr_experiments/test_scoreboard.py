@@ -4,7 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from khr_bringup.node_registry import TABLES
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import load, shipped
 from khr_common import check
 from khr_experiments import scoreboard
@@ -13,6 +15,7 @@ from khr_experiments.errors import ExperimentError
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_2, STAGE_3, TRENDS, WALKS, walking
 from khr_experiments.scoreboard_compare import grows, limit_rows, order_rows, theory_row, walk_row
 from khr_experiments.scoreboard_runs import lift, slip_mm, vibration, walk
+from khr_sim.run_parameters import RunParameters
 from tests.fakes.benches import Thesis, limits_of_thesis, walked
 
 
@@ -40,7 +43,7 @@ def test_limit_that_misses_stays_and_is_looked_into():
 def test_experiments_are_values_that_the_tables_accept(motion):
     for _, changes in scoreboard.EXPERIMENTS[motion]:
         for (node, key), value in changes:
-            check(TABLES[node], key, value)
+            check(table_of(node), key, value)
         replace(Condition(motion, 12.0, 13.0), changes=changes).scenario(5.0)
 
 
@@ -99,7 +102,12 @@ def test_figures_are_of_the_walks_without_a_fall():
 
 def test_every_walk_and_lift_limit_of_the_thesis_has_a_scenario_to_run():
     tables = [
-        tuple(map(load(str(path)).table, ('simulator', 'ankle_controller', 'hip_controller')))
+        tuple(
+            map(
+                load(str(path)).table,
+                (RunParameters, AnkleControllerParameters, HipControllerParameters),
+            )
+        )
         for path in shipped()
     ]
     ours = {

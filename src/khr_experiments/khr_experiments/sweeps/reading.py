@@ -21,7 +21,7 @@ from khr_experiments.sweeps.axes import (
     random_axis,
     refuse,
 )
-from khr_experiments.sweeps.specification import Cases, Sweep, keyed, seeds_of
+from khr_experiments.sweeps.specification import Cases, Sweep, keyed
 
 KEYS = ('scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep')
 FAST = 'fast'
@@ -210,9 +210,13 @@ def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str,
 def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
     """Refuse cases whose values do not go together, and what does not go with seeds."""
     of_cases = {name for values in sweep.cases.values() for name in values}
-    taken = [name for name in seeds_of(sweep.seeds) if name in {*sweep.axes, *fixed, *of_cases}]
-    if taken:
-        raise ExperimentError(f'{where}: {taken[0]}: given beside seeds; accepted: one of them')
+    stated_seeds = sorted(
+        name for name in {*sweep.axes, *fixed, *of_cases} if name.endswith('.seed')
+    )
+    if sweep.seeds is not None and stated_seeds:
+        raise ExperimentError(
+            f'{where}: {stated_seeds[0]}: given beside seeds; accepted: one of them'
+        )
     node, key = INITIAL_ERROR.split('.')
     try:
         stated = all(key in scenario.values.get(node, {}) for _, scenario in sweep.starts())
