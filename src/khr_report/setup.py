@@ -24,7 +24,6 @@ setup(
         'distributed',
         'imageio-ffmpeg',
         'Jinja2',
-        'markdown-it-py',
         'matplotlib',
         'numpy',
         'PyYAML',

@@ -179,9 +179,9 @@ def lines(
     ] = None,
 ) -> None:
     """Tell which peaks of a walk's spectrum the gait, the feedback and slipping make."""
-    from khr_report.peak_origin_report import tell
+    from khr_report.peak_origin_page import peak_origin
 
-    print(tell(scenario, fast, workers, out))
+    print(peak_origin(scenario, fast, workers, out))
 
 
 @app.command()
@@ -276,7 +276,7 @@ def scoreboard(
     ] = True,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
-    from khr_experiments.scoreboard import write
+    from khr_report.scoreboard_page import write
 
     print(f'{out}: {write(out, seeds, tolerance, jobs, explain)}')
 
@@ -342,7 +342,7 @@ def draw_stability_map(
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
-    from khr_experiments.stability_map import draw_map
+    from khr_report.stability_figure import draw_map
 
     for path in draw_map(folder, x, y, out):
         print(path)
@@ -357,7 +357,7 @@ def report(
     ] = None,
 ) -> None:
     """Write a page about a run, or about two compared: signals, spectra, parameters."""
-    from khr_report.report import report as write
+    from khr_report.run_page import report as write
 
     print(write(run, against, out))
 

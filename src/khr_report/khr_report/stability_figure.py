@@ -1,7 +1,9 @@
-"""The picture of a stability map: survival, slipping, time of the fall and vibration."""
+"""``khr map``: draw a stability map: survival, slipping, time of the fall and vibration."""
 
 from __future__ import annotations
 
+import csv
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,7 +15,17 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from khr_experiments.best_gain import CRITERION, GAINS
-from khr_experiments.stability_map import Direction, StabilityMap
+from khr_experiments.stability_map import (
+    Direction,
+    StabilityMap,
+    best_rows,
+    cell_rows,
+    critical_rows,
+    stability_map,
+)
+from khr_experiments.sweeps.folder import read_table
+from khr_report.errors import ReportError
+from khr_report.plot_style import styled
 
 SIZE = (9.0, 7.0)  # inches
 EMPTY = '0.85'  # grey of a cell without a value
@@ -34,6 +46,46 @@ BEST: dict[str, Any] = {
     'markeredgewidth': 0.8,
 }
 MOST_TICKS = 14  # on one side; more are left to the library
+
+
+def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
+    """Draw the map of a sweep; return the paths of the PNG and the CSVs.
+
+    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y; on a
+    map of inclination and a gain a third one, ``..._best``, has the best gain per inclination.
+
+    Args:
+        folder: of the sweep, complete or not.
+        x, y: swept parameters, ``node.parameter``.
+        out: the PNG; ``map_X_Y.png`` in the folder by default.
+
+    Raises:
+        ExperimentError: if there is no sweep, or a parameter is not swept.
+        ReportError: if a file cannot be written.
+    """
+    counted = stability_map(read_table(folder), x, y)
+    image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
+    rows_by_file = {
+        image.with_name(f'{image.stem}{end}.csv'): rows
+        for end, rows in (
+            ('', cell_rows(counted)),
+            ('_critical', critical_rows(counted)),
+            ('_best', best_rows(counted)),
+        )
+        if rows
+    }
+    try:
+        image.parent.mkdir(parents=True, exist_ok=True)
+        with styled():
+            figure(counted).savefig(image, metadata={'Software': None}, format='png')
+        for path, rows in rows_by_file.items():
+            _write_csv(path, rows)
+    except OSError as error:
+        raise ReportError(
+            f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
+            'folder that can be written'
+        ) from error
+    return [image, *rows_by_file]
 
 
 def figure(counted: StabilityMap) -> Figure:
@@ -142,7 +194,7 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
             facecolor='none',
             edgecolor='0.25',
             hatch='///',
-            label='95 % interval of the survival holds 1/2',
+            label='95 % interval of the survival contains 1/2',
         )
     ]
     if counted.critical:
@@ -151,3 +203,16 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
         handles += panel.plot([], [], **BEST, label='best gain of an inclination')
     handles.append(Patch(facecolor=EMPTY, label='no such run'))
     page.legend(handles=handles, loc='outside lower center', ncols=2)
+
+
+def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:
+    with path.open('w', newline='', encoding='utf-8') as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows(
+            {
+                key: f'{value:.6g}' if isinstance(value, float) else value
+                for key, value in row.items()
+            }
+            for row in rows
+        )

@@ -1,4 +1,4 @@
-"""The page of a reproduction: one file with all that it has found."""
+"""The page of a reproduction: all its results in one file."""
 
 from __future__ import annotations
 
@@ -10,8 +10,9 @@ from typing import Any
 from markupsafe import Markup, escape
 
 from khr_experiments.experiments import Runs
-from khr_report.page.board import counts, judged
-from khr_report.page.html import Section, data_uri, markdown, part, write_page
+from khr_report import findings_page, map_tables, peak_origin_page, scoreboard_page
+from khr_report.page.document import html
+from khr_report.page.html import Section, data_uri, part, write_page
 from khr_report.page.text import count, duration
 from khr_report.reproduction import FigureResult, Reproduction
 
@@ -24,65 +25,67 @@ CHAPTERS = {
 }
 
 
-def write_index(out: Path, contents: Reproduction) -> Path:
+def write_index(out: Path, results: Reproduction) -> Path:
     """Write the page of a reproduction as ``index.html`` and return its path.
 
-    It opens from a disk without a network: pictures are within; tables are too unless they lie
-    in the same folder or below it.
+    The page needs no network: it contains its pictures, and links CSV files only in its folder.
 
     Args:
         out: folder of the page.
-        contents: what to tell.
+        results: what to show.
 
     Raises:
         ReportError: if the file cannot be written.
     """
-    sections = [_verdict(contents)]
-    if contents.scoreboard:
-        sections.append(Section('Scoreboard', markdown(contents.scoreboard, out)))
-    sections.append(_figures(contents, out))
-    if contents.maps:
-        sections.append(Section('Stability maps', _maps(contents, out)))
-    if contents.lines:
-        sections.append(Section('Origin of the spectral lines', markdown(contents.lines, out)))
-    sections.append(_making(contents))
-    return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(contents)), sections)
+    board = results.findings.scoreboard
+    sections = [
+        _verdict(results),
+        Section('Findings', html(findings_page.blocks(results.findings))),
+    ]
+    if board:
+        sections.append(Section('Scoreboard', html(scoreboard_page.blocks(board))))
+    sections.append(_figures(results, out))
+    if results.maps:
+        sections.append(Section('Stability maps', _maps(results, out)))
+    if results.peaks:
+        origin = html(peak_origin_page.blocks(results.peaks))
+        sections.append(Section('Origin of the spectral peaks', origin))
+    sections.append(_making(results))
+    return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(results)), sections)
 
 
-def _lead(contents: Reproduction) -> list[str]:
-    runs = len(contents.made)
-    drawn = [figure for figure in (*contents.figures, *contents.maps) if not figure.error]
+def _lead(results: Reproduction) -> list[str]:
+    drawn = [figure for figure in results.drawn if not figure.error]
     lines = [
-        'Dutta (2021), Study of Dynamic Control for Balanced Walking of Humanoid Robots, stood '
-        'and walked a robot of 1.5 kg on an incline, held up by its ankles and hips.',
-        'Here a simulated robot does the same, and every number on its side is measured: '
-        f'{count(len(drawn), "figure")}, {count(runs, "run")} in '
-        f'{count(len(contents.runs), "experiment")}, which took '
-        f'{duration(contents.run_seconds)} of one core.',
+        'Dutta (2021), Study of Dynamic Control for Balanced Walking of Humanoid Robots, let a '
+        'robot of 1.5 kg stand and walk on an incline, balanced by its ankles and hips.',
+        'Here a simulated robot does the same, and every number of the simulation is measured: '
+        f'{count(len(drawn), "figure")}, {count(results.findings.runs, "run")} in '
+        f'{count(len(results.runs), "experiment")}, which took '
+        f'{duration(results.findings.run_seconds)} of one core.',
     ]
-    if contents.fast:
+    if results.findings.fast:
         return [*lines, 'This is the quick form: fewer seeds and points, so coarser limits.']
-    return [*lines, 'What misses the thesis is shown like what agrees with it.']
+    return lines
 
 
-def _verdict(contents: Reproduction) -> Section:
-    summary = contents.scoreboard_summary or 'The scoreboard was not asked for'
-    body = part('paragraphs', [f'{summary.rstrip(".")}.'])
-    body += part('verdicts', counts(judged(contents.scoreboard)))
-    failed = [
-        f'{figure.number}: {figure.error}'
-        for figure in (*contents.figures, *contents.maps)
-        if figure.error
-    ]
+def _verdict(results: Reproduction) -> Section:
+    board = results.findings.scoreboard
+    if board:
+        body = part('paragraphs', [f'{scoreboard_page.summary(board)}.'])
+        body += part('verdicts', scoreboard_page.counts(board))
+    else:
+        body = part('paragraphs', ['The scoreboard was not measured.'])
+    failed = [f'{figure.number}: {figure.error}' for figure in results.drawn if figure.error]
     return Section(
         'Verdict at a glance',
         body + part('notes', [f'could not be drawn: {each}' for each in failed]),
     )
 
 
-def _figures(contents: Reproduction, out: Path) -> Section:
+def _figures(results: Reproduction, out: Path) -> Section:
     chapters: dict[str, list[FigureResult]] = {}
-    for figure in contents.figures:
+    for figure in results.figures:
         chapter = CHAPTERS.get(figure.number.split('.')[0], BEYOND)
         chapters.setdefault(chapter, []).append(figure)
     order = [title for title in (*CHAPTERS.values(), BEYOND) if title in chapters]
@@ -90,9 +93,7 @@ def _figures(contents: Reproduction, out: Path) -> Section:
         'Figures',
         part(
             'paragraphs',
-            [
-                'Under each figure stand the command that draws it again and the table of what it shows.'
-            ],
+            ['Below each figure are the command that draws it again and the CSV of its points.'],
         ),
         tuple(Section(title, _all(chapters[title], out)) for title in order),
     )
@@ -102,10 +103,12 @@ def _all(figures: Sequence[FigureResult], out: Path) -> Markup:
     return Markup().join(_figure(figure, out) for figure in figures)
 
 
-def _maps(contents: Reproduction, out: Path) -> Markup:
+def _maps(results: Reproduction, out: Path) -> Markup:
+    found = results.findings.maps
     return Markup().join(
-        _figure(figure, out) + markdown(contents.tables.get(figure.number, ''), out)
-        for figure in contents.maps
+        _figure(figure, out)
+        + html(map_tables.blocks(found[figure.number]) if figure.number in found else [])
+        for figure in results.maps
     )
 
 
@@ -120,43 +123,43 @@ def _figure(figure: FigureResult, out: Path) -> Markup:
         figure.number,
         figure.title,
         data_uri(figure.image.read_bytes(), 'image/png'),
-        _table_link(figure.table, out),
+        _csv_link(figure.points, out),
         figure.command,
         f'experiments: {experiments}' if experiments else 'from models',
     )
 
 
-def _table_link(table: Path, out: Path) -> dict[str, str] | None:
-    if not table.is_file():
+def _csv_link(points: Path, out: Path) -> dict[str, str] | None:
+    if not points.is_file():
         return None
-    inside = out.resolve() in table.resolve().parents
+    inside = out.resolve() in points.resolve().parents
     href = (
-        os.path.relpath(table.resolve(), out.resolve())
+        os.path.relpath(points.resolve(), out.resolve())
         if inside
-        else data_uri(table.read_bytes(), 'text/csv')
+        else data_uri(points.read_bytes(), 'text/csv')
     )
-    return {'name': table.name, 'href': href}
+    return {'name': points.name, 'href': href}
 
 
-def _making(contents: Reproduction) -> Section:
-    commands = [contents.command, *(figure.command for figure in contents.figures)]
+def _making(results: Reproduction) -> Section:
+    commands = [results.findings.command, *(figure.command for figure in results.figures)]
     listed = Markup('<pre><code>{}</code></pre>').format('\n'.join(dict.fromkeys(commands)))
     seeds = [
-        (name, len(runs), contents.seeds.get(name) or "the scenario's own")
-        for name, runs in contents.runs.items()
+        (name, len(runs), results.seeds.get(name) or "the scenario's own")
+        for name, runs in results.runs.items()
     ]
     body = part(
         'paragraphs',
         [
-            f'The command took {duration(contents.seconds)}, without what had been done before. The '
+            f'The command took {duration(results.seconds)}, without results computed earlier. The '
             'same versions give the same trajectories, bit for bit.'
         ],
     )
     body += part('folded', 'Commands: all of it, and each figure alone', listed)
-    body += part('table', ['what', 'version'], sorted(contents.versions.items()))
+    body += part('table', ['what', 'version'], sorted(results.findings.versions.items()))
     if seeds:
         body += part('table', ['experiment', 'runs', 'seeds'], seeds)
-    for name, runs in contents.runs.items():
+    for name, runs in results.runs.items():
         body += part('folded', f'{name}: its runs and their trajectory hashes', _runs(runs))
     return Section('How it was made', body)
 

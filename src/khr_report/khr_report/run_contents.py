@@ -1,8 +1,7 @@
-"""``khr report``: one run as a page, or two compared."""
+"""Gather what is known of a run from its folder or bag."""
 
 from __future__ import annotations
 
-import sys
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -19,7 +18,7 @@ from khr_report.errors import ReportError
 from khr_sim.run_parameters import RunParameters
 
 OUTCOME_FILES = ('outcome.json', 'outcome.yaml')
-ACCEPTED = 'accepted: the folder that a khr run has left, or its bag'
+ACCEPTED = 'accepted: the folder of a khr run, or its bag'
 
 
 @dataclass
@@ -32,9 +31,9 @@ class RunContents:
         outcome: by name, as in ``outcome.json``.
         series: its signals.
         changes: of parameters while it ran.
-        pushes: number of those that came over the topic.
-        version: of the code, as the run tells it; empty if it does not.
-        notes: what is missing, and why; each a line.
+        pushes: number of pushes received over the topic.
+        version: of the code; empty if the run did not record it.
+        notes: what is missing and why, a line each.
     """
 
     name: str
@@ -48,47 +47,22 @@ class RunContents:
 
     @property
     def parameters(self) -> Scenario:
-        """Return the scenario, or one of defaults alone to read the signals by."""
+        """Return the scenario, or one of defaults to interpret the signals."""
         return self.scenario or Scenario('', {})
 
     @property
     def title(self) -> str:
-        """Tell what was run."""
+        """Return the title of what was run."""
         return (self.scenario.title if self.scenario else '') or str(
             self.outcome.get('scenario') or self.name
         )
-
-
-def report(run: Path, against: Path | None, out: Path | None) -> Path:
-    """Write the page of a run, beside another if there is one; return its path.
-
-    What is missing is told on the page and on stderr; what is left is shown.
-
-    Args:
-        run: the folder of a run, or its bag.
-        against: another.
-        out: the page; ``report.html`` in the run's folder by default.
-
-    Raises:
-        ReportError: if there is nothing of a run to show, or the page cannot be written.
-    """
-    from khr_report.page.run import write_run
-
-    found = [find(path) for path in (run, against) if path is not None]
-    warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
-    if len(found) == 2 and (other := _difference(*found)):
-        warnings.insert(0, other)
-    for warning in warnings:
-        print(f'khr: {warning}', file=sys.stderr)
-    folder = run if run.is_dir() else run.parent
-    return write_run(out or folder / 'report.html', found, warnings)
 
 
 def find(path: Path) -> RunContents:
     """Gather what is known of a run.
 
     Raises:
-        ReportError: if that is nothing.
+        ReportError: if nothing is known.
     """
     if not path.exists():
         raise ReportError(f'{path}: no such run; {ACCEPTED}')
@@ -162,7 +136,7 @@ def _read_bag(path: Path, found: RunContents) -> None:
 
 
 def _repeat(found: RunContents) -> None:
-    """Make the signals of a run that kept none by running it again, if it comes out the same."""
+    """Compute the signals of a run without a bag by repeating it, if the trajectory is the same."""
     recorded = found.outcome.get('trajectory_hash')
     if found.scenario is None or not recorded or found.outcome.get('end') == 'stopped':
         found.notes.append('no bag, so no signals')
@@ -183,11 +157,3 @@ def _repeat(found: RunContents) -> None:
             'no bag, so no signals: repeated, the run takes another trajectory; '
             'it was changed while it ran, or made by another version'
         )
-
-
-def _difference(one: RunContents, other: RunContents) -> str:
-    """Say that two runs are of different scenarios, if they are."""
-    names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
-    if names[0] == names[1]:
-        return ''
-    return f'the runs are of different scenarios: {names[0]}, and {names[1]}'

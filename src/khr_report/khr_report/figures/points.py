@@ -1,4 +1,4 @@
-"""What a figure shows, as a table."""
+"""The points of a figure as CSV."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 HEAD = ('panel', 'curve', 'x label', 'x', 'y label', 'y')
 
 
-def write_table(figure: Figure, path: Path) -> None:
+def write_points(figure: Figure, path: Path) -> None:
     """Write every labelled line of a figure as CSV, a row per point.
 
     Lines without a label are aids to the eye, not data.

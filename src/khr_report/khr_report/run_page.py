@@ -1,15 +1,16 @@
-"""The page of one run, or of two compared."""
+"""``khr report``: a page about one run, or about two compared."""
 
 from __future__ import annotations
 
 import csv
 import io
 import platform
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import fields
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
@@ -22,6 +23,7 @@ from khr_experiments.sweeps.trial import complete
 from khr_report.page.html import Section, data_uri, part, write_page
 from khr_report.page.text import count
 from khr_report.plot_style import panels, styled
+from khr_report.run_contents import RunContents, find
 from khr_report.run_overview import (
     draw_overlay,
     draw_signals,
@@ -31,9 +33,6 @@ from khr_report.run_overview import (
     spectrogram,
     third_cycle,
 )
-
-if TYPE_CHECKING:
-    from khr_report.report import RunContents
 
 OUTCOME = {
     'verdict': 'outcome',
@@ -50,6 +49,29 @@ OUTCOME = {
 }
 LETTERS = ('A', 'B')
 RESOLUTION = 150  # dots per inch
+
+
+def report(run: Path, against: Path | None, out: Path | None) -> Path:
+    """Write the page of a run, beside another if there is one; return its path.
+
+    The page shows what can be read, and lists what is missing, as does stderr.
+
+    Args:
+        run: the folder of a run, or its bag.
+        against: another.
+        out: the page; ``report.html`` in the run's folder by default.
+
+    Raises:
+        ReportError: if a run has nothing to show, or the page cannot be written.
+    """
+    found = [find(path) for path in (run, against) if path is not None]
+    warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
+    if len(found) == 2 and (other := _difference(*found)):
+        warnings.insert(0, other)
+    for warning in warnings:
+        print(f'khr: {warning}', file=sys.stderr)
+    folder = run if run.is_dir() else run.parent
+    return write_run(out or folder / 'report.html', found, warnings)
 
 
 def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str]) -> Path:
@@ -85,7 +107,7 @@ def _outcome(found: Sequence[RunContents]) -> Markup:
         if any(run.outcome.get(name) for run in found)
     ]
     if not rows:
-        return part('paragraphs', ['Unknown: the run has left no outcome.'])
+        return part('paragraphs', ['Unknown: the run has no outcome file.'])
     heads = ['what', *_heads(found)]
     if len(found) == 2:
         heads.append('B - A')
@@ -109,7 +131,7 @@ def _signals(found: Sequence[RunContents]) -> Markup:
         if run.series is not None
     }
     if not runs:
-        return part('paragraphs', ['None were kept.'])
+        return part('paragraphs', ['The run kept no signals.'])
     body, shown = Markup(), signals_of(runs.values())
     if len(found) == 1:
         (series,) = runs.values()
@@ -123,8 +145,8 @@ def _signals(found: Sequence[RunContents]) -> Markup:
             body += _picture(title, 2.1, draw_overlay, runs, one)
     for name, series in runs.items():
         body += Markup(
-            '<p><a download="signals.csv" href="{}">Signals of {} as a table (CSV)</a></p>'
-        ).format(data_uri(_table(series), 'text/csv'), name)
+            '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
+        ).format(data_uri(_csv(series), 'text/csv'), name)
     return body
 
 
@@ -135,7 +157,7 @@ def _spectrum(found: Sequence[RunContents]) -> Markup:
         if run.series is not None
     ]
     if not runs:
-        return part('paragraphs', ['There are no signals to take it of.'])
+        return part('paragraphs', ['The run kept no signals.'])
     lines = {
         name if len(found) == 2 else '': third_cycle(series, run.parameters)
         for name, run, series in runs
@@ -164,7 +186,7 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
         if run.scenario is not None
     ]
     if not known:
-        return part('paragraphs', ['Unknown: the run has left no scenario.'])
+        return part('paragraphs', ['Unknown: the run has no scenario file.'])
     rows = []
     for node, registered in registry().items():
         for key, specification in specifications(registered.spec.table).items():
@@ -197,12 +219,12 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
         body += (
             part('table', ('time, s', f'parameter of {name}', 'set to'), changed)
             if changed
-            else part('paragraphs', [f'None are recorded of {name}.'])
+            else part('paragraphs', [f'{name}: none recorded.'])
         )
         if run.pushes:
             body += part(
                 'paragraphs',
-                [f'{count(run.pushes, "push", "pushes")} came over the topic to {name}.'],
+                [f'{count(run.pushes, "push", "pushes")} were received over the topic by {name}.'],
             )
     return body
 
@@ -211,8 +233,8 @@ def _making(found: Sequence[RunContents]) -> Markup:
     versions = [
         ('khr code', *(run.version or 'not recorded' for run in found), code_version()),
         *(
-            (name, *('' for _ in found), told)
-            for name, told in (
+            (name, *('' for _ in found), number)
+            for name, number in (
                 ('Python', platform.python_version()),
                 *((library, version(library)) for library in LIBRARIES),
             )
@@ -250,7 +272,7 @@ def _picture(title: str, height: float, draw: Callable[..., None], *what: Any) -
     return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
 
 
-def _table(series: Series) -> bytes:
+def _csv(series: Series) -> bytes:
     """Return the signals as CSV, one column per number."""
     columns = {}
     for each in fields(series):
@@ -266,3 +288,11 @@ def _table(series: Series) -> bytes:
         [f'{value:.9g}' for value in row] for row in zip(*columns.values(), strict=True)
     )
     return text.getvalue().encode()
+
+
+def _difference(one: RunContents, other: RunContents) -> str:
+    """Return a warning if two runs are of different scenarios, else nothing."""
+    names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
+    if names[0] == names[1]:
+        return ''
+    return f'the runs are of different scenarios: {names[0]}, and {names[1]}'
