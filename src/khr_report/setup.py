@@ -12,7 +12,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
     ],
-    package_data={'': ['py.typed', '*.mplstyle', 'templates/*']},
+    package_data={'': ['py.typed', 'templates/*']},
     install_requires=[
         'khr_common',
         'khr_sim',
@@ -20,6 +20,7 @@ setup(
         'khr_analysis',
         'khr_bringup',
         'khr_experiments',
+        'khr_figures',
         'pillow',
         'distributed',
         'imageio-ffmpeg',

@@ -12,9 +12,9 @@ from khr_common import KhrError
 from khr_experiments.experiments import ROOT, Runs, folder_of, runs_of
 from khr_experiments.progress import Bar
 from khr_experiments.sweeps.specification import Sweep
-from khr_report.figures.registry import FIGURES, draw, paths
+from khr_figures.registry import FIGURES, draw, paths
+from khr_figures.stability import draw_map
 from khr_report.reproduction import FigureResult
-from khr_report.stability_figure import draw_map
 
 if TYPE_CHECKING:
     from distributed import Client

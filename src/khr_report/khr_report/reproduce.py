@@ -33,8 +33,8 @@ from khr_experiments.scoreboard import compare, submit_all
 from khr_experiments.scoreboard_rows import Scoreboard
 from khr_experiments.scoreboard_runs import Bench
 from khr_experiments.sweeps import INTERRUPTED, check_workers, report_lost
+from khr_figures.registry import FIGURES, draw, drawing_of
 from khr_report.errors import ReportError
-from khr_report.figures.registry import FIGURES, draw, drawing_of
 from khr_report.findings_page import findings_markdown
 from khr_report.page.text import duration
 from khr_report.pictures import Pictures, reason, runs_by_name

@@ -20,11 +20,8 @@ from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
 from khr_common import specifications
 from khr_experiments.sweeps.trial import complete
-from khr_report.page.html import Section, data_uri, part, write_page
-from khr_report.page.text import count
-from khr_report.plot_style import panels, styled
-from khr_report.run_contents import RunContents, find
-from khr_report.run_overview import (
+from khr_figures.plot_style import panels, styled
+from khr_figures.run_overview import (
     draw_overlay,
     draw_signals,
     draw_spectra,
@@ -33,6 +30,9 @@ from khr_report.run_overview import (
     spectrogram,
     third_cycle,
 )
+from khr_report.page.html import Section, data_uri, part, write_page
+from khr_report.page.text import count
+from khr_report.run_contents import RunContents, find
 
 OUTCOME = {
     'verdict': 'outcome',

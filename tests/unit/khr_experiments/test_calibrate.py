@@ -8,19 +8,18 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_bringup.node_registry import TABLES
+from khr_bringup.node_registry import table_of
 from khr_common import RunError, check, specifications
 from khr_experiments.calibrate import (
     FittedConstant,
     boundary,
     calibrate,
-    constants_file,
     differences,
     fit_constant,
-    page,
 )
 from khr_experiments.calibration import CONSTANTS, FITS
 from khr_experiments.errors import ExperimentError
+from khr_report.calibration_page import constants_file, page
 from tests import ROOT
 
 DOCS = ROOT / 'docs'
@@ -70,12 +69,12 @@ def test_few_constants_are_fitted_each_once_and_none_per_scenario():
     for fit in FITS:
         assert not any(row.condition.changes for row in fit.rows)
         for value in (fit.low, fit.high):
-            check(TABLES[fit.node], fit.key, value)
+            check(table_of(fit.node), fit.key, value)
 
 
 def test_every_constant_is_a_parameter_with_a_known_provenance():
     for constant in CONSTANTS:
-        assert constant.key in specifications(TABLES[constant.node])
+        assert constant.key in specifications(table_of(constant.node))
         assert constant.kind in ('measured', 'published', 'derived', 'assumed')
 
 
@@ -100,6 +99,6 @@ def test_defaults_are_the_fitted_constants():
     ('seed', 'seeds', 'jobs', 'word'),
     [(0, 1, 1, '--seeds'), (-1, 2, 1, '--seed'), (0, 2, 0, '--jobs')],
 )
-def test_arguments_are_refused(tmp_path, seed, seeds, jobs, word):
+def test_arguments_are_refused(seed, seeds, jobs, word):
     with pytest.raises(ExperimentError, match=word):
-        calibrate(tmp_path / 'page.md', seed, seeds, jobs)
+        calibrate(seed, seeds, jobs)

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from khr_analysis.outcome import Outcome
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
+from khr_bringup.derived import start_of_lift
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.critical import (
@@ -22,7 +23,6 @@ from khr_experiments.critical import (
     bisect,
     report,
     run,
-    start_of_lift,
     text_of,
 )
 from khr_sim.run_parameters import RunParameters

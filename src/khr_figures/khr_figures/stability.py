@@ -24,8 +24,8 @@ from khr_experiments.stability_map import (
     stability_map,
 )
 from khr_experiments.sweeps.folder import read_table
-from khr_report.errors import ReportError
-from khr_report.plot_style import styled
+from khr_figures.errors import FigureError
+from khr_figures.plot_style import styled
 
 SIZE = (9.0, 7.0)  # inches
 EMPTY = '0.85'  # grey of a cell without a value
@@ -61,7 +61,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
 
     Raises:
         ExperimentError: if there is no sweep, or a parameter is not swept.
-        ReportError: if a file cannot be written.
+        FigureError: if a file cannot be written.
     """
     counted = stability_map(read_table(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
@@ -81,7 +81,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         for path, rows in rows_by_file.items():
             _write_csv(path, rows)
     except OSError as error:
-        raise ReportError(
+        raise FigureError(
             f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
             'folder that can be written'
         ) from error

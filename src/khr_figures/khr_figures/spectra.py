@@ -20,8 +20,9 @@ from khr_bringup.run_signals import Array
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import COMMON_DEG, LINE_HZ, WALKS, walking
-from khr_report.figures.gaits import Walk, cycle_of, gait_3, name_of, walks_of
-from khr_report.figures.records import (
+from khr_figures.gaits import Walk, cycle_of, gait_3, name_of, walks_of
+from khr_figures.plot_style import head, panels
+from khr_figures.records import (
     LOOKS,
     condition,
     control,
@@ -33,7 +34,6 @@ from khr_report.figures.records import (
     record,
     seed_legend,
 )
-from khr_report.plot_style import head, panels
 
 GAINS = ('walk_ankle_gains', 'walk_hip_gains')  # experiments
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz

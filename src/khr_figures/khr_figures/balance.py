@@ -16,8 +16,9 @@ from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN, STALL_TORQUE
 from khr_experiments.experiments import Runs
 from khr_experiments.published import STAGE_2, STAGE_3
-from khr_report.figures import standing
-from khr_report.figures.records import (
+from khr_figures import standing
+from khr_figures.plot_style import TITLES, head, panels, share_scale
+from khr_figures.records import (
     LOOKS,
     condition,
     control,
@@ -29,7 +30,6 @@ from khr_report.figures.records import (
     main_lines,
     seed_legend,
 )
-from khr_report.plot_style import TITLES, head, panels, share_scale
 
 ROBOT = Pendulum()
 EXPERIMENT_DEG = 6.4  # phi_cr without control, measured

@@ -11,11 +11,11 @@ from matplotlib.lines import Line2D
 
 from khr_analysis.models.push import DIRECTIONS, simulate_push
 from khr_analysis.models.tipping import Push
+from khr_experiments.push_limits import DURATIONS, GAINS
 from khr_experiments.push_model import model_gyro, model_loop, model_push
 from khr_experiments.push_recovery import GYROS, PushCondition, largest_push, push_robot, stance
-from khr_experiments.push_table import DURATIONS, GAINS
-from khr_report.figures.records import LOOKS
-from khr_report.plot_style import head, panels
+from khr_figures.plot_style import head, panels
+from khr_figures.records import LOOKS
 
 SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
 PUSHED = 0.5  # s, the push that the lower panels show; control matters most for it

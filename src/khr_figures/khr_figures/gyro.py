@@ -8,7 +8,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from khr_report.plot_style import panels
+from khr_figures.plot_style import panels
 from khr_sim.gyro_circuit import carrier
 from khr_sim.gyro_circuit.circuit import KRG4
 

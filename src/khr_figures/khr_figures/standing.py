@@ -24,7 +24,8 @@ from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_experiments.push_recovery import stance
-from khr_report.figures.records import (
+from khr_figures.plot_style import panels, share_scale
+from khr_figures.records import (
     LOOKS,
     condition,
     control,
@@ -37,7 +38,6 @@ from khr_report.figures.records import (
     record,
     seed_legend,
 )
-from khr_report.plot_style import panels, share_scale
 
 ROBOT = Pendulum()
 EXPERIMENTS = ('lift_inclination', 'lift_stages')

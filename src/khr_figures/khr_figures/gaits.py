@@ -16,7 +16,8 @@ from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import walking
 from khr_experiments.scoreboard_runs import CYCLE
-from khr_report.figures.records import (
+from khr_figures.plot_style import panels, share_scale
+from khr_figures.records import (
     LOOKS,
     condition,
     control,
@@ -26,7 +27,6 @@ from khr_report.figures.records import (
     inclination_deg,
     record,
 )
-from khr_report.plot_style import panels, share_scale
 
 EXPERIMENTS = ('walk_inclination', 'walk_between')
 RATE = 'pitch rate (°/s)'

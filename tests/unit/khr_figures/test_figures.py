@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 
 from khr_analysis.models.pendulum import Pendulum, critical_inclination
 from khr_common.errors import KhrError
-from khr_report.figures import FIGURES, FigureError, draw
-from khr_report.plot_style import styled
+from khr_figures.plot_style import styled
+from khr_figures.registry import FIGURES, FigureError, draw
 
 ASKED = (
     '3.4',

@@ -16,10 +16,10 @@ from khr_analysis.models.stiffness import sweep_stiffness
 from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, identified_servo
 from khr_experiments.experiments import Runs
 from khr_experiments.published import WALKS
-from khr_report.figures import spectra
-from khr_report.figures.gaits import walks_of
-from khr_report.figures.records import main_lines
-from khr_report.plot_style import head, panels
+from khr_figures import spectra
+from khr_figures.gaits import walks_of
+from khr_figures.plot_style import head, panels
+from khr_figures.records import main_lines
 
 # Inclinations at which the thesis walked with each gain, deg
 WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}

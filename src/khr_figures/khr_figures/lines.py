@@ -12,7 +12,7 @@ from khr_analysis.cycle_spectrum import Walks
 from khr_analysis.origin import Line, origins
 from khr_experiments.experiments import Runs
 from khr_experiments.peak_origin import EXPERIMENT, PEAK, PUBLISHED, Band, bands_of, walks_of
-from khr_report.plot_style import panels
+from khr_figures.plot_style import panels
 
 LARGEST_HZ = 11.0
 SHOWN = (

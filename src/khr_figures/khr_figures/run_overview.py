@@ -14,7 +14,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnaly
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array, Series, series_of_bag
 from khr_bringup.scenario import Scenario
-from khr_report.plot_style import panels, styled
+from khr_figures.plot_style import panels, styled
 
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
 GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from khr_balance.stage import StageParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.experiments import Run, Runs
-from khr_report.figures.records import LOOKS, draw_seeds, fell, grouped, record, seed_legend
-from khr_report.plot_style import panels
+from khr_figures.plot_style import panels
+from khr_figures.records import LOOKS, draw_seeds, fell, grouped, record, seed_legend
 
 
 def climb(runs: dict[str, Runs]) -> Figure:

@@ -9,9 +9,9 @@ import pytest
 from khr_analysis.models.pendulum import Pendulum
 from khr_experiments.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_experiments.push_recovery import stance
-from khr_report.figures import FIGURES
-from khr_report.figures.table import write_table
-from khr_report.plot_style import styled
+from khr_figures.plot_style import styled
+from khr_figures.points import write_points
+from khr_figures.registry import FIGURES
 from tests.fakes.invented_runs import FELL_AT, RATE, TONE, WEIGHT, difference, runs_for
 
 OF_LIFTS = ('3.4', '3.5', '3.6', '3.10', '3.12', '3.13', '3.15')
@@ -36,7 +36,7 @@ def table(tmp_path_factory):
 
 def rows_of(figure, folder):
     """Return a figure's table as (panel, curve, x, y)."""
-    write_table(figure, folder / 'table.csv')
+    write_points(figure, folder / 'table.csv')
     with (folder / 'table.csv').open(encoding='utf-8') as file:
         return [
             (row['panel'], row['curve'], float(row['x']), float(row['y']))
