@@ -4,7 +4,7 @@ PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_7.68deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
-PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup experiments report cli)
+PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup experiments figures report cli)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 

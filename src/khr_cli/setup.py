@@ -19,6 +19,7 @@ setup(
         'khr_analysis',
         'khr_bringup',
         'khr_experiments',
+        'khr_figures',
         'khr_report',
         'rich',
         'typer',

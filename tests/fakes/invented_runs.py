@@ -9,7 +9,7 @@ from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Series
 from khr_experiments.experiments import specification_of
-from khr_report.figures import FIGURES
+from khr_figures.registry import FIGURES
 from khr_sim.run_parameters import RunParameters
 
 WEIGHT = 15.0  # N

@@ -159,7 +159,7 @@ def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
     result = finish(process, folder)
     assert result.code == 1
     assert re.search(
-        r'nothing more was heard whole by recorder after t = \d+\.\d{3} s within 5 s '
+        r'not received whole by recorder after t = \d+\.\d{3} s within 5 s '
         'of wall time',
         result.err,
     )

@@ -20,6 +20,7 @@ NAMES = [
     'khr_analysis',
     'khr_bringup',
     'khr_experiments',
+    'khr_figures',
     'khr_report',
     'khr_cli',
 ]

@@ -19,8 +19,8 @@ from khr_bringup.scenario import load
 from khr_cli import command
 from khr_common import KhrError
 from khr_common.interfaces import PUSH
-from khr_report.page.run import OUTCOME
-from khr_report.report import find, report
+from khr_report.run_contents import find
+from khr_report.run_page import OUTCOME, report
 from tests.fakes.bags import change, make_bag, push, state
 from tests.support.pages import check_alone
 from tests.support.runs import khr

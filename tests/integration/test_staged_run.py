@@ -12,7 +12,7 @@ from khr_bringup.errors import BringupError
 from khr_bringup.run_signals import run_with_series
 from khr_bringup.scenario import load
 from khr_experiments.experiments import Run
-from khr_report.figures import draw
+from khr_figures.registry import draw
 from khr_sim.foot_force import FootForceParameters
 from khr_sim.parameters import SimulatorParameters
 

@@ -179,9 +179,9 @@ def lines(
     ] = None,
 ) -> None:
     """Tell which peaks of a walk's spectrum the gait, the feedback and slipping make."""
-    from khr_report.peak_origin_report import tell
+    from khr_report.peak_origin_page import peak_origin
 
-    print(tell(scenario, fast, workers, out))
+    print(peak_origin(scenario, fast, workers, out))
 
 
 @app.command()
@@ -204,20 +204,22 @@ def push(
     ] = None,
 ) -> None:
     """Find the largest push the standing robot survives, beside the model's."""
-    from khr_experiments import push_table
+    from khr_experiments import push_limits
+    from khr_report import push_page
+    from khr_report.page.document import markdown
 
     if out:
-        push_table.make_folder(out)
-    rows = push_table.measure_all(
-        push_table.conditions(
-            push_table.numbers('--ka', ka),
-            push_table.numbers('--duration', duration),
+        push_page.make_folder(out)
+    rows = push_limits.measure_all(
+        push_limits.conditions(
+            push_limits.numbers('--ka', ka),
+            push_limits.numbers('--duration', duration),
             direction.split(','),
             gyro.split(','),
         )
     )
-    print(push_table.markdown(rows))
-    for path in push_table.write(rows, out) if out else []:
+    print(markdown([push_page.largest_pushes(rows)]))
+    for path in push_page.write(rows, out) if out else []:
         print(path)
 
 
@@ -259,9 +261,9 @@ def calibrate(
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
 ) -> None:
     """Fit the constants that are fitted, and write what all of them rest on."""
-    from khr_experiments.calibrate import calibrate as fit
+    from khr_report.calibration_page import write
 
-    for found in fit(out, seed, seeds, jobs):
+    for found in write(out, seed, seeds, jobs):
         print(f'{found.fit.node}.{found.fit.key}: {found.value:g}')
 
 
@@ -276,7 +278,7 @@ def scoreboard(
     ] = True,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
-    from khr_experiments.scoreboard import write
+    from khr_report.scoreboard_page import write
 
     print(f'{out}: {write(out, seeds, tolerance, jobs, explain)}')
 
@@ -342,7 +344,7 @@ def draw_stability_map(
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
-    from khr_experiments.stability_map import draw_map
+    from khr_figures.stability import draw_map
 
     for path in draw_map(folder, x, y, out):
         print(path)
@@ -357,7 +359,7 @@ def report(
     ] = None,
 ) -> None:
     """Write a page about a run, or about two compared: signals, spectra, parameters."""
-    from khr_report.report import report as write
+    from khr_report.run_page import report as write
 
     print(write(run, against, out))
 

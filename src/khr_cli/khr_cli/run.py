@@ -227,7 +227,7 @@ def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
 
 
 def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
-    from khr_report.run_overview import draw_run
+    from khr_figures.run_overview import draw_run
 
     try:
         draw_run(folder / 'bag', scenario, folder / 'overview.png')

@@ -1,10 +1,9 @@
-"""``khr calibrate``: find the fitted constants, and write down what all constants rest on.
+"""Fit the constants of the simulation.
 
-A row of the thesis is an inclination that the robot just survives. So the inclination is held
-there, and the constant is halved in between a value with which the robot survives and one with
-which it falls; each seed gives one value. The constant is the one of the seed that falls first,
-and from there on, should another seed fall with it, the next with which all survive. The same
-seeds give the same constants.
+A row of the thesis is an inclination that the robot just survives. The fit keeps that inclination
+and bisects the constant between a value with which the robot survives and one with which it
+falls; each seed gives one value. The constant is the value of the seed that falls first, moved on
+until all seeds survive. The same seeds give the same constants.
 """
 
 from __future__ import annotations
@@ -14,14 +13,11 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from math import copysign
-from pathlib import Path
 from typing import Any
-
-import yaml
 
 from khr_bringup.node_registry import table_of
 from khr_common import RunError, specifications
-from khr_experiments.calibration import CONSTANTS, FITS, Fit
+from khr_experiments.calibration import FITS, Fit
 from khr_experiments.critical import Changes, attempt, workers
 from khr_experiments.errors import ExperimentError
 
@@ -31,11 +27,11 @@ Values = dict[tuple[str, str], float]
 
 @dataclass(frozen=True)
 class FittedConstant:
-    """What one fit came to.
+    """The result of one fit.
 
     Attributes:
-        fit: the constant and its row.
-        of_seeds: the value at which each seed is just about to fall.
+        fit: the constant and its rows.
+        of_seeds: the value on the verge of a fall, for each seed.
         value: the constant, with which every seed survives.
     """
 
@@ -44,17 +40,16 @@ class FittedConstant:
     value: float
 
 
-def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[FittedConstant]:
-    """Fit all constants one after the other; write ``out`` (Markdown) and its YAML.
+def calibrate(seed: int, seeds: int, jobs: int) -> list[FittedConstant]:
+    """Fit all constants one after the other.
 
     Args:
-        out: the page; the constants go into a file of the same name, with the suffix ``.yaml``.
         seed: the first of the seeds.
         seeds: how many.
         jobs: processes.
 
     Raises:
-        ExperimentError: if an argument is not accepted or a file cannot be written.
+        ExperimentError: if an argument is not accepted.
         RunError: if a row cannot be met with any value of its constant.
     """
     if not 2 <= seeds <= 100:
@@ -68,20 +63,13 @@ def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[FittedConstan
             one = fit_constant(fit, values, range(seed, seed + seeds), pool)
             values[fit.node, fit.key] = one.value
             found.append(one)
-    try:
-        out.write_text(page(found, seed, seeds), encoding='utf-8')
-        out.with_suffix('.yaml').write_text(constants_file(found), encoding='utf-8')
-    except OSError as error:
-        raise ExperimentError(
-            f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
     return found
 
 
 def fit_constant(
     fit: Fit, values: Values, seeds: range, pool: ProcessPoolExecutor
 ) -> FittedConstant:
-    """Find the value of one constant, the earlier ones being given.
+    """Fit one constant, given the earlier ones.
 
     Raises:
         RunError: if the robot survives, or falls, at both ends of the range, or no value is
@@ -109,7 +97,7 @@ def fit_constant(
 
 
 def survives(fit: Fit, fixed: Changes, value: float, seed: int) -> bool:
-    """Try one value of a constant with one seed, on every row."""
+    """Say whether one seed survives every row with a value of a constant."""
     changes = (*fixed, ((fit.node, fit.key), float(value)))
     for row in fit.rows:
         trial = attempt(replace(row.condition, changes=changes), row.inclination_deg, seed)
@@ -129,12 +117,12 @@ def rows_text(fit: Fit) -> str:
 
 
 def boundary_of_seed(fit: Fit, fixed: Changes, seed: int) -> float:
-    """Return the value of a constant at which one seed is just about to fall."""
+    """Return the value of a constant on the verge of a fall, for one seed."""
     return boundary(lambda value: survives(fit, fixed, value, seed), fit)
 
 
 def boundary(holds: Callable[[float], bool], fit: Fit) -> float:
-    """Halve the range of a constant between survival and fall.
+    """Bisect the range of a constant between survival and fall.
 
     Raises:
         RunError: if both ends give the same.
@@ -155,78 +143,16 @@ def boundary(holds: Callable[[float], bool], fit: Fit) -> float:
     return (low + high) / 2.0
 
 
-def constants_file(found: list[FittedConstant]) -> str:
-    """Return the fitted constants as a ROS 2 parameter file."""
-    nodes: dict[str, dict[str, dict[str, float]]] = {}
-    for one in found:
-        nodes.setdefault(one.fit.node, {'ros__parameters': {}})['ros__parameters'][one.fit.key] = (
-            one.value
-        )
-    return (
-        '# The fitted constants, written by khr calibrate; the defaults of the parameter '
-        'tables hold them.\n' + yaml.safe_dump(nodes, sort_keys=False)
-    )
-
-
 def differences(fitted: Mapping[str, Mapping[str, Mapping[str, float]]]) -> list[str]:
-    """Return the fitted constants that the defaults of the tables do not hold, in words."""
+    """List the fitted constants that differ from the defaults of the tables, in words."""
     return [
-        f'{node}.{key}: fitted {value:g}, the default is {_default(node, key)}'
+        f'{node}.{key}: fitted {value:g}, the default is {default(node, key)}'
         for node, body in fitted.items()
         for key, value in body['ros__parameters'].items()
-        if _default(node, key) != value
+        if default(node, key) != value
     ]
 
 
-def page(found: list[FittedConstant], seed: int, seeds: int) -> str:
-    """Return the documentation of all constants."""
-    fitted = [
-        f'| `{one.fit.node}.{one.fit.key}` | {one.value:g}{_unit(one.fit.node, one.fit.key)}'
-        f' | {min(one.of_seeds):.4g} to {max(one.of_seeds):.4g}'
-        f' | {one.fit.low:g} to {one.fit.high:g} | {rows_text(one.fit)} |'
-        for one in found
-    ]
-    others = [
-        f'| `{c.node}.{c.key}` | {_default(c.node, c.key)}{_unit(c.node, c.key)} | '
-        f'{c.kind} | {c.source} |'
-        for c in CONSTANTS
-    ]
-    rows = sum(len(one.fit.rows) for one in found)
-    head = _HEAD.format(count=len(found), rows=rows, seed=seed, seeds=seeds, halvings=HALVINGS)
-    return '\n'.join((head, *fitted, _OTHERS, *others, ''))
-
-
-def _default(node: str, key: str) -> object:
+def default(node: str, key: str) -> object:
+    """Return the default of a parameter."""
     return specifications(table_of(node))[key].default
-
-
-def _unit(node: str, key: str) -> str:
-    unit = specifications(table_of(node))[key].unit
-    return f' {unit}' if unit else ''
-
-
-_HEAD = """# Calibration
-
-Written by `khr calibrate --seed {seed} --seeds {seeds}`; do not edit. {count} constants are
-fitted, on {rows} rows of Dutta (2021). Every other result is a prediction; the
-[scoreboard](scoreboard.md) tells them apart.
-
-## Fitted
-
-The inclination of a row is held, and the constant is halved in between survival and fall,
-{halvings} times for each seed, with another small error of the posture and other sensor noise; of
-two rows both must be survived. The constant is the value of the seed that falls first, moved on
-until every seed survives with it: on each row the thesis's robot still held. A later fit uses the
-earlier ones.
-
-| constant | value | about to fall, over the seeds | searched | fitted on |
-|---|---|---|---|---|"""
-_OTHERS = """
-## Not fitted
-
-Masses, lengths and inertias of the robot are measured: they come from its CAD models and the
-maker's data. The servo's torque, speed and resolution are the maker's. The meaning of a gain in
-rad per rad/s is derived from the data of board, gyro and servo. Of the rest, these matter most:
-
-| constant | value | kind | source |
-|---|---|---|---|"""

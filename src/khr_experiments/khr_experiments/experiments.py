@@ -1,4 +1,4 @@
-"""Experiments: the shipped sweeps that figures are drawn from, and their finished runs."""
+"""Experiments: the shipped sweeps behind the figures, and their finished runs."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from khr_bringup.run_signals import Series
 from khr_bringup.scenario import CONFIG, Scenario
 from khr_experiments.errors import ExperimentError
 from khr_experiments.progress import Bar
+from khr_experiments.sweeps import report_lost
 from khr_experiments.sweeps.folder import (
     Folder,
     discard_other,
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
 
 ROOT = Path('runs/experiments')
 Key = TypeVar('Key')
+Item = TypeVar('Item')
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,9 +42,9 @@ class Run:
     Attributes:
         point: the swept values: ``scenario``, ``case``, ``node.parameter``.
         seed: number of the seed; None if the experiment leaves the scenario's own.
-        row: what it came to, by column of RESULTS.
+        row: its results, by column of RESULTS.
         scenario: as it was run.
-        kept: where its signals are.
+        kept: file of its signals.
     """
 
     point: dict[str, Any]
@@ -53,7 +55,7 @@ class Run:
 
     @cached_property
     def series(self) -> Series | None:
-        """Load the signals; None if the experiment keeps none, or the run could not be made."""
+        """Load the signals; None if the experiment keeps none, or the run failed."""
         return Series.load(self.kept) if self.kept.is_file() else None
 
 
@@ -68,7 +70,7 @@ def runs_of(folder: Path) -> Runs:
         folder: of the sweep, complete or not.
 
     Raises:
-        ExperimentError: if it holds no sweep.
+        ExperimentError: if the folder holds no sweep.
     """
     table = read_table(folder)
     request = request_of(table)
@@ -98,16 +100,16 @@ def runs_of(folder: Path) -> Runs:
     return sorted(runs, key=place)
 
 
-def by(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
-    """Sort runs into groups, in the order in which they come."""
-    groups: dict[Key, Runs] = {}
-    for run in runs:
-        groups.setdefault(key(run), []).append(run)
+def by(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Group items by a key, in their order."""
+    groups: dict[Key, list[Item]] = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
     return groups
 
 
 def shipped() -> dict[str, Path]:
-    """Return the files of the experiments by name; those in ``config`` here come first."""
+    """Return the files of the experiments by name; a file in ``./config`` replaces one shipped."""
     return {
         path.stem: path
         for place in (CONFIG, Path('config'))
@@ -143,9 +145,9 @@ def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Sweep]:
 
 @contextmanager
 def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
-    """Open sweeps by folder for their missing runs; at the end their tables are written.
+    """Open the folders of sweeps to add missing runs; write their tables at the end.
 
-    What a folder holds of another version of the code or the experiment is discarded.
+    Runs of another version of the code or the experiment are discarded.
 
     Raises:
         ExperimentError: if a folder cannot be written.
@@ -156,8 +158,7 @@ def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
             request = {'version': code_version(), **specification.record()}
             if discard_other(path, request):
                 print(
-                    f'khr: {path}: its runs are of another version or experiment, and are made '
-                    'anew',
+                    f'khr: {path}: its runs are of another version or experiment and are repeated',
                     file=sys.stderr,
                 )
             entered.append((specification, stack.enter_context(Folder(path, request))))
@@ -169,7 +170,7 @@ def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
 
 
 def missing(sweeps: Sequence[Opened]) -> int:
-    """Count the runs that opened experiments lack."""
+    """Count the missing runs of opened experiments."""
     version = code_version()
     return sum(
         len({trial.id for trial in specification.trials(version)} - folder.finished())
@@ -178,7 +179,7 @@ def missing(sweeps: Sequence[Opened]) -> int:
 
 
 def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
-    """Compute what opened experiments lack; return how many runs lost their worker.
+    """Compute the missing runs of opened experiments; return how many lost their worker.
 
     Raises:
         RunError: if the computation could not go on; what is finished is kept.
@@ -192,8 +193,8 @@ def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
     return lost
 
 
-def run(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') -> int:
-    """Run what sweeps lack on this machine; return how many runs lost their worker.
+def run(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') -> None:
+    """Compute the missing runs of sweeps on this machine.
 
     Args:
         sweeps: by folder.
@@ -207,8 +208,9 @@ def run(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') 
     with opened(sweeps) as entered:
         left = missing(entered)
         if not left:
-            return 0
+            return
         from khr_experiments.sweeps.cluster import connected
 
         with Bar(title, left, lines=True) as bar, connected(min(workers, left)) as client:
-            return run_on(client, entered, bar)
+            lost = run_on(client, entered, bar)
+    report_lost(lost)

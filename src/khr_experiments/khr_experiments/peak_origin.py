@@ -1,4 +1,4 @@
-"""``khr lines``: which peaks of a walk's spectrum the gait makes, the feedback, and slipping."""
+"""``khr lines``: attribute a walk's spectral peaks to gait, feedback or slipping."""
 
 from __future__ import annotations
 
@@ -26,20 +26,19 @@ from khr_bringup.strict_yaml import read_yaml
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, Runs, run, runs_of, shipped
 from khr_experiments.published import LINE_HZ
-from khr_experiments.sweeps import tell_lost
 from khr_experiments.sweeps.axes import CASE
 from khr_experiments.sweeps.reading import parse
 from khr_sim.run_parameters import RunParameters
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
-PEAK = 0.1  # of the largest amplitude; what is lower is not called a peak
-NEAR = (0.9, 2.0)  # gains from and to these times a published one speak of its loop
+PEAK = 0.1  # smallest amplitude of a peak, over the largest one
+NEAR = (0.9, 2.0)  # range of gains that are compared with a published one, as a factor of it
 
 
 @dataclass(frozen=True)
 class PublishedPeak:
-    """A peak that Dutta (2021) calls a control frequency, and the gains that it came with."""
+    """A peak that Dutta (2021) calls a control frequency, Hz, and the gains of its walk."""
 
     frequency: float
     ankle_gain: float
@@ -56,12 +55,17 @@ PUBLISHED = (
     PublishedPeak(4.74, 18.0),
     PublishedPeak(7.33, 12.0, 13.0),
     PublishedPeak(8.40, 12.0, 14.0),
-)  # which K_H made 7.33 Hz is our reading
+)  # the thesis does not say which K_H belongs to 7.33 Hz; 13 is our reading
 
 
 @dataclass(frozen=True)
 class Band:
-    """What one walk has between the lines that a walk with less gain on the same ground lacks."""
+    """A band between the gait's lines that grows when the gain of one loop is raised.
+
+    Attributes:
+        less, more: walks on the same ground, with less and with more gain.
+        found: the band; None if the walks do not differ there.
+    """
 
     less: Walks
     more: Walks
@@ -74,14 +78,24 @@ class Band:
 
 
 @dataclass(frozen=True)
+class PeakOrigin:
+    """The origin of a published peak on the simulated robot, in words, and how sure it is."""
+
+    frequency: float
+    gains: str
+    verdict: str
+    sure: Sureness
+
+
+@dataclass(frozen=True)
 class Settled:
-    """What the runs say of a published peak.
+    """The evidence on a published peak.
 
     Attributes:
-        walks: with its gains, on the steepest ground that they survived; None without such.
-        line: the strongest bin within the reading error there.
+        walks: with its gains, on the steepest ground that they survived; None if there are none.
+        line: the strongest bin within the reading error of the peak.
         share: its amplitude over the largest one.
-        bands: comparisons of the loop that was on, at gains like the published one or above it.
+        bands: comparisons of the peak's loop at gains near the published one.
         verdict: in words.
     """
 
@@ -94,18 +108,49 @@ class Settled:
     sure: Sureness
 
     @property
+    def origin(self) -> PeakOrigin:
+        """Return the result without the evidence."""
+        return PeakOrigin(self.peak.frequency, self.peak.gains, self.verdict, self.sure)
+
+    @property
     def holding(self) -> tuple[Band, ...]:
-        """Return the bands that hold the published frequency."""
+        """Return the bands that contain the published frequency."""
         return tuple(
             band for band in self.bands if band.found and band.found.holds(self.peak.frequency)
         )
 
 
+@dataclass(frozen=True)
+class PeakStudy:
+    """The spectral peaks of a walk and their origin.
+
+    Attributes:
+        scenario: the walk.
+        walks: its records, then those of its variants.
+        lines: the peaks of the first walks.
+        bands: between the lines.
+        published: the evidence on the published peaks.
+        fallen: the runs that fell and are left out, in words.
+    """
+
+    scenario: str
+    walks: tuple[Walks, ...]
+    lines: tuple[Line, ...]
+    bands: tuple[Band, ...]
+    published: tuple[Settled, ...]
+    fallen: str
+
+    @property
+    def origins(self) -> tuple[PeakOrigin, ...]:
+        """Return the origin of the published peaks."""
+        return tuple(each.origin for each in self.published)
+
+
 def walks_of(runs: Runs) -> tuple[Walks, ...]:
-    """Return what the surviving runs of each case recorded over the whole cycles of the gait.
+    """Return the records of each case's surviving runs over the whole cycles of the gait.
 
     Raises:
-        ExperimentError: if no run survived with its signals kept.
+        ExperimentError: if no run survived, or none kept its signals.
     """
     found = []
     for label, group in groupby(runs, key=lambda run: str(run.point.get(CASE, ''))):
@@ -118,7 +163,7 @@ def walks_of(runs: Runs) -> tuple[Walks, ...]:
 
 
 def fallen_of(runs: Runs) -> str:
-    """Tell how many runs of each case fell and are not looked at."""
+    """List how many runs of each case fell and are left out."""
     counts = {
         label: [run.row['verdict'] == 'fell' for run in group]
         for label, group in groupby(runs, key=lambda run: str(run.point.get(CASE, '')))
@@ -164,10 +209,10 @@ def _record(run: Run, start: float, end: float) -> Record:
 
 
 def bands_of(walks: Sequence[Walks]) -> tuple[Band, ...]:
-    """Compare each walk with the first that has feedback and less gain of one loop.
+    """Compare each walk with the first one that differs only by a lower gain of one loop.
 
-    All else is equal. The order of the experiment is thus the order of what is compared with: the
-    scenario as it is comes first.
+    The one with less gain has ankle feedback. Walks are taken in the order of the experiment, so
+    the unchanged scenario is preferred.
     """
     found = []
     for more, gain in product(walks, ('ankle_gain', 'hip_gain')):
@@ -183,7 +228,7 @@ def bands_of(walks: Sequence[Walks]) -> tuple[Band, ...]:
 
 
 def settle(peak: PublishedPeak, walks: Sequence[Walks], bands: Sequence[Band]) -> Settled:
-    """Say what the runs make of a published peak."""
+    """Find the origin of a published peak."""
     alike = [
         each
         for each in walks
@@ -231,6 +276,27 @@ def settle(peak: PublishedPeak, walks: Sequence[Walks], bands: Sequence[Band]) -
     return replace(settled, verdict='not settled: nothing stands out there')
 
 
+def study(runs: Runs) -> PeakStudy:
+    """Find the origin of the peaks of a walk and of the published ones.
+
+    Args:
+        runs: of the experiment ``lines``, or of its cases on another scenario.
+
+    Raises:
+        ExperimentError: if no walk survived.
+    """
+    walks = walks_of(runs)
+    bands = bands_of(walks)
+    return PeakStudy(
+        runs[0].scenario.name,
+        walks,
+        explained(walks),
+        bands,
+        tuple(settle(peak, walks, bands) for peak in PUBLISHED),
+        fallen_of(runs),
+    )
+
+
 def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> Runs:
     """Run the cases of the experiment ``lines`` on another scenario; return all finished runs.
 
@@ -238,7 +304,7 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         scenario: file or name.
         fast: one seed.
         workers: processes.
-        root: where the runs are kept; what is there of the same code is not repeated.
+        root: folder of the runs; runs of the same code are not repeated.
 
     Raises:
         ExperimentError: if the scenario is no walk, or is not accepted.
@@ -253,8 +319,7 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         yaml.safe_dump(given, sort_keys=False), f'{EXPERIMENT} of {scenario}', fast
     )
     path = root / (walk.name + ('-fast' if fast else ''))
-    if lost := run({path: specification}, workers, EXPERIMENT):
-        tell_lost(lost)
+    run({path: specification}, workers, EXPERIMENT)
     return runs_of(path)
 
 
@@ -264,5 +329,5 @@ def published_places() -> Places:
 
 
 def explained(walks: Sequence[Walks]) -> tuple[Line, ...]:
-    """Label the peaks of the first walks by all others."""
+    """Find the origin of the first walks' peaks by comparison with all others."""
     return origins(walks[0], walks[1:], PEAK)

@@ -1,11 +1,12 @@
-"""What the thesis found, as conditions to repeat: the data of the scoreboard.
+"""The thesis's results, as conditions to repeat.
 
-Numbers of Dutta (2021), chapters 3, 5 and 6; nothing here is a result of ours.
+All numbers are those of Dutta (2021), chapters 3, 5 and 6.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 from khr_experiments.critical import Condition
 
@@ -14,6 +15,8 @@ THEORY_DEG = 5.7  # phi_cr,theo, (3.10)
 READ_BACK_DEG = 0.5  # of phi read back from Delta
 LINE_HZ = 0.22  # of a published peak: half a bin of one gait cycle
 
+Quantity = Literal['vibration', 'slip', 'line']
+
 STAGE_1 = Condition('leg_lift')
 STAGE_2 = Condition('leg_lift', 12.0)
 STAGE_3 = Condition('leg_lift', 12.0, 13.0)
@@ -21,9 +24,9 @@ STAGE_3 = Condition('leg_lift', 12.0, 13.0)
 
 @dataclass(frozen=True)
 class PublishedLimit:
-    """A critical inclination; ``fitted`` if the calibration saw it."""
+    """A critical inclination; ``fitted`` if the calibration used it."""
 
-    where: str
+    chapter: int
     condition: Condition
     thesis_deg: float
     fitted: bool = False
@@ -34,12 +37,12 @@ class PublishedWalk:
     """A walk of chapter 5.
 
     Attributes:
-        inclination_deg, condition: what to do.
+        inclination_deg, condition: what to repeat.
         thesis: what the robot did, in words.
-        survives: whether it walked to the end; None if it is not published.
-        slips: whether it slipped; None if it is not said.
+        survives: whether it walked to the end; None if this is not published.
+        slips: whether it slipped; None if this is not published.
         lines: published peaks of Gait-3, Hz, each a range.
-        fitted: whether the calibration saw it.
+        fitted: whether the calibration used it.
     """
 
     inclination_deg: float
@@ -53,10 +56,10 @@ class PublishedWalk:
 
 @dataclass(frozen=True)
 class PublishedTrend:
-    """A comparison of walks on the same ground: a figure that grows along the conditions."""
+    """A comparison of walks on the same ground: a quantity that grows along the conditions."""
 
     what: str
-    figure: str  # 'vibration' | 'slip' | 'line'
+    quantity: Quantity
     inclination_deg: float
     conditions: tuple[Condition, ...]
 
@@ -74,13 +77,13 @@ def line(frequency: float) -> tuple[float, float]:
 F_0, F_A0 = line(1.73), line(2.58)
 
 LIMITS = (
-    PublishedLimit('3', STAGE_1, 6.4, fitted=True),
-    PublishedLimit('3', STAGE_2, 7.6, fitted=True),
-    PublishedLimit('3', STAGE_3, 9.6),
-    PublishedLimit('5', walking(), 5.55, fitted=True),
-    PublishedLimit('5', walking(12.0), 8.88),
-    PublishedLimit('5', walking(18.0), 9.7),
-    PublishedLimit('5', walking(12.0, 13.0), 10.2),
+    PublishedLimit(3, STAGE_1, 6.4, fitted=True),
+    PublishedLimit(3, STAGE_2, 7.6, fitted=True),
+    PublishedLimit(3, STAGE_3, 9.6),
+    PublishedLimit(5, walking(), 5.55, fitted=True),
+    PublishedLimit(5, walking(12.0), 8.88),
+    PublishedLimit(5, walking(18.0), 9.7),
+    PublishedLimit(5, walking(12.0, 13.0), 10.2),
 )
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
@@ -151,9 +154,9 @@ TRENDS = (
         (walking(12.0, 14.0), walking(12.0, 12.0)),
     ),
 )
-COMMON_DEG = 6.99  # where trends are looked at if their own ground throws the robot
+COMMON_DEG = 6.99  # where trends are measured if the robot falls at their own inclination
 
 STAGE_1_GRID = (0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0)  # deg, the curve Delta(phi)
-STAGE_1_READ = (2.7, 3.8, 5.3)  # deg, read back from it; the thesis compares forces there
+STAGE_1_READ = (2.7, 3.8, 5.3)  # deg, read back from the curve; the thesis compares forces there
 STAGE_2_GRID = (5.3, 6.4, 7.0)
 STAGE_3_GRID = (6.4, 7.6, 8.4)

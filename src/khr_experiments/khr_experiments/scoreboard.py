@@ -7,7 +7,6 @@ thesis's side comes from :mod:`khr_experiments.published`.
 from __future__ import annotations
 
 from dataclasses import replace
-from pathlib import Path
 
 from khr_experiments.critical import Changes, Condition, Limit, workers
 from khr_experiments.errors import ExperimentError
@@ -32,25 +31,15 @@ from khr_experiments.scoreboard_compare import (
     trend_row,
     walk_row,
 )
+from khr_experiments.scoreboard_rows import Explanation, Scoreboard, Shift
 from khr_experiments.scoreboard_runs import Bench, lift, walk
-from khr_report.scoreboard_page import (
-    HEAD,
-    LIMITS_TEXT,
-    MISSES_TEXT,
-    MOTION_TEXT,
-    STANDING_TEXT,
-    TRENDS_TEXT,
-    WALKING_TEXT,
-    head,
-    table,
-)
 
 STIFFER: Changes = tuple(
     (('simulator', f'stretch_{joint}'), twice)
     for joint, twice in (('hip', 120), ('knee', 127), ('ankle_pitch', 90), ('ankle_roll', 60))
 )
-# What may explain a limit that misses: one change each, the same for every row of a motion.
-EXPERIMENTS: dict[str, tuple[tuple[str, Changes], ...]] = {
+# Changes that may explain a limit that misses, tried one at a time on every limit of a motion.
+CHANGES: dict[str, tuple[tuple[str, Changes], ...]] = {
     'walk': (
         ('friction 0.25', ((('simulator', 'friction'), 0.25),)),
         ('friction 0.15', ((('simulator', 'friction'), 0.15),)),
@@ -73,107 +62,40 @@ EXPERIMENTS: dict[str, tuple[tuple[str, Changes], ...]] = {
 }
 
 
-def write(out: Path, seeds: int, tolerance: float, jobs: int, explain: bool = True) -> str:
-    """Measure everything, write the page, and return its summary.
+def scoreboard(seeds: int, tolerance: float, jobs: int, explain: bool = True) -> Scoreboard:
+    """Measure the scoreboard with a pool of processes.
 
     Args:
-        out: the page.
-        seeds: of every measurement.
+        seeds: of each measurement.
         tolerance: of each bisection, deg.
         jobs: processes.
-        explain: whether to look into the limits that miss.
+        explain: whether to look for changes that explain the limits that miss.
 
     Raises:
-        ExperimentError: if an argument is not accepted or the file cannot be written.
+        ExperimentError: if an argument is not accepted.
     """
     if not 2 <= seeds <= 100:
         raise ExperimentError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
     with workers(jobs) as pool:
-        page, summary = board(Bench(pool, seeds, tolerance), explain)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(page, encoding='utf-8')
-    except OSError as error:
-        raise ExperimentError(
-            f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
-    return summary
+        return compare(Bench(pool, seeds, tolerance), explain)
 
 
-def board(bench: Bench, explain: bool = True) -> tuple[str, str]:
-    """Return the page and its one-line summary."""
-    ask_all(bench)
+def compare(bench: Bench, explain: bool = True) -> Scoreboard:
+    """Return the scoreboard of what a bench measures."""
+    submit_all(bench)
     limits = {row.condition: bench.limit(row.condition, row.thesis_deg) for row in LIMITS}
-    sections = (
-        (
-            'Critical inclinations',
-            LIMITS_TEXT,
-            ('chapter', 'condition', 'thesis', 'simulation'),
-            [*limit_rows(limits), theory_row(), *order_rows(limits, bench.tolerance)],
-        ),
-        (
-            'Standing on one leg (chapter 3)',
-            STANDING_TEXT,
-            ('what', 'thesis', 'simulation'),
-            standing_rows(bench, limits[STAGE_1]),
-        ),
-        (
-            'Walking (chapter 5)',
-            WALKING_TEXT,
-            (
-                'phi, deg',
-                'control',
-                'thesis',
-                'falls',
-                'slip, mm',
-                'vibration, rad/s',
-                'largest peaks, Hz',
-            ),
-            [walk_row(row, bench.walks(row.condition, row.inclination_deg)) for row in WALKS],
-        ),
-        (
-            'Trends',
-            TRENDS_TEXT,
-            ('what', 'at phi, deg', 'simulation'),
-            [trend_row(row, bench) for row in TRENDS],
-        ),
+    return Scoreboard(
+        bench.seeds,
+        (*limit_rows(limits), theory_row()),
+        tuple(order_rows(limits, bench.tolerance)),
+        tuple(standing_rows(bench, limits[STAGE_1])),
+        tuple(walk_row(row, bench.walks(row.condition, row.inclination_deg)) for row in WALKS),
+        tuple(trend_row(row, bench) for row in TRENDS),
+        _explanations(bench, limits) if explain else None,
     )
-    rows = [row for *_, section in sections for row in section]
-    judged = [row for row in rows if row.passed is not None]
-    summary = (
-        f'{sum(bool(row.passed) for row in judged)} of {len(judged)} rows pass, '
-        f'{len(rows) - len(judged)} have no published number'
-    )
-    parts = [HEAD.format(seeds=bench.seeds), f'{summary}.\n']
-    for title, text, heads, section in sections:
-        parts += [f'## {title}\n', f'{text}\n', table(heads, section)]
-    if explain:
-        parts += [
-            '## What moves a limit that misses\n',
-            f'{MISSES_TEXT}\n',
-            experiments(bench, limits),
-        ]
-    return '\n'.join(parts), summary
 
 
-def experiments(bench: Bench, limits: dict[Condition, Limit]) -> str:
-    """Return tables of what each experiment does to each limit that misses."""
-    missed = [
-        row for row in LIMITS if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
-    ]
-    for row in missed:
-        for _, changes in EXPERIMENTS[row.condition.motion]:
-            bench.ask_limit(*_experiment(row, limits, changes))
-    tables = [
-        _experiment_table(
-            bench, limits, motion, [row for row in missed if row.condition.motion == motion]
-        )
-        for motion in EXPERIMENTS
-    ]
-    return '\n'.join(filter(None, tables)) or 'No limit misses.\n'
-
-
-def ask_all(bench: Bench) -> None:
+def submit_all(bench: Bench) -> None:
     """Start all measurements that are known beforehand."""
     for row in LIMITS:
         bench.ask_limit(row.condition, row.thesis_deg)
@@ -191,48 +113,38 @@ def ask_all(bench: Bench) -> None:
             bench.ask(lift, condition, phi)
 
 
-def _experiment_table(
-    bench: Bench, limits: dict[Condition, Limit], motion: str, missed: list[PublishedLimit]
-) -> str:
-    if not missed:
-        return ''
-    names = [name for name, _ in EXPERIMENTS[motion]]
-    lines = [
-        f'{MOTION_TEXT[motion]}\n',
-        head(('condition', 'thesis, deg', 'seed 0, deg', *names, 'closest to the thesis')),
+def _explanations(bench: Bench, limits: dict[Condition, Limit]) -> tuple[Explanation, ...]:
+    """Measure what each change does to each limit that misses."""
+    missed = [
+        row for row in LIMITS if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
     ]
     for row in missed:
-        base = limits[row.condition].of_seeds[0]
-        found = [
-            bench.limit(*_experiment(row, limits, changes)).mean
-            for _, changes in EXPERIMENTS[motion]
-        ]
-        gaps = [abs(row.thesis_deg - one) for one in found]
-        best = min(range(len(gaps)), key=gaps.__getitem__)
-        helps = gaps[best] < abs(row.thesis_deg - base) - bench.tolerance
-        verdict = f'{names[best]}: {found[best]:.2f}' if helps else 'none of them'
-        lines.append(
-            '| '
-            + ' | '.join(
-                (
-                    row.condition.title,
-                    f'{row.thesis_deg:g}',
-                    f'{base:.2f}',
-                    *(f'{one - base:+.2f}' for one in found),
-                    verdict,
-                )
-            )
-            + ' |'
-        )
-    return '\n'.join(lines) + '\n'
+        for _, changes in CHANGES[row.condition.motion]:
+            bench.ask_limit(*_changed(row, limits, changes))
+    return tuple(_explanation(bench, limits, row) for row in missed)
 
 
-def _experiment(
+def _explanation(bench: Bench, limits: dict[Condition, Limit], row: PublishedLimit) -> Explanation:
+    base = limits[row.condition].of_seeds[0]
+    shifts = tuple(
+        Shift(name, bench.limit(*_changed(row, limits, changes)).mean - base)
+        for name, changes in CHANGES[row.condition.motion]
+    )
+    closest = min(shifts, key=lambda shift: abs(base + shift.deg - row.thesis_deg))
+    gain = abs(base - row.thesis_deg) - abs(base + closest.deg - row.thesis_deg)
+    return Explanation(
+        row.condition.motion,
+        row.condition.title,
+        row.thesis_deg,
+        base,
+        shifts,
+        closest if gain > bench.tolerance else None,
+    )
+
+
+def _changed(
     row: PublishedLimit, limits: dict[Condition, Limit], changes: Changes
 ) -> tuple[Condition, float, int]:
-    """Return what to measure, where to begin, and with how many seeds."""
-    return (
-        replace(row.condition, changes=changes),
-        round(limits[row.condition].of_seeds[0], 1),
-        1,
-    )
+    """Return a changed condition, where its search begins in deg, and its number of seeds."""
+    start = round(limits[row.condition].of_seeds[0], 1)
+    return replace(row.condition, changes=changes), start, 1

@@ -1,10 +1,10 @@
-"""The comparisons of the scoreboard: measurements in, lines with a verdict out."""
+"""Compare measurements with the thesis: each function returns rows with a verdict."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from math import degrees, isfinite, isnan, nan
+from math import degrees, isnan, nan
 
 import numpy as np
 
@@ -13,6 +13,7 @@ from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import INITIAL_LEAN
 from khr_experiments import scoreboard_runs as runs
 from khr_experiments.critical import Condition, Limit
+from khr_experiments.json_file import known, known_all
 from khr_experiments.published import (
     COMMON_DEG,
     F_0,
@@ -31,224 +32,223 @@ from khr_experiments.published import (
     PublishedTrend,
     PublishedWalk,
 )
+from khr_experiments.scoreboard_rows import (
+    Kind,
+    LimitRow,
+    OrderRow,
+    StandingRow,
+    TrendRow,
+    WalkRow,
+)
 from khr_experiments.scoreboard_runs import Bench, MeasuredLift, MeasuredWalk
-from khr_report.scoreboard_page import Row, kind, number, series
 
-NOTICEABLE = 0.02  # growth below it, over the first value, is called none
+NOTICEABLE = 0.02  # smallest growth that counts, over the first value
 
 
-def limit_rows(limits: dict[Condition, Limit]) -> list[Row]:
+def limit_rows(limits: dict[Condition, Limit]) -> list[LimitRow]:
     """Compare the critical inclinations."""
-    rows = []
-    for row in LIMITS:
-        limit = limits[row.condition]
-        difference = limit.mean - row.thesis_deg
-        within = f' +- {limit.half_width:.2f}' if isfinite(limit.half_width) else ' (one seed)'
-        rows.append(
-            Row(
-                (
-                    row.where,
-                    row.condition.title,
-                    f'{row.thesis_deg:g}',
-                    f'{limit.mean:.2f}{within}; below it '
-                    f'{limit.slipped:.0%} slip, {limit.vibrated:.0%} vibrate',
-                ),
-                kind(row.fitted),
-                f'{difference:+.2f}',
-                abs(difference) <= TOLERANCE_DEG,
-            )
+    return [
+        LimitRow(
+            row.chapter,
+            _kind(row.fitted),
+            abs(limit.mean - row.thesis_deg) <= TOLERANCE_DEG,
+            row.condition.title,
+            row.thesis_deg,
+            limit.mean,
+            known(limit.half_width),
+            known(limit.slipped),
+            known(limit.vibrated),
         )
-    return rows
+        for row in LIMITS
+        for limit in [limits[row.condition]]
+    ]
 
 
-def theory_row() -> Row:
-    """Compare the footed pendulum's own limit, which is a formula."""
+def theory_row() -> LimitRow:
+    """Compare the limit of the footed pendulum, a formula."""
     ours = degrees(controlled_critical_inclination(Pendulum(), 0.0, initial_lean=INITIAL_LEAN))
-    return Row(
-        ('3', 'inverted pendulum, (3.10)', f'{THEORY_DEG:g}', f'{ours:.2f}'),
-        'formula',
-        f'{ours - THEORY_DEG:+.2f}',
-        abs(ours - THEORY_DEG) <= 0.05,
-    )
+    passed = abs(ours - THEORY_DEG) <= 0.05
+    return LimitRow(3, 'formula', passed, 'inverted pendulum, (3.10)', THEORY_DEG, ours)
 
 
-def order_rows(limits: dict[Condition, Limit], tolerance: float) -> list[Row]:
+def order_rows(limits: dict[Condition, Limit], tolerance: float) -> list[OrderRow]:
     """Compare the order of the limits: no control < ankle < ankle and hip.
 
-    Each has to exceed the one before by the tolerance of the bisection, or they are equal.
+    Limits that differ by no more than the tolerance of the bisection count as equal.
     """
-    rows = []
-    for name, conditions in ORDERS:
-        means = [limits[condition].mean for condition in conditions]
-        rows.append(
-            Row(
-                (
-                    '6',
-                    f'order, {name}',
-                    'none < ankle < ankle and hip',
-                    ', '.join(f'{mean:.2f}' for mean in means),
-                ),
-                'predicted',
-                '',
-                grows(means, tolerance),
-            )
-        )
-    return rows
+    return [
+        OrderRow(6, 'predicted', grows(means, tolerance), motion, tuple(means))
+        for motion, conditions in ORDERS
+        for means in [[limits[condition].mean for condition in conditions]]
+    ]
 
 
-def standing_rows(bench: Bench, stage_1: Limit) -> list[Row]:
+def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
     """Compare the forces under the support foot."""
-    curve = [bench.lifts(STAGE_1, phi) for phi in bench.curve]
-    delta = [runs.typical(one.toe - one.heel for one in lifts) for lifts in curve]
-    toe = [runs.typical(one.toe for one in lifts) for lifts in curve]
-    heel = [runs.typical(one.heel for one in lifts) for lifts in curve]
-    last = bench.lifts(STAGE_1, round(stage_1.mean, 2))
-    share = runs.typical(one.share for one in last)
-    heel_share = (1.0 - share) / 2.0
-    known = [
-        (phi, value) for phi, value in zip(bench.curve, delta, strict=True) if not isnan(value)
-    ]
-    read = {
-        phi: [_read_back(known, one) - phi for one in bench.lifts(STAGE_1, phi)]
-        for phi in STAGE_1_READ
-    }
-    error = max((abs(value) for values in read.values() for value in values), default=nan)
-    rows = [
-        Row(('toe force over phi, N', 'rises', series(toe)), 'predicted', '', grows(toe)),
-        Row(
-            ('heel force over phi, N', 'falls', series(heel)),
-            'predicted',
-            '',
-            grows([-value for value in heel]),
-        ),
-        Row(
-            (f'Delta over phi = {series(bench.curve, 0)} deg, N', 'monotonic', series(delta)),
-            'predicted',
-            '',
-            grows(delta),
-        ),
-        Row(
-            ("Delta at stage 1's limit, over the weight", '1', f'{share:.2f}'),
-            'predicted',
-            f'{share - 1.0:+.2f}',
-            share >= 0.9,
-        ),
-        Row(
-            ("heel force at stage 1's limit, over the weight", '0', f'{heel_share:.2f}'),
-            'predicted',
-            f'{heel_share:+.2f}',
-            heel_share <= 0.05,
-        ),
-        Row(
-            (
-                f'phi read back from Delta at {series(STAGE_1_READ)} deg, largest error, deg',
-                f'within {READ_BACK_DEG:g}',
-                f'{error:.2f}',
-            ),
-            'predicted',
-            f'{error:.2f}',
-            error <= READ_BACK_DEG,
-        ),
-    ]
-    for phi in STAGE_1_READ:
-        lifts = bench.lifts(STAGE_1, phi)
-        rows.append(
-            Row(
-                (
-                    f'toe and heel force at {phi:g} deg, N',
-                    'not published',
-                    f'{runs.typical(one.toe for one in lifts):.1f} and '
-                    f'{runs.typical(one.heel for one in lifts):.1f}',
-                ),
-                'predicted',
-                '',
-                None,
+    return [
+        *_curve_rows(bench),
+        *_rows_at_limit(bench, round(stage_1.mean, 2)),
+        _read_back_row(bench),
+        *(
+            _standing('toe and heel force', 'N', [phi], 'not published', [toe, heel], None)
+            for phi in STAGE_1_READ
+            for toe, heel in zip(
+                *(_over(bench, STAGE_1, [phi], force) for force in ('toe', 'heel')), strict=True
             )
-        )
-    for name, condition, grid in (
-        ('stage 2', STAGE_2, STAGE_2_GRID),
-        ('stage 3', STAGE_3, STAGE_3_GRID),
-    ):
-        again = [
-            runs.typical(one.toe - one.heel for one in bench.lifts(condition, phi)) for phi in grid
-        ]
-        rows.append(
-            Row(
-                (f'Delta over phi = {series(grid)} deg, {name}, N', 'grows again', series(again)),
-                'predicted',
-                '',
-                grows(again),
-            )
-        )
-    overshoot = [runs.overshoot_deg(lifts) for lifts in curve]
-    rows.append(
-        Row(
-            (
-                'largest overshoot of the pitch rate over phi, deg/s',
-                'a function of phi',
-                series(overshoot),
-            ),
-            'predicted',
-            '',
+        ),
+        *(
+            _standing(f'Delta, stage {stage}', 'N', grid, 'rises again', again, grows(again))
+            for stage, condition, grid in ((2, STAGE_2, STAGE_2_GRID), (3, STAGE_3, STAGE_3_GRID))
+            for again in [_over(bench, condition, grid, 'difference')]
+        ),
+        _standing(
+            'largest overshoot of the pitch rate',
+            'deg/s',
+            bench.curve,
+            'depends on phi',
+            [runs.overshoot_deg(bench.lifts(STAGE_1, phi)) for phi in bench.curve],
             None,
-        )
-    )
-    return rows
+        ),
+    ]
 
 
-def walk_row(row: PublishedWalk, walks: Sequence[MeasuredWalk]) -> Row:
+def walk_row(row: PublishedWalk, walks: Sequence[MeasuredWalk]) -> WalkRow:
     """Compare one walk."""
-    falls = 1.0 - runs.survived(walks)
-    slip = runs.slip_mm(walks)
-    peaks = [[peak.frequency for peak in one.peaks] for one in walks if one.survived]
-    control = row.condition.title.removeprefix('walk, ')
-    misses = []
-    if row.survives is not None and (falls < 0.5) != row.survives:
-        misses.append('falls' if row.survives else 'does not fall')
-    elif row.survives:
-        slips = sum(one.outcome.verdict == 'slipped' for one in walks) * 2 > len(walks)
-        if row.slips and not slips:
-            misses.append('does not slip')
-        for low, high in row.lines:
-            if sum(any(low <= f <= high for f in found) for found in peaks) * 2 <= len(peaks):
-                misses.append(f'no peak in {low:.2f} to {high:.2f} Hz')
-    cells = (
-        f'{row.inclination_deg:g}',
-        control,
+    stayed = [one for one in walks if one.survived]
+    peaks = [[peak.frequency for peak in one.peaks] for one in stayed]
+    differences = _differences(row, walks, peaks)
+    return WalkRow(
+        5,
+        _kind(row.fitted),
+        None if row.survives is None else not differences,
+        row.inclination_deg,
+        row.condition.title.removeprefix('walk, '),
         row.thesis,
-        f'{round(falls * len(walks))} of {len(walks)}',
-        number(slip, 0),
-        number(runs.vibration(walks), 3),
-        ' '.join(f'{f:.2f}' for f in peaks[0][:4]) if peaks else '-',
-    )
-    return Row(
-        cells, kind(row.fitted), '; '.join(misses), None if row.survives is None else not misses
+        row.survives,
+        len(walks),
+        len(walks) - len(stayed),
+        known(runs.slip_mm(walks)),
+        known(runs.vibration(walks)),
+        tuple(peaks[0][:4]) if peaks else (),
+        tuple(differences),
     )
 
 
-def trend_row(row: PublishedTrend, bench: Bench) -> Row:
-    """Compare a figure over conditions, on the thesis's ground if the robot stays up there."""
+def trend_row(row: PublishedTrend, bench: Bench) -> TrendRow:
+    """Compare a quantity over conditions, at the thesis's inclination if the robot survives it."""
     for phi in (row.inclination_deg, COMMON_DEG):
         walks = [bench.walks(condition, phi) for condition in row.conditions]
         if all(runs.survived(some) > 0.5 for some in walks):
             break
-    figure = {'vibration': runs.vibration, 'slip': runs.slip_mm, 'line': _extra_peak}[row.figure]
-    values = [figure(some) for some in walks]
-    unit = {'vibration': 'rad/s', 'slip': 'mm', 'line': 'Hz'}[row.figure]
-    least = LINE_HZ if row.figure == 'line' else NOTICEABLE * values[0]
-    elsewhere = '' if phi == row.inclination_deg else f'not at {row.inclination_deg:g}: it falls'
-    return Row(
-        (row.what, f'{phi:g}', f'{series(values, 1 if row.figure == "slip" else 3)} {unit}'),
+    measure = {'vibration': runs.vibration, 'slip': runs.slip_mm, 'line': _extra_peak}
+    values = [measure[row.quantity](some) for some in walks]
+    least = LINE_HZ if row.quantity == 'line' else NOTICEABLE * values[0]
+    return TrendRow(
+        5,
         'predicted',
-        elsewhere,
         grows(values, least),
+        row.what,
+        row.quantity,
+        row.inclination_deg,
+        phi,
+        known_all(values),
+    )
+
+
+def grows(values: Sequence[float], least: float = 0.0) -> bool:
+    """Say whether each value exceeds the one before by more than ``least``; a NaN does not."""
+    return all(later - earlier > least for earlier, later in pairwise(values))
+
+
+def _kind(fitted: bool) -> Kind:
+    return 'fitted' if fitted else 'predicted'
+
+
+def _differences(
+    row: PublishedWalk, walks: Sequence[MeasuredWalk], peaks: Sequence[Sequence[float]]
+) -> list[str]:
+    """Return in words what differs from the published walk."""
+    if row.survives is None:
+        return []
+    if (runs.survived(walks) > 0.5) != row.survives:
+        return ['falls' if row.survives else 'does not fall']
+    slips = sum(one.outcome.verdict == 'slipped' for one in walks) * 2 > len(walks)
+    differences = ['does not slip'] if row.slips and not slips else []
+    for low, high in row.lines:
+        if sum(any(low <= f <= high for f in found) for found in peaks) * 2 <= len(peaks):
+            differences.append(f'no peak in {low:.2f} to {high:.2f} Hz')
+    return differences
+
+
+def _standing(
+    what: str,
+    unit: str,
+    inclinations: Sequence[float],
+    thesis: str,
+    values: Sequence[float],
+    passed: bool | None,
+    difference: float = nan,
+) -> StandingRow:
+    places = tuple(inclinations)
+    return StandingRow(
+        3, 'predicted', passed, what, unit, places, thesis, known_all(values), known(difference)
+    )
+
+
+def _over(
+    bench: Bench, condition: Condition, inclinations: Sequence[float], force: str
+) -> list[float]:
+    """Return a median force of leg lifts at each inclination, N."""
+    return [
+        runs.typical(getattr(one, force) for one in bench.lifts(condition, phi))
+        for phi in inclinations
+    ]
+
+
+def _curve_rows(bench: Bench) -> list[StandingRow]:
+    toe, heel, delta = (
+        _over(bench, STAGE_1, bench.curve, force) for force in ('toe', 'heel', 'difference')
+    )
+    falling = grows([-value for value in heel])
+    return [
+        _standing('toe force', 'N', bench.curve, 'rises', toe, grows(toe)),
+        _standing('heel force', 'N', bench.curve, 'falls', heel, falling),
+        _standing('Delta', 'N', bench.curve, 'rises', delta, grows(delta)),
+    ]
+
+
+def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
+    share = runs.typical(one.share for one in bench.lifts(STAGE_1, limit_deg))
+    heel = (1.0 - share) / 2.0
+    what = "over the weight, at stage 1's limit"
+    return [
+        _standing(f'Delta {what}', '', [limit_deg], '1', [share], share >= 0.9, share - 1.0),
+        _standing(f'heel force {what}', '', [limit_deg], '0', [heel], heel <= 0.05, heel),
+    ]
+
+
+def _read_back_row(bench: Bench) -> StandingRow:
+    delta = _over(bench, STAGE_1, bench.curve, 'difference')
+    curve = [pair for pair in zip(bench.curve, delta, strict=True) if not isnan(pair[1])]
+    error = max(
+        abs(_read_back(curve, one) - phi)
+        for phi in STAGE_1_READ
+        for one in bench.lifts(STAGE_1, phi)
+    )
+    return _standing(
+        'largest error of phi read back from Delta',
+        'deg',
+        STAGE_1_READ,
+        f'within {READ_BACK_DEG:g}',
+        [error],
+        error <= READ_BACK_DEG,
     )
 
 
 def _read_back(curve: Sequence[tuple[float, float]], one: MeasuredLift) -> float:
-    """Return phi in deg that a measured Delta stands for on the curve."""
+    """Return the inclination in deg at which the curve has a measured Delta."""
     phi, delta = np.array(curve).T
-    return float(np.interp(one.toe - one.heel, delta, phi))
+    return float(np.interp(one.difference, delta, phi))
 
 
 def _extra_peak(walks: Iterable[MeasuredWalk]) -> float:
@@ -264,8 +264,3 @@ def _extra_peak(walks: Iterable[MeasuredWalk]) -> float:
         )
         for one in walks
     )
-
-
-def grows(values: Sequence[float], least: float = 0.0) -> bool:
-    """Say whether each value exceeds the one before by more than ``least``; a NaN does not."""
-    return all(later - earlier > least for earlier, later in pairwise(values))

@@ -1,4 +1,4 @@
-"""What the scoreboard measures of the simulated robot, as jobs for a pool of processes."""
+"""Measure walks, leg lifts and limits for the scoreboard, as jobs for a pool of processes."""
 
 from __future__ import annotations
 
@@ -48,9 +48,9 @@ class MeasuredLift:
     Attributes:
         outcome: of the monitor.
         toe, heel: mean force on the support foot in the later half of the time on one leg, N;
-            NaN if the robot fell before it was over.
-        overshoot: largest pitch rate of the torso, either way, from where the motion begins,
-            rad/s; NaN if the robot fell before.
+            NaN if the robot fell earlier.
+        overshoot: largest absolute pitch rate of the torso from the start of the motion, rad/s;
+            NaN if the robot fell earlier.
     """
 
     outcome: Outcome
@@ -64,9 +64,14 @@ class MeasuredLift:
         return self.outcome.verdict != 'fell'
 
     @property
+    def difference(self) -> float:
+        """Return Delta = F_T - F_H (3.4), N."""
+        return self.toe - self.heel
+
+    @property
     def share(self) -> float:
-        """Return Delta = F_T - F_H over the support foot's load (3.4)."""
-        return (self.toe - self.heel) / (self.toe + self.heel)
+        """Return Delta over the support foot's load."""
+        return self.difference / (self.toe + self.heel)
 
 
 def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWalk:
@@ -111,11 +116,11 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> MeasuredLif
 
 
 class Bench:
-    """A pool of processes and what it has been asked to measure; nothing is measured twice.
+    """Measurements by a pool of processes; nothing is measured twice.
 
     Args:
-        pool: computes.
-        seeds: of every measurement.
+        pool: computes the measurements.
+        seeds: of each measurement.
         tolerance: of each bisection, deg.
         curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
     """
@@ -127,7 +132,7 @@ class Bench:
         self.tolerance = tolerance
         self.curve = curve
         self._pool = pool
-        self._jobs: dict[tuple[Any, ...], Any] = {}  # futures
+        self._jobs: dict[tuple[Any, ...], Any] = {}  # futures by function and arguments
 
     def ask_limit(self, condition: Condition, start: float, seeds: int | None = None) -> None:
         """Start measuring a limit; the searches begin at ``start``, deg."""

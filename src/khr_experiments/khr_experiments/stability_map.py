@@ -1,12 +1,10 @@
-"""``khr map``: where in a plane of two swept parameters the robot survives, and how surely."""
+"""Count where in a plane of two swept parameters the robot survives, with confidence bounds."""
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import nan
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,23 +13,24 @@ from numpy.typing import NDArray
 
 from khr_experiments.best_gain import GAINS, INCLINATION, Cell, best
 from khr_experiments.errors import ExperimentError
+from khr_experiments.json_file import known
 from khr_experiments.sweeps.axes import column_named
-from khr_experiments.sweeps.folder import read_table, request_of
+from khr_experiments.sweeps.folder import request_of
 from khr_experiments.sweeps.statistics import Crossing, crossing, wilson
 
 Array = NDArray[np.float64]
-RUNS_PER_CELL = 8  # what the bins of a random sweep aim at
+RUNS_PER_CELL = 8  # aim of the bins of a random sweep
 
 
 @dataclass(frozen=True)
 class Direction:
-    """One side of the map.
+    """One axis of the map.
 
     Attributes:
         name: the parameter, ``node.parameter``.
         unit: its unit; may be empty.
         labels: the value of each cell, or the middle of its bin; texts, booleans or numbers.
-        places: of the cells' middles; the labels if they are numbers, else 0, 1, 2, ...
+        places: middles of the cells; the labels if they are numbers, else 0, 1, 2, ...
         edges: of the cells, one more than there are cells.
         numeric: whether the labels are numbers.
     """
@@ -51,7 +50,7 @@ class Direction:
 
 @dataclass(frozen=True)
 class StabilityMap:
-    """What the runs of a sweep come to, by cell; arrays are (y, x), nan where there is no run.
+    """The runs of a sweep by cell; arrays are (y, x), nan where there is no run.
 
     Attributes:
         runs: number of runs with an outcome.
@@ -59,8 +58,8 @@ class StabilityMap:
         slipped: number of them that slipped without falling.
         fell_at: median time of the falls, s.
         vibration: median vibration of those that survived, rad/s.
-        critical: for each y, the x at which half the runs survive; nothing if x is no number.
-        pooled: swept parameters that are neither x nor y.
+        critical: for each y, the x at which half the runs survive; empty if x is not a number.
+        pooled: swept parameters other than x and y.
     """
 
     x: Direction
@@ -79,7 +78,7 @@ class StabilityMap:
 
     @property
     def best(self) -> list[Cell]:
-        """Return the best gain of each inclination; nothing of a map of other parameters."""
+        """Return the best gain of each inclination; nothing for a map of other parameters."""
         if self.x.name != INCLINATION or self.y.name not in GAINS:
             return []
         return best(
@@ -89,7 +88,7 @@ class StabilityMap:
                 int(self.runs[i, j]),
                 int(self.survived[i, j]),
                 int(self.slipped[i, j]),
-                float(self.vibration[i, j]),
+                known(float(self.vibration[i, j])),
             )
             for i, y in enumerate(self.y.labels)
             for j, x in enumerate(self.x.labels)
@@ -97,7 +96,7 @@ class StabilityMap:
         )
 
     def uncertain(self) -> NDArray[np.bool_]:
-        """Tell the cells of which the runs do not say whether more survive than fall."""
+        """Return the cells whose interval of the survival contains one half."""
         rows, columns = self.runs.shape
         return np.array(
             [
@@ -147,8 +146,8 @@ def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
         for name in ('fell_at_s', 'vibration_rad_s')
     )
 
-    def over_cells(figure: Any) -> Array:
-        return np.array([[figure(cell) for cell in line] for line in cells], dtype=np.float64)
+    def over_cells(count: Any) -> Array:
+        return np.array([[count(cell) for cell in line] for line in cells], dtype=np.float64)
 
     runs = over_cells(np.count_nonzero)
     survived = over_cells(lambda cell: np.count_nonzero(verdicts[cell] != 'fell'))
@@ -167,52 +166,10 @@ def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
     )
 
 
-def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
-    """Draw the map of a sweep; return the paths of the PNG and the CSVs.
-
-    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y; on a
-    map of inclination and a gain a third one, ``..._best``, the best gain per inclination.
-
-    Args:
-        folder: of the sweep; what is finished so far counts.
-        x, y: swept parameters, ``node.parameter``.
-        out: the PNG; ``map_X_Y.png`` in the folder by default.
-
-    Raises:
-        ExperimentError: if there is no sweep, a parameter is not swept, or a file not writable.
-    """
-    from khr_report.plot_style import styled
-    from khr_report.stability_figure import figure
-
-    counted = stability_map(read_table(folder), x, y)
-    image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
-    tables = {
-        image.with_name(f'{image.stem}{end}.csv'): rows
-        for end, rows in (
-            ('', _cell_rows(counted)),
-            ('_critical', _critical_rows(counted)),
-            ('_best', _best_rows(counted)),
-        )
-        if rows
-    }
-    try:
-        image.parent.mkdir(parents=True, exist_ok=True)
-        with styled():
-            figure(counted).savefig(image, metadata={'Software': None}, format='png')
-        for path, rows in tables.items():
-            _write(path, rows)
-    except OSError as error:
-        raise ExperimentError(
-            f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
-            'folder that can be written'
-        ) from error
-    return [image, *tables]
-
-
 def _direction(
     name: str, axis: Any, values: Sequence[Any], bins: int
 ) -> tuple[Direction, NDArray[np.intp]]:
-    """Return one side of the map, and the number of the cell of each run."""
+    """Return one axis of the map, and the index of each run's cell."""
     specification = column_named(name)
     if isinstance(axis, dict):
         edges = np.linspace(axis['low'], axis['high'], bins + 1)
@@ -245,7 +202,8 @@ def _median(values: Array) -> float:
     return float(np.median(values)) if len(values) else nan
 
 
-def _cell_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+def cell_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    """Return a row for each cell, by column."""
     rows = []
     for i, of_y in enumerate(counted.y.labels):
         for j, of_x in enumerate(counted.x.labels):
@@ -269,7 +227,8 @@ def _cell_rows(counted: StabilityMap) -> list[dict[str, Any]]:
     return rows
 
 
-def _critical_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+def critical_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    """Return the critical x for each y, by column."""
     return [
         {
             counted.y.name: of_y,
@@ -281,7 +240,8 @@ def _critical_rows(counted: StabilityMap) -> list[dict[str, Any]]:
     ]
 
 
-def _best_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+def best_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    """Return the best gain of each inclination, by column."""
     return [
         {
             counted.x.name: cell.x,
@@ -293,16 +253,3 @@ def _best_rows(counted: StabilityMap) -> list[dict[str, Any]]:
         }
         for cell in counted.best
     ]
-
-
-def _write(path: Path, rows: list[dict[str, Any]]) -> None:
-    with path.open('w', newline='', encoding='utf-8') as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(
-            {
-                key: f'{value:.6g}' if isinstance(value, float) else value
-                for key, value in row.items()
-            }
-            for row in rows
-        )

@@ -1,4 +1,4 @@
-"""Figures and stability maps of a reproduction, drawn by the workers of a cluster."""
+"""Draw the figures and stability maps of a reproduction on the workers of a cluster."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from typing import TYPE_CHECKING, Any
 from khr_common import KhrError
 from khr_experiments.experiments import ROOT, Runs, folder_of, runs_of
 from khr_experiments.progress import Bar
-from khr_experiments.stability_map import draw_map
 from khr_experiments.sweeps.specification import Sweep
-from khr_report.figures import FIGURES, draw, paths
+from khr_figures.registry import FIGURES, draw, paths
+from khr_figures.stability import draw_map
 from khr_report.reproduction import FigureResult
 
 if TYPE_CHECKING:
@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 
 class Pictures:
-    """Pictures that the workers of a cluster draw; what is wrong with one stops no other.
+    """Figures that the workers of a cluster draw; one that fails does not stop the others.
 
     Args:
         client: of the cluster, whose workers see the same folders.
-        bar: told of each picture.
-        out: folder of the pictures and their tables.
-        fast: whether to take the quick and coarse form.
+        bar: advances with each figure.
+        out: folder of the figures and their CSV files.
+        fast: whether to draw the quick and coarse form.
     """
 
     def __init__(self, client: Client, bar: Bar, out: Path, fast: bool) -> None:
@@ -37,7 +37,7 @@ class Pictures:
         self._fast = fast
         self._futures: dict[str, tuple[FigureResult, Any]] = {}
 
-    def ask_figure(self, number: str) -> None:
+    def submit_figure(self, number: str) -> None:
         """Start drawing a figure."""
         drawing = FIGURES[number]
         result = FigureResult(
@@ -48,30 +48,34 @@ class Pictures:
             drawing.experiments,
             0.0,
         )
-        self._ask(result, _draw_figure, number, self._out.absolute(), ROOT.absolute(), self._fast)
+        self._submit(
+            result, _draw_figure, number, self._out.absolute(), ROOT.absolute(), self._fast
+        )
 
-    def ask_map(self, specification: Sweep) -> None:
+    def submit_map(self, sweep: Sweep) -> None:
         """Start drawing a stability map over the first two axes of an experiment."""
-        x, y = list(specification.axes)[:2]
-        name = specification.name
+        x, y = list(sweep.axes)[:2]
+        name = sweep.name
         folder, image = folder_of(name, self._fast), self._out / f'{name}.png'
         result = FigureResult(
             name,
-            specification.title,
+            sweep.title,
             image,
             image.with_suffix('.csv'),
             f'khr map {folder} --x {x} --y {y}',
             (name,),
             0.0,
         )
-        self._ask(result, draw_map, folder.absolute(), x, y, image.absolute())
+        self._submit(result, draw_map, folder.absolute(), x, y, image.absolute())
 
     def results(self, numbers: Iterable[str]) -> list[FigureResult]:
         """Wait for all; return them in the order of their numbers."""
         return [self._result(number) for number in numbers]
 
-    def _ask(self, result: FigureResult, function: Callable[..., object], *arguments: Any) -> None:
-        for path in (result.image, result.table):
+    def _submit(
+        self, result: FigureResult, function: Callable[..., object], *arguments: Any
+    ) -> None:
+        for path in (result.image, result.points):
             path.unlink(missing_ok=True)  # of an earlier reproduction
         future = self._client.submit(
             _timed, function, *arguments, pure=False, priority=1
@@ -83,7 +87,7 @@ class Pictures:
         result, future = self._futures[number]
         try:
             seconds, error = future.result()
-        except Exception as failure:  # the worker died; the other pictures are not touched
+        except Exception as failure:  # the worker died; the other figures are not affected
             seconds, error = 0.0, reason(failure)
         return replace(result, seconds=seconds, error=error)
 
@@ -94,17 +98,17 @@ def runs_by_name(names: Iterable[str], root: Path, fast: bool) -> dict[str, Runs
 
 
 def reason(error: Exception) -> str:
-    """Tell an error in one line; a mistake of a user's tells itself."""
+    """Format an error as one line; user errors are shown without their type."""
     text = ' '.join(str(error).split())
     return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
 
 
 def _timed(function: Callable[..., object], *arguments: Any) -> tuple[float, str]:
-    """Draw; return how long it took in s, and why it failed if it did."""
+    """Draw; return the wall time in s and the error, empty without one."""
     began = time.monotonic()
     try:
         function(*arguments)
-    except Exception as error:  # whatever is wrong with one picture, the others are drawn
+    except Exception as error:  # the other figures are drawn in any case
         return time.monotonic() - began, reason(error)
     return time.monotonic() - began, ''
 

@@ -1,45 +1,58 @@
-"""``khr reproduce``: every experiment, figure and row of the thesis anew, on one page."""
+"""``khr reproduce``: compute every experiment, figure and row of the thesis, on one page."""
 
 from __future__ import annotations
 
 import os
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
 from platform import python_version
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from khr_bringup.code_version import code_version
 from khr_experiments import experiments
-from khr_experiments.best_gain import map_markdown
+from khr_experiments.best_gain import map_result
 from khr_experiments.critical import limit_of_seed
 from khr_experiments.experiments import ROOT, Opened, Runs, shipped
+from khr_experiments.findings import (
+    Findings,
+    compare_friction,
+    compare_soles,
+    compare_tilting,
+    finished,
+)
 from khr_experiments.job_cache import KeptJobs
+from khr_experiments.json_file import write_json
+from khr_experiments.peak_origin import PeakStudy, study
 from khr_experiments.progress import Bar
-from khr_experiments.scoreboard import ask_all, board
+from khr_experiments.scoreboard import compare, submit_all
+from khr_experiments.scoreboard_rows import Scoreboard
 from khr_experiments.scoreboard_runs import Bench
-from khr_experiments.sweeps import INTERRUPTED, check_workers, tell_lost
+from khr_experiments.sweeps import INTERRUPTED, check_workers, report_lost
+from khr_figures.registry import FIGURES, draw, drawing_of
 from khr_report.errors import ReportError
-from khr_report.figures import FIGURES, draw, drawing_of
+from khr_report.findings_page import findings_markdown
 from khr_report.page.text import duration
-from khr_report.peak_origin_report import lines_markdown
 from khr_report.pictures import Pictures, reason, runs_by_name
-from khr_report.reproduction import FigureResult, Reproduction
+from khr_report.reproduction import FigureResult, Reproduction, distinct
+from khr_report.reproduction_page import write_index
+from khr_report.scoreboard_page import summary, write_scoreboard
 from khr_sim import engines
 
 if TYPE_CHECKING:
     from distributed import Client
 
 SCOREBOARD = 'scoreboard'
-LINES = 'lines'  # the experiment that the origin of the spectral lines is told from
-MAP = 'map_'  # what the names of experiments begin with that are drawn as stability maps
+LINES = 'lines'  # the experiment on the origin of the spectral peaks
+MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
 SEEDS, TOLERANCE = 3, 0.2  # of the scoreboard; the tolerance is that of each bisection, in deg
 FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE = 1, 0.8, (0.0, 3.0, 6.0)
-LIMIT_RUNS = 5  # that a bisection takes, about
-# What decides the scoreboard's measurements beside the runs themselves.
+LIMIT_RUNS = 5  # of a bisection, about
+# The code that decides the scoreboard's measurements, beside that of the runs.
 MEASURING = (
     ('khr_analysis', '**/*.py'),
     ('khr_experiments', 'critical.py'),
@@ -47,17 +60,19 @@ MEASURING = (
 )
 LIBRARIES = ('numpy', 'scipy', *engines.LIBRARIES, 'matplotlib')
 
+Result = TypeVar('Result')
+
 
 @dataclass(frozen=True)
 class Wanted:
-    """What is to be reproduced.
+    """The parts of a reproduction that were asked for.
 
     Attributes:
         figures: their numbers, in the order of the registry.
         maps: names of experiments that are drawn as stability maps.
         scoreboard: whether the scoreboard is measured.
-        fast: whether everything is taken in its quick and coarse form.
-        command: asks for the same.
+        fast: whether everything is computed in its quick and coarse form.
+        command: the command that asks for the same.
     """
 
     figures: tuple[str, ...]
@@ -68,16 +83,16 @@ class Wanted:
 
     @property
     def experiments(self) -> tuple[str, ...]:
-        """Return the names of all experiments that this needs, each once."""
+        """Return the names of all experiments needed, each once."""
         of_figures = (name for number in self.figures for name in FIGURES[number].experiments)
         return tuple(dict.fromkeys((*of_figures, *self.maps)))
 
 
 def wanted(only: str | None, fast: bool) -> Wanted:
-    """Read what is to be reproduced: everything, or what a list with commas names.
+    """Parse a list with commas of what to reproduce; None stands for everything.
 
     Raises:
-        ReportError: if a name is not known; the text lists those there are.
+        ReportError: if a name is not known.
     """
     maps = [name for name in shipped() if name.startswith(MAP)]
     every = (*FIGURES, *maps, SCOREBOARD)
@@ -103,18 +118,18 @@ def reproduce(
 ) -> int:
     """Reproduce the thesis, or a part of it; return the exit code.
 
-    What has been computed before is not computed again.
+    Results of earlier computations are used again.
 
     Args:
         out: folder of the page.
         only: figures, maps and ``scoreboard``, with commas; everything if left out.
-        fast: whether to take the quick and coarse form.
+        fast: whether to compute the quick and coarse form.
         workers: processes; as many as there are cores by default.
         findings: file of the findings; ``findings.md`` in the folder by default.
 
     Raises:
         ReportError: if an argument is not accepted or something cannot be written.
-        RunError: if the computation could not go on; what is finished is kept.
+        RunError: if the computation could not go on; finished results are kept.
     """
     check_workers(workers)
     began = time.monotonic()
@@ -122,27 +137,26 @@ def reproduce(
     _make(out / 'figures')
     try:
         with experiments.opened(experiments.sweeps_of(asked.experiments, fast)) as sweeps:
-            found = _compute(asked, sweeps, out / 'figures', workers or os.cpu_count() or 1)
+            computed = _compute(asked, sweeps, out / 'figures', workers or os.cpu_count() or 1)
     except KeyboardInterrupt:
         print('khr: interrupted; repeat the command to go on', file=sys.stderr)
         return INTERRUPTED
-    contents = _contents(asked, found, began)
-    page = _write(out, findings or out / 'findings.md', contents)
+    results = _results(asked, computed, began)
+    page = _write(out, findings or out / 'findings.md', results)
     failed = [
-        *found.failed,
-        *(f'{each.number}: {each.error}' for each in found.drawn if each.error),
+        *computed.failed,
+        *(f'{each.number}: {each.error}' for each in computed.drawn if each.error),
     ]
     for text in failed:
         print(f'khr: {text}', file=sys.stderr)
-    if found.lost:
-        tell_lost(found.lost)
-    drawn = sum(not each.error for each in found.drawn)
+    report_lost(computed.lost)
+    drawn = sum(not each.error for each in computed.drawn)
     print(
-        f'{page}: {drawn} of {len(found.drawn)} figures, '
-        f'{len(contents.made)} runs, scoreboard: '
-        f'{contents.scoreboard_summary or "not asked for"}; {duration(contents.seconds)}'
+        f'{page}: {drawn} of {len(computed.drawn)} figures, {results.findings.runs} runs, '
+        f'scoreboard: {summary(computed.scoreboard) if computed.scoreboard else "not asked for"}; '
+        f'{duration(results.seconds)}'
     )
-    return 1 if failed or found.lost else 0
+    return 1 if failed or computed.lost else 0
 
 
 def figure(number: str, out: Path, fast: bool) -> list[Path]:
@@ -152,32 +166,39 @@ def figure(number: str, out: Path, fast: bool) -> list[Path]:
         KhrError: if there is no such figure, or it cannot be drawn or written.
     """
     needed = drawing_of(number).experiments
-    if lost := experiments.run(experiments.sweeps_of(needed, fast), os.cpu_count() or 1):
-        tell_lost(lost)
+    experiments.run(experiments.sweeps_of(needed, fast), os.cpu_count() or 1)
     return draw(number, out, runs_by_name(needed, ROOT, fast), fast)
 
 
 @dataclass
 class Computed:
-    """What the computations have come to.
+    """What the workers have computed.
 
     Attributes:
         drawn: figures, then maps.
-        scoreboard: its page and its summary.
+        scoreboard: None if it was not asked for, or failed.
         seeds: by experiment.
         lost: number of runs whose workers died.
-        failed: what else went wrong, a line each.
+        failed: other failures, a line each.
     """
 
     drawn: list[FigureResult]
-    scoreboard: tuple[str, str]
+    scoreboard: Scoreboard | None
     seeds: dict[str, int]
     lost: int
     failed: list[str]
 
+    def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:
+        """Return the result of an evaluation; None if it fails, and note the failure."""
+        try:
+            return evaluate()
+        except Exception as error:  # the page is written in any case
+            self.failed.append(f'{name}: {reason(error)}')
+            return None
+
 
 def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Computed:
-    """Compute everything on one cluster; what waits for nothing is handed out first."""
+    """Compute everything on one cluster; jobs that wait for nothing are submitted first."""
     from khr_experiments.sweeps.cluster import connected
 
     drawn = (*asked.figures, *asked.maps)
@@ -188,78 +209,78 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
         pictures = Pictures(client, bar, out, asked.fast)
         for number in asked.figures:
             if not FIGURES[number].experiments:
-                pictures.ask_figure(number)
+                pictures.submit_figure(number)
         bench = _bench(client, bar, asked.fast)
         if asked.scoreboard:
-            ask_all(bench)
+            submit_all(bench)
         lost = experiments.run_on(client, sweeps, bar)
         for number in asked.figures:
             if FIGURES[number].experiments:
-                pictures.ask_figure(number)
-        for specification, _ in sweeps:
-            if specification.name in asked.maps:
-                pictures.ask_map(specification)
-        scoreboard, failed = _board(bench, asked) if asked.scoreboard else (('', ''), [])
-        return Computed(
-            pictures.results(drawn),
-            scoreboard,
-            {each.name: each.seeds or 0 for each, _ in sweeps},
-            lost,
-            failed,
-        )
+                pictures.submit_figure(number)
+        for sweep, _ in sweeps:
+            if sweep.name in asked.maps:
+                pictures.submit_map(sweep)
+        computed = Computed([], None, {each.name: each.seeds or 0 for each, _ in sweeps}, lost, [])
+        if asked.scoreboard:
+            computed.scoreboard = computed.attempt(
+                SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
+            )
+        computed.drawn = pictures.results(drawn)
+        return computed
 
 
-def _board(bench: Bench, asked: Wanted) -> tuple[tuple[str, str], list[str]]:
-    """Return the scoreboard, and why there is none."""
-    try:
-        return board(bench, explain=not asked.fast), []
-    except Exception as error:  # whatever is wrong with it, the figures are drawn
-        return ('', ''), [f'{SCOREBOARD}: {reason(error)}']
-
-
-def _contents(asked: Wanted, found: Computed, began: float) -> Reproduction:
+def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
     runs = runs_by_name(asked.experiments, ROOT, asked.fast)
-    lines = _told(lines_markdown, LINES, runs[LINES], found) if LINES in runs else ''
+    peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
     return Reproduction(
-        [each for each in found.drawn if each.number in FIGURES],
-        *found.scoreboard,
-        [each for each in found.drawn if each.number not in FIGURES],
+        [each for each in computed.drawn if each.number in FIGURES],
+        [each for each in computed.drawn if each.number not in FIGURES],
         runs,
-        found.seeds,
+        computed.seeds,
         time.monotonic() - began,
-        asked.fast,
-        _versions(),
-        asked.command,
-        lines,
-        {name: _told(map_markdown, name, runs[name], found) for name in asked.maps if runs[name]},
+        _findings(asked, computed, runs, peaks),
+        peaks,
     )
 
 
-def _told(tell: Callable[[Runs], str], name: str, runs: Runs, found: Computed) -> str:
-    """Return what runs tell; nothing, and why, if that fails."""
+def _findings(
+    asked: Wanted, computed: Computed, runs: Mapping[str, Runs], peaks: PeakStudy | None
+) -> Findings:
+    done, made = finished(runs), distinct(runs)
+    maps = {
+        name: computed.attempt(name, partial(map_result, runs[name]))
+        for name in asked.maps
+        if runs[name]
+    }
+    return Findings(
+        computed.scoreboard,
+        compare_soles(done),
+        compare_friction(done),
+        compare_tilting(done),
+        peaks.origins if peaks else (),
+        {name: result for name, result in maps.items() if result is not None},
+        sum(each.number in FIGURES for each in computed.drawn),
+        len(made),
+        float(sum(row['wall_time_s'] for row in made)),
+        asked.fast,
+        asked.command,
+        _versions(),
+    )
+
+
+def _write(out: Path, findings: Path, results: Reproduction) -> Path:
+    """Write findings, scoreboard and page; return the path of the page."""
+    write_json(findings.with_suffix('.json'), results.findings)
     try:
-        return tell(runs)
-    except Exception as error:  # whatever is wrong with it, the page is written
-        found.failed.append(f'{name}: {reason(error)}')
-        return ''
-
-
-def _write(out: Path, findings: Path, contents: Reproduction) -> Path:
-    """Write findings, scoreboard and page; return the page."""
-    from khr_report.page.findings import findings as tell
-    from khr_report.page.index import write_index
-
-    try:
-        findings.parent.mkdir(parents=True, exist_ok=True)
-        findings.write_text(tell(contents), encoding='utf-8')
-        if contents.scoreboard:
-            (out / 'scoreboard.md').write_text(contents.scoreboard, encoding='utf-8')
+        findings.write_text(findings_markdown(results.findings), encoding='utf-8')
     except OSError as error:
         raise ReportError(
-            f'{error.filename}: {error.strerror}; accepted: files that can be '
-            'written for --out and --findings'
+            f'--findings: {str(findings)!r}: {error.strerror}; accepted: a file that can be '
+            'written'
         ) from error
-    return write_index(out, contents)
+    if results.findings.scoreboard:
+        write_scoreboard(out / 'scoreboard.md', results.findings.scoreboard)
+    return write_index(out, results)
 
 
 def _bench(client: Client, bar: Bar, fast: bool) -> Bench:

@@ -1,82 +1,274 @@
-"""The scoreboard as a page: its lines, tables and texts."""
+"""The scoreboard as a document; ``khr scoreboard`` writes it as Markdown beside its JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
-from math import isnan
+from pathlib import Path
 
 from khr_experiments.critical import VIBRATES
+from khr_experiments.json_file import write_json
 from khr_experiments.published import COMMON_DEG, TOLERANCE_DEG
+from khr_experiments.scoreboard import scoreboard
+from khr_experiments.scoreboard_rows import (
+    Comparison,
+    Explanation,
+    LimitRow,
+    OrderRow,
+    Scoreboard,
+    StandingRow,
+    TrendRow,
+    WalkRow,
+)
+from khr_report.errors import ReportError
+from khr_report.page.document import (
+    Block,
+    Columns,
+    Part,
+    Table,
+    Verdict,
+    markdown,
+    number,
+    numbers,
+    table,
+)
 
-
-@dataclass(frozen=True)
-class Row:
-    """One line of the scoreboard; ``passed`` is None where there is nothing to compare with."""
-
-    cells: tuple[str, ...]
-    kind: str
-    difference: str
-    passed: bool | None
-
-    @property
-    def line(self) -> str:
-        """Return the line as Markdown."""
-        verdict = {True: 'pass', False: '**miss**', None: 'no number published'}[self.passed]
-        return '| ' + ' | '.join((*self.cells, self.kind, self.difference, verdict)) + ' |'
-
-
-def kind(fitted: bool) -> str:
-    """Say whether the calibration saw a row."""
-    return 'fitted' if fitted else 'predicted'
-
-
-def number(value: float, decimals: int) -> str:
-    """Write a number; a dash for one that could not be measured."""
-    return '-' if isnan(value) else f'{value:.{decimals}f}'
-
-
-def series(values: Sequence[float], decimals: int = 1) -> str:
-    """Write several numbers."""
-    return ', '.join(number(value, decimals) for value in values)
-
-
-def head(heads: Sequence[str]) -> str:
-    """Return the head of a Markdown table."""
-    return f'| {" | ".join(heads)} |\n|{"---|" * len(heads)}'
-
-
-def table(heads: tuple[str, ...], rows: Sequence[Row]) -> str:
-    """Return rows as a Markdown table."""
-    return (
-        '\n'.join((head((*heads, 'kind', 'difference', 'verdict')), *(row.line for row in rows)))
-        + '\n'
-    )
-
-
+CHAPTERS = {3: 'Chapter 3: standing', 5: 'Chapter 5: walking', 6: 'Chapter 6: conclusions'}
+UNITS = {'vibration': ('rad/s', 3), 'slip': ('mm', 1), 'line': ('Hz', 3)}  # and decimals
+DECIMALS = {'N': 1, 'deg/s': 1}  # of standing; 2 for other units
 HEAD = """# Scoreboard
 
 What the robot of Dutta (2021) did, and what the simulated one does. Written by `khr scoreboard`
-with {seeds} seeds; do not edit. *Fitted* rows were seen by the calibration
-([calibration.md](calibration.md)), all others are predictions. A row that misses stays.
+with {seeds} seeds; do not edit. The same as data: [{json}]({json}). *Fitted* rows were used by the
+calibration ([calibration.md](calibration.md)), all others are predictions. A row that misses stays.
 """
-LIMITS_TEXT = f"""In degrees, with the 95 % confidence interval over the seeds. A limit passes
-within {TOLERANCE_DEG:g} deg. The thesis's limit of a control is the steepest ground it walked on
-with it. Beside it: how many seeds slipped (a sole slid by a quarter of a step) and vibrated (more
-than {VIBRATES:g} rad/s above 4 Hz) on the steepest ground that they survived. The calibration
-saw that the walk with K_A 12 holds at 7.68 deg, but not its limit."""
-STANDING_TEXT = """Mean forces on the support foot while the other is up; the board is tilted
-under the standing robot. phi is read back by interpolating Delta on the curve of whole degrees."""
-WALKING_TEXT = f"""Figures are medians over the walks without a fall; peaks are of the torso's
-true pitch rate over Gait-3, of the first such seed. 2.58 Hz is also line 6 of the gait's own
-cycle (2.60 Hz), so finding it says little. More than {VIBRATES:g} rad/s is called vibration."""
-TRENDS_TEXT = f"""On the thesis's ground if most seeds stay up there, else at
+LIMITS_TEXT = f"""Confidence intervals of 95 % are over the seeds. A limit passes within
+{TOLERANCE_DEG:g} deg. The thesis's limit of a control is the steepest ground on which it walked.
+"Slip" and "vibrate" are shares of the seeds on the steepest ground that they survived: a sole slid
+by a quarter of a step; more than {VIBRATES:g} rad/s above 4 Hz. The calibration used the walk with
+K_A 12 at 7.68 deg, but not its limit."""
+ORDERS_TEXT = 'The limits should grow: no control, ankle, ankle and hip.'
+STANDING_TEXT = """Mean forces on the support foot while the other foot is up; the board tilts under
+the standing robot. phi is read back by interpolating Delta on the curve of whole degrees."""
+WALKING_TEXT = f"""Slip and vibration are medians over the walks without a fall; peaks are those of
+the torso's true pitch rate over Gait-3 of the first such seed. 2.58 Hz is also line 6 of the gait's
+own cycle (2.60 Hz), so a peak there is weak evidence. More than {VIBRATES:g} rad/s is called
+vibration."""
+TRENDS_TEXT = f"""At the thesis's inclination if most seeds stay up there, else at
 {COMMON_DEG:g} deg."""
-MISSES_TEXT = """The best explanation that an experiment could find: for each limit that misses,
-the limit of seed 0 is measured again with one change at a time; the numbers are degrees gained or
-lost. These are no calibrations: what moves one limit moves the fitted ones as well."""
-MOTION_TEXT = {
+EXPLANATIONS_TEXT = """For each limit that misses, the limit of seed 0 is measured again with one
+change at a time; the numbers are degrees gained or lost. The changes are not calibrations: what
+moves one limit moves the fitted ones as well."""
+MOTIONS = {
     'walk': 'Walking:',
-    'leg_lift': """Standing. A rate is zero at rest, so feedback of a rate, (3.14), holds no lean:
-it can only damp the way there. What hip control is worth is in the first two columns.""",
+    'leg_lift': """Standing. A rate is zero at rest, so feedback of a rate, (3.14), supports no
+lean: it only damps the motion. The first two columns show the effect of hip control.""",
 }
+
+
+def _signed(value: float | None) -> str:
+    return '' if value is None else f'{value:+.2f}'
+
+
+def _limit(row: LimitRow) -> str:
+    if row.kind == 'formula':
+        return f'{row.deg:.2f}'
+    half = row.half_width_deg
+    return f'{row.deg:.2f}' + (' (one seed)' if half is None else f' +- {half:.2f}')
+
+
+def _share(value: float | None) -> str:
+    return '-' if value is None else f'{value:.0%}'
+
+
+JUDGEMENT: Columns[Comparison] = {
+    'kind': lambda row: row.kind,
+    'verdict': lambda row: Verdict(row.passed),
+}
+LIMIT_COLUMNS: Columns[LimitRow] = {
+    'chapter': lambda row: str(row.chapter),
+    'condition': lambda row: row.condition,
+    'thesis, deg': lambda row: f'{row.thesis_deg:g}',
+    'simulation, deg': _limit,
+    'slip': lambda row: _share(row.slipped),
+    'vibrate': lambda row: _share(row.vibrated),
+    'difference': lambda row: _signed(row.difference_deg),
+    **JUDGEMENT,
+}
+ORDER_COLUMNS: Columns[OrderRow] = {
+    'motion': lambda row: row.motion,
+    'limits, deg': lambda row: numbers(row.limits_deg, 2),
+    **JUDGEMENT,
+}
+STANDING_COLUMNS: Columns[StandingRow] = {
+    'what': lambda row: row.what,
+    'at phi, deg': lambda row: ', '.join(f'{phi:g}' for phi in row.inclinations_deg),
+    'thesis': lambda row: row.thesis,
+    'simulation': lambda row: (
+        f'{numbers(row.values, DECIMALS.get(row.unit, 2))} {row.unit}'.strip()
+    ),
+    'difference': lambda row: _signed(row.difference),
+    **JUDGEMENT,
+}
+WALK_COLUMNS: Columns[WalkRow] = {
+    'phi, deg': lambda row: f'{row.inclination_deg:g}',
+    'control': lambda row: row.control,
+    'thesis': lambda row: row.thesis,
+    'falls': lambda row: f'{row.fell} of {row.runs}',
+    'slip, mm': lambda row: number(row.slip_mm, 0),
+    'vibration, rad/s': lambda row: number(row.vibration, 3),
+    'largest peaks, Hz': lambda row: ' '.join(f'{f:.2f}' for f in row.peaks_hz) or '-',
+    'difference': lambda row: '; '.join(row.differences),
+    **JUDGEMENT,
+}
+TREND_COLUMNS: Columns[TrendRow] = {
+    'what': lambda row: row.what,
+    'at phi, deg': lambda row: f'{row.inclination_deg:g}',
+    'simulation': lambda row: (
+        f'{numbers(row.values, UNITS[row.quantity][1])} {UNITS[row.quantity][0]}'
+    ),
+    'difference': lambda row: (
+        '' if row.inclination_deg == row.thesis_deg else f'not at {row.thesis_deg:g}: it falls'
+    ),
+    **JUDGEMENT,
+}
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many rows agree with the thesis."""
+
+    title: str
+    passed: int
+    missed: int
+    unpublished: int
+
+
+def count(rows: Iterable[Comparison], title: str = '') -> Count:
+    """Count rows by verdict."""
+    verdicts = [row.passed for row in rows]
+    return Count(title, verdicts.count(True), verdicts.count(False), verdicts.count(None))
+
+
+def counts(board: Scoreboard) -> list[Count]:
+    """Count the rows of each chapter."""
+    return [
+        count([row for row in board.rows if row.chapter == chapter], title)
+        for chapter, title in CHAPTERS.items()
+    ]
+
+
+def summary(board: Scoreboard) -> str:
+    """Summarise a scoreboard in one line."""
+    every = count(board.rows)
+    return (
+        f'{every.passed} of {every.passed + every.missed} rows pass, {every.unpublished} have no '
+        'published number'
+    )
+
+
+def blocks(board: Scoreboard) -> list[Block]:
+    """Return the document of a scoreboard, without its title."""
+    parts: list[Block] = [
+        f'{summary(board)}.',
+        Part(
+            'Critical inclinations',
+            (
+                LIMITS_TEXT,
+                table(board.limits, LIMIT_COLUMNS),
+                ORDERS_TEXT,
+                table(board.orders, ORDER_COLUMNS),
+            ),
+        ),
+        Part(
+            'Standing on one leg (chapter 3)',
+            (STANDING_TEXT, table(board.standing, STANDING_COLUMNS)),
+        ),
+        Part('Walking (chapter 5)', (WALKING_TEXT, table(board.walks, WALK_COLUMNS))),
+        Part('Trends', (TRENDS_TEXT, table(board.trends, TREND_COLUMNS))),
+    ]
+    if board.explanations is not None:
+        parts.append(Part('What moves a limit that misses', _explained(board.explanations)))
+    return parts
+
+
+def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str:
+    """Return the page; ``json`` is the file beside it that holds the same data."""
+    return f'{HEAD.format(seeds=board.seeds, json=json)}\n{markdown(blocks(board))}\n'
+
+
+def write(out: Path, seeds: int, tolerance: float, jobs: int, explain: bool = True) -> str:
+    """Measure the scoreboard, write its page and JSON, and return its summary.
+
+    Args:
+        out: the page; the JSON gets the same name with the suffix ``.json``.
+        seeds: of each measurement.
+        tolerance: of each bisection, deg.
+        jobs: processes.
+        explain: whether to look for changes that explain the limits that miss.
+
+    Raises:
+        ReportError: if the page cannot be written.
+        ExperimentError: if an argument is not accepted or the JSON cannot be written.
+    """
+    board = scoreboard(seeds, tolerance, jobs, explain)
+    write_scoreboard(out, board)
+    return summary(board)
+
+
+def write_scoreboard(out: Path, board: Scoreboard) -> None:
+    """Write the page of a scoreboard and its JSON.
+
+    Raises:
+        ReportError: if the page cannot be written.
+        ExperimentError: if the JSON cannot be written.
+    """
+    json = out.with_suffix('.json')
+    write_json(json, board)
+    try:
+        out.write_text(scoreboard_markdown(board, json.name), encoding='utf-8')
+    except OSError as error:
+        raise ReportError(
+            f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
+        ) from error
+
+
+def _explained(explanations: tuple[Explanation, ...]) -> tuple[Block, ...]:
+    if not explanations:
+        return ('No limit misses.',)
+    found: list[Block] = [EXPLANATIONS_TEXT]
+    for motion, text in MOTIONS.items():
+        some = [each for each in explanations if each.motion == motion]
+        if some:
+            found += [text, _explanation_table(some)]
+    return tuple(found)
+
+
+def _explanation_table(explanations: list[Explanation]) -> Table:
+    return Table(
+        (
+            'condition',
+            'thesis, deg',
+            'seed 0, deg',
+            *(shift.change for shift in explanations[0].shifts),
+            'closest to the thesis',
+        ),
+        tuple(
+            (
+                each.condition,
+                f'{each.thesis_deg:g}',
+                f'{each.deg:.2f}',
+                *(f'{shift.deg:+.2f}' for shift in each.shifts),
+                closest(each),
+            )
+            for each in explanations
+        ),
+    )
+
+
+def closest(explanation: Explanation) -> str:
+    """Name the change that comes closest to the thesis, and the limit with it in deg."""
+    shift = explanation.closest
+    if shift is None:
+        return 'none of them'
+    return f'{shift.change}: {explanation.deg + shift.deg:.2f}'

@@ -13,9 +13,10 @@ from khr_experiments.best_gain import (
     SMOOTH,
     Cell,
     best,
-    best_gain_markdown,
+    best_gains,
     cells_of,
-    rubber_markdown,
+    map_result,
+    sole_effect,
 )
 from khr_experiments.experiments import Run, specification_of
 from khr_experiments.sweeps.trial import RESULTS
@@ -34,15 +35,6 @@ def run(x, y, seed, verdict, vibration, slip=0.01, axis=GAIN):
     return Run({INCLINATION: x, axis: y}, seed, row, load('walk_6.99deg_ka12'), Path('none'))
 
 
-def cells_of_table(text, number=0):
-    table = text.split('\n\n')[number] if number else text
-    return [
-        [cell.strip() for cell in line.strip('|').split('|')]
-        for line in table.splitlines()
-        if line.startswith('| ') and '---' not in line
-    ][1:]
-
-
 @pytest.mark.parametrize(
     'worse',
     [
@@ -59,7 +51,7 @@ def test_survival_comes_before_slipping_and_that_before_vibration(worse, first):
 
 
 def test_every_inclination_has_its_best_but_not_where_all_fall():
-    steep = replace(CELL, x=9.0, survived=0, vibration=float('nan'))
+    steep = replace(CELL, x=9.0, survived=0, vibration=None)
     other = replace(CELL, x=3.0, y=0.0)
     assert best([CELL, steep, other]) == [other, CELL]
 
@@ -76,7 +68,7 @@ def test_runs_are_counted_by_cell():
     assert cell.vibration == pytest.approx(0.2)  # of those that survived
 
 
-def test_the_table_of_gains_says_where_nothing_helps():
+def test_best_gains_say_where_nothing_helps():
     runs = [
         run(5.0, 12.0, 0, 'walked', 0.1),
         run(5.0, 18.0, 0, 'walked', 0.2),
@@ -85,9 +77,10 @@ def test_the_table_of_gains_says_where_nothing_helps():
         run(9.0, 12.0, 0, 'fell', 0.1),
         run(9.0, 18.0, 0, 'fell', 0.2),
     ]
-    text = best_gain_markdown(runs)
-    assert 'best K_A' in text and 'survive 9 deg' in text
-    assert [row[:2] for row in cells_of_table(text)] == [['5', '12'], ['7', '18']]
+    found = best_gains(runs, GAIN)
+    assert found == map_result(runs)
+    assert found.gain == 'K_A' and found.hopeless_deg == (9.0,)
+    assert [(cell.x, cell.y) for cell in found.cells] == [(5.0, 12.0), (7.0, 18.0)]
 
 
 def test_rubber_is_put_beside_smooth():
@@ -97,21 +90,22 @@ def test_rubber_is_put_beside_smooth():
         for seed in range(3)
         for y, limit, vibration, slip in ((0.18, 7.0, 0.1, 0.02), (0.8, 5.0, 0.2, 0.001))
     ]
-    text = rubber_markdown(runs)
-    rows = cells_of_table(text)
-    assert rows[0] == ['4', '3 of 3', '20', '0.100', '3 of 3', '1', '0.200']
-    assert rows[1][4:] == ['0 of 3', '-', '-']
-    limits = {row[0]: float(row[1]) for row in rows[4:] if len(row) == 3}
-    assert limits['0.18'] == pytest.approx(7.0, abs=0.2)
-    assert limits['0.8'] == pytest.approx(5.0, abs=0.2)
-    assert 'inf' not in text and 'from' in text
-    assert 'slip by 0.05 and the vibration by 2.00' in text and 'up to 4 deg' in text
+    found = sole_effect(runs)
+    assert found == map_result(runs)
+    assert found.inclinations_deg == (4.0, 6.0, 8.0)
+    assert found.smooth[0] == Cell(4.0, 0.18, 3, 3, 0, 0.1, 0.02)
+    assert found.rubber[0] == Cell(4.0, 0.8, 3, 3, 0, 0.2, 0.001)
+    assert found.rubber[1] == Cell(6.0, 0.8, 3, 0, 0, None, None)
+    limits = {limit.friction: limit.deg for limit in found.limits}
+    assert limits == pytest.approx({0.18: 7.0, 0.8: 5.0}, abs=0.2)
+    assert found.both_up_to_deg == 4.0
+    assert (found.slip_factor, found.vibration_factor) == pytest.approx((0.05, 2.0))
 
 
 def test_soles_that_do_not_slip_have_no_ratio():
     runs = [run(4.0, y, 0, 'walked', 0.1, slip, FRICTION) for y, slip in ((0.18, 0.0), (0.8, 0.0))]
-    text = rubber_markdown(runs)
-    assert 'slip by - and the vibration by 1.00' in text
+    found = sole_effect(runs)
+    assert (found.slip_factor, found.vibration_factor) == (None, 1.0)
 
 
 def test_the_map_of_friction_holds_both_soles():

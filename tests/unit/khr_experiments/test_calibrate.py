@@ -14,13 +14,12 @@ from khr_experiments.calibrate import (
     FittedConstant,
     boundary,
     calibrate,
-    constants_file,
     differences,
     fit_constant,
-    page,
 )
 from khr_experiments.calibration import CONSTANTS, FITS
 from khr_experiments.errors import ExperimentError
+from khr_report.calibration_page import constants_file, page
 from tests import ROOT
 
 DOCS = ROOT / 'docs'
@@ -100,6 +99,6 @@ def test_defaults_are_the_fitted_constants():
     ('seed', 'seeds', 'jobs', 'word'),
     [(0, 1, 1, '--seeds'), (-1, 2, 1, '--seed'), (0, 2, 0, '--jobs')],
 )
-def test_arguments_are_refused(tmp_path, seed, seeds, jobs, word):
+def test_arguments_are_refused(seed, seeds, jobs, word):
     with pytest.raises(ExperimentError, match=word):
-        calibrate(tmp_path / 'page.md', seed, seeds, jobs)
+        calibrate(seed, seeds, jobs)

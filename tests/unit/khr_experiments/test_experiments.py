@@ -13,9 +13,10 @@ from khr_bringup.run_signals import run_with_series
 from khr_experiments import experiments
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import folder_of, runs_of, shipped, specification_of
-from khr_experiments.stability_map import draw_map
+from khr_experiments.sweeps import report_lost
 from khr_experiments.sweeps.folder import JOURNAL
-from khr_report.figures import FIGURES
+from khr_figures.registry import FIGURES
+from khr_figures.stability import draw_map
 
 SMALL = """# A small one
 scenario: [stand_0deg, lift_3.8deg]
@@ -48,7 +49,7 @@ def test_figures_and_experiments_belong_together():
 
 
 def run(name, fast, workers):
-    return experiments.run(experiments.sweeps_of([name], fast), workers)
+    experiments.run(experiments.sweeps_of([name], fast), workers)
 
 
 @pytest.fixture(scope='module')
@@ -74,8 +75,8 @@ def place(tmp_path_factory, cluster):
     (place / 'config' / 'experiments' / 'small.yaml').write_text(SMALL)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(place)
-        assert run('small', fast=False, workers=2) == 0
-        assert run('small', fast=True, workers=1) == 0
+        run('small', fast=False, workers=2)
+        run('small', fast=True, workers=1)
     return place
 
 
@@ -129,7 +130,7 @@ def test_a_run_without_signals_says_so(here, tmp_path):
 
 def test_what_is_there_is_not_run_again(here, monkeypatch):
     monkeypatch.setattr('khr_experiments.sweeps.cluster.connected', None)  # must not be asked for
-    assert run('small', fast=False, workers=2) == 0
+    run('small', fast=False, workers=2)
 
 
 def test_a_map_can_be_drawn_over_scenarios_and_cases(here, tmp_path):
@@ -149,7 +150,7 @@ def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
         with experiments.opened(experiments.sweeps_of(['small'], True)) as sweeps:
             assert experiments.missing(sweeps) == 2
             assert (folder_of('small', True) / JOURNAL).read_bytes() == b''
-        assert run('small', fast=True, workers=1) == 0
+        run('small', fast=True, workers=1)
         again = runs_of(folder_of('small', True))
         assert [run.row['trajectory_hash'] for run in again] == before
         assert all(run.series is not None for run in again)
@@ -170,7 +171,7 @@ def test_a_run_of_two_experiments_is_made_once_and_told_in_both(here, place):
     for name, text in (('once', SMALL), ('twin', twin)):
         (place / 'config' / 'experiments' / f'{name}.yaml').write_text(text)
     sweeps = experiments.sweeps_of(['once', 'twin'], fast=False)
-    assert experiments.run(sweeps, workers=1) == 0
+    experiments.run(sweeps, workers=1)
     once, twins = (runs_of(path) for path in sweeps)
     assert (len(once), len(twins)) == (8, 12)
     assert all(run.series is not None for run in once)
@@ -184,3 +185,12 @@ def test_a_run_of_two_experiments_is_made_once_and_told_in_both(here, place):
         }
 
     assert took(once) == took(twins), 'two runs never take as long'
+
+
+def test_lost_runs_are_reported_once_with_what_to_do(capsys):
+    report_lost(0)
+    assert capsys.readouterr().err == ''
+    report_lost(3)
+    assert capsys.readouterr().err == (
+        'khr: 3 runs lost their worker several times; repeat the command to try them again\n'
+    )

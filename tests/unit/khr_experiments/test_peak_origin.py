@@ -5,7 +5,7 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
-import khr_report.figures as figures
+import khr_figures.registry as figures
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.run_signals import Series
@@ -22,7 +22,8 @@ from khr_experiments.peak_origin import (
     walks_of,
 )
 from khr_experiments.sweeps.trial import RESULTS
-from khr_report.peak_origin_report import lines_markdown
+from khr_report.page.document import markdown
+from khr_report.peak_origin_page import blocks
 
 PERIOD = 0.015
 AMPLITUDES = {2: 0.2, 4: 0.15, 6: 0.12, 8: 0.1}  # rad/s
@@ -80,9 +81,9 @@ def test_the_experiment_begins_with_the_scenario_itself():
     assert all(whole[label] == changes for label, changes in quick.items())
 
 
-def test_walks_that_fell_are_left_out_and_told(runs):
+def test_walks_that_fell_are_left_out_and_named(runs):
     assert 'K_A 9' not in [each.label for each in walks_of(runs)]
-    assert 'left out: K_A 9 (2 of 2)' in lines_markdown(runs)
+    assert 'left out: K_A 9 (2 of 2)' in markdown(blocks(lines.study(runs)))
     with pytest.raises(ExperimentError, match='no walk survived'):
         walks_of([run for run in runs if run.point['case'] == 'K_A 9'])
 
@@ -140,11 +141,11 @@ def test_a_peak_whose_experiments_tie_stands_out_all_the_same(runs, monkeypatch)
     assert found.verdict == 'not settled: the experiments on the peak there tie'
 
 
-def test_the_page_tells_every_published_peak_first(runs):
-    text = lines_markdown(runs)
+def test_the_page_begins_with_the_published_peaks(runs):
+    text = markdown(blocks(lines.study(runs)))
     lead = text.split('\n\n')[0]
     for peak in PUBLISHED:
-        assert f'**{peak.frequency:.2f} Hz** ({peak.gains})' in lead
+        assert f'{peak.frequency:.2f} Hz ({peak.gains})' in lead
     assert 'gait line 6: the gait (high)' in lead
     assert '| 2.60 | 6.00 |' in text and 'f_0' in text
     assert 'no power' in text and '7%' in text

@@ -9,10 +9,13 @@ from typer.testing import CliRunner
 
 from khr_cli.command import app
 from khr_common import KhrError
-from khr_experiments import push_recovery, push_table
+from khr_experiments import push_limits, push_recovery
 from khr_experiments.errors import ExperimentError
 from khr_experiments.push_model import legs
 from khr_experiments.push_recovery import GYROS, START, PushCondition, bracket, push_robot, stance
+from khr_report import push_page
+from khr_report.errors import ReportError
+from khr_report.page.document import markdown
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.run_parameters import RunParameters
@@ -30,7 +33,7 @@ def brief(monkeypatch):
 
 def cell(push, who, column):
     """Return the two forces of a cell of the document's table."""
-    block = DOCUMENT.read_text(encoding='utf-8').split(push_table.BEGIN)[1]
+    block = DOCUMENT.read_text(encoding='utf-8').split(push_page.BEGIN)[1]
     lines = [line.strip('| ').split(' | ') for line in block.splitlines() if line[:1] == '|']
     place = lines[0].index(column)
     row = next(line for line in lines if line[:2] == [push, who])
@@ -47,8 +50,8 @@ def test_the_document_s_forces_are_survived_and_fatal(direction):
         push_robot(condition, force)  # as far as the table is rounded
         for force in (survived - 0.005, fatal + 0.005)
     )
-    assert not held.fell, 'run: python -m khr_experiments.push_table docs/models.md'
-    assert fallen.fell, 'run: python -m khr_experiments.push_table docs/models.md'
+    assert not held.fell, 'run: python -m khr_report.push_page docs/models.md'
+    assert fallen.fell, 'run: python -m khr_report.push_page docs/models.md'
     # (4.7): whoever stays within the foot stands, whoever falls leaves it on the pushed side.
     assert np.all((held.x_com > -FOOT) & (held.x_com < 0.0))
     assert fallen.x_com[-1] > 0.0 and np.all(fallen.x_com > -FOOT)
@@ -134,27 +137,29 @@ def test_the_legs_give_as_their_springs_do(brief):
 
 
 def test_conditions_leave_the_gyro_out_without_control():
-    found = push_table.conditions()
+    found = push_limits.conditions()
     assert len(found) == len(set(found)) == 2 * 3 * (1 + 2 + 2)
     assert all(each.gyro == 'packaged' for each in found if not each.gain)
 
 
 def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
     monkeypatch.setattr(
-        push_table, 'largest_push', lambda condition: push_recovery.Bracket(1.0, 1.01)
+        push_limits, 'largest_push', lambda condition: push_recovery.Bracket(1.0, 1.01)
     )
-    monkeypatch.setattr(push_table, 'model_push', lambda condition, form, body: 2.0)
-    rows = push_table.measure_all(push_table.conditions())
-    table = push_table.markdown(rows).splitlines()
+    monkeypatch.setattr(push_limits, 'model_push', lambda condition, form, body: 2.0)
+    rows = push_limits.measure_all(push_limits.conditions())
+    table = markdown([push_page.largest_pushes(rows)]).splitlines()
     assert len(table) == 2 + 3 * 7
     assert len({line.count('|') for line in table}) == 1
-    push_table.make_folder(tmp_path / 'new')
-    path = push_table.write(rows, tmp_path / 'new')[0]
+    push_page.make_folder(tmp_path / 'new')
+    path = push_page.write(rows, tmp_path / 'new')[0]
     with path.open(encoding='utf-8') as file:
         read = list(csv.DictReader(file))
-    assert len(read) == 30 and set(read[0]) == {field.name for field in fields(push_table.PushRow)}
-    with pytest.raises(ExperimentError, match=r'^--out: .*accepted: '):
-        push_table.make_folder(path)
+    assert len(read) == 30 and set(read[0]) == {
+        field.name for field in fields(push_limits.PushRow)
+    }
+    with pytest.raises(ReportError, match=r'^--out: .*accepted: '):
+        push_page.make_folder(path)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""The scoreboard: every row of the thesis is there, and what misses is told."""
+"""The scoreboard: every row of the thesis is there, and what misses is looked into."""
 
 from dataclasses import replace
 
@@ -12,36 +12,57 @@ from khr_common import check
 from khr_experiments import scoreboard
 from khr_experiments.critical import Condition, Limit
 from khr_experiments.errors import ExperimentError
+from khr_experiments.json_file import read_json, write_json
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_2, STAGE_3, TRENDS, WALKS, walking
 from khr_experiments.scoreboard_compare import grows, limit_rows, order_rows, theory_row, walk_row
+from khr_experiments.scoreboard_rows import Scoreboard
 from khr_experiments.scoreboard_runs import lift, slip_mm, vibration, walk
 from khr_sim.run_parameters import RunParameters
-from tests.fakes.benches import Thesis, limits_of_thesis, walked
+from tests.fakes.benches import Opposite, Thesis, limits_of_thesis, walked
 
 
 def test_board_of_the_thesis_itself_passes_every_row():
-    page, summary = scoreboard.board(Thesis())
-    assert '**miss**' not in page
-    passed, judged = summary.split()[0], summary.split()[2]
-    assert passed == judged
-    for row in (*LIMITS, *WALKS, *TRENDS):
-        text = row.condition.title if row in LIMITS else getattr(row, 'thesis', '')
-        assert text in page
-    assert page.count('no number published') >= 2, 'the rubber twins'
+    board = scoreboard.compare(Thesis())
+    assert not [row for row in board.rows if row.passed is False]
+    assert [row.condition for row in board.limits[:-1]] == [row.condition.title for row in LIMITS]
+    assert [row.thesis for row in board.walks] == [row.thesis for row in WALKS]
+    assert [row.what for row in board.trends] == [row.what for row in TRENDS]
+    assert sum(row.passed is None for row in board.walks) == 2, 'the rubber twins'
+    assert board.explanations == ()
+
+
+def test_scoreboard_is_the_same_after_its_file(tmp_path):
+    for bench in (Thesis(amiss=walking(18.0)), Opposite()):
+        board = scoreboard.compare(bench)
+        write_json(tmp_path / 'new' / 'board.json', board)
+        assert read_json(tmp_path / 'new' / 'board.json', Scoreboard) == board
+
+
+@pytest.mark.parametrize('text', [None, '{"seeds": 3}', 'no JSON'])
+def test_file_that_holds_no_scoreboard_is_one_line(tmp_path, text):
+    path = tmp_path / 'board.json'
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(ExperimentError, match=r'^\S*board\.json: not a scoreboard; .*$'):
+        read_json(path, Scoreboard)
 
 
 def test_limit_that_misses_stays_and_is_looked_into():
-    page, _ = scoreboard.board(Thesis(amiss=walking(18.0)))
-    (line,) = [line for line in page.splitlines() if line.startswith('| 5 | walk, K_A 18')]
-    assert '**miss**' in line
-    assert '-7.70' in line
-    assert 'No limit misses' not in page
-    assert all(name in page for name, _ in scoreboard.EXPERIMENTS['walk'])
+    board = scoreboard.compare(Thesis(amiss=walking(18.0)))
+    (row,) = [row for row in board.limits if row.passed is False]
+    assert row.condition == 'walk, K_A 18'
+    assert row.difference_deg == pytest.approx(-7.7)
+    (explanation,) = board.explanations
+    assert explanation.condition == row.condition
+    assert [shift.change for shift in explanation.shifts] == [
+        name for name, _ in scoreboard.CHANGES['walk']
+    ]
+    assert scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False).explanations is None
 
 
-@pytest.mark.parametrize('motion', scoreboard.EXPERIMENTS)
+@pytest.mark.parametrize('motion', scoreboard.CHANGES)
 def test_experiments_are_values_that_the_tables_accept(motion):
-    for _, changes in scoreboard.EXPERIMENTS[motion]:
+    for _, changes in scoreboard.CHANGES[motion]:
         for (node, key), value in changes:
             check(table_of(node), key, value)
         replace(Condition(motion, 12.0, 13.0), changes=changes).scenario(5.0)
@@ -74,11 +95,11 @@ def test_walk_is_judged_on_all_that_is_published_of_it():
     by_text = {row.thesis: row for row in WALKS}
     slipping = by_text['slips again']
     assert walk_row(slipping, [walked('slipped')] * 2).passed
-    assert walk_row(slipping, [walked('walked')] * 2).difference == 'does not slip'
-    assert walk_row(slipping, [walked('fell')] * 2).difference == 'falls'
+    assert walk_row(slipping, [walked('walked')] * 2).differences == ('does not slip',)
+    assert walk_row(slipping, [walked('fell')] * 2).differences == ('falls',)
     falling = by_text['unstable (beyond 10.2 deg)']
     assert walk_row(falling, [walked('fell')] * 2).passed
-    assert walk_row(falling, [walked('walked')] * 2).difference == 'does not fall'
+    assert walk_row(falling, [walked('walked')] * 2).differences == ('does not fall',)
     flat = by_text['walks, one dominant peak at 1.73 Hz']
     assert walk_row(flat, [walked('walked', 1.8)] * 2).passed
     assert not walk_row(flat, [walked('walked', 1.2)] * 2).passed
@@ -146,7 +167,7 @@ def test_measurements_are_of_the_run():
     assert -1.0 < one.share < 1.0
 
 
-def test_arguments_are_refused(tmp_path):
+def test_arguments_are_refused():
     for seeds, jobs, word in ((1, 1, '--seeds'), (2, 0, '--jobs')):
         with pytest.raises(ExperimentError, match=word):
-            scoreboard.write(tmp_path / 'page.md', seeds, 0.1, jobs)
+            scoreboard.scoreboard(seeds, 0.1, jobs)

@@ -11,11 +11,12 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from khr_experiments.errors import ExperimentError
-from khr_experiments.stability_map import draw_map, stability_map
+from khr_experiments.stability_map import stability_map
 from khr_experiments.sweeps.folder import Folder, read_table
 from khr_experiments.sweeps.statistics import crossing, wilson
 from khr_experiments.sweeps.trial import RESULTS
-from khr_report.stability_figure import figure
+from khr_figures.errors import FigureError
+from khr_figures.stability import draw_map, figure
 
 X, Y, Z = 'simulator.inclination_deg', 'ankle_controller.gain', 'simulator.surface'
 INCLINATIONS, GAINS, SURFACES = [0.0, 4.0, 8.0, 12.0], [6.0, 12.0, 18.0], ['smooth', 'rubber']
@@ -274,5 +275,5 @@ def test_an_empty_sweep_and_no_sweep_are_named(tmp_path):
 
 def test_a_place_that_cannot_be_written_is_named(folder, tmp_path):
     (tmp_path / 'file').write_text('in the way')
-    with pytest.raises(ExperimentError, match=r'^--out: .*file'):
+    with pytest.raises(FigureError, match=r'^--out: .*file'):
         draw_map(folder, X, Y, tmp_path / 'file' / 'map.png')

@@ -1,7 +1,7 @@
-"""Pages hold all that was found, stand alone, and say what the numbers say."""
+"""Documents and pages hold all results, stand alone, and say what the numbers say."""
 
 import base64
-import re
+from dataclasses import replace
 from itertools import count
 from pathlib import Path
 
@@ -9,36 +9,50 @@ import pytest
 from matplotlib.figure import Figure
 
 from khr_bringup.scenario import load
-from khr_experiments import scoreboard
+from khr_experiments import findings as results
+from khr_experiments.best_gain import BestGains, Cell, FrictionLimit, SoleEffect
 from khr_experiments.critical import Limit
 from khr_experiments.experiments import Run
+from khr_experiments.findings import Findings
+from khr_experiments.json_file import read_json, write_json
+from khr_experiments.peak_origin import PeakOrigin
 from khr_experiments.published import LIMITS, TRENDS, walking
-from khr_report.page.board import counts, judged
-from khr_report.page.findings import findings
-from khr_report.page.html import markdown, tables
-from khr_report.page.index import write_index
+from khr_experiments.scoreboard import compare
+from khr_report import findings_page, map_tables, scoreboard_page
+from khr_report.page.document import Bullets, Part, Table, Verdict, html, markdown
 from khr_report.page.text import duration
-from khr_report.page.trials import added
-from khr_report.reproduction import FigureResult, Reproduction
+from khr_report.reproduction import FigureResult, Reproduction, distinct
+from khr_report.reproduction_page import write_index
 from tests.fakes.benches import Opposite, Thesis
 from tests.support.pages import check_alone
 
 HASH = '0123456789abcdef' * 4
+CELL = Cell(5.0, 15.0, 3, 2, 1, 0.125, 0.02)
+SOLES = SoleEffect(
+    (5.0, 7.0),
+    (CELL, CELL),
+    (replace(CELL, y=0.8), None),
+    (FrictionLimit(0.18, 7.0, 6.5, None), FrictionLimit(0.8, None, None, None)),
+    5.0,
+    None,
+    1.0,
+)
+EMPTY = Findings(None, (), (), (), (), {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
 
 
 def figure(folder, number, experiments=(), error=''):
     folder.mkdir(parents=True, exist_ok=True)
-    image, table = folder / f'{number}.png', folder / f'{number}.csv'
+    image, points = folder / f'{number}.png', folder / f'{number}.csv'
     if not error:
         picture = Figure(figsize=(1.0, 1.0))
         picture.text(0.1, 0.5, number)
         picture.savefig(image)
-        table.write_text(f'panel,{number}\n')
+        points.write_text(f'panel,{number}\n')
     return FigureResult(
         number,
         f'The picture of {number}',
         image,
-        table,
+        points,
         f'khr figure {number}',
         experiments,
         1.0,
@@ -66,42 +80,85 @@ def run(name, seed, verdict='walked', slip=0.01, **changes):
     return Run({'scenario': name, **changes}, seed, row, scenario, Path('absent'))
 
 
-def reproduction(folder, bench=None, runs=None, **changes):
-    board, summary = scoreboard.board(bench or Thesis())
-    contents = {
+def findings(bench=None, **changes):
+    made = {
+        'scoreboard': compare(bench or Thesis()),
+        'peaks': (PeakOrigin(2.58, 'K_A 12', 'gait line 6: the gait', 'high'),),
+        'maps': {'map_a': BestGains('K_A', (CELL,), (9.0,)), 'map_b': SOLES},
+        'figures': 3,
+        'runs': 2,
+        'run_seconds': 754.0,
+        'fast': False,
+        'command': 'khr reproduce',
+        'versions': {'code': 'abcdef', 'numpy': '2.0'},
+    }
+    return replace(EMPTY, **(made | changes))
+
+
+def reproduction(folder, bench=None, **changes):
+    made = {
         'figures': [
             figure(folder / 'figures', '3.8'),
             figure(folder / 'elsewhere', '5.9', ('a',)),
             figure(folder, 'friction'),
             figure(folder, '4.4', error='the <circuit> does not converge'),
         ],
-        'scoreboard': board,
-        'scoreboard_summary': summary,
-        'maps': [figure(folder / 'figures', 'map_a')],
-        'runs': runs
-        if runs is not None
-        else {'a': [run('walk_3deg', 0), run('walk_3deg', 1, 'fell')]},
+        'maps': [figure(folder / 'figures', 'map_a'), figure(folder / 'figures', 'map_b')],
+        'runs': {'a': [run('walk_3deg', 0), run('walk_3deg', 1, 'fell')]},
         'seeds': {'a': 2},
         'seconds': 754.0,
-        'fast': False,
-        'versions': {'code': 'abcdef', 'numpy': '2.0'},
-        'command': 'khr reproduce',
-        'lines': '# Lines\n\nThe gait makes most of them.\n\n## Peaks\n\n| a |\n|---|\n| b |',
-        'tables': {'map_a': '| best gain |\n| --- |\n| fifteen |\n'},
+        'findings': findings(bench),
+        'peaks': None,
     }
-    return Reproduction(**(contents | changes))
+    return Reproduction(**(made | changes))
+
+
+# ---- documents ----
+
+DOCUMENT = [
+    'A text with <b> and | in it.',
+    Part('Title', (Table(('a', 'b'), (('x | y', Verdict(False)), ('<z>', Verdict(None)))),)),
+    Bullets(('one', 'two')),
+]
+
+
+def test_a_document_is_markdown():
+    assert markdown(DOCUMENT).split('\n\n') == [
+        'A text with <b> and | in it.',
+        '## Title',
+        '| a | b |\n| --- | --- |\n| x \\| y | **miss** |\n| <z> | no number published |',
+        '- one\n- two',
+    ]
+
+
+def test_a_document_is_html_with_its_verdicts_coloured():
+    text = str(html(DOCUMENT))
+    assert '<p>A text with &lt;b&gt; and | in it.</p>' in text
+    assert '<h3>Title</h3>' in text
+    assert '<th scope="col">a</th>' in text and '<td>x | y</td>' in text
+    assert '<td class="miss">miss</td>' in text
+    assert '<td>&lt;z&gt;</td><td class="none">no number published</td>' in text
+    assert '<li>one</li>' in text
 
 
 # ---- the page of a reproduction ----
 
 
+def cells(blocks):
+    """Yield all cells of a document."""
+    for block in blocks:
+        if isinstance(block, Part):
+            yield from cells(block.blocks)
+        elif isinstance(block, Table):
+            yield from (str(cell) for row in (block.head, *block.rows) for cell in row)
+
+
 def test_page_holds_every_figure_row_and_run_and_stands_alone(tmp_path):
-    contents = reproduction(tmp_path)
-    path = write_index(tmp_path, contents)
+    made = reproduction(tmp_path, Thesis(amiss=walking(18.0)))
+    path = write_index(tmp_path, made)
     assert path == tmp_path / 'index.html'
     page = check_alone(path)
-    assert 'fifteen' in page.text
-    for each in (*contents.figures, *contents.maps):
+    for each in made.drawn:
         assert each.title in page.text
         if each.error:
             assert each.error in page.text
@@ -112,76 +169,63 @@ def test_page_holds_every_figure_row_and_run_and_stands_alone(tmp_path):
             )
             assert each.command in page.text
     assert 'figures/3.8.csv' in page.links
-    for section, rows in tables(contents.scoreboard):
-        assert section in page.text
-        for row in rows:
-            assert all(cell in page.text for cell in row.values())
-    for some in contents.runs.values():
-        assert all(each.row['trajectory_hash'] in page.text for each in some)
-    for word in (
-        'fell at 4.25 s',
-        '13 min',
-        'abcdef',
-        contents.scoreboard_summary,
-        contents.command,
-        'The gait makes most of them.',
+    board = made.findings.scoreboard
+    for document in (
+        scoreboard_page.blocks(board),
+        findings_page.blocks(made.findings),
+        *map(map_tables.blocks, made.findings.maps.values()),
     ):
+        for cell in cells(document):
+            assert ' '.join(cell.split()) in page.text
+    for some in made.runs.values():
+        assert all(each.row['trajectory_hash'] in page.text for each in some)
+    for word in ('fell at 4.25 s', '13 min', 'abcdef', 'khr reproduce', 'Chapter 5: walking'):
         assert word in page.text
+    assert scoreboard_page.summary(board) in page.text
 
 
-def test_table_outside_the_page_s_folder_is_taken_in(tmp_path):
-    contents = reproduction(tmp_path / 'made')
-    page = check_alone(write_index(tmp_path / 'report', contents))
-    tables_within = [link for link in page.links if link.startswith('data:text/csv')]
-    assert len(tables_within) == 4
-    assert base64.b64decode(tables_within[0].split(',')[1]) == b'panel,3.8\n'
+def test_csv_outside_the_page_s_folder_is_taken_in(tmp_path):
+    made = reproduction(tmp_path / 'made')
+    page = check_alone(write_index(tmp_path / 'report', made))
+    within = [link for link in page.links if link.startswith('data:text/csv')]
+    assert len(within) == 5
+    assert base64.b64decode(within[0].split(',')[1]) == b'panel,3.8\n'
 
 
 def test_part_of_a_reproduction_is_a_page_too(tmp_path):
-    contents = reproduction(
-        tmp_path,
-        runs={},
-        scoreboard='',
-        scoreboard_summary='',
-        maps=[],
-        figures=[],
-        seeds={},
-        fast=True,
-    )
-    text = check_alone(write_index(tmp_path, contents)).text
-    assert 'not asked for' in text
+    made = reproduction(tmp_path, runs={}, maps=[], figures=[], seeds={}, findings=EMPTY)
+    text = check_alone(write_index(tmp_path, made)).text
     assert 'quick form' in text
-    assert 'The scoreboard was not measured' in findings(contents)
+    assert 'The scoreboard was not measured' in text
 
 
-def test_verdicts_are_told_in_words_and_counted_by_chapter():
-    board, summary = scoreboard.board(Thesis(amiss=walking(18.0)))
-    found = counts(judged(board))
-    assert [count.title[:9] for count in found] == ['Chapter 3', 'Chapter 5', 'Chapter 6']
-    assert [count.missed for count in found] == [0, 1, 0]
-    passed, all_judged = summary.split()[0], summary.split()[2]
-    assert sum(count.passed for count in found) == int(passed)
-    assert sum(count.passed + count.missed for count in found) == int(all_judged)
-    html = str(markdown(board, Path()))
-    assert html.count('<td class="miss"><strong>miss</strong></td>') == 1
-    assert html.count('<td class="pass">pass</td>') == int(passed)
-    assert '<h1>' not in html and '<a ' not in html
+# ---- the scoreboard ----
 
 
-def test_markdown_takes_pictures_in_and_lets_no_html_through(tmp_path):
-    figure(tmp_path, 'lines')
-    html = str(
-        markdown(
-            '# Own title\n\n## Part\n\n![seen](lines.png) ![lost](absent.png)\n\n'
-            '<b>bold</b> [word](http://example.org)',
-            tmp_path,
-        )
+def test_verdicts_are_counted_by_chapter():
+    board = compare(Thesis(amiss=walking(18.0)))
+    found = scoreboard_page.counts(board)
+    assert [one.title[:9] for one in found] == ['Chapter 3', 'Chapter 5', 'Chapter 6']
+    assert [one.missed for one in found] == [0, 1, 0]
+    every = scoreboard_page.count(board.rows)
+    for name in ('passed', 'missed', 'unpublished'):
+        assert sum(getattr(one, name) for one in found) == getattr(every, name)
+    judged = every.passed + every.missed
+    assert scoreboard_page.summary(board).startswith(f'{every.passed} of {judged} rows pass')
+    text = scoreboard_page.scoreboard_markdown(board)
+    assert text.count('| **miss** |') == 1 and text.count('| pass |') == every.passed
+    assert (
+        '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.00 | - | - | -7.70 | predicted | **miss** |' in text
     )
-    assert 'Own title' not in html
-    assert '<h3>Part</h3>' in html
-    assert 'src="data:image/png;base64,' in html
-    assert 'lost' in html and 'absent.png' not in html
-    assert '<b>' not in html and 'http' not in html and 'word' in html
+
+
+def test_page_and_data_lie_side_by_side(tmp_path):
+    board = compare(Thesis())
+    scoreboard_page.write_scoreboard(tmp_path / 'new' / 'board.md', board)
+    text = (tmp_path / 'new' / 'board.md').read_text()
+    assert text == scoreboard_page.scoreboard_markdown(board, 'board.json')
+    assert '[board.json](board.json)' in text
+    assert read_json(tmp_path / 'new' / 'board.json', type(board)) == board
 
 
 @pytest.mark.parametrize(
@@ -201,33 +245,31 @@ def test_durations(seconds, text):
 # ---- findings ----
 
 
-def sections(contents):
+def sections(made):
     """Return the text of the findings by title."""
-    parts = re.split(r'^## (.*)$', findings(contents), flags=re.MULTILINE)
-    return dict(zip(['', *parts[1::2]], parts[::2], strict=True))
+    parts = [part for part in findings_page.blocks(made) if isinstance(part, Part)]
+    return {part.title: markdown(part.blocks) for part in parts}
 
 
-def test_opposite_outcomes_give_opposite_findings(tmp_path):
-    agrees = sections(reproduction(tmp_path))
-    differs = sections(reproduction(tmp_path, Opposite()))
-    confirms, contradicts = 'What the simulation confirms', 'What it contradicts'
+CONFIRMS, CONTRADICTS = 'What the simulation confirms', 'What it contradicts'
+ADDS = 'What it adds'
+
+
+def test_opposite_outcomes_give_opposite_findings():
+    agrees, differs = sections(findings()), sections(findings(Opposite()))
     for row in LIMITS:
-        title = row.condition.title
-        name = f'**{title[0].upper()}{title[1:]}**'
-        assert name in agrees[confirms] and name not in agrees[contradicts]
-        assert name in differs[contradicts] and name not in differs[confirms]
-        assert f'in the thesis {row.thesis_deg:g}' in differs[contradicts]
+        name = f'| {row.condition.title} | {row.thesis_deg:g} |'
+        assert name in agrees[CONFIRMS] and name not in agrees[CONTRADICTS]
+        assert name in differs[CONTRADICTS] and name not in differs[CONFIRMS]
     for row in TRENDS:
-        assert row.what in agrees[confirms]
-        assert row.what in differs[contradicts]
-    assert 'It falls where the thesis walked' not in agrees[contradicts]
-    assert 'It falls where the thesis walked' in differs[contradicts]
-    assert 'It walks where the thesis fell' in differs[contradicts]
-    assert 'toe force over phi, N' in differs[contradicts]
-    assert '**Origin of the spectral lines**: The gait makes most' in agrees['What it adds']
-    assert 'Nothing that was measured does.' in agrees[contradicts]
-    judged_rows = [row for row in judged(scoreboard.board(Thesis())[0]) if row.passed is not None]
-    assert f'Of {len(judged_rows)} rows of the thesis {len(judged_rows)} agree' in agrees['']
+        assert row.what in agrees[CONFIRMS]
+        assert row.what in differs[CONTRADICTS]
+    assert agrees[CONTRADICTS] == findings_page.NOTHING
+    assert '| toe force |' in differs[CONTRADICTS]
+    assert '| gait line 6: the gait | high |' in agrees[ADDS]
+    judged = [row for row in findings().scoreboard.rows if row.passed is not None]
+    answer = findings_page.blocks(findings())[1]
+    assert f'Of {len(judged)} rows of the thesis {len(judged)} agree' in answer
 
 
 class Explained(Thesis):
@@ -240,23 +282,23 @@ class Explained(Thesis):
 
 
 @pytest.mark.parametrize(
-    ('kind', 'says'),
-    [
-        (Thesis, 'no change that was tried comes closer'),
-        (Explained, 'closest with friction 0.15: 9.50 deg'),
-    ],
+    ('kind', 'says'), [(Thesis, 'none of them'), (Explained, 'friction 0.15: 9.50')]
 )
-def test_findings_quote_the_best_explanation(tmp_path, kind, says):
-    text = sections(reproduction(tmp_path, kind(amiss=walking(18.0))))
-    (line,) = [line for line in text['What it contradicts'].splitlines() if 'Walk, K_A 18' in line]
-    assert 'it falls sooner, at 2.00 +- 0.00 deg, in the thesis 9.7 (-7.70)' in line
-    assert says in line
-    assert ('friction 0.15 +7.50' in text['What it adds']) == (kind is Explained)
+def test_findings_name_the_best_explanation(kind, says):
+    text = sections(findings(kind(amiss=walking(18.0))))
+    (line,) = [line for line in text[CONTRADICTS].splitlines() if 'walk, K_A 18' in line]
+    assert line.startswith('| walk, K_A 18 | 9.7 | 2.00 +- 0.00 |')
+    assert '| -7.70 |' in line and line.endswith(f'| {says} |')
+    assert ('| friction 0.15 | +7.50 |' in text[ADDS]) == (kind is Explained)
 
 
-def test_findings_are_one_page(tmp_path):
-    for bench in (Thesis(), Opposite()):
-        assert len(findings(reproduction(tmp_path, bench)).split()) < 900
+def test_findings_are_the_same_after_their_file(tmp_path):
+    made = findings(
+        Thesis(amiss=walking(18.0)), soles=results.compare_soles(soles('fell', 'walked')['soles'])
+    )
+    for each in (made, EMPTY):
+        write_json(tmp_path / 'findings.json', each)
+        assert read_json(tmp_path / 'findings.json', Findings) == each
 
 
 def soles(smooth, rubber):
@@ -273,75 +315,93 @@ def soles(smooth, rubber):
 
 
 def test_soles_are_compared_as_they_came_out():
-    (better,) = added(soles('fell', 'walked'))
-    (worse,) = added(soles('slipped', 'fell'))
-    assert 'at 8.88 deg (K_A 12) it stays up (2 of 2), slip 10 mm' in better
-    assert 'falls (2 of 2) on smooth' in better
-    assert 'it falls (2 of 2) on rubber, and stays up (2 of 2)' in worse
+    (better,) = results.compare_soles(soles('fell', 'walked')['soles'])
+    (worse,) = results.compare_soles(soles('slipped', 'fell')['soles'])
+    assert (better.inclination_deg, better.control) == (8.88, 'K_A 12')
+    assert better.rubber == results.Tally(2, 0, 10.0, 0.1)
+    assert better.smooth == results.Tally(2, 2, None, None)
+    assert worse.rubber == better.smooth and worse.smooth == better.rubber
+    text = sections(findings(soles=(better,)))[ADDS]
+    assert '| 8.88 | K_A 12 | stays up (2 of 2) | 10 | 0.100 | falls (2 of 2) | - | - |' in text
 
 
 def test_a_run_of_several_experiments_counts_once():
-    once = soles('walked', 'walked')
-    assert '2 of 2' in added(once)[0]
-    assert added(once | {'again': once['soles'][:2]}) == added(once)
+    once = soles('walked', 'walked')['soles']
+    assert results.compare_soles(once)[0].rubber.runs == 2
+    assert results.compare_soles([*once, *once[:2]]) == results.compare_soles(once)
 
 
-def test_friction_tells_how_steep_the_ground_may_be():
-    def runs(limits):
-        return {
-            'map': [
-                run(
-                    'walk_6.99deg_ka12',
-                    0,
-                    'walked' if phi <= limit else 'fell',
-                    mu / 10,
-                    simulator__friction=mu,
-                    simulator__inclination_deg=phi,
-                )
-                for mu, limit in limits.items()
-                for phi in (5.0, 6.0, 7.0)
-            ]
-        }
+def test_friction_says_how_steep_the_ground_may_be():
+    def compared(limits):
+        return results.compare_friction(
+            run(
+                'walk_6.99deg_ka12',
+                0,
+                'walked' if phi <= limit else 'fell',
+                mu / 10,
+                simulator__friction=mu,
+                simulator__inclination_deg=phi,
+            )
+            for mu, limit in limits.items()
+            for phi in (5.0, 6.0, 7.0)
+        )
 
-    (line,) = added(runs({0.1: 4.0, 0.2: 6.0}))
-    assert '0.1: falls at 5 deg already; 0.2: stays up to 6 of 7 deg, slip 20 mm there' in line
-    (line,) = added(runs({0.1: 7.0, 0.2: 5.0}))
-    assert '0.1: stays up to 7 of 7 deg' in line and '0.2: stays up to 5 of 7 deg' in line
+    slick, rough = compared({0.1: 4.0, 0.2: 6.0})
+    assert (slick.friction, slick.steepest_deg, slick.slip_mm) == (0.1, None, None)
+    assert (rough.friction, rough.steepest_deg, rough.tried_deg) == (0.2, 6.0, (5.0, 7.0))
+    assert rough.slip_mm == pytest.approx(20.0)
+    text = sections(findings(friction=(slick, rough)))[ADDS]
+    assert '| K_A 12 | 0.1 | falls at 5 already | - |' in text
+    assert '| K_A 12 | 0.2 | 6 of 7 | 20 |' in text
+    assert [each.steepest_deg for each in compared({0.1: 7.0, 0.2: 5.0})] == [7.0, 5.0]
 
 
 def test_staged_control_is_compared_on_tilting_ground():
-    def line(staged_falls):
-        return added(
-            {
-                'stages': [
-                    run(
-                        'stand_tilting_staged',
-                        0,
-                        'fell',
-                        stage__mode='fixed',
-                        stage__fixed_stage=1,
-                    ),
-                    run(
-                        'stand_tilting_staged',
-                        0,
-                        'fell',
-                        stage__mode='fixed',
-                        stage__fixed_stage=2,
-                    ),
-                    run('stand_tilting_staged', 0, 'fell' if staged_falls else 'stood'),
-                ]
-            }
-        )[0]
+    def compared(staged_falls):
+        return results.compare_tilting(
+            [
+                run('stand_tilting_staged', 0, 'fell', stage__mode='fixed', stage__fixed_stage=1),
+                run('stand_tilting_staged', 0, 'fell', stage__mode='fixed', stage__fixed_stage=2),
+                run('stand_tilting_staged', 0, 'fell' if staged_falls else 'stood'),
+            ]
+        )
 
-    assert 'no control falls at 2.12 deg' in line(True)
-    assert 'K_A 12 falls at 2.12 deg' in line(True)
-    assert 'staged, K_A 12, K_H 13 falls at 2.12 deg' in line(True)
-    assert 'staged, K_A 12, K_H 13 stays up to 6.80 deg' in line(False)
+    none, ankle, staged = compared(True)
+    assert [(each.control, each.staged) for each in (none, ankle, staged)] == [
+        ('no control', False),
+        ('K_A 12', False),
+        ('K_A 12, K_H 13', True),
+    ]
+    assert all(each.falls and each.deg == pytest.approx(2.125) for each in (none, ankle, staged))
+    (*_, stays) = compared(False)
+    assert not stays.falls and stays.deg == pytest.approx(6.8)
+    text = sections(findings(tilting=(none, stays)))[ADDS]
+    assert '| no control | no | falls at 2.12 deg |' in text
+    assert '| K_A 12, K_H 13 | yes | stays up to 6.80 deg |' in text
+    assert results.compare_tilting([]) == ()
 
 
-def test_a_run_of_two_experiments_is_counted_once(tmp_path):
+def test_a_run_of_two_experiments_is_counted_once():
     shared, own = run('walk_3deg', 0), run('walk_3deg', 1)
-    contents = reproduction(tmp_path, runs={'a': [shared], 'b': [shared, own]})
-    assert contents.made == [shared.row, own.row]
-    assert contents.run_seconds == shared.row['wall_time_s'] + own.row['wall_time_s']
-    assert 'and 2 runs, which took' in findings(contents)
+    assert distinct({'a': [shared], 'b': [shared, own]}) == [shared.row, own.row]
+
+
+# ---- maps ----
+
+
+def test_best_gains_are_a_table_and_say_where_nothing_helps():
+    table, text = map_tables.blocks(BestGains('K_A', (CELL,), (8.0, 9.0)))
+    assert table.head[1] == 'best K_A'
+    assert table.rows == (('5', '15', '2 of 3 (21% to 94%)', '1 of 2', '0.125'),)
+    assert 'No seed survives 8, 9 deg' in text
+    assert 'No seed' not in map_tables.blocks(BestGains('K_A', (CELL,), ()))[1]
+
+
+def test_rubber_is_put_beside_smooth():
+    _, soles_table, limits, text = map_tables.blocks(SOLES)
+    assert soles_table.rows[0] == ('5', '2 of 3', '20', '0.125', '2 of 3', '20', '0.125')
+    assert soles_table.rows[1][4:] == ('-', '-', '-')
+    assert limits.rows == (('0.18', '7.00', 'from 6.50'), ('0.8', '-', 'open'))
+    assert 'up to 5 deg' in text and 'slip by - and the vibration by 1.00' in text
+    apart = map_tables.blocks(replace(SOLES, both_up_to_deg=None))
+    assert apart[-1] == 'On no ground do runs survive with both soles.'

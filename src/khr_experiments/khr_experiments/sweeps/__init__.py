@@ -1,8 +1,9 @@
-"""``khr sweep``: many runs, over a grid or at random, on one or many machines."""
+"""``khr sweep``: run scenarios over a grid or at random, on one or many machines."""
 
 from __future__ import annotations
 
 import os
+import sys
 from collections import Counter
 from pathlib import Path
 
@@ -26,14 +27,14 @@ def sweep(
     scheduler: str | None = None,
     fast: bool = False,
 ) -> int:
-    """Run what a sweep still lacks, keep every run in its folder; return the exit code.
+    """Compute the missing runs of a sweep and keep them in its folder; return the exit code.
 
     Args:
         file: the sweep's specification.
-        out: its folder; ``runs/NAME`` by default. Runs that it holds are not repeated.
+        out: its folder; ``runs/NAME`` by default. Runs in it are not repeated.
         workers: processes to start on this machine; as many as it has cores by default.
         scheduler: address of a Dask scheduler, whose workers are used instead.
-        fast: whether to take the form that the specification has for it.
+        fast: whether to run the quick form of the specification.
 
     Raises:
         ExperimentError: if the specification or an option is not accepted.
@@ -53,13 +54,12 @@ def sweep(
             count = min(workers or os.cpu_count() or 1, left)
             lost, stopped = _run(specification, folder, len(planned), count, scheduler)
         _summarise(specification, folder, len(planned))
-    if lost:
-        tell_lost(lost)
+    report_lost(lost)
     return INTERRUPTED if stopped else 1 if lost else 0
 
 
 def check_workers(workers: int | None, scheduler: str | None = None) -> None:
-    """Refuse a number of workers that makes no sense.
+    """Check the number of workers.
 
     Raises:
         ExperimentError: if it is below 1, or given beside a scheduler.
@@ -71,18 +71,20 @@ def check_workers(workers: int | None, scheduler: str | None = None) -> None:
         )
 
 
-def tell_lost(runs: int) -> None:
-    """Tell that runs are not there, and what to do."""
-    Console(stderr=True).print(
-        f'khr: {runs} runs lost their worker several times; repeat the command to try them again',
-        highlight=False,
-    )
+def report_lost(runs: int) -> None:
+    """Print how many runs are missing and how to compute them; nothing if there are none."""
+    if runs:
+        print(
+            f'khr: {runs} runs lost their worker several times; repeat the command to try them '
+            'again',
+            file=sys.stderr,
+        )
 
 
 def _run(
     specification: Sweep, folder: Folder, total: int, workers: int, scheduler: str | None
 ) -> tuple[int, bool]:
-    """Compute what the folder lacks; return how many runs were lost, and whether it was cut."""
+    """Compute the missing runs; return how many were lost, and whether it was interrupted."""
     from khr_experiments.sweeps.cluster import connected
     from khr_experiments.sweeps.runner import run_missing
 

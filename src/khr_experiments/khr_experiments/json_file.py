@@ -1,0 +1,54 @@
+"""Typed results as JSON files, where None stands for a number that could not be measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from khr_experiments.errors import ExperimentError
+
+Result = TypeVar('Result')
+
+
+def write_json(path: Path, result: Any) -> None:
+    """Write a dataclass as JSON; make the folder if needed.
+
+    Raises:
+        ExperimentError: if the file cannot be written.
+    """
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(TypeAdapter(type(result)).dump_json(result, indent=1) + b'\n')
+    except OSError as error:
+        raise ExperimentError(
+            f'--out: {str(path)!r}: {error.strerror}; accepted: a file that can be written'
+        ) from error
+
+
+def read_json(path: Path, kind: type[Result]) -> Result:
+    """Read a dataclass that :func:`write_json` wrote.
+
+    Raises:
+        ExperimentError: if the file cannot be read or does not hold such a result.
+    """
+    try:
+        return TypeAdapter(kind).validate_json(path.read_bytes())
+    except (OSError, ValidationError) as error:
+        raise ExperimentError(
+            f'{path}: not a {kind.__name__.lower()}; accepted: a file that khr wrote '
+            f'({" ".join(str(error).split())})'
+        ) from error
+
+
+def known(value: float) -> float | None:
+    """Return a measured number, or None for one that is not finite."""
+    return value if isfinite(value) else None
+
+
+def known_all(values: Sequence[float]) -> tuple[float | None, ...]:
+    """Return measured numbers, None for those that are not finite."""
+    return tuple(known(float(value)) for value in values)

@@ -1,0 +1,179 @@
+"""The scoreboard as data: a typed row for each comparison of robot and thesis.
+
+A number that could not be measured is None, as is a verdict where the thesis published nothing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from khr_experiments.published import Quantity
+
+Kind = Literal['fitted', 'predicted', 'formula']
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What all rows have in common.
+
+    Attributes:
+        chapter: of the thesis.
+        kind: ``fitted`` if the calibration used this row of the thesis.
+        passed: whether the robot agrees with the thesis.
+    """
+
+    chapter: int
+    kind: Kind
+    passed: bool | None
+
+
+@dataclass(frozen=True)
+class LimitRow(Comparison):
+    """A critical inclination.
+
+    Attributes:
+        condition: as :attr:`khr_experiments.critical.Condition.title` names it.
+        thesis_deg, deg: of the thesis's robot, and of the simulated one.
+        half_width_deg: half the 95 % confidence interval; None for a formula or one seed.
+        slipped, vibrated: shares of the seeds on the steepest ground that they survived.
+    """
+
+    condition: str
+    thesis_deg: float
+    deg: float
+    half_width_deg: float | None = None
+    slipped: float | None = None
+    vibrated: float | None = None
+
+    @property
+    def difference_deg(self) -> float:
+        """Return how much steeper the simulated robot holds."""
+        return self.deg - self.thesis_deg
+
+
+@dataclass(frozen=True)
+class OrderRow(Comparison):
+    """Whether the limits grow: no control, ankle, ankle and hip."""
+
+    motion: str
+    limits_deg: tuple[float, ...]
+
+
+@dataclass(frozen=True)
+class StandingRow(Comparison):
+    """A quantity of the leg lift, at one or more inclinations.
+
+    Attributes:
+        what, unit: of the quantity; a ratio has no unit.
+        inclinations_deg: where it was measured.
+        thesis: what the thesis says of it, in words.
+        values: one for each inclination, or several at one.
+        difference: from the thesis's number, if it has one.
+    """
+
+    what: str
+    unit: str
+    inclinations_deg: tuple[float, ...]
+    thesis: str
+    values: tuple[float | None, ...]
+    difference: float | None = None
+
+
+@dataclass(frozen=True)
+class WalkRow(Comparison):
+    """A walk of chapter 5.
+
+    Attributes:
+        inclination_deg, control: what was tried.
+        thesis: what the thesis's robot did, in words.
+        survives: whether the thesis's robot walked to the end.
+        runs, fell: number of seeds, and of those that fell.
+        slip_mm, vibration: medians of the walks without a fall; vibration in rad/s.
+        peaks_hz: largest peaks of Gait-3 of the first such walk, largest first.
+        differences: from the thesis, in words; none if the row passes.
+    """
+
+    inclination_deg: float
+    control: str
+    thesis: str
+    survives: bool | None
+    runs: int
+    fell: int
+    slip_mm: float | None
+    vibration: float | None
+    peaks_hz: tuple[float, ...]
+    differences: tuple[str, ...]
+
+    @property
+    def falls(self) -> bool:
+        """Say whether most seeds fell."""
+        return 2 * self.fell > self.runs
+
+
+@dataclass(frozen=True)
+class TrendRow(Comparison):
+    """A quantity of walks that grows along conditions in the thesis.
+
+    Attributes:
+        quantity: slip in mm, vibration in rad/s, line in Hz.
+        thesis_deg: inclination at which the thesis compares.
+        inclination_deg: where this was measured: there, or on less steep ground if it falls there.
+        values: one for each condition.
+    """
+
+    what: str
+    quantity: Quantity
+    thesis_deg: float
+    inclination_deg: float
+    values: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class Shift:
+    """How far one change of the robot moves a limit, deg."""
+
+    change: str
+    deg: float
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What single changes of the robot do to a limit that misses.
+
+    Attributes:
+        motion, condition, thesis_deg: of the limit.
+        deg: the limit of seed 0 without a change.
+        shifts: one for each change that was tried.
+        closest: the change that comes closest to the thesis; None if none comes closer.
+    """
+
+    motion: str
+    condition: str
+    thesis_deg: float
+    deg: float
+    shifts: tuple[Shift, ...]
+    closest: Shift | None
+
+
+@dataclass(frozen=True)
+class Scoreboard:
+    """All comparisons with the thesis.
+
+    Attributes:
+        seeds: of each measurement.
+        explanations: of the limits that miss; None if they were not looked for.
+    """
+
+    seeds: int
+    limits: tuple[LimitRow, ...]
+    orders: tuple[OrderRow, ...]
+    standing: tuple[StandingRow, ...]
+    walks: tuple[WalkRow, ...]
+    trends: tuple[TrendRow, ...]
+    explanations: tuple[Explanation, ...] | None = None
+
+    @property
+    def rows(self) -> tuple[Comparison, ...]:
+        """Return all rows in the order of the page."""
+        return (*self.limits, *self.orders, *self.standing, *self.walks, *self.trends)

@@ -1,0 +1,168 @@
+"""The thesis's figures, drawn from its models or from runs: ``draw('3.8', out)``.
+
+A figure is a function that returns a matplotlib Figure; a figure of experiments receives their
+runs. Its CSV has one row per point of every labelled line, with the panel and the axes' labels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from khr_experiments.experiments import Runs
+from khr_figures import (
+    balance,
+    gaits,
+    gyro,
+    lines,
+    push_robot,
+    pushes,
+    spectra,
+    stages,
+    standing,
+    walking,
+)
+from khr_figures.errors import FigureError
+from khr_figures.plot_style import styled
+from khr_figures.points import write_points
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """How a figure is drawn.
+
+    Attributes:
+        title: what it shows, in one line.
+        draw: returns it; receives a mapping of experiments to their runs if it needs any.
+        experiments: names of those that it is drawn from; none for a figure of the models.
+        quick: draws a coarse form in seconds where ``draw`` takes minutes.
+    """
+
+    title: str
+    draw: Callable[..., Figure]
+    experiments: tuple[str, ...] = ()
+    quick: Callable[..., Figure] | None = None
+
+
+LIFTS = ('lift_inclination',)
+FIGURES: dict[str, Drawing] = {
+    '3.4': Drawing('Toe and heel force of the support foot', standing.forces_over_time, LIFTS),
+    '3.5': Drawing('Toe and heel force against the inclination', standing.toe_and_heel, LIFTS),
+    '3.6': Drawing(
+        'Delta against the inclination, by stage of control', standing.stages, standing.EXPERIMENTS
+    ),
+    '3.8': Drawing('Lean of the bare pendulum (3.6)', balance.swing),
+    '3.9': Drawing('Critical inclination against the lean', balance.critical_inclination),
+    '3.10': Drawing(
+        'Delta against the inclination: (3.7), (3.11) and the robot',
+        balance.force_difference,
+        LIFTS,
+    ),
+    '3.11b': Drawing('Output of the servo against its error', balance.servo_characteristic),
+    '3.12': Drawing('Step response of the servo (3.11)', balance.servo_step, ('lift_stages',)),
+    '3.13': Drawing(
+        'Largest pitch rate against the inclination',
+        balance.largest_overshoot,
+        standing.EXPERIMENTS,
+    ),
+    '3.15': Drawing(
+        'Delta against the inclination, by ankle gain',
+        standing.gains,
+        (*standing.EXPERIMENTS, 'lift_gains'),
+    ),
+    '4.4': Drawing('V_out of the gyro: the carrier modulated by the rate', gyro.modulated),
+    '4.5': Drawing('Demodulated output of the gyro', gyro.demodulated),
+    '4.6': Drawing('Static characteristic of the gyro', gyro.static_characteristic),
+    '4.8': Drawing('Pitch rate under a lasting push, without control', pushes.rising_force),
+    '4.10': Drawing('Recovery from a push, with and without control', pushes.recovery),
+    '4.11': Drawing(
+        'Recovery of robot and model, with and without control',
+        push_robot.with_and_without_control,
+    ),
+    '4.12': Drawing('Pushes from behind and from the front', pushes.both_directions),
+    '5.5': Drawing('Pitch rate of a whole walk', gaits.whole_walk, gaits.EXPERIMENTS),
+    '5.6': Drawing('Gait-3 without control', gaits.without_control, gaits.EXPERIMENTS),
+    '5.7': Drawing('Gait-3 with control', gaits.with_control, gaits.EXPERIMENTS),
+    '5.8': Drawing('Spectra without control', spectra.without_control, gaits.EXPERIMENTS),
+    '5.9': Drawing('Spectra with control', spectra.with_control, gaits.EXPERIMENTS),
+    '5.10': Drawing('Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS),
+    '5.11': Drawing(
+        'Dominant frequencies against the inclination',
+        walking.dominant_frequencies,
+        gaits.EXPERIMENTS,
+    ),
+    '5.12': Drawing('Spectra by ankle and hip gain', spectra.gains, spectra.GAINS),
+    '5.13': Drawing(
+        'Smooth and rubber soles, ankle control', spectra.ankle_on_soles, ('walk_soles',)
+    ),
+    '5.14': Drawing(
+        'Smooth and rubber soles, ankle and hip control',
+        spectra.ankle_and_hip_on_soles,
+        ('walk_soles',),
+    ),
+    'friction': Drawing('Largest inclination against the friction', balance.friction),
+    'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
+    'lines': Drawing('Origin of the spectral lines', lines.origin_of_lines, ('lines',)),
+    'push': Drawing('Largest push against the gain, models', pushes.largest),
+    'push_robot': Drawing(
+        'Largest push against the gain, robot and models',
+        push_robot.side_by_side,
+        quick=push_robot.for_one_duration,
+    ),
+    'stages': Drawing('Staged control on tilting ground', stages.climb, ('stages',)),
+    'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
+}
+
+
+def drawing_of(number: str) -> Drawing:
+    """Return how a figure is drawn.
+
+    Raises:
+        FigureError: if there is no such figure.
+    """
+    if number not in FIGURES:
+        raise FigureError(f'figure: {number!r} is not known; accepted: {", ".join(FIGURES)}')
+    return FIGURES[number]
+
+
+def paths(number: str, out: Path) -> tuple[Path, Path]:
+    """Return the paths of a figure's PNG and CSV in a folder."""
+    name = f'figure_{number.replace(".", "_")}'
+    return out / f'{name}.png', out / f'{name}.csv'
+
+
+def draw(
+    number: str, out: Path, runs: dict[str, Runs] | None = None, fast: bool = False
+) -> list[Path]:
+    """Draw a figure and write it as PNG and CSV.
+
+    Args:
+        number: the thesis's number of the figure, or the name of one that the thesis lacks.
+        out: the folder to write into; made if needed.
+        runs: of the figure's experiments, by name; None for a figure of the models.
+        fast: whether to draw the coarse form, if there is one.
+
+    Returns:
+        The paths of the PNG and the CSV.
+
+    Raises:
+        FigureError: if there is no such figure, or the folder cannot be written.
+    """
+    drawing = drawing_of(number)
+    image, points = paths(number, out)
+    with styled():
+        function = drawing.quick if fast and drawing.quick else drawing.draw
+        figure = function(runs) if drawing.experiments else function()
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            figure.savefig(image, metadata={'Software': None})
+            write_points(figure, points)
+        except OSError as failure:
+            raise FigureError(
+                f'out: {str(out)!r} cannot be written ({failure.strerror}); '
+                'accepted: a directory that can'
+            ) from failure
+    return [image, points]

@@ -1,0 +1,83 @@
+"""Staged control (chapter 3) on ground that tilts slowly under the standing robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from khr_balance.stage import StageParameters
+from khr_bringup.run_signals import Array
+from khr_experiments.experiments import Run, Runs
+from khr_figures.plot_style import panels
+from khr_figures.records import LOOKS, draw_seeds, fell, grouped, record, seed_legend
+
+
+def climb(runs: dict[str, Runs]) -> Figure:
+    """Draw the robot climbing through the stages of control as its ground tilts."""
+    cases = grouped(runs['stages'], lambda run: str(run.point['case']))
+    figure, (slope, stage, difference, correction) = panels(
+        'inclination, true and read back',
+        'stage',
+        'force difference, as the sensors tell it',
+        'ankle correction',
+        columns=2,
+        height=5.4,
+    )
+    for (case, group), (color, line) in zip(cases.items(), LOOKS, strict=False):
+        label = case + _where_it_fell(group)
+        look: dict[str, Any] = {'color': color, 'linestyle': line}
+        draw_seeds(slope, group, _read, f'read back, {case}', **look)
+        draw_seeds(stage, group, _stage, case, **look)
+        draw_seeds(difference, group, _difference, label, **look)
+        draw_seeds(correction, group, _correction, case, **look)
+    _draw_ground(slope, [run for group in cases.values() for run in group])
+    slope.set(ylabel='φ (°)')
+    stage.set(
+        yticks=[1, 2, 3], yticklabels=['1: none', '2: ankle', '3: ankle\nand hip'], ylim=(0.8, 3.2)
+    )
+    difference.set(ylabel='Δ = F_T − F_H (N)')
+    correction.set(ylabel='θ_A* − θ_A0 (°)')
+    for axis in (slope, stage, difference, correction):
+        axis.set(xlabel='time (s)')
+    seed_legend(slope, loc='lower right')
+    seed_legend(difference, loc='upper left')
+    figure.suptitle('Standing on ground that tilts, by stage of control; a cross is a fall')
+    return figure
+
+
+def _draw_ground(axis: Axes, runs: Runs) -> None:
+    """Draw the true inclination of the longest run, and those at which the stages change."""
+    longest = max(map(record, runs), key=lambda series: len(series.time))
+    axis.plot(longest.time, np.degrees(longest.inclination), label='true', color='0.2')
+    stages = runs[0].scenario.table(StageParameters)
+    for above in (stages.ankle_above_deg, stages.hip_above_deg):
+        axis.axhline(above, color='0.4', linewidth=0.8)
+
+
+def _where_it_fell(runs: Runs) -> str:
+    ends = [record(run).inclination[-1] for run in runs if fell(run)]
+    who = 'falls' if len(ends) == len(runs) else f'{len(ends)} of {len(runs)} fall'
+    return f': {who} at {np.degrees(np.mean(ends)):.1f}°' if ends else ''
+
+
+def _read(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, np.degrees(series.read_inclination)
+
+
+def _stage(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, series.stage
+
+
+def _difference(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, series.foot_force @ np.array([1.0, -1.0, 1.0, -1.0])
+
+
+def _correction(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, np.degrees(series.correction[:, 0])

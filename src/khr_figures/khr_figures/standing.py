@@ -1,0 +1,331 @@
+"""The leg lifts of chapter 3 on the simulated robot: Figures 3.4, 3.5, 3.6 and 3.15.
+
+Forces are the true ones under the support foot; the sensors tell them half a second later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from khr_analysis.models.ankle_servo import controlled_lean
+from khr_analysis.models.pendulum import Pendulum, critical_inclination, static_force_difference
+from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN
+from khr_balance.gait_parameters import GaitParameters
+from khr_bringup.run_signals import Array
+from khr_experiments.critical import Condition
+from khr_experiments.experiments import Run, Runs
+from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
+from khr_experiments.push_recovery import stance
+from khr_figures.plot_style import panels, share_scale
+from khr_figures.records import (
+    LOOKS,
+    condition,
+    control,
+    draw_over_inclination,
+    draw_seeds,
+    grouped,
+    inclination_deg,
+    legend_below,
+    main_lines,
+    record,
+    seed_legend,
+)
+
+ROBOT = Pendulum()
+EXPERIMENTS = ('lift_inclination', 'lift_stages')
+SHOWN_DEG = 3.8  # the thesis's inclination of Figure 3.4
+SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
+STAGES = (STAGE_1, STAGE_2, STAGE_3)
+SLOPE = 'inclination φ (°)'
+DIFFERENCE = 'Δ = F_T − F_H (N)'
+
+
+@dataclass(frozen=True)
+class LiftTimes:
+    """Where and when a leg lift happens: the support foot, and times in s."""
+
+    support: str
+    start: float
+    lifted: float
+    up: float
+    lowered: float
+    down: float
+    end: float
+
+
+def lift_of(run: Run) -> LiftTimes:
+    """Return when the parts of a run's leg lift begin."""
+    gait = run.scenario.table(GaitParameters)
+    times = gait.start_delay + np.cumsum(
+        [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
+    )
+    return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
+
+
+def support_forces(run: Run) -> tuple[Array, Array, Array]:
+    """Return time from the begin of the motion (s), toe and heel force of the support foot (N)."""
+    series, lift = record(run), lift_of(run)
+    toe, heel = SIDES[lift.support]
+    kept = series.time >= lift.start
+    return (
+        series.time[kept] - lift.start,
+        series.contact_force[kept, toe],
+        series.contact_force[kept, heel],
+    )
+
+
+def held_forces(run: Run) -> tuple[float, float]:
+    """Return the mean toe and heel force in the later half of the time on one leg, N.
+
+    NaN if the robot fell before it was over.
+    """
+    lift = lift_of(run)
+    time, toe, heel = support_forces(run)
+    late = lift.up + lift.lowered - 2.0 * lift.start
+    settled = (time >= late / 2.0) & (time <= lift.lowered - lift.start)
+    if not time.size or time[-1] < lift.lowered - lift.start - 1e-6:
+        return math.nan, math.nan
+    return float(toe[settled].mean()), float(heel[settled].mean())
+
+
+def held_difference(run: Run) -> float:
+    """Return Delta = F_T - F_H as :func:`held_forces`, N."""
+    toe, heel = held_forces(run)
+    return toe - heel
+
+
+def largest_rate(run: Run) -> float:
+    """Return the largest pitch rate, either way, of a whole leg lift, deg/s; NaN if it fell."""
+    series, lift = record(run), lift_of(run)
+    if series.time[-1] < lift.end:
+        return math.nan
+    return math.degrees(float(np.abs(series.pitch_rate[series.time >= lift.start]).max()))
+
+
+def rate_of_run(run: Run) -> tuple[Array, Array]:
+    """Return time (s) and pitch rate (deg/s) of a run up to its fall."""
+    series = record(run)
+    return series.time, np.degrees(series.pitch_rate)
+
+
+def draw_own_difference(axis: Axes, run: Run) -> None:
+    """Draw (3.7) for the pendulum that the simulated robot is as it stands without control."""
+    own = stance(
+        run.scenario.changed(
+            {
+                ('simulator', 'seed'): 0,
+                ('simulator', 'initial_tilt_deg'): 0.0,
+                ('simulator', 'inclination_deg'): 0.0,
+            }
+        )
+    )
+    lean = math.asin(own.ahead / own.pendulum.length)
+    edge = math.degrees(critical_inclination(own.pendulum, lean, 'exact'))
+    slope = np.linspace(0.0, edge, 77)
+    delta = static_force_difference(own.pendulum, np.full_like(slope, lean), np.radians(slope))
+    axis.plot(
+        slope,
+        delta,
+        color='black',
+        linestyle=(0, (5, 1, 1, 1, 1, 1)),
+        linewidth=1.0,
+        label="(3.7), the simulated robot's body held rigid",
+    )
+
+
+def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
+    """Draw toe and heel force of the support foot while the other leg lifts and comes down."""
+    lifts = grouped(
+        (run for run in runs['lift_inclination'] if lift_of(run).support == 'left'),
+        inclination_deg,
+    )
+    figure, axes = panels(
+        f'toe and heel of the support foot, φ = {SHOWN_DEG:g}°',
+        'toe',
+        'heel',
+        columns=1,
+        height=6.6,
+    )
+    shown = lifts[SHOWN_DEG]
+    for name, parts, (color, line) in zip(
+        ('toe', 'heel', 'toe and heel'), ((0,), (1,), (0, 1)), LOOKS, strict=False
+    ):
+        draw_seeds(axes[0], shown, _force(*parts), name, color=color, linestyle=line)
+    for part, axis in enumerate(axes[1:]):
+        for phi, (color, line) in zip(STAGE_1_READ, LOOKS, strict=False):
+            draw_seeds(
+                axis, lifts[phi], _force(part), f'φ = {phi:g}°', color=color, linestyle=line
+            )
+    for axis in axes:
+        _mark_parts(axis, lift_of(shown[0]))
+        axis.set(
+            xlabel='time from the start of the motion (s)',
+            ylabel='force (N)',
+            ylim=(-0.18 * ROBOT.weight, 1.3 * ROBOT.weight),
+        )
+        seed_legend(axis, loc='upper right', ncols=3)
+    figure.suptitle(
+        'Figure 3.4: toe and heel force of the support foot while the other leg '
+        'lifts\na thin line per seed, true forces, no control'
+    )
+    return figure
+
+
+def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
+    """Draw toe and heel force over the inclination, standing on each leg."""
+    figure, axes = panels('left leg', 'right leg')
+    for side, axis in zip(SIDES, axes, strict=True):
+        lifts = [run for run in runs['lift_inclination'] if lift_of(run).support == side]
+        for part, (name, (color, line)) in enumerate(zip(('toe', 'heel'), LOOKS, strict=False)):
+            draw_over_inclination(axis, lifts, _held(part), name, color=color, linestyle=line)
+        _mark_limit(axis, STAGE_1)
+        axis.set(xlabel=SLOPE, ylabel='force of the support foot (N)', ylim=(0.0, None))
+    legend_below(axes[0], 3)
+    share_scale(axes)
+    figure.suptitle(
+        'Figure 3.5: toe and heel force of the support foot over the inclination'
+        '\nmedian of the seeds, band from smallest to largest; '
+        'x: a seed fell; no control'
+    )
+    return figure
+
+
+def stages(runs: Mapping[str, Runs]) -> Figure:
+    """Draw Delta over the inclination in the three stages of control, beside (3.7)."""
+    figure, (axis,) = panels('', height=5.0)
+    lifts = grouped(
+        (run for name in EXPERIMENTS for run in runs[name] if lift_of(run).support == 'left'),
+        condition,
+    )
+    for stage, (color, line) in zip(STAGES, LOOKS, strict=False):
+        draw_over_inclination(
+            axis,
+            lifts[stage],
+            held_difference,
+            f'robot, {control(stage)}',
+            color=color,
+            linestyle=line,
+        )
+        _mark_limit(axis, stage, color=color)
+    slope = np.linspace(0.0, thesis_limit(STAGE_2), 77)
+    _plot_model(axis, slope, 0.0, '0.3', "(3.7), thesis's pendulum, no control")
+    _plot_model(axis, slope, FORCE_GAIN, '0.6', "(3.7) and (3.13), thesis's pendulum, K_A = 12")
+    draw_own_difference(axis, lifts[STAGE_1][0])
+    axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
+    legend_below(axis, 2)
+    figure.suptitle(
+        'Figure 3.6: the toe-heel difference over the inclination in the three '
+        'stages of control\nmedian of the seeds and their range; x: a seed fell'
+    )
+    return figure
+
+
+def gains(runs: Mapping[str, Runs]) -> Figure:
+    """Draw Delta over the inclination for raised gains of the ankle loop."""
+    figure, (axis,) = panels('', height=4.0)
+    lifts = grouped(
+        (
+            run
+            for name in ('lift_inclination', 'lift_stages', 'lift_gains')
+            for run in runs[name]
+            if lift_of(run).support == 'left'
+        ),
+        condition,
+    )
+    tried = sorted((each for each in lifts if not each.hip_gain), key=lambda each: each.ankle_gain)
+    colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(tried)))
+    for each, color in zip(tried, colors, strict=True):
+        draw_over_inclination(
+            axis, lifts[each], held_difference, control(each), color=to_hex(color)
+        )
+    axis.axhline(ROBOT.weight, color='0.4', linewidth=0.8)
+    axis.annotate(
+        'm g',
+        (0.0, ROBOT.weight),
+        xytext=(0, 3),
+        textcoords='offset points',
+        fontsize=8,
+        color='0.3',
+    )
+    axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
+    axis.legend(handles=main_lines(axis), loc='lower right')
+    figure.suptitle(
+        'Figure 3.15: the toe-heel difference over the inclination for raised gains '
+        'of its loop\nmedian of the seeds and their range; x: a seed fell'
+    )
+    return figure
+
+
+def thesis_limit(stage: Condition) -> float:
+    """Return the inclination that the thesis's robot reached in a stage, deg."""
+    return next(row.thesis_deg for row in LIMITS if row.condition == stage)
+
+
+def _force(*parts: int) -> Callable[[Run], tuple[Array, Array]]:
+    """Return what gives the time and the sum of these of toe (0) and heel force (1)."""
+
+    def signal(run: Run) -> tuple[Array, Array]:
+        time, *forces = support_forces(run)
+        return time, np.sum([forces[part] for part in parts], axis=0)
+
+    return signal
+
+
+def _held(part: int) -> Callable[[Run], float]:
+    return lambda run: held_forces(run)[part]
+
+
+def _plot_model(axis: Axes, slope_deg: Array, gain: float, color: str, label: str) -> None:
+    lean = [
+        controlled_lean(ROBOT, gain, inclination=math.radians(phi), initial_lean=INITIAL_LEAN)
+        for phi in slope_deg
+    ]
+    delta = static_force_difference(ROBOT, np.array(lean), np.radians(slope_deg))
+    shown = delta <= ROBOT.weight
+    axis.plot(
+        slope_deg[shown], delta[shown], color=color, linestyle='-', linewidth=1.0, label=label
+    )
+
+
+def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
+    """Mark where the thesis's robot fell, its toe carrying the whole weight."""
+    limit = thesis_limit(stage)
+    axis.axvline(limit, color=color, linewidth=0.6, linestyle=':')
+    axis.plot(
+        [limit],
+        [ROBOT.weight],
+        color=color,
+        marker='D',
+        markerfacecolor='white',
+        linestyle='',
+        label=f'thesis, {control(stage)}: toe carries m g at {limit:g}°',
+    )
+
+
+def _mark_parts(axis: Axes, lift: LiftTimes) -> None:
+    """Shade the time on one leg and name the parts of the motion."""
+    axis.axvspan(lift.lifted - lift.start, lift.down - lift.start, color='0.95', zorder=0)
+    for begin, end, name in (
+        (lift.start, lift.lifted, 'shifts'),
+        (lift.lifted, lift.up, 'lifts'),
+        (lift.up, lift.lowered, 'on one leg'),
+        (lift.lowered, lift.down, 'lowers'),
+        (lift.down, lift.end, 'shifts back'),
+    ):
+        axis.annotate(
+            name,
+            ((begin + end) / 2.0 - lift.start, 0.0),
+            fontsize=7,
+            color='0.4',
+            ha='center',
+            va='bottom',
+            xycoords=('data', 'axes fraction'),
+        )

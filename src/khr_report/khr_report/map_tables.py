@@ -1,0 +1,95 @@
+"""The best gains and the effect of rubber soles as tables."""
+
+from __future__ import annotations
+
+from khr_experiments.best_gain import (
+    CRITERION,
+    RUBBER,
+    SMOOTH,
+    BestGains,
+    Cell,
+    FrictionLimit,
+    SoleEffect,
+)
+from khr_experiments.sweeps.statistics import wilson
+from khr_report.page.document import Block, Columns, Table, number, table
+
+FRICTION_COLUMNS: Columns[FrictionLimit] = {
+    'friction': lambda row: f'{row.friction:g}',
+    'half of the runs survive, deg': lambda row: number(row.deg, 2),
+    '95 %': lambda row: _interval(row),
+}
+
+
+def blocks(result: BestGains | SoleEffect) -> list[Block]:
+    """Return what a map shows, as tables and text."""
+    return _gains(result) if isinstance(result, BestGains) else _soles(result)
+
+
+def _gains(result: BestGains) -> list[Block]:
+    columns: Columns[Cell] = {
+        'inclination, deg': lambda cell: f'{cell.x:g}',
+        f'best {result.gain}': lambda cell: f'{cell.y:g}',
+        'survive (95 %)': _survival,
+        'slip': lambda cell: f'{cell.slipped} of {cell.survived}',
+        'vibration, rad/s': lambda cell: number(cell.vibration, 3),
+    }
+    text = f'Best: {CRITERION}.'
+    if result.hopeless_deg:
+        slopes = ', '.join(f'{phi:g}' for phi in result.hopeless_deg)
+        text += f' No seed survives {slopes} deg with any of the gains.'
+    return [table(result.cells, columns), text]
+
+
+def _soles(result: SoleEffect) -> list[Block]:
+    head = (
+        'inclination, deg',
+        *(
+            f'{what}, {sole}'
+            for sole in ('smooth', 'rubber')
+            for what in ('survive', 'slip, mm', 'vibration, rad/s')
+        ),
+    )
+    rows = tuple(
+        (f'{slope:g}', *_of_sole(smooth), *_of_sole(rubber))
+        for slope, smooth, rubber in zip(
+            result.inclinations_deg, result.smooth, result.rubber, strict=True
+        )
+    )
+    return [
+        f'Smooth is friction {SMOOTH:g}, rubber {RUBBER:g}. Slip and vibration are medians of the '
+        'runs that survive.',
+        Table(head, rows),
+        table(result.limits, FRICTION_COLUMNS),
+        _effect(result),
+    ]
+
+
+def _effect(result: SoleEffect) -> str:
+    if result.both_up_to_deg is None:
+        return 'On no ground do runs survive with both soles.'
+    return (
+        f'Where both survive (up to {result.both_up_to_deg:g} deg) rubber multiplies the largest '
+        f'slip by {number(result.slip_factor, 2)} and the vibration by '
+        f'{number(result.vibration_factor, 2)} (medians over the inclinations).'
+    )
+
+
+def _of_sole(cell: Cell | None) -> tuple[str, str, str]:
+    if cell is None:
+        return '-', '-', '-'
+    slip_mm = None if cell.slip is None else 1000.0 * cell.slip
+    return f'{cell.survived} of {cell.runs}', number(slip_mm, 0), number(cell.vibration, 3)
+
+
+def _interval(limit: FrictionLimit) -> str:
+    ends = (
+        '' if limit.low_deg is None else f'from {limit.low_deg:.2f}',
+        '' if limit.high_deg is None else f'to {limit.high_deg:.2f}',
+    )
+    return ' '.join(end for end in ends if end) or 'open'
+
+
+def _survival(cell: Cell) -> str:
+    low, high = wilson(cell.survived, cell.runs)
+    return f'{cell.survived} of {cell.runs} ({low:.0%} to {high:.0%})'

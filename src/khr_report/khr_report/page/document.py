@@ -1,0 +1,111 @@
+"""Documents as data, rendered as Markdown or as HTML: paragraphs, tables, lists and parts."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from typing import TypeVar
+
+from markupsafe import Markup
+
+from khr_common.markdown import table as markdown_table
+from khr_report.page.html import part
+
+Item = TypeVar('Item')
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """A cell that says whether a row agrees with the thesis; None without a published number."""
+
+    passed: bool | None
+
+    @property
+    def css(self) -> str:
+        """Return its CSS class."""
+        return {True: 'pass', False: 'miss', None: 'none'}[self.passed]
+
+    def __str__(self) -> str:
+        return {True: 'pass', False: 'miss', None: 'no number published'}[self.passed]
+
+
+Cell = str | Verdict
+Columns = Mapping[str, Callable[[Item], Cell]]
+
+
+@dataclass(frozen=True)
+class Table:
+    """Rows of cells under a head."""
+
+    head: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+
+@dataclass(frozen=True)
+class Bullets:
+    """A list."""
+
+    items: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class Part:
+    """Blocks under a title."""
+
+    title: str
+    blocks: tuple[Block, ...]
+
+
+Block = str | Table | Bullets | Part  # a text is a paragraph
+
+
+def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table:
+    """Make a table with a row for each item; columns named in ``without`` are left out."""
+    kept = {head: cell for head, cell in columns.items() if head not in without}
+    return Table(tuple(kept), tuple(tuple(cell(item) for cell in kept.values()) for item in items))
+
+
+def number(value: float | None, decimals: int) -> str:
+    """Write a number; a dash for one that could not be measured."""
+    return '-' if value is None else f'{value:.{decimals}f}'
+
+
+def numbers(values: Iterable[float | None], decimals: int) -> str:
+    """Write several numbers."""
+    return ', '.join(number(value, decimals) for value in values)
+
+
+def markdown(blocks: Iterable[Block], level: int = 2) -> str:
+    """Render blocks as Markdown; ``level`` is that of their headings."""
+    return '\n\n'.join(_markdown(block, level) for block in blocks)
+
+
+def html(blocks: Iterable[Block], level: int = 3) -> Markup:
+    """Render blocks as HTML; ``level`` is that of their headings."""
+    return Markup('\n').join(_html(block, level) for block in blocks)
+
+
+def _markdown(block: Block, level: int) -> str:
+    if isinstance(block, Table):
+        return markdown_table(block.head, [[*map(_markdown_cell, row)] for row in block.rows])
+    if isinstance(block, Bullets):
+        return '\n'.join(f'- {item}' for item in block.items)
+    if isinstance(block, Part):
+        return f'{"#" * level} {block.title}\n\n{markdown(block.blocks, level + 1)}'
+    return block
+
+
+def _markdown_cell(cell: Cell) -> str:
+    text = str(cell).replace('|', '\\|')
+    return f'**{text}**' if isinstance(cell, Verdict) and cell.passed is False else text
+
+
+def _html(block: Block, level: int) -> Markup:
+    if isinstance(block, Table):
+        return part('table', block.head, block.rows)
+    if isinstance(block, Bullets):
+        return part('bullets', block.items)
+    if isinstance(block, Part):
+        title = Markup('<h{0}>{1}</h{0}>\n').format(level, block.title)
+        return title + html(block.blocks, level + 1)
+    return part('paragraphs', [block])

@@ -1,0 +1,187 @@
+"""The page of a reproduction: all its results in one file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup, escape
+
+from khr_experiments.experiments import Runs
+from khr_report import findings_page, map_tables, peak_origin_page, scoreboard_page
+from khr_report.page.document import html
+from khr_report.page.html import Section, data_uri, part, write_page
+from khr_report.page.text import count, duration
+from khr_report.reproduction import FigureResult, Reproduction
+
+TITLE = 'Balanced walking of the KHR-3HV on an incline, reproduced'
+BEYOND = 'Beyond the thesis'
+CHAPTERS = {
+    '3': 'Chapter 3: standing on one leg',
+    '4': 'Chapter 4: the gyro, and pushes',
+    '5': 'Chapter 5: walking',
+}
+
+
+def write_index(out: Path, results: Reproduction) -> Path:
+    """Write the page of a reproduction as ``index.html`` and return its path.
+
+    The page needs no network: it contains its pictures, and links CSV files only in its folder.
+
+    Args:
+        out: folder of the page.
+        results: what to show.
+
+    Raises:
+        ReportError: if the file cannot be written.
+    """
+    board = results.findings.scoreboard
+    sections = [
+        _verdict(results),
+        Section('Findings', html(findings_page.blocks(results.findings))),
+    ]
+    if board:
+        sections.append(Section('Scoreboard', html(scoreboard_page.blocks(board))))
+    sections.append(_figures(results, out))
+    if results.maps:
+        sections.append(Section('Stability maps', _maps(results, out)))
+    if results.peaks:
+        origin = html(peak_origin_page.blocks(results.peaks))
+        sections.append(Section('Origin of the spectral peaks', origin))
+    sections.append(_making(results))
+    return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(results)), sections)
+
+
+def _lead(results: Reproduction) -> list[str]:
+    drawn = [figure for figure in results.drawn if not figure.error]
+    lines = [
+        'Dutta (2021), Study of Dynamic Control for Balanced Walking of Humanoid Robots, let a '
+        'robot of 1.5 kg stand and walk on an incline, balanced by its ankles and hips.',
+        'Here a simulated robot does the same, and every number of the simulation is measured: '
+        f'{count(len(drawn), "figure")}, {count(results.findings.runs, "run")} in '
+        f'{count(len(results.runs), "experiment")}, which took '
+        f'{duration(results.findings.run_seconds)} of one core.',
+    ]
+    if results.findings.fast:
+        return [*lines, 'This is the quick form: fewer seeds and points, so coarser limits.']
+    return lines
+
+
+def _verdict(results: Reproduction) -> Section:
+    board = results.findings.scoreboard
+    if board:
+        body = part('paragraphs', [f'{scoreboard_page.summary(board)}.'])
+        body += part('verdicts', scoreboard_page.counts(board))
+    else:
+        body = part('paragraphs', ['The scoreboard was not measured.'])
+    failed = [f'{figure.number}: {figure.error}' for figure in results.drawn if figure.error]
+    return Section(
+        'Verdict at a glance',
+        body + part('notes', [f'could not be drawn: {each}' for each in failed]),
+    )
+
+
+def _figures(results: Reproduction, out: Path) -> Section:
+    chapters: dict[str, list[FigureResult]] = {}
+    for figure in results.figures:
+        chapter = CHAPTERS.get(figure.number.split('.')[0], BEYOND)
+        chapters.setdefault(chapter, []).append(figure)
+    order = [title for title in (*CHAPTERS.values(), BEYOND) if title in chapters]
+    return Section(
+        'Figures',
+        part(
+            'paragraphs',
+            ['Below each figure are the command that draws it again and the CSV of its points.'],
+        ),
+        tuple(Section(title, _all(chapters[title], out)) for title in order),
+    )
+
+
+def _all(figures: Sequence[FigureResult], out: Path) -> Markup:
+    return Markup().join(_figure(figure, out) for figure in figures)
+
+
+def _maps(results: Reproduction, out: Path) -> Markup:
+    found = results.findings.maps
+    return Markup().join(
+        _figure(figure, out)
+        + html(map_tables.blocks(found[figure.number]) if figure.number in found else [])
+        for figure in results.maps
+    )
+
+
+def _figure(figure: FigureResult, out: Path) -> Markup:
+    if figure.error:
+        return part(
+            'notes', [f'{figure.number}. {figure.title}: could not be drawn: {figure.error}']
+        )
+    experiments = ', '.join(figure.experiments)
+    return part(
+        'figure',
+        figure.number,
+        figure.title,
+        data_uri(figure.image.read_bytes(), 'image/png'),
+        _csv_link(figure.points, out),
+        figure.command,
+        f'experiments: {experiments}' if experiments else 'from models',
+    )
+
+
+def _csv_link(points: Path, out: Path) -> dict[str, str] | None:
+    if not points.is_file():
+        return None
+    inside = out.resolve() in points.resolve().parents
+    href = (
+        os.path.relpath(points.resolve(), out.resolve())
+        if inside
+        else data_uri(points.read_bytes(), 'text/csv')
+    )
+    return {'name': points.name, 'href': href}
+
+
+def _making(results: Reproduction) -> Section:
+    commands = [results.findings.command, *(figure.command for figure in results.figures)]
+    listed = Markup('<pre><code>{}</code></pre>').format('\n'.join(dict.fromkeys(commands)))
+    seeds = [
+        (name, len(runs), results.seeds.get(name) or "the scenario's own")
+        for name, runs in results.runs.items()
+    ]
+    body = part(
+        'paragraphs',
+        [
+            f'The command took {duration(results.seconds)}, without results computed earlier. The '
+            'same versions give the same trajectories, bit for bit.'
+        ],
+    )
+    body += part('folded', 'Commands: all of it, and each figure alone', listed)
+    body += part('table', ['what', 'version'], sorted(results.findings.versions.items()))
+    if seeds:
+        body += part('table', ['experiment', 'runs', 'seeds'], seeds)
+    for name, runs in results.runs.items():
+        body += part('folded', f'{name}: its runs and their trajectory hashes', _runs(runs))
+    return Section('How it was made', body)
+
+
+def _runs(runs: Runs) -> Markup:
+    axes = list(dict.fromkeys(axis for run in runs for axis in run.point))
+    rows = [
+        [*(_short(run.point.get(axis)) for axis in axes), _short(run.seed), *_result(run.row)]
+        for run in runs
+    ]
+    return part(
+        'table', [*axes, 'seed', 'outcome', 'trajectory hash'], rows, {'trajectory hash': 'hash'}
+    )
+
+
+def _result(row: dict[str, Any]) -> tuple[Any, Any]:
+    if row.get('error'):
+        return f'could not be run: {row["error"]}', ''
+    fell = row.get('fell_at_s')
+    when = f' at {fell:.2f} s' if row.get('verdict') == 'fell' and fell is not None else ''
+    return f'{row.get("verdict") or "unknown"}{when}', escape(row.get('trajectory_hash') or '')
+
+
+def _short(value: Any) -> str:
+    return '' if value is None else f'{value:g}' if isinstance(value, float) else str(value)

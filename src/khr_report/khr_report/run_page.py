@@ -1,0 +1,298 @@
+"""``khr report``: a page about one run, or about two compared."""
+
+from __future__ import annotations
+
+import csv
+import io
+import platform
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import fields
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from markupsafe import Markup
+
+from khr_bringup.code_version import LIBRARIES, code_version
+from khr_bringup.node_registry import registry
+from khr_bringup.run_signals import Series
+from khr_common import specifications
+from khr_experiments.sweeps.trial import complete
+from khr_figures.plot_style import panels, styled
+from khr_figures.run_overview import (
+    draw_overlay,
+    draw_signals,
+    draw_spectra,
+    draw_spectrogram,
+    signals_of,
+    spectrogram,
+    third_cycle,
+)
+from khr_report.page.html import Section, data_uri, part, write_page
+from khr_report.page.text import count
+from khr_report.run_contents import RunContents, find
+
+OUTCOME = {
+    'verdict': 'outcome',
+    'end': 'ended by',
+    'time_s': 'judged until, s',
+    'fell_at_s': 'fell at, s',
+    'distance_m': 'distance along the surface, m',
+    'lateral_drift_m': 'drift to the left, m',
+    'largest_pitch_deg': 'largest pitch, deg',
+    'slip_distance_m': 'slip, all steps, m',
+    'largest_slip_m': 'slip, largest of a step, m',
+    'vibration_rad_s': 'vibration, rad/s',
+    'trajectory_hash': 'trajectory hash',
+}
+LETTERS = ('A', 'B')
+RESOLUTION = 150  # dots per inch
+
+
+def report(run: Path, against: Path | None, out: Path | None) -> Path:
+    """Write the page of a run, beside another if there is one; return its path.
+
+    The page shows what can be read, and lists what is missing, as does stderr.
+
+    Args:
+        run: the folder of a run, or its bag.
+        against: another.
+        out: the page; ``report.html`` in the run's folder by default.
+
+    Raises:
+        ReportError: if a run has nothing to show, or the page cannot be written.
+    """
+    found = [find(path) for path in (run, against) if path is not None]
+    warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
+    if len(found) == 2 and (other := _difference(*found)):
+        warnings.insert(0, other)
+    for warning in warnings:
+        print(f'khr: {warning}', file=sys.stderr)
+    folder = run if run.is_dir() else run.parent
+    return write_run(out or folder / 'report.html', found, warnings)
+
+
+def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str]) -> Path:
+    """Write the page of one run, or of two compared; return its path.
+
+    Raises:
+        ReportError: if the file cannot be written.
+    """
+    names = [f'{letter}: ' for letter in LETTERS] if len(found) == 2 else ['']
+    title = ' against '.join(run.name for run in found)
+    lead = part(
+        'paragraphs',
+        [f'{name}{run.title} ({run.name}).' for name, run in zip(names, found, strict=True)],
+    ) + part('notes', warnings)
+    sections = [
+        Section('Outcome', _outcome(found)),
+        Section('Signals', _signals(found)),
+        Section('Spectrum', _spectrum(found)),
+        Section('Parameters', _parameters(found)),
+        Section('How it was made', _making(found)),
+    ]
+    return write_page(path, f'Run {title}', lead, sections)
+
+
+def _heads(found: Sequence[RunContents]) -> tuple[str, ...]:
+    return LETTERS if len(found) == 2 else ('this run',)
+
+
+def _outcome(found: Sequence[RunContents]) -> Markup:
+    rows = [
+        [text, *(str(run.outcome.get(name) or '') for run in found)]
+        for name, text in OUTCOME.items()
+        if any(run.outcome.get(name) for run in found)
+    ]
+    if not rows:
+        return part('paragraphs', ['Unknown: the run has no outcome file.'])
+    heads = ['what', *_heads(found)]
+    if len(found) == 2:
+        heads.append('B - A')
+        rows = [[*row, _step(row[1], row[2])] for row in rows]
+    return part('table', heads, rows, dict.fromkeys(_heads(found), 'value'))
+
+
+def _step(before: str, after: str) -> str:
+    """Write the difference of two numbers with the decimals of the second."""
+    try:
+        decimals = len(after.partition('.')[2])
+        return f'{float(after) - float(before):+.{decimals}f}'
+    except ValueError:
+        return 'same' if before == after else 'differs'
+
+
+def _signals(found: Sequence[RunContents]) -> Markup:
+    runs = {
+        name: run.series
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.series is not None
+    }
+    if not runs:
+        return part('paragraphs', ['The run kept no signals.'])
+    body, shown = Markup(), signals_of(runs.values())
+    if len(found) == 1:
+        (series,) = runs.values()
+        for group in dict.fromkeys(one.group for one in shown):
+            body += _picture(
+                group, 2.1, draw_signals, series, [one for one in shown if one.group == group]
+            )
+    else:
+        for one in shown:
+            title = f'{one.group}: {one.name}' if one.name else one.group
+            body += _picture(title, 2.1, draw_overlay, runs, one)
+    for name, series in runs.items():
+        body += Markup(
+            '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
+        ).format(data_uri(_csv(series), 'text/csv'), name)
+    return body
+
+
+def _spectrum(found: Sequence[RunContents]) -> Markup:
+    runs = [
+        (name, run, run.series)
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.series is not None
+    ]
+    if not runs:
+        return part('paragraphs', ['The run kept no signals.'])
+    lines = {
+        name if len(found) == 2 else '': third_cycle(series, run.parameters)
+        for name, run, series in runs
+    }
+    body = _picture(
+        'Spectrum of the gyro in Gait-3, the third whole cycle of a walk; of other '
+        'motions in the last window',
+        3.0,
+        draw_spectra,
+        lines,
+    )
+    for name, run, series in runs:
+        windows = spectrogram(series, run.parameters)
+        body += (
+            _picture(f'Spectrogram of the gyro, {name}', 2.8, draw_spectrogram, windows)
+            if len(windows) > 1
+            else part('paragraphs', [f'Too short for a spectrogram: {name}.'])
+        )
+    return body
+
+
+def _parameters(found: Sequence[RunContents]) -> Markup:
+    known = [
+        (name, run, complete(run.scenario))
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.scenario is not None
+    ]
+    if not known:
+        return part('paragraphs', ['Unknown: the run has no scenario file.'])
+    rows = []
+    for node, registered in registry().items():
+        for key, specification in specifications(registered.spec.table).items():
+            values = [every[node][key] for _, _, every in known]
+            if any(value != specification.default for value in values):
+                rows.append(
+                    (
+                        f'{node}.{key}',
+                        *values,
+                        specification.default,
+                        specification.unit,
+                        specification.description,
+                    )
+                )
+    names = [name for name, _, _ in known]
+    heads = ('parameter', *names, 'default', 'unit', 'meaning')
+    body = Markup()
+    if len(known) == 2:
+        differing = [row for row in rows if row[1] != row[2]]
+        body += Markup('<h3>What differs between A and B</h3>')
+        body += part('table', heads, differing) if differing else part('paragraphs', ['Nothing.'])
+    body += Markup('<h3>What differs from the defaults</h3>')
+    body += part('table', heads, rows) if rows else part('paragraphs', ['Nothing.'])
+    body += Markup('<h3>Changes while it ran</h3>')
+    for name, run in zip(_heads(found), found, strict=True):
+        changed = [
+            (f'{each.time:.3f}', f'{each.node}.{each.parameter}', each.value)
+            for each in run.changes
+        ]
+        body += (
+            part('table', ('time, s', f'parameter of {name}', 'set to'), changed)
+            if changed
+            else part('paragraphs', [f'{name}: none recorded.'])
+        )
+        if run.pushes:
+            body += part(
+                'paragraphs',
+                [f'{count(run.pushes, "push", "pushes")} were received over the topic by {name}.'],
+            )
+    return body
+
+
+def _making(found: Sequence[RunContents]) -> Markup:
+    versions = [
+        ('khr code', *(run.version or 'not recorded' for run in found), code_version()),
+        *(
+            (name, *('' for _ in found), number)
+            for name, number in (
+                ('Python', platform.python_version()),
+                *((library, version(library)) for library in LIBRARIES),
+            )
+        ),
+    ]
+    return (
+        part(
+            'paragraphs',
+            [
+                'Run again, a scenario takes the same trajectory, bit for bit, with the same versions; '
+                '"khr verify" compares the hash of a bag. The code version takes in NumPy and the '
+                'physics engine.'
+            ],
+        )
+        + part('table', ('version', *_heads(found), 'this page'), versions)
+        + Markup().join(
+            part(
+                'folded',
+                f'Scenario of {name}, whole',
+                Markup('<pre><code>{}</code></pre>').format(run.scenario.to_yaml()),
+            )
+            for name, run in zip(_heads(found), found, strict=True)
+            if run.scenario is not None
+        )
+    )
+
+
+def _picture(title: str, height: float, draw: Callable[..., None], *what: Any) -> Markup:
+    """Draw one panel, ``draw(axis, *what)``, and return it as a figure of the page."""
+    with styled():
+        figure, (axis,) = panels('', height=height)
+        draw(axis, *what)
+        content = io.BytesIO()
+        figure.savefig(content, dpi=RESOLUTION, metadata={'Software': None})
+    return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
+
+
+def _csv(series: Series) -> bytes:
+    """Return the signals as CSV, one column per number."""
+    columns = {}
+    for each in fields(series):
+        values = np.asarray(getattr(series, each.name))
+        if values.ndim == 1:
+            columns[each.name] = values
+        else:
+            columns |= {f'{each.name}_{number}': column for number, column in enumerate(values.T)}
+    text = io.StringIO(newline='')
+    writer = csv.writer(text)
+    writer.writerow(columns)
+    writer.writerows(
+        [f'{value:.9g}' for value in row] for row in zip(*columns.values(), strict=True)
+    )
+    return text.getvalue().encode()
+
+
+def _difference(one: RunContents, other: RunContents) -> str:
+    """Return a warning if two runs are of different scenarios, else nothing."""
+    names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
+    if names[0] == names[1]:
+        return ''
+    return f'the runs are of different scenarios: {names[0]}, and {names[1]}'

@@ -1,0 +1,113 @@
+"""Every figure is drawn from the models: readable labels, and a table of what is drawn."""
+
+import csv
+import math
+
+import matplotlib
+import pytest
+from matplotlib.figure import Figure
+
+from khr_analysis.models.pendulum import Pendulum, critical_inclination
+from khr_common.errors import KhrError
+from khr_figures.plot_style import styled
+from khr_figures.registry import FIGURES, FigureError, draw
+
+ASKED = (
+    '3.4',
+    '3.5',
+    '3.6',
+    '3.8',
+    '3.9',
+    '3.10',
+    '3.11b',
+    '3.12',
+    '3.13',
+    '3.15',
+    '4.4',
+    '4.5',
+    '4.6',
+    '4.8',
+    '4.10',
+    '4.11',
+    '4.12',
+    *(f'5.{number}' for number in range(5, 15)),
+)
+SLOW = ('4.8', '4.11', '4.12', 'push', 'push_robot', 'stiffness')  # seconds to minutes each
+
+
+def rows(path):
+    with path.open(encoding='utf-8') as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_figures_asked_for_are_there():
+    assert set(ASKED) <= set(FIGURES)
+
+
+@pytest.mark.parametrize(
+    'number',
+    [
+        number
+        for number, drawing in FIGURES.items()
+        if number not in SLOW and not drawing.experiments
+    ],
+)
+def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
+    image, table = draw(number, tmp_path / 'new')
+    assert image.suffix == '.png' and image.stat().st_size > 10_000
+    content = rows(table)
+    assert len(content) > 10
+    for row in content:
+        assert math.isfinite(float(row['x'])) and math.isfinite(float(row['y']))
+        assert row['curve'] and row['x label'] and row['y label']
+
+
+@pytest.mark.parametrize('number', ['3.9', '4.10', 'harmonics'])
+def test_every_panel_names_its_axes_and_nothing_leaves_the_page(number):
+    with styled():
+        figure = FIGURES[number].draw()
+        figure.draw_without_rendering()
+        assert isinstance(figure, Figure)
+        title = figure._suptitle.get_window_extent()
+        for box in [title, *(axes.get_tightbbox() for axes in figure.axes)]:
+            assert figure.bbox.x0 - 1 <= box.x0 and box.x1 <= figure.bbox.x1 + 1
+            assert figure.bbox.y0 - 1 <= box.y0 and box.y1 <= figure.bbox.y1 + 1
+        for axes in figure.axes:
+            assert axes.get_xlabel() and axes.get_ylabel()
+
+
+def test_the_table_holds_the_model_s_own_numbers(tmp_path):
+    _, table = draw('3.9', tmp_path)
+    curve = [
+        row
+        for row in rows(table)
+        if row['panel'] == 'critical inclination' and row['curve'].startswith('(3.10)')
+    ]
+    assert len(curve) == 201
+    for row in curve[::50]:
+        expected = critical_inclination(Pendulum(), math.radians(float(row['x'])), 'published')
+        assert float(row['y']) == pytest.approx(math.degrees(expected), rel=1e-6)
+
+
+def test_drawing_twice_gives_the_same_bytes(tmp_path):
+    one, two = draw('3.9', tmp_path / 'a'), draw('3.9', tmp_path / 'b')
+    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
+
+
+def test_drawing_leaves_matplotlib_s_settings_alone(tmp_path):
+    before = dict(matplotlib.rcParams)
+    draw('3.9', tmp_path)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_an_unknown_figure_lists_those_known(tmp_path):
+    with pytest.raises(KhrError) as refusal:
+        draw('9.9', tmp_path)
+    text = str(refusal.value)
+    assert "'9.9'" in text and '3.11b' in text and '\n' not in text
+
+
+def test_a_directory_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / 'file').write_text('in the way')
+    with pytest.raises(FigureError, match=r'^out: .*file.*accepted: '):
+        draw('3.9', tmp_path / 'file')

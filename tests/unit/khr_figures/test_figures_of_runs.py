@@ -1,0 +1,287 @@
+"""Figures of runs: their tables say what the runs say, a run that fell up to its fall."""
+
+import csv
+import math
+
+import numpy as np
+import pytest
+
+from khr_analysis.models.pendulum import Pendulum
+from khr_experiments.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
+from khr_experiments.push_recovery import stance
+from khr_figures.plot_style import styled
+from khr_figures.points import write_points
+from khr_figures.registry import FIGURES
+from tests.fakes.invented_runs import FELL_AT, RATE, TONE, WEIGHT, difference, runs_for
+
+OF_LIFTS = ('3.4', '3.5', '3.6', '3.10', '3.12', '3.13', '3.15')
+OF_WALKS = ('5.5', '5.6', '5.7', '5.8', '5.9', '5.10', '5.11', '5.12', '5.13', '5.14')
+NOBODY, BEYOND_7, EVERYBODY = 90.0, 7.0, -1.0  # deg, from where on the robot falls
+
+
+@pytest.fixture(scope='module')
+def table(tmp_path_factory):
+    """Draw a figure once; return its rows."""
+    drawn = {}
+
+    def rows(number, falls=NOBODY):
+        if (number, falls) not in drawn:
+            with styled():
+                figure = FIGURES[number].draw(runs_for(number, falls))
+            drawn[number, falls] = rows_of(figure, tmp_path_factory.mktemp('figure'))
+        return drawn[number, falls]
+
+    return rows
+
+
+def rows_of(figure, folder):
+    """Return a figure's table as (panel, curve, x, y)."""
+    write_points(figure, folder / 'table.csv')
+    with (folder / 'table.csv').open(encoding='utf-8') as file:
+        return [
+            (row['panel'], row['curve'], float(row['x']), float(row['y']))
+            for row in csv.DictReader(file)
+        ]
+
+
+def check_whole(figure):
+    """Check that nothing leaves the page and that every axis has its unit."""
+    figure.draw_without_rendering()
+    for box in [
+        figure._suptitle.get_window_extent(),
+        *(axes.get_tightbbox() for axes in figure.axes),
+    ]:
+        assert figure.bbox.x0 - 1 <= box.x0 and box.x1 <= figure.bbox.x1 + 1
+        assert figure.bbox.y0 - 1 <= box.y0 and box.y1 <= figure.bbox.y1 + 1
+    assert figure.axes
+    for axes in figure.axes:
+        assert '(' in axes.get_xlabel() and '(' in axes.get_ylabel()
+
+
+def curve(rows, name, panel=''):
+    found = [(x, y) for where, what, x, y in rows if what == name and panel in where]
+    return np.array(found).reshape(-1, 2).T
+
+
+@pytest.mark.parametrize(
+    ('number', 'falls'),
+    [
+        *((number, BEYOND_7) for number in (*OF_LIFTS, *OF_WALKS)),
+        *((number, NOBODY) for number in ('5.7', '5.9', '5.12', '5.14')),
+        *((number, EVERYBODY) for number in ('3.6', '3.12', '5.5', '5.8', '5.10', '5.11')),
+    ],
+)
+def test_a_figure_is_whole_whoever_falls(number, falls):
+    with styled():
+        check_whole(FIGURES[number].draw(runs_for(number, falls)))
+
+
+def test_toe_and_heel_carry_the_load(table):
+    rows = table('3.4')
+    panel = 'toe and heel of the support foot'
+    for seed in (0, 1):
+        toe, heel, both = (
+            curve(rows, f'{name}, seed {seed}', panel)[1]
+            for name in ('toe', 'heel', 'toe and heel')
+        )
+        np.testing.assert_allclose(toe + heel, both, rtol=1e-6)
+        np.testing.assert_allclose(both, WEIGHT, rtol=1e-6)
+    for phi in STAGE_1_READ:
+        toe, heel = (
+            curve(rows, f'φ = {phi:g}°, seed 0', panel)[1][-1] for panel in ('toe', 'heel')
+        )
+        # The first panel's title begins with toe too, but none of its curves has this name.
+        assert toe - heel == pytest.approx(difference(phi), rel=1e-6)
+
+
+@pytest.mark.parametrize('side', ['left', 'right'])
+def test_each_leg_s_forces_over_the_inclination(table, side):
+    rows = table('3.5')
+    phi, toe = curve(rows, 'toe', side)
+    _, heel = curve(rows, 'heel', side)
+    np.testing.assert_allclose(toe + heel, WEIGHT, rtol=1e-6)
+    # the median of two seeds, of which the second has 0.1 N more on the toe
+    np.testing.assert_allclose(toe - heel, difference(phi) + 0.1, rtol=1e-6)
+    np.testing.assert_allclose(
+        curve(rows, 'toe, largest of the seeds', side)[1]
+        - curve(rows, 'toe, smallest of the seeds', side)[1],
+        0.1,
+    )
+
+
+def test_a_lift_that_falls_has_no_force_but_a_cross(table):
+    limit = 7.0
+    rows = table('3.6', BEYOND_7)
+    phi, delta = curve(rows, 'robot, K_A = 12')
+    np.testing.assert_allclose(delta, difference(phi) + 0.1, rtol=1e-6)
+    assert phi.max() <= limit
+    fallen, _ = curve(rows, 'robot, K_A = 12: fell')
+    assert fallen.min() > limit
+    tried = {phi for phi, _ in zip(*curve(table('3.6'), 'robot, K_A = 12'), strict=True)}
+    assert set(phi) | set(fallen) == tried
+
+
+def test_the_thesis_s_limits_are_marked_where_it_says(table):
+    rows = table('3.6')
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what.startswith('thesis')}
+    assert marks == {
+        (row.thesis_deg, round(Pendulum().weight, 6))
+        for row in LIMITS
+        if row.condition.motion == 'leg_lift'
+    }
+
+
+def test_a_raised_gain_is_a_curve_of_its_own(table):
+    for gain in (12, 18, 24):
+        phi, delta = curve(table('3.15'), f'K_A = {gain}')
+        np.testing.assert_allclose(delta, difference(phi) + 0.1, rtol=1e-6)
+
+
+def test_the_largest_rate_is_that_of_the_runs(table):
+    for name in ('no control', 'K_A = 12', 'K_A = 12, K_H = 13'):
+        _, rate = curve(table('3.13'), name)
+        np.testing.assert_allclose(rate, math.degrees(RATE), rtol=1e-3)
+
+
+def test_gait_3_is_one_cycle_of_the_pitch_rate(table):
+    time, rate = curve(table('5.5'), 'pitch rate, seed 0', 'Gait-3')
+    assert len(time) == 154
+    assert 0.0 <= time[0] < 0.015 and 2.31 - 0.015 <= time[-1] < 2.31
+    start = 1.0 + 2.5 * 2.31  # the pause, the half gait, two whole ones
+    np.testing.assert_allclose(
+        rate, math.degrees(RATE) * np.cos(2.0 * math.pi * TONE * (start + time)), atol=1e-4
+    )
+
+
+def test_a_walk_that_falls_is_drawn_up_to_there_and_marked(table):
+    time, rate = curve(table('5.7', BEYOND_7), 'pitch rate, seed 1', 'φ = 8.88°, K_A = 18')
+    cross = curve(table('5.7', BEYOND_7), 'pitch rate, seed 1: fell', 'φ = 8.88°, K_A = 18')
+    assert time[-1] == pytest.approx(FELL_AT - 1.0, abs=0.015)  # it waits for 1 s
+    np.testing.assert_allclose(cross[:, 0], [time[-1], rate[-1]])
+
+
+@pytest.mark.parametrize(
+    ('number', 'panel'), [('5.8', 'φ = 5.55°, no control'), ('5.9', 'φ = 7.68°, K_A = 12')]
+)
+def test_a_tone_is_drawn_at_its_frequency_with_its_amplitude(table, number, panel):
+    frequency, amplitude = curve(table(number), 'robot', panel)
+    assert frequency[np.argmax(amplitude)] == pytest.approx(1.73, abs=0.005)
+    assert amplitude.max() == pytest.approx(math.degrees(RATE), rel=0.01)
+
+
+def test_who_fell_has_no_spectrum(table):
+    panels = {where for where, what, *_ in table('5.9', BEYOND_7)}
+    assert {panel.split('°')[0] for panel in panels} == {'φ = 5.55', 'φ = 6.99'}
+    rows = table('5.12', BEYOND_7)
+    assert {panel for panel, *_ in rows if 'all fall' in panel} == {
+        'φ = 8.88°, K_A raised: all fall',
+        'φ = 9.7°, K_H raised: all fall',
+    }
+    time, _ = curve(rows, 'K_A = 15, seed 0', 'φ = 8.88°')
+    assert time[-1] == pytest.approx(FELL_AT - 1.0, abs=0.015)
+    frequency, amplitude = curve(rows, 'K_A = 15', f'φ = {COMMON_DEG:g}°')
+    assert frequency[np.argmax(amplitude)] == pytest.approx(TONE, abs=0.005)
+
+
+@pytest.mark.parametrize(
+    'row',
+    [row for row in WALKS if row.lines and row.survives and row.condition.ankle_gain],
+    ids=lambda row: row.thesis[:30],
+)
+def test_the_thesis_s_peaks_are_marked_where_it_says(table, row):
+    control = f'φ = {row.inclination_deg:g}°, K_A = {row.condition.ankle_gain:g}'
+    published = [
+        (x.min(), x.max())
+        for panel, name in sorted(
+            {
+                (panel, what)
+                for panel, what, *_ in table('5.9')
+                if what.startswith('thesis')
+                and panel.startswith(control)
+                and ('K_H' in panel) == bool(row.condition.hip_gain)
+            }
+        )
+        for x in [curve(table('5.9'), name, panel)[0]]
+    ]
+    if row.condition != walking(12.0, 14.0):  # that one is a matter of Figure 5.12
+        np.testing.assert_allclose(sorted(published), sorted(row.lines))
+
+
+def test_phases_are_shown_of_large_amplitudes_alone(table):
+    frequency, phase = curve(table('5.10'), 'seed 0', 'φ = 3°')
+    np.testing.assert_allclose(frequency, [TONE], rtol=1e-3)  # all others are far below 33 %
+    start = 1.0 + 2.5 * 2.31
+    first = math.ceil(start / 0.015) * 0.015  # the first sample of Gait-3
+    turned = math.degrees(2.0 * math.pi * TONE * first)
+    assert math.cos(math.radians(phase[0] - turned)) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_dominant_frequencies_of_thesis_and_robot(table):
+    rows = table('5.11', BEYOND_7)
+    phi, frequency = curve(rows, 'simulated robot, no control')
+    assert set(phi) == {0.0, 1.5, 3.0, 4.5, 5.55}
+    np.testing.assert_allclose(frequency, TONE, atol=0.02)
+    phi, _ = curve(rows, 'simulated robot, ankle control')
+    assert set(phi) == {5.55, 6.99}  # it fell beyond
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what == 'thesis, published peaks'}
+    assert marks == {
+        (row.inclination_deg, round(edge, 6))
+        for row in WALKS
+        for line in row.lines
+        for edge in line
+    }
+
+
+def test_smooth_and_rubber_side_by_side(table):
+    for number in ('5.13', '5.14'):
+        rows = table(number)
+        for sole in ('smooth', 'rubber'):
+            time, slip = curve(rows, f'{sole}, seed 0', f'φ = {COMMON_DEG:g}°, slip')
+            np.testing.assert_allclose(slip, 10.0 * (time + 1.0), atol=0.16)
+            frequency, amplitude = curve(rows, sole, f'φ = {COMMON_DEG:g}°')
+            assert frequency[np.argmax(amplitude)] == pytest.approx(TONE, abs=0.005)
+
+
+@pytest.fixture(scope='module')
+def pushed(tmp_path_factory):
+    """Draw the figures of pushes, whose robot is simulated; return their rows."""
+    found = {}
+    with styled():
+        for number in ('4.8', '4.11', '4.12'):
+            figure = FIGURES[number].draw()
+            check_whole(figure)
+            found[number] = rows_of(figure, tmp_path_factory.mktemp('figure'))
+    return found
+
+
+def test_a_larger_push_tips_robot_and_model_faster(pushed):
+    for panel in {where for where, *_ in pushed['4.8']}:
+        forces = sorted(
+            {what for where, what, *_ in pushed['4.8'] if where == panel},
+            key=lambda name: float(name.split()[2]),
+        )
+        early = []
+        for force in forces:
+            time, rate = curve(pushed['4.8'], force, panel)
+            early.append(rate[(time > 0.02) & (time < 0.1)].mean())
+        assert len(early) == 5 and early == sorted(early)
+
+
+def test_robot_and_model_are_pushed_where_they_stand(pushed):
+    own = stance()
+    toe = 1e3 * (own.pendulum.half_foot - own.ahead)  # ahead of the mass
+    for panel in ('simulated robot', 'model of its body'):
+        for gain in (0, 12, 18):
+            time, x_com = curve(pushed['4.11'], f'K_A = {gain}', panel)
+            assert time[0] < 0.02 and x_com[0] == pytest.approx(-toe, abs=0.7)
+            assert x_com[time < 0.1].max() > -toe + 1.0  # from behind
+    _, x_com = curve(pushed['4.11'], 'K_A = 0', 'model')
+    assert x_com[-1] == pytest.approx(0.0, abs=5.0)  # more than it survives: past the toe
+
+
+def test_pushes_from_both_sides_go_both_ways(pushed):
+    middle = 1e3 * stance().ahead
+    for side, sign in (('behind', 1.0), ('the front', -1.0)):
+        time, ahead = curve(pushed['4.12'], f'8 N from {side}', 'simulated robot')
+        assert ahead[0] == pytest.approx(middle, abs=0.7)
+        assert sign * (ahead[(time > 0.05) & (time < 0.15)].mean() - middle) > 2.0
