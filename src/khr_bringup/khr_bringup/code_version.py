@@ -22,7 +22,7 @@ SOURCES = (
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'run_signals.py'),
 )
-LIBRARIES = ('numpy', *engines.LIBRARIES)
+LIBRARIES = ('numpy', *engines.LIBRARIES.values())
 MARK = '# code version '  # begins the line that tells it at the end of a scenario as run
 
 

@@ -45,7 +45,7 @@ MEASURING = (
     ('khr_experiments', 'critical.py'),
     ('khr_experiments', 'scoreboard_runs.py'),
 )
-LIBRARIES = ('numpy', 'scipy', *engines.LIBRARIES, 'matplotlib')
+LIBRARIES = ('numpy', 'scipy', *engines.LIBRARIES.values(), 'matplotlib')
 
 
 @dataclass(frozen=True)
