@@ -26,8 +26,8 @@ from khr_common.rotation import matrix
 from khr_report.errors import ReportError
 from khr_sim import engines
 from khr_sim.camera import Camera, Picture
-from khr_sim.run_parameters import RunParameters
 from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
 
 INK, PAPER, TOE = (30, 34, 40), (255, 255, 255), (200, 60, 40)

@@ -12,7 +12,7 @@ from pathlib import Path
 from platform import python_version
 from typing import TYPE_CHECKING
 
-from khr_bringup.code_version import code_version
+from khr_bringup.code_version import code_version, library_versions
 from khr_experiments import experiments
 from khr_experiments.best_gain import map_markdown
 from khr_experiments.critical import limit_of_seed
@@ -28,7 +28,6 @@ from khr_report.page.text import duration
 from khr_report.peak_origin_report import lines_markdown
 from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction
-from khr_sim import engines
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -45,7 +44,7 @@ MEASURING = (
     ('khr_experiments', 'critical.py'),
     ('khr_experiments', 'scoreboard_runs.py'),
 )
-LIBRARIES = ('numpy', 'scipy', *engines.LIBRARIES.values(), 'matplotlib')
+LIBRARIES = ('scipy', 'matplotlib')
 
 
 @dataclass(frozen=True)
@@ -277,6 +276,7 @@ def _versions() -> dict[str, str]:
     return {
         'code': code_version(),
         'Python': python_version(),
+        **library_versions(),
         **{name: version_of(name) for name in LIBRARIES},
     }
 

@@ -17,7 +17,7 @@ from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import Servos
 from khr_sim.statics import GRAVITY
 from khr_sim.world import World
-from tests.fakes.mechanics import momenta, motions
+from tests.support.mechanics import momenta, motions
 from tests.fakes.postures import STANCE
 
 PERIOD = 0.015
