@@ -7,13 +7,18 @@ numbers, bit for bit.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import cache
 from typing import Any
 
-import numba
 
-
+@cache
 def compiled(function: Callable[..., Any]) -> Any:
-    """Compile a function when it is first called, and keep the result for later processes."""
+    """Return a function that is compiled when first called, and kept for later processes.
+
+    The compiler takes a third of a second to import, which nothing but a simulation needs.
+    """
+    import numba
+
     try:
         return numba.njit(cache=True)(function)
     except RuntimeError:  # there is no folder that it could be kept in

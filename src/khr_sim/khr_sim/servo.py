@@ -80,9 +80,6 @@ def law(
         state[ANGLE, i], state[RATE, i] = angle + h * rate, rate
 
 
-step = compiled(law)
-
-
 class Servos:
     """All servos at once: command and joint state in, torque on the joints out.
 
@@ -93,6 +90,7 @@ class Servos:
 
     def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
         self._carried = carried
+        self._law = compiled(law)
         self.state = np.zeros((4, len(JOINTS)))  # as the law has them
         self.torque = np.zeros(len(JOINTS))
         self.configure(parameters)
@@ -149,7 +147,9 @@ class Servos:
             The torques (17,) in N m to apply to the joints during the step; the next step
             overwrites them.
         """
-        step(command, position, velocity, self.state, self.setting, self.constants, self.torque)
+        self._law(
+            command, position, velocity, self.state, self.setting, self.constants, self.torque
+        )
         return self.torque
 
 

@@ -25,8 +25,7 @@ from khr_sim.contact import SIDES, SPHERES, ContactForces, Pose, physics_urdf
 from khr_sim.engines.base import Motion
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import Servos
-from khr_sim.servo import step as servo_step
+from khr_sim.servo import Servos, law
 from khr_sim.statics import GRAVITY
 
 Array = NDArray[np.float64]
@@ -40,6 +39,7 @@ _FREE = 6  # degrees of freedom of base_link, which come before the joints'
 _warnings: list[str] = []  # which the engine would write to a file where it was started
 mujoco.set_mju_user_warning(_warnings.append)
 _library = ctypes.CDLL(mujoco._functions.__file__)
+_servo_law = compiled(law)
 _MJ_STEP: int = ctypes.cast(_library.mj_step, ctypes.c_void_p).value or 0
 
 
@@ -87,7 +87,7 @@ def _run(
     """
     state, setting, constants, torque = servos
     for row in range(len(commands)):
-        servo_step(commands[row], position, velocity, state, setting, constants, torque)
+        _servo_law(commands[row], position, velocity, state, setting, constants, torque)
         for i in range(len(joints)):
             applied[joints[i]] = torque[i]
         _call(mj_step, model, data)
