@@ -23,8 +23,8 @@ setup(
         ]
     },
     package_data={'': ['py.typed', 'urdf/*.urdf']},
-    install_requires=['khr_common', 'numpy', 'pybullet', 'scipy'],
-    extras_require={'test': ['pytest']},
+    install_requires=['khr_common', 'numba', 'numpy', 'pybullet', 'scipy'],
+    extras_require={'mujoco': ['mujoco<4'], 'test': ['pytest']},
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),
     maintainer_email=manifest.find('maintainer').get('email'),

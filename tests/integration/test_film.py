@@ -41,7 +41,7 @@ def test_stage_shows_what_the_world_of_the_run_would_show():
     stage = Stage(scenario, look)
     middle = truth.sole_position.mean(axis=0)
     target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
-    live = plant.world.picture(Camera(96, 80, target, look.yaw, look.pitch, look.distance))
+    live = plant.world.engine.picture(Camera(96, 80, target, look.yaw, look.pitch, look.distance))
     shown = stage.picture(truth)
     plant.world.close()
     stage.close()

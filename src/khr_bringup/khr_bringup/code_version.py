@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import hashlib
 from functools import cache
-from importlib.metadata import version
+from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
 
+from khr_bringup.scenario import Scenario
 from khr_sim import engines
+from khr_sim.run_parameters import RunParameters
 
 # What decides a trajectory and its outcome: whole packages, and single modules of the others.
 # Nodes only carry numbers between cores: over topics or offline, the trajectory is the same.
@@ -22,19 +24,20 @@ SOURCES = (
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'run_signals.py'),
 )
-LIBRARIES = ('numpy', *engines.LIBRARIES)
+LIBRARIES = ('numpy', 'numba')  # and that of the engine
 MARK = '# code version '  # begins the line that tells it at the end of a scenario as run
 
 
 @cache
-def code_version(*more: tuple[str, str]) -> str:
+def code_version(*more: tuple[str, str], engine: str = '') -> str:
     """Return a short digest of all code that decides what a run gives.
 
-    It changes with every change of that code, of the robot's description, of NumPy and of the
-    physics engine; it does not depend on where the project is installed.
+    It changes with every change of that code, of the robot's description, of NumPy, Numba and
+    the physics engine; it does not depend on where the project is installed.
 
     Args:
         more: further code to take in, as packages with patterns of files.
+        engine: the physics engine of the run; all that are installed if left out.
     """
     digest = hashlib.sha256()
     for package, pattern in (*SOURCES, *more):
@@ -44,9 +47,26 @@ def code_version(*more: tuple[str, str]) -> str:
                 continue
             digest.update(f'{package}/{path.relative_to(folder).as_posix()}\n'.encode())
             digest.update(path.read_bytes())
-    for library in LIBRARIES:
-        digest.update(f'{library} {version(library)}\n'.encode())
+    for library, number in library_versions(engine).items():
+        digest.update(f'{library} {number}\n'.encode())
     return digest.hexdigest()[:16]
+
+
+def library_versions(engine: str = '') -> dict[str, str]:
+    """Return the versions of the libraries that decide a trajectory, as :func:`code_version`."""
+    wanted = [engines.LIBRARIES[engine]] if engine else engines.LIBRARIES.values()
+    found = {library: version(library) for library in LIBRARIES}
+    for library in wanted:
+        try:
+            found[library] = version(library)
+        except PackageNotFoundError:  # no run can be of this engine
+            continue
+    return found
+
+
+def version_of(scenario: Scenario) -> str:
+    """Return the code version of a scenario's run."""
+    return code_version(engine=scenario.table(RunParameters).engine)
 
 
 def version_told(text: str) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from khr_analysis.node_specs import RECORDER
-from khr_bringup.code_version import MARK, code_version
+from khr_bringup.code_version import MARK, version_of
 from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.processes import Processes
 from khr_bringup.run_registry import RunEntry
@@ -96,7 +96,7 @@ def run_graph(
             is stopped and the bag closed.
     """
     parameters = folder / 'scenario.yaml'
-    parameters.write_text(f'{scenario.to_yaml()}{MARK}{code_version()}\n', encoding='utf-8')
+    parameters.write_text(f'{scenario.to_yaml()}{MARK}{version_of(scenario)}\n', encoding='utf-8')
     os.environ.update(entry.environment())
     nodes = nodes_of(scenario, record)
     processes = Processes(entry.environment(), folder / 'log')

@@ -19,7 +19,7 @@ from khr_sim import engines
 VERSIONS = (
     'rclpy',
     'ros-rmw-fastrtps-cpp',
-    *engines.LIBRARIES,
+    *engines.LIBRARIES.values(),
     'numpy',
     'scipy',
     'rosbags',

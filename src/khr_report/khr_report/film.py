@@ -22,11 +22,13 @@ from khr_bringup.scenario import Scenario, load
 from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import RunError
 from khr_common.quoting import quoted
+from khr_common.rotation import matrix
 from khr_report.errors import ReportError
+from khr_sim import engines
 from khr_sim.camera import Camera, Picture
+from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
-from khr_sim.world import World
 
 INK, PAPER, TOE = (30, 34, 40), (255, 255, 255), (200, 60, 40)
 MARGIN, FONT_SIZE = 12, 17  # px at a height of 480
@@ -112,26 +114,28 @@ def frames(scenario: Scenario, run: str = '') -> list[Frame]:
 
 
 class Stage:
-    """A world in which a robot takes the poses of a run, and a camera."""
+    """A scene in which a robot takes the poses of a run, and a camera."""
 
     def __init__(self, scenario: Scenario, look: Look) -> None:
         self.look = look
-        self._world = World(scenario.table(RunParameters))
+        self._scene = engines.painter(scenario.table(RunParameters), Robot.load())
+        self._scene.reset(0.0)
 
     def picture(self, truth: Truth) -> Picture:
         """Return the robot as it stood at an instant, (height, width, 3)."""
-        self._world.show(truth)
+        self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
+        self._scene.tilt_ground(truth.inclination)
         # The camera follows the feet over the ground, not every move of the torso.
         middle = truth.sole_position.mean(axis=0)
         target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
         look = self.look
-        return self._world.picture(
+        return self._scene.picture(
             Camera(look.width, look.height, target, look.yaw, look.pitch, look.distance)
         )
 
     def close(self) -> None:
         """Release the engine."""
-        self._world.close()
+        self._scene.close()
 
 
 class Caption:

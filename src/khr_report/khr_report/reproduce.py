@@ -13,7 +13,7 @@ from pathlib import Path
 from platform import python_version
 from typing import TYPE_CHECKING, TypeVar
 
-from khr_bringup.code_version import code_version
+from khr_bringup.code_version import code_version, library_versions
 from khr_experiments import experiments
 from khr_experiments.best_gain import map_result
 from khr_experiments.critical import limit_of_seed
@@ -41,7 +41,6 @@ from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction, distinct
 from khr_report.reproduction_page import write_index
 from khr_report.scoreboard_page import summary, write_scoreboard
-from khr_sim import engines
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -58,7 +57,7 @@ MEASURING = (
     ('khr_experiments', 'critical.py'),
     ('khr_experiments', 'scoreboard_runs.py'),
 )
-LIBRARIES = ('numpy', 'scipy', *engines.LIBRARIES, 'matplotlib')
+LIBRARIES = ('scipy', 'matplotlib')
 
 Result = TypeVar('Result')
 
@@ -298,6 +297,7 @@ def _versions() -> dict[str, str]:
     return {
         'code': code_version(),
         'Python': python_version(),
+        **library_versions(),
         **{name: version_of(name) for name in LIBRARIES},
     }
 

@@ -8,14 +8,13 @@ import platform
 import sys
 from collections.abc import Callable, Sequence
 from dataclasses import fields
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 
-from khr_bringup.code_version import LIBRARIES, code_version
+from khr_bringup.code_version import code_version, library_versions, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
 from khr_common import specifications
@@ -230,13 +229,14 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
 
 
 def _making(found: Sequence[RunContents]) -> Markup:
+    here = next((version_of(run.scenario) for run in found if run.scenario), code_version())
     versions = [
-        ('khr code', *(run.version or 'not recorded' for run in found), code_version()),
+        ('khr code', *(run.version or 'not recorded' for run in found), here),
         *(
             (name, *('' for _ in found), number)
             for name, number in (
                 ('Python', platform.python_version()),
-                *((library, version(library)) for library in LIBRARIES),
+                *library_versions().items(),
             )
         ),
     ]

@@ -71,13 +71,21 @@ class ContactForces:
     the axis. All contacts share the ground's normal, from which alone the engine takes the two
     directions of friction.
 
+    An engine either adds its contacts step by step, or counts ``steps`` and sums up the forces
+    ``in_odom`` itself.
+
     Args:
         feet: the engine's numbers of the left and right foot.
         soles: poses of l_sole and r_sole at the start of the period.
+
+    Attributes:
+        steps: of the period so far.
+        in_odom: sums over the steps, N, rows l_toe, l_heel, r_toe, r_heel, (4, 3).
     """
 
     def __init__(self, feet: Sequence[int], soles: Sequence[Pose]) -> None:
-        self._steps = 0
+        self.steps = 0
+        self.in_odom = np.zeros((4, 3))
         self._directions: tuple[Vector, Vector, Vector] | None = None
         self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along normal and both frictions
         self._of_foot: dict[int, tuple[Vector, float, list[float], list[float]]] = {}
@@ -88,7 +96,7 @@ class ContactForces:
 
     def add(self, contacts: Iterable[Contact]) -> None:
         """Take the contacts of the robot with the ground after one step."""
-        self._steps += 1
+        self.steps += 1
         of_foot = self._of_foot
         for link, (x, y, z), up, press, slip, along, slide, across in contacts:
             if link in of_foot:
@@ -105,11 +113,13 @@ class ContactForces:
         Args:
             soles: poses of l_sole and r_sole at the end of the period, in whose frames they are.
         """
-        if self._directions is None:
-            return [(0.0, 0.0, 0.0)] * 4
-        along = tuple(zip(*self._directions, strict=True))
+        sums = self.in_odom.tolist()
+        if self._directions is not None:
+            along = tuple(zip(*self._directions, strict=True))
+            sums = [[dot(impulse, each) for each in along] for impulse in self._impulses]
+        steps = self.steps or 1
         to_sole = [inverse(orientation) for _, orientation in soles for _ in range(2)]
         return [
-            carried(turn, [dot(impulse, each) / self._steps for each in along])
-            for turn, impulse in zip(to_sole, self._impulses, strict=True)
+            carried(turn, [x / steps, y / steps, z / steps])
+            for turn, (x, y, z) in zip(to_sole, sums, strict=True)
         ]

@@ -73,6 +73,12 @@ class SimulatorParameters:
         maximum=0.05,
         read_only=True,
     )
+    engine: str = parameter(
+        'bullet',
+        'Physics engine: "bullet" is PyBullet; "mujoco" is MuJoCo, an extra of this package.',
+        choices=('bullet', 'mujoco'),
+        read_only=True,
+    )
     physics_step: float = parameter(
         0.001, 'Time step of the physics.', unit='s', minimum=0.0001, maximum=0.001, read_only=True
     )
@@ -81,6 +87,28 @@ class SimulatorParameters:
         'Iterations of the contact solver per physics step.',
         minimum=5,
         maximum=1000,
+        read_only=True,
+    )
+    solver_tolerance: float = parameter(
+        1e-6,
+        'Improvement of its cost at which the contact solver is content (mujoco only).',
+        minimum=0.0,
+        maximum=0.01,
+        read_only=True,
+    )
+    contact_time: float = parameter(
+        0.004,
+        'Time constant in which a contact gives back what it was pressed in (mujoco only); '
+        'at least two physics steps.',
+        unit='s',
+        minimum=0.0002,
+        maximum=0.05,
+        read_only=True,
+    )
+    friction_cone: str = parameter(
+        'elliptic',
+        'Shape of the friction cone: exact, or the pyramid inside it (mujoco only).',
+        choices=('elliptic', 'pyramid'),
         read_only=True,
     )
     control_period: float = parameter(

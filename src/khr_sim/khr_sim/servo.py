@@ -9,12 +9,12 @@ step resolves. The physics engine has no rotor inertia of its own, and its joint
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import radians
 
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_sim.compiled import compiled
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
 
@@ -29,7 +29,55 @@ POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assum
 # symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: the
 # spring of the head, which carries nothing, and the dampers of head, forearms and feet.
 SPRING_LIMIT, DAMPER_LIMIT = 1.0, 0.5
-_NONE = (0.0,) * len(JOINTS)
+ANGLE, RATE, INTEGRAL, COMMAND = range(4)  # rows of the state
+
+
+def law(
+    command: Array,
+    position: Array,
+    velocity: Array,
+    state: Array,
+    setting: Array,
+    constants: Array,
+    torque: Array,
+) -> None:
+    """Advance the rotors by one step, in plain Python: ``step`` is the same, compiled.
+
+    Args:
+        command: angles commanded by the board, rad, (n,).
+        position: joint angles, rad, (n,).
+        velocity: joint speeds, rad/s, (n,).
+        state: of the servos, changed in place: rotor angles in rad, rotor speeds in rad/s,
+            integrals of the PID loop in N m, last commands in rad, (4, n).
+        setting: stiffness and gear stiffness in N m/rad, gear damping in N m s/rad, (3, n).
+        constants: those of :meth:`Servos.configure`, (9,).
+        torque: on the joints, set here, N m, (n,).
+    """
+    h, gain, loss, stick, play, is_pid, integral_gain, derivative_gain, most = constants
+    for i in range(len(command)):
+        goal, angle, rate = command[i], state[ANGLE, i], state[RATE, i]
+        offset = 0.0
+        if is_pid:
+            integral = state[INTEGRAL, i] + integral_gain * h * (goal - angle)
+            integral = min(max(integral, -most), most)
+            offset = integral + derivative_gain * ((goal - state[COMMAND, i]) / h - rate)
+            state[INTEGRAL, i], state[COMMAND, i] = integral, goal
+        twist, slide = angle - position[i], rate - velocity[i]
+        if play:
+            twist -= min(max(twist, -play), play)
+            if twist == 0.0:
+                slide = 0.0
+        load = setting[1, i] * twist + setting[2, i] * slide
+        drive = min(max(setting[0, i] * (goal - angle) + offset, -most), most)
+        rate = (rate + gain * (drive - load)) * loss
+        if rate > stick:  # dry friction takes what speed it can, and no more
+            rate -= stick
+        elif rate < -stick:
+            rate += stick
+        else:
+            rate = 0.0
+        torque[i] = load
+        state[ANGLE, i], state[RATE, i] = angle + h * rate, rate
 
 
 class Servos:
@@ -42,37 +90,33 @@ class Servos:
 
     def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
         self._carried = carried
-        self._angle = [0.0] * len(JOINTS)  # of the rotors, seen at the output shaft
-        self._rate = [0.0] * len(JOINTS)
-        self._integral = [0.0] * len(JOINTS)
-        self._command: Sequence[float] = [0.0] * len(JOINTS)
+        self._law = compiled(law)
+        self.state = np.zeros((4, len(JOINTS)))  # as the law has them
+        self.torque = np.zeros(len(JOINTS))
         self.configure(parameters)
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Take changed parameters without losing the state."""
-        h = parameters.physics_step
-        self._gear: list[float] = np.minimum(
-            parameters.gear_stiffness, SPRING_LIMIT * self._carried / h**2
-        ).tolist()
-        self._gear_damping: list[float] = np.minimum(
-            parameters.gear_damping, DAMPER_LIMIT * self._carried / h
-        ).tolist()
-        self._play = radians(parameters.backlash_deg) / 2.0
-        self._stiffness: list[float] = (
-            parameters.stiffness_per_stretch * stretches(parameters)
-        ).tolist()
-        self._pid = parameters.servo_model == 'pid'
+        p, h = parameters, parameters.physics_step
+        gear = np.minimum(p.gear_stiffness, SPRING_LIMIT * self._carried / h**2)
+        damping = np.minimum(p.gear_damping, DAMPER_LIMIT * self._carried / h)
+        stiffness = p.stiffness_per_stretch * stretches(p)
+        self._is_pid = p.servo_model == 'pid'
         # (3.11): the identified gains relate armature volts to volts of potentiometer error.
-        kp, self._ki, self._kd = (
-            gain * POTENTIOMETER * STALL_TORQUE / SUPPLY
-            for gain in (parameters.pid_kp, parameters.pid_ki, parameters.pid_kd)
+        kp, ki, kd = (
+            gain * POTENTIOMETER * STALL_TORQUE / SUPPLY for gain in (p.pid_kp, p.pid_ki, p.pid_kd)
         )
-        if self._pid:
-            self._stiffness = [kp] * len(JOINTS)
-        self._step = h
-        self._gain = h / parameters.rotor_inertia  # speed gained per N m and step
-        self._loss = 1.0 / (1.0 + self._gain * BACK_EMF)  # back-EMF, implicit
-        self._stick = self._gain * parameters.servo_friction * self._loss
+        self._integrates = self._is_pid and ki > 0.0
+        if self._is_pid:
+            stiffness = np.full(len(JOINTS), kp)
+        self.setting = np.array((stiffness, gear, damping))
+        gain = h / p.rotor_inertia  # speed gained per N m and step
+        loss = 1.0 / (1.0 + gain * BACK_EMF)  # back-EMF, implicit
+        stick = gain * p.servo_friction * loss
+        play = radians(p.backlash_deg) / 2.0
+        self.constants = np.array(
+            (h, gain, loss, stick, play, self._is_pid, ki, kd, STALL_TORQUE), dtype=float
+        )
 
     def reset(self, command: Array, torque: Array) -> Array:
         """Stand still under a load.
@@ -84,88 +128,29 @@ class Servos:
         Returns:
             The joint angles (17,) in rad at which the servos hold it.
         """
-        self._command = command.tolist()
-        self._rate = [0.0] * len(JOINTS)
+        stiffness, gear, _ = self.setting
         held = np.clip(torque, -STALL_TORQUE, STALL_TORQUE)
-        integral = held if self._pid and self._ki else np.zeros(len(JOINTS))
-        angle = command - (held - integral) / self._stiffness
-        self._angle, self._integral = angle.tolist(), integral.tolist()
-        return np.asarray(angle - held / self._gear)
+        integral = held if self._integrates else np.zeros(len(JOINTS))
+        angle = command - (held - integral) / stiffness
+        self.state[:] = angle, 0.0 * angle, integral, command
+        return np.asarray(angle - held / gear)
 
-    def update(
-        self, command: Sequence[float], position: Sequence[float], velocity: Sequence[float]
-    ) -> list[float]:
+    def update(self, command: Array, position: Array, velocity: Array) -> Array:
         """Advance one physics step and return the torques on the joints.
 
         Args:
-            command: 17 angles commanded by the board, rad.
-            position: joint angles, rad.
-            velocity: joint speeds, rad/s.
+            command: angles commanded by the board, rad, (17,).
+            position: joint angles, rad, (17,).
+            velocity: joint speeds, rad/s, (17,).
 
         Returns:
-            17 torques in N m to apply to the joints during the step.
+            The torques (17,) in N m to apply to the joints during the step; the next step
+            overwrites them.
         """
-        # Plain numbers: 17 of them are so few that NumPy takes twice the time.
-        step, gain, loss, stick, play, most = (
-            self._step,
-            self._gain,
-            self._loss,
-            self._stick,
-            self._play,
-            STALL_TORQUE,
+        self._law(
+            command, position, velocity, self.state, self.setting, self.constants, self.torque
         )
-        torques, angles, rates = [], [], []
-        for goal, joint, speed, angle, rate, stiffness, offset, gear, damping in zip(
-            command,
-            position,
-            velocity,
-            self._angle,
-            self._rate,
-            self._stiffness,
-            self._offsets(command),
-            self._gear,
-            self._gear_damping,
-            strict=False,
-        ):
-            twist, slide = angle - joint, rate - speed
-            if play:
-                twist -= min(max(twist, -play), play)
-                slide *= twist != 0.0
-            torque = gear * twist + damping * slide
-            drive = stiffness * (goal - angle) + offset
-            if drive > most:
-                drive = most
-            elif drive < -most:
-                drive = -most
-            rate = (rate + gain * (drive - torque)) * loss
-            if rate > stick:  # dry friction takes what speed it can, and no more
-                rate -= stick
-            elif rate < -stick:
-                rate += stick
-            else:
-                rate = 0.0
-            torques.append(torque)
-            angles.append(angle + step * rate)
-            rates.append(rate)
-        self._angle, self._rate = angles, rates
-        return torques
-
-    def _offsets(self, command: Sequence[float]) -> Sequence[float]:
-        """Return what the position loop drives with beside its stiffness, N m."""
-        if not self._pid:
-            return _NONE
-        wanted = self._ki * self._step
-        self._integral = [
-            min(max(integral + wanted * (goal - angle), -STALL_TORQUE), STALL_TORQUE)
-            for integral, goal, angle in zip(self._integral, command, self._angle, strict=True)
-        ]
-        before, self._command = self._command, command
-        return [
-            integral + self._kd * ((goal - last) / self._step - rate)
-            for integral, goal, last, rate in zip(
-                self._integral, command, before, self._rate, strict=True
-            )
-        ]
+        return self.torque
 
 
 def stretches(parameters: SimulatorParameters) -> Array:

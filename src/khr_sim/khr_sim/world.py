@@ -15,7 +15,6 @@ from khr_common.rotation import carried, matrix, pitched, rotated, turned
 from khr_common.seeding import generator
 from khr_sim import contact, engines, statics
 from khr_sim.board import Board
-from khr_sim.camera import Camera, Picture
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
@@ -132,15 +131,6 @@ class World:
         self._servos.configure(parameters)
         self.engine.set_friction(parameters.sole_friction)
 
-    def show(self, truth: Truth) -> None:
-        """Put robot and ground as they were at an instant, to take a picture of them."""
-        self.engine.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
-        self.engine.tilt_ground(truth.inclination)
-
-    def picture(self, camera: Camera) -> Picture:
-        """Return what a camera sees."""
-        return self.engine.picture(camera)
-
     def close(self) -> None:
         """Release the engine."""
         self.engine.close()
@@ -224,6 +214,7 @@ class World:
     def _observe(self) -> Truth:
         motion = self.engine.base()
         orientation = motion.orientation
+        position, velocity = self.engine.joints()
         period = self.parameters.control_period
         rate = [angle / period for angle in turned(self._orientation, orientation)]
         self._orientation = orientation
@@ -240,7 +231,8 @@ class World:
                     *orientation,
                     *motion.linear_velocity,
                     *motion.angular_velocity,
-                    *chain.from_iterable(self.engine.joints()),
+                    *position.tolist(),
+                    *velocity.tolist(),
                     *rate,
                     *self._efforts,
                     *chain.from_iterable(forces),

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from khr_common import build
+from khr_sim.engines import LIBRARIES
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
@@ -44,9 +45,10 @@ def test_refuses_anything_else_in_one_line(text, says):
     assert '\n' not in str(refusal.value)
 
 
-@pytest.fixture(scope='module')
-def world():
-    world = World(build(SimulatorParameters, {'inclination_deg': 10.0}))
+@pytest.fixture(scope='module', params=LIBRARIES)
+def world(request):
+    values = {'inclination_deg': 10.0, 'engine': request.param}
+    world = World(build(SimulatorParameters, values))
     yield world
     world.close()
 

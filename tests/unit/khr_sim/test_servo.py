@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import BACK_EMF, NO_LOAD_SPEED, STALL_TORQUE, Servos, stretches
+from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, NO_LOAD_SPEED, STALL_TORQUE, Servos, stretches
 
 CARRIED = Robot.load().joint_inertia()
 SMOOTH = SimulatorParameters(servo_friction=0.0)
@@ -97,7 +97,7 @@ def test_step_response_is_the_integrators(model, step):
     servos.reset(ZERO, ZERO)
     command = ZERO + target
     if model == 'pid':
-        servos._command = command  # the integrator's target does not jump
+        servos.state[COMMAND] = command  # the integrator's target does not jump
     position, velocity = ZERO.copy(), ZERO.copy()
     reached = [0.0]
     for count in range(1, round(0.29 / step) + 1):
@@ -129,7 +129,7 @@ def test_dry_friction_holds_what_is_below_it_and_stops_what_is_not():
     held.reset(ZERO, ZERO)
     for _ in range(200):
         held.update(ZERO + 0.099 / stretch, ZERO, ZERO)
-    assert held._angle[KNEE] == 0.0
+    assert held.state[ANGLE, KNEE] == 0.0
     torque = settled(parameters, ZERO + 0.02, ZERO)[KNEE]
     ideal = 0.02 * stretch * gear / (stretch + gear)
     assert 0.0 < abs(ideal - torque) <= 0.1 * gear / (stretch + gear) * 1.001
@@ -182,8 +182,8 @@ def test_takes_changed_parameters_without_losing_its_state():
     servos.reset(ZERO, ZERO)
     for _ in range(20):
         servos.update(ZERO + 0.1, ZERO, ZERO)
-    angle, rate = servos._angle, servos._rate
+    before = servos.state.copy()
     servos.configure(replace(SMOOTH, stretch_knee=10))
-    assert (servos._angle, servos._rate) == (angle, rate)
+    assert (servos.state == before).all()
     torque = [servos.update(ZERO + 0.1, ZERO, ZERO) for _ in range(3000)][-1]
     assert torque[KNEE] == pytest.approx(0.1 * 2.35 * 40.0 / 42.35, rel=1e-6)

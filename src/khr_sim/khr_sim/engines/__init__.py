@@ -2,15 +2,38 @@
 
 from __future__ import annotations
 
-from khr_sim.engines.base import Engine
+from khr_sim.engines.base import Engine, Painter
+from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
 
-LIBRARIES = ('pybullet',)  # that the engines come in, as the package index names them
+LIBRARIES = {'bullet': 'pybullet', 'mujoco': 'mujoco'}  # by engine, as the package index has them
 
 
 def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
-    """Return an engine of its own for one robot; the engine's library is imported only now."""
+    """Return the engine that the parameters ask for, and import its library only now.
+
+    Raises:
+        SimError: if the library is not installed.
+    """
+    if parameters.engine == 'bullet':
+        from khr_sim.engines.bullet import Bullet
+
+        return Bullet(parameters, robot)
+    try:
+        from khr_sim.engines.mujoco import MuJoCo
+    except ModuleNotFoundError as error:
+        if error.name != LIBRARIES['mujoco']:
+            raise
+        raise SimError(
+            "engine: 'mujoco' is not installed; accepted: bullet, or after "
+            "pip install 'khr_sim[mujoco]' mujoco"
+        ) from error
+    return MuJoCo(parameters, robot)
+
+
+def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
+    """Return what draws the robot, of whichever engine: the one that needs no graphics driver."""
     from khr_sim.engines.bullet import Bullet
 
     return Bullet(parameters, robot)

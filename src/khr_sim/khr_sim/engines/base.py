@@ -25,17 +25,8 @@ class Motion(NamedTuple):
     angular_velocity: Vector
 
 
-class Engine(Protocol):
-    """One robot on one plane through the origin of odom, and the steps of its physics.
-
-    The feet touch the ground by the spheres of the description, torso and arms by their boxes;
-    the robot's parts pass through one another. Nothing damps or brakes its joints but the servos.
-
-    Attributes:
-        links: the engine's number of each link that has mass, by name.
-    """
-
-    links: Mapping[str, int]
+class Scene(Protocol):
+    """One robot on one plane through the origin of odom."""
 
     def reset(self, inclination: float) -> None:
         """Start anew, with a ground inclined by so many rad."""
@@ -51,6 +42,30 @@ class Engine(Protocol):
 
     def tilt_ground(self, inclination: float) -> None:
         """Incline the ground by so many rad about the origin."""
+
+    def close(self) -> None:
+        """Release what the engine holds."""
+
+
+class Painter(Scene, Protocol):
+    """A scene to look at."""
+
+    def picture(self, camera: Camera) -> Picture:
+        """Draw what a camera sees."""
+
+
+class Engine(Scene, Protocol):
+    """A scene in which physics goes on.
+
+    The feet touch the ground by the spheres of the description, torso and arms by their boxes;
+    the robot's parts pass through one another. Nothing damps or brakes its joints but the servos.
+    After a reset and a placing the same steps give the same bits.
+
+    Attributes:
+        links: the engine's number of each link that has mass, by name.
+    """
+
+    links: Mapping[str, int]
 
     def set_friction(self, coefficient: float) -> None:
         """Set the friction coefficient between robot and ground."""
@@ -70,14 +85,8 @@ class Engine(Protocol):
     def base(self) -> Motion:
         """Return the motion of base_link."""
 
-    def joints(self) -> tuple[Sequence[float], Sequence[float]]:
-        """Return 17 joint angles in rad and 17 joint speeds in rad/s."""
+    def joints(self) -> tuple[Array, Array]:
+        """Return the joint angles in rad and the joint speeds in rad/s, both (17,)."""
 
     def poses(self, links: Sequence[int]) -> list[Pose]:
         """Return the poses of links other than base_link."""
-
-    def picture(self, camera: Camera) -> Picture:
-        """Draw what a camera sees."""
-
-    def close(self) -> None:
-        """Release the engine."""

@@ -137,8 +137,8 @@ class Bullet:
     def run(self, commands: Array, servos: Servos, forces: ContactForces) -> list[float]:
         """Advance one step per row of ``commands``; return the last torques of the servos."""
         client, body, joints, ground = self.client, self.body, self.joint_numbers, self.ground
-        for command in commands.tolist():
-            torques = servos.update(command, self._position, self._velocity)
+        for command in commands:
+            torques: list[float] = servos.update(command, self._position, self._velocity).tolist()
             bullet.setJointMotorControlArray(
                 body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
             )
@@ -160,7 +160,7 @@ class Bullet:
             (x - dx, y - dy, z - dz), orientation, (vx - ux, vy - uy, vz - uz), angular_velocity
         )
 
-    def joints(self) -> tuple[list[float], list[float]]:
+    def joints(self) -> tuple[Array, Array]:
         """Return 17 joint angles in rad and 17 joint speeds in rad/s."""
         return self._position, self._velocity
 
@@ -201,4 +201,5 @@ class Bullet:
 
     def _read_joints(self) -> None:
         states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
-        self._position, self._velocity = [*map(_FIRST, states)], [*map(_SECOND, states)]
+        self._position = np.fromiter(map(_FIRST, states), float, len(JOINTS))
+        self._velocity = np.fromiter(map(_SECOND, states), float, len(JOINTS))
