@@ -1,6 +1,7 @@
 """Start, watch, join, interrupt and read real runs of the real command."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -99,11 +100,17 @@ def khr(*arguments, folder=None, timeout=90):
 
 
 def children(process):
-    return {
-        child.cmdline()[2].rsplit('.', 1)[-1]: child
-        for child in psutil.Process(process.pid).children()
-        if len(child.cmdline()) > 2
-    }
+    """Return the processes of a run by node; one process with all nodes is called graph."""
+    found = {}
+    for child in psutil.Process(process.pid).children():
+        nodes = [
+            word.split(':')[1].lower()
+            for word in child.cmdline()
+            if re.fullmatch(r'[\w.]+:[A-Z_]+', word)
+        ]
+        if nodes:
+            found[nodes[0] if len(nodes) == 1 else 'graph'] = child
+    return found
 
 
 def interrupt(process, number=signal.SIGINT):

@@ -21,6 +21,7 @@ import yaml
 
 from khr_bringup.node_registry import table_of
 from khr_common import RunError, specifications
+from khr_common.files import write_text
 from khr_experiments.calibration import CONSTANTS, FITS, Fit
 from khr_experiments.critical import Changes, attempt, workers
 from khr_experiments.errors import ExperimentError
@@ -69,8 +70,8 @@ def calibrate(out: Path, seed: int, seeds: int, jobs: int) -> list[FittedConstan
             values[fit.node, fit.key] = one.value
             found.append(one)
     try:
-        out.write_text(page(found, seed, seeds), encoding='utf-8')
-        out.with_suffix('.yaml').write_text(constants_file(found), encoding='utf-8')
+        write_text(out, page(found, seed, seeds))
+        write_text(out.with_suffix('.yaml'), constants_file(found))
     except OSError as error:
         raise ExperimentError(
             f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'

@@ -18,6 +18,7 @@ from tempfile import TemporaryFile
 from khr_analysis.models.ankle_servo import Pid
 from khr_analysis.models.push import DIRECTIONS, capture_force
 from khr_analysis.models.push import largest_push as largest_of_model
+from khr_common.files import write_text
 from khr_common.markdown import put_between, rewrite_document, table
 from khr_experiments.errors import ExperimentError
 from khr_experiments.push_model import legs, model_loop, model_push
@@ -306,7 +307,7 @@ def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
     """Write push.csv and push.md into a folder; return their paths."""
     texts = {out / 'push.csv': csv_of(rows), out / 'push.md': markdown(rows) + '\n'}
     for path, text in texts.items():
-        path.write_text(text, encoding='utf-8')
+        write_text(path, text)
     return list(texts)
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from pathlib import Path
 
+from khr_common.files import write_text
 from khr_experiments.critical import Changes, Condition, Limit, workers
 from khr_experiments.errors import ExperimentError
 from khr_experiments.published import (
@@ -92,7 +93,7 @@ def write(out: Path, seeds: int, tolerance: float, jobs: int, explain: bool = Tr
         page, summary = board(Bench(pool, seeds, tolerance), explain)
     try:
         out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(page, encoding='utf-8')
+        write_text(out, page)
     except OSError as error:
         raise ExperimentError(
             f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'

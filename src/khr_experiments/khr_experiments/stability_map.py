@@ -13,6 +13,7 @@ import numpy as np
 import pyarrow as pa
 from numpy.typing import NDArray
 
+from khr_common.files import written
 from khr_experiments.best_gain import GAINS, INCLINATION, Cell, best
 from khr_experiments.errors import ExperimentError
 from khr_experiments.sweeps.axes import column_named
@@ -197,10 +198,11 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     }
     try:
         image.parent.mkdir(parents=True, exist_ok=True)
-        with styled():
-            figure(counted).savefig(image, metadata={'Software': None}, format='png')
+        with styled(), written(image) as part:
+            figure(counted).savefig(part, metadata={'Software': None}, format='png')
         for path, rows in tables.items():
-            _write(path, rows)
+            with written(path) as part:
+                _write(part, rows)
     except OSError as error:
         raise ExperimentError(
             f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '

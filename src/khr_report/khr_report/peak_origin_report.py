@@ -13,6 +13,7 @@ from khr_analysis.cycle_spectrum import HIGHEST, Walks
 from khr_analysis.line_chance import chance_within, places
 from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.origin import RULE, Line
+from khr_common.files import write_text
 from khr_common.markdown import table
 from khr_experiments.experiments import Runs
 from khr_experiments.peak_origin import (
@@ -94,7 +95,7 @@ def tell(scenario: str, fast: bool, workers: int | None = None, out: Path | None
     text = lines_markdown(run_variants(scenario, fast, workers or os.cpu_count() or 1))
     if out is not None:
         try:
-            out.write_text(text, encoding='utf-8')
+            write_text(out, text)
         except OSError as error:
             raise ReportError(
                 f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'

@@ -13,6 +13,7 @@ from platform import python_version
 from typing import TYPE_CHECKING
 
 from khr_bringup.code_version import code_version
+from khr_common.files import write_text
 from khr_experiments import experiments
 from khr_experiments.best_gain import map_markdown
 from khr_experiments.critical import limit_of_seed
@@ -251,9 +252,9 @@ def _write(out: Path, findings: Path, contents: Reproduction) -> Path:
 
     try:
         findings.parent.mkdir(parents=True, exist_ok=True)
-        findings.write_text(tell(contents), encoding='utf-8')
+        write_text(findings, tell(contents))
         if contents.scoreboard:
-            (out / 'scoreboard.md').write_text(contents.scoreboard, encoding='utf-8')
+            write_text(out / 'scoreboard.md', contents.scoreboard)
     except OSError as error:
         raise ReportError(
             f'{error.filename}: {error.strerror}; accepted: files that can be '

@@ -14,6 +14,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from khr_common import KhrError
+from khr_common.files import written
 from khr_experiments.experiments import Runs
 from khr_report.figures import (
     balance,
@@ -137,8 +138,10 @@ def draw(
         figure = function(runs) if drawing.experiments else function()
         try:
             out.mkdir(parents=True, exist_ok=True)
-            figure.savefig(image, metadata={'Software': None})
-            write_table(figure, table)
+            with written(image) as part:
+                figure.savefig(part, metadata={'Software': None})
+            with written(table) as part:
+                write_table(figure, part)
         except OSError as failure:
             raise FigureError(
                 f'out: {str(out)!r} cannot be written ({failure.strerror}); '

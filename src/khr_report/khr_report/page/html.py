@@ -15,6 +15,7 @@ from markdown_it import MarkdownIt
 from markdown_it.token import Token
 from markupsafe import Markup
 
+from khr_common.files import write_text
 from khr_report.errors import ReportError
 
 VERDICTS = {'pass': 'pass', 'miss': 'miss', 'no number published': 'none'}  # class by word
@@ -61,7 +62,7 @@ def write_page(path: Path, title: str, lead: Markup, sections: Sequence[Section]
     )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding='utf-8')
+        write_text(path, text)
     except OSError as error:
         raise ReportError(
             f'--out: {str(path)!r}: {error.strerror}; accepted: a file that can be written'
