@@ -1,6 +1,7 @@
 """Start, watch, join, interrupt and read real runs of the real command."""
 
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -99,13 +100,16 @@ def khr(*arguments, folder=None, timeout=90):
 
 
 def children(process):
-    """Return the processes of a run by the name of their first node."""
+    """Return the processes of a run by node; one process with all nodes is called graph."""
     found = {}
     for child in psutil.Process(process.pid).children():
-        line = child.cmdline()
-        if 'khr_common.nodes.run' in line:
-            entry = line[line.index('khr_common.nodes.run') + 1]
-            found[entry.rsplit(':', 1)[-1].lower()] = child
+        nodes = [
+            word.split(':')[1].lower()
+            for word in child.cmdline()
+            if re.fullmatch(r'[\w.]+:[A-Z_]+', word)
+        ]
+        if nodes:
+            found[nodes[0] if len(nodes) == 1 else 'graph'] = child
     return found
 
 

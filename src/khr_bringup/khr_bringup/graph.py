@@ -7,7 +7,7 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,9 +15,10 @@ from khr_analysis.node_specs import RECORDER
 from khr_bringup.code_version import MARK, version_of
 from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.processes import Processes
-from khr_bringup.run_registry import RunEntry
+from khr_bringup.run_registry import WITHOUT_LOG, RunEntry
 from khr_bringup.scenario import Scenario
 from khr_common import RunError
+from khr_common.files import write_text
 from khr_common.interfaces import LOG, PARAMETER_EVENTS, PUSH
 from khr_sim.run_parameters import RunParameters
 
@@ -39,6 +40,7 @@ class GraphResult:
         started: when the first period began, s of ``time.monotonic``.
         ended: when the last one was over.
         warnings: what nodes complained of in /diagnostics.
+        failure: which process did not end well after the run; empty if all did.
     """
 
     verdict: str
@@ -48,6 +50,7 @@ class GraphResult:
     started: float
     ended: float
     warnings: tuple[str, ...]
+    failure: str = ''
 
 
 def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
@@ -96,10 +99,10 @@ def run_graph(
             is stopped and the bag closed.
     """
     parameters = folder / 'scenario.yaml'
-    parameters.write_text(f'{scenario.to_yaml()}{MARK}{version_of(scenario)}\n', encoding='utf-8')
+    write_text(parameters, f'{scenario.to_yaml()}{MARK}{version_of(scenario)}\n')
     os.environ.update(entry.environment())
     nodes = nodes_of(scenario, record)
-    processes = Processes(entry.environment(), folder / 'log')
+    processes = Processes(entry.environment(), folder / 'log', entry.lock)
     with _interrupts() as interrupted:
         try:
             entries = {node: registry()[node].entry for node in nodes}
@@ -107,7 +110,7 @@ def run_graph(
                 {'graph': nodes} if one_process else {n: [n] for n in nodes}
             ).items():
                 processes.start(name, [entries[node] for node in group], parameters)
-            return _watch(
+            result = _watch(
                 processes,
                 _awaited(scenario.table(RunParameters)),
                 interrupted,
@@ -115,7 +118,8 @@ def run_graph(
                 'graph' if one_process else 'simulator',
             )
         finally:
-            processes.stop()
+            failure = processes.stop()
+    return replace(result, failure=failure or '')
 
 
 def _watch(
@@ -131,7 +135,7 @@ def _watch(
 
     from khr_bringup.run_monitor import Watcher
 
-    rclpy.init(args=[], signal_handler_options=SignalHandlerOptions.NO)
+    rclpy.init(args=WITHOUT_LOG, signal_handler_options=SignalHandlerOptions.NO)
     watcher = Watcher(listeners)
     executor = EventsExecutor()
     executor.add_node(watcher)

@@ -8,7 +8,8 @@ from contextlib import contextmanager
 from typing import Any
 
 from khr_bringup.errors import BringupError
-from khr_bringup.run_registry import choose
+from khr_bringup.run_registry import WITHOUT_LOG, choose
+from khr_common.quoting import quoted
 
 PATIENCE = 5.0  # s of wall time for a service to appear, and again to answer
 
@@ -33,7 +34,12 @@ def set_parameter(node: str, name: str, value: Any, domain: int | None = None) -
 
     with _client(node, domain) as call:
         before = _get(call, node, name)[name]
-        parameter = Parameter(name, value=value)
+        try:
+            parameter = Parameter(name, value=value)
+        except (TypeError, ValueError, AssertionError) as error:
+            raise BringupError(
+                f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like {before!r}'
+            ) from error
         result = call('set_parameters', [parameter]).results[0]
         if not result.successful:
             raise BringupError(f'{node}: {result.reason or f"{name} cannot change now"}')
@@ -58,7 +64,7 @@ def _client(node: str, domain: int | None) -> Iterator[Any]:
     import rclpy
     from rclpy.parameter_client import AsyncParameterClient
 
-    rclpy.init(args=[])
+    rclpy.init(args=WITHOUT_LOG)
     own = rclpy.create_node('khr_parameters', start_parameter_services=False)
     try:
         client = AsyncParameterClient(own, node)

@@ -10,9 +10,12 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
+from khr_common.lifeline import PARENT
+
 FIRST = ('simulator',)  # it ends the run, and waits until that is received
 LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
 GRACE = 5.0  # s of wall time before a process that does not stop is killed
+WELL = (0, -signal.SIGINT)  # the second while it was starting, before it could close anything
 CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
 
 
@@ -22,13 +25,19 @@ class Processes:
     Args:
         environment: added to this process's environment.
         log: folder for one log file per process.
+        lock: file descriptor that all inherit; negative if there is none.
+
+    Raises:
+        OSError: if the folder cannot be written.
     """
 
-    def __init__(self, environment: dict[str, str], log: Path) -> None:
+    def __init__(self, environment: dict[str, str], log: Path, lock: int = -1) -> None:
         # One thread per process: linear algebra here is small, and nine pools fight for cores.
         single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
-        self._environment = {**os.environ, **single, **environment, 'ROS_LOG_DIR': str(log)}
+        own = {**single, PARENT: str(os.getpid()), 'ROS_LOG_DIR': str(log)}
+        self._environment = {**os.environ, **environment, **own}
         self._log = log
+        self._locks = (lock,) if lock >= 0 else ()
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         log.mkdir(parents=True, exist_ok=True)
 
@@ -41,14 +50,19 @@ class Processes:
             parameters: the parameter file.
         """
         ros = ['--ros-args', '--params-file', str(parameters)]
+        self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
+
+    def start_module(self, name: str, module: str, arguments: list[str]) -> None:
+        """Start a module with its output in ``name.log``; it ends with this process."""
         with (self._log / f'{name}.log').open('wb') as log:
             self._children[name] = subprocess.Popen(
-                [sys.executable, '-m', 'khr_common.nodes.run', *nodes, *ros],
+                [sys.executable, '-m', 'khr_bringup.child', module, *arguments],
                 env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
+                pass_fds=self._locks,
             )
 
     def ended(self) -> str | None:
@@ -71,21 +85,30 @@ class Processes:
         if child.poll() is None:
             child.send_signal(signal.SIGINT)
 
-    def stop(self) -> None:
-        """Stop all processes, what writes the bag last; kill what does not obey."""
+    def stop(self) -> str | None:
+        """Stop all processes, what writes the bag last; kill what does not obey.
+
+        Returns:
+            Which did not end well although it was asked to stop, if one did not.
+        """
         others = set(self._children) - {*FIRST, *LAST}
+        failed = []
         for group, patience in ((FIRST, CLOSING), (others, GRACE), (LAST, CLOSING)):
             names = [name for name in self._children if name in group]
             for name in names:
                 self.interrupt(name)
             end = time.monotonic() + patience
             for name in names:
-                _wait(self._children[name], end)
+                code = _wait(self._children[name], end)
+                if code not in WELL:
+                    failed.append(self._obituary(name, code))
+        return '; '.join(failed) or None
 
 
-def _wait(child: subprocess.Popen[bytes], end: float) -> None:
+def _wait(child: subprocess.Popen[bytes], end: float) -> int:
+    """Wait for a process to end, kill it if it is late; return its exit code."""
     try:
-        child.wait(max(0.0, end - time.monotonic()))
+        return child.wait(max(0.0, end - time.monotonic()))
     except subprocess.TimeoutExpired:
         child.kill()
-        child.wait()
+        return child.wait()

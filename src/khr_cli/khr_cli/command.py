@@ -385,9 +385,10 @@ def main() -> None:
     except KhrError as error:
         _leave(str(error), 2)
     except OSError as error:
-        if error.filename is None:  # no file that the user could look at
-            raise
-        _leave(f'{str(error.filename)!r}: {error.strerror}', 2)
+        where = f'{str(error.filename)!r}: ' if error.filename is not None else ''
+        _leave(f'{where}{error.strerror or error}', 2 if where else 1)
+    except MemoryError:
+        _leave('out of memory; accepted: a larger limit (ulimit -v)', 1)
 
 
 def _usage(error: TyperException) -> str:

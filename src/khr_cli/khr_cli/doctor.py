@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 
 from rich.console import Console
 
-from khr_bringup.run_registry import registered, running
+from khr_bringup.run_registry import WITHOUT_LOG, registered, running
 from khr_sim import engines
 
 VERSIONS = (
@@ -100,7 +100,7 @@ def _discover() -> float:
 
     contexts = [rclpy.Context(), rclpy.Context()]
     for context in contexts:
-        rclpy.init(args=[], context=context)
+        rclpy.init(args=WITHOUT_LOG, context=context)
     try:
         nodes = [
             rclpy.create_node(f'doctor_{i}', context=context) for i, context in enumerate(contexts)

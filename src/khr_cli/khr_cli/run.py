@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from rich.console import Console
+from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
@@ -19,11 +20,16 @@ from khr_bringup.offline import duration, run_offline
 from khr_bringup.run_registry import registered
 from khr_bringup.scenario import Scenario
 from khr_common import KhrError
+from khr_common.files import write_text
 from khr_sim.run_parameters import RunParameters
 
 VERDICTS = ('walked', 'stood', 'fell', 'slipped')
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 REFRESH = 0.2  # s of wall time
+NETWORK = (
+    '--network: every machine that reaches this one may see all topics, publish on them and '
+    'change parameters; UDP ports are open on all interfaces'
+)
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,7 @@ class Result:
     end: str
     startup: float  # s of wall time to the first control period
     wall_time: float  # s of wall time from there to the last
+    failure: str = ''  # what went wrong after the run itself
 
     @property
     def real_time_factor(self) -> float:
@@ -71,13 +78,23 @@ def run(scenario: Scenario, options: Options) -> int:
     scenario = scenario.changed({('simulator', 'duration'): duration(scenario)})
     folder = _folder(scenario, options.out)
     start = time.monotonic()
+    if options.offline:
+        write_text(folder / 'scenario.yaml', scenario.to_yaml())
     result = (_offline if options.offline else _graph)(scenario, folder, options, console, start)
-    _keep(folder, scenario, result)
-    if options.record and not options.offline:
-        _draw(folder, scenario, console)
+    failures = [result.failure] if result.failure else []
+    try:
+        _keep(folder, scenario, result)
+        if options.record and not options.offline:
+            _draw(folder, scenario, console)
+    except KhrError as error:  # what was measured is printed all the same
+        failures.append(str(error))
     _summarise(scenario, folder, result, options)
+    for failure in failures:
+        console.print(f'khr: {failure}', highlight=False, markup=False)
     if result.end == 'stopped':
         return INTERRUPTED
+    if failures:
+        return 1
     if options.expect is not None and result.verdict != options.expect:
         console.print(
             f'khr: expected {options.expect}, the outcome is {result.verdict or "unknown"}',
@@ -108,12 +125,10 @@ def _graph(
     seconds = scenario.table(RunParameters).duration
     with registered(scenario.name, folder, options.domain, options.network) as entry:
         console.print(
-            f'{scenario.name}: ROS_DOMAIN_ID={entry.domain} '
-            f'ROS_AUTOMATIC_DISCOVERY_RANGE='
-            f'{entry.environment()["ROS_AUTOMATIC_DISCOVERY_RANGE"]}  '
-            f'folder {folder}',
-            highlight=False,
+            f'{scenario.name}: {entry.to_join}  folder {folder}', highlight=False, markup=False
         )
+        if entry.network:
+            console.print(f'khr: {NETWORK}', highlight=False)
         with _progress(console, seconds) as show:
 
             def show_view(view: Any) -> None:
@@ -140,7 +155,7 @@ def _graph(
                 show=show_view,
             )
     for warning in result.warnings:
-        console.print(f'khr: {warning}', highlight=False)
+        console.print(f'khr: {warning}', highlight=False, markup=False)
     return Result(
         result.verdict,
         result.outcome,
@@ -148,6 +163,7 @@ def _graph(
         result.end,
         result.started - start,
         result.ended - result.started,
+        result.failure,
     )
 
 
@@ -173,7 +189,6 @@ def _offline(
             )
 
         result = run_offline(scenario, watch)
-    (folder / 'scenario.yaml').write_text(scenario.to_yaml(), encoding='utf-8')
     return Result(
         result.outcome.verdict,
         figures(result.outcome),
@@ -209,21 +224,16 @@ def _progress(console: Console, seconds: float) -> Iterator[Callable[..., None]]
 
 
 def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
-    (folder / 'outcome.json').write_text(
-        json.dumps(
-            {
-                'scenario': scenario.name,
-                'verdict': result.verdict,
-                **result.figures,
-                'end': result.end,
-                'startup_s': round(result.startup, 3),
-                'real_time_factor': round(result.real_time_factor, 3),
-                'trajectory_hash': result.trajectory_hash,
-            },
-            indent=2,
-        )
-        + '\n'
-    )
+    outcome = {
+        'scenario': scenario.name,
+        'verdict': result.verdict,
+        **result.figures,
+        'end': result.end,
+        'startup_s': round(result.startup, 3),
+        'real_time_factor': round(result.real_time_factor, 3),
+        'trajectory_hash': result.trajectory_hash,
+    }
+    write_text(folder / 'outcome.json', json.dumps(outcome, indent=2) + '\n')
 
 
 def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
@@ -236,16 +246,18 @@ def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
 
 
 def _summarise(scenario: Scenario, folder: Path, result: Result, options: Options) -> None:
-    table = Table(title=scenario.title or scenario.name, show_header=False, title_justify='left')
+    table = Table(
+        title=escape(scenario.title or scenario.name), show_header=False, title_justify='left'
+    )
     table.add_row('outcome', f'[bold]{result.verdict or "unknown"}[/bold]')
     for name, value in result.figures.items():
         if name not in ('final', 'verdict') and value:
-            table.add_row(name.replace('_', ' '), value)
+            table.add_row(name.replace('_', ' '), escape(value))
     table.add_row('ended by', result.end)
     table.add_row('real-time factor', f'{result.real_time_factor:.2f}')
     table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
-    table.add_row('folder', str(folder))
+    table.add_row('folder', escape(str(folder)))
     if options.record and not options.offline:
-        table.add_row('bag', str(folder / 'bag'))
+        table.add_row('bag', escape(str(folder / 'bag')))
     Console().print(table)
     print(f'trajectory hash {result.trajectory_hash}')

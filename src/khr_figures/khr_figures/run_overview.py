@@ -14,6 +14,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnaly
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array, Series, series_of_bag
 from khr_bringup.scenario import Scenario
+from khr_common.files import written
 from khr_figures.plot_style import panels, styled
 
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
@@ -65,7 +66,8 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
         for axis, group in zip(axes, groups, strict=True):
             draw_signals(axis, series, [one for one in SIGNALS if one.group == group])
         draw_spectra(lines, {'': third_cycle(series, scenario)})
-        figure.savefig(path)
+        with written(path) as part:
+            figure.savefig(part)
 
 
 def signals_of(runs: Iterable[Series]) -> list[Signal]:

@@ -21,6 +21,7 @@ from khr_bringup.offline import ControlLoop, duration, run_offline
 from khr_bringup.scenario import Scenario, load
 from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import RunError
+from khr_common.files import written
 from khr_common.quoting import quoted
 from khr_common.rotation import matrix
 from khr_report.errors import ReportError
@@ -249,8 +250,10 @@ def render_run(
     picked = np.searchsorted(times, wanted).tolist()
     pictures = list(_pictures(scenario, kept, picked, look))
     movie, animation = Path(f'{base}.mp4'), Path(f'{base}.gif')
-    _save_movie(movie, pictures, look)
-    _save_gif(animation, pictures, look.rate)
+    with written(movie) as file:
+        _save_movie(file, pictures, look)
+    with written(animation) as file:
+        _save_gif(file, pictures, look.rate)
     return [movie, animation]
 
 

@@ -14,6 +14,7 @@ from platform import python_version
 from typing import TYPE_CHECKING, TypeVar
 
 from khr_bringup.code_version import code_version, library_versions
+from khr_common.files import write_text
 from khr_experiments import experiments
 from khr_experiments.best_gain import map_result
 from khr_experiments.critical import limit_of_seed
@@ -271,7 +272,7 @@ def _write(out: Path, findings: Path, results: Reproduction) -> Path:
     """Write findings, scoreboard and page; return the path of the page."""
     write_json(findings.with_suffix('.json'), results.findings)
     try:
-        findings.write_text(findings_markdown(results.findings), encoding='utf-8')
+        write_text(findings, findings_markdown(results.findings))
     except OSError as error:
         raise ReportError(
             f'--findings: {str(findings)!r}: {error.strerror}; accepted: a file that can be '

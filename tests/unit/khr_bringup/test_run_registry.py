@@ -1,9 +1,16 @@
 """Which run a command means: the only one, the one of the domain that was named."""
 
+import json
+import os
+import socket
+import subprocess
+import sys
+
 import pytest
 
 from khr_bringup.errors import BringupError
-from khr_bringup.run_registry import choose, registered, running
+from khr_bringup.run_registry import choose, ports_of, register, registered, running
+from khr_common import RunError
 
 
 @pytest.fixture(autouse=True)
@@ -35,3 +42,63 @@ def test_of_several_the_domain_tells_by_option_or_as_for_every_ros_tool(tmp_path
         monkeypatch.setenv('ROS_DOMAIN_ID', str(first.domain))
         assert choose() == first
         assert choose(second.domain) == second, 'the option is the nearer word'
+
+
+def test_a_domain_is_taken_as_long_as_anybody_has_inherited_it(tmp_path):
+    with registered('walk', tmp_path) as entry:
+        child = subprocess.Popen(
+            [sys.executable, '-c', 'input()'], stdin=subprocess.PIPE, pass_fds=[entry.lock]
+        )
+    assert not running()
+    with pytest.raises(BringupError, match='is taken by another run'):
+        registered('walk', tmp_path, entry.domain).__enter__()
+    with registered('stand', tmp_path) as other:
+        assert other.domain != entry.domain
+    child.communicate(b'')
+    with registered('walk', tmp_path, entry.domain):
+        pass
+
+
+def test_another_user_gets_another_domain(tmp_path, monkeypatch):
+    with registered('walk', tmp_path) as first:
+        monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path / 'other'))
+        (tmp_path / 'other').mkdir()
+        with registered('walk', tmp_path) as second:
+            assert second.domain != first.domain
+            assert running() == [second]
+
+
+def test_a_domain_with_somebody_in_it_is_handed_out_only_to_who_asks_for_it(tmp_path):
+    with registered('walk', tmp_path) as entry:
+        domain = entry.domain
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as participant:
+        participant.bind(('0.0.0.0', ports_of(domain).start + 10))
+        with registered('walk', tmp_path) as other:
+            assert other.domain != domain
+        with registered('walk', tmp_path, domain) as asked:
+            assert asked.domain == domain
+
+
+def test_the_entry_of_a_killed_run_is_forgotten(tmp_path):
+    stale = {'domain': 98, 'pid': os.getpid(), 'scenario': 'walk', 'folder': 'x'}
+    (register() / '98.json').write_text(json.dumps(stale))
+    (register() / '97.json').write_text('{')
+    assert not running()
+    assert not list(register().iterdir())
+
+
+def test_a_register_that_others_can_write_is_refused(tmp_path, monkeypatch):
+    register().chmod(0o777)
+    with pytest.raises(RunError, match='only this user can write'):
+        register()
+    register_of_another = tmp_path / 'elsewhere'
+    register_of_another.mkdir()
+    (register_of_another / f'khr-{os.getuid()}').symlink_to(tmp_path)
+    monkeypatch.setenv('XDG_RUNTIME_DIR', str(register_of_another))
+    with pytest.raises(RunError, match='only this user can write'):
+        register()
+
+
+def test_two_runs_have_two_identities(tmp_path):
+    with registered('walk', tmp_path) as first, registered('walk', tmp_path) as second:
+        assert len(first.run) == 32 and first.run != second.run

@@ -13,6 +13,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
+from khr_common.files import write_text
 from khr_report.errors import ReportError
 
 
@@ -57,7 +58,7 @@ def write_page(path: Path, title: str, lead: Markup, sections: Sequence[Section]
     )
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding='utf-8')
+        write_text(path, text)
     except OSError as error:
         raise ReportError(
             f'--out: {str(path)!r}: {error.strerror}; accepted: a file that can be written'

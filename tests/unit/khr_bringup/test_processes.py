@@ -1,0 +1,76 @@
+"""Children: none outlives its parent, each exit code counts, and what fails to load is a line."""
+
+import os
+import signal
+import subprocess
+import sys
+import textwrap
+
+import psutil
+import pytest
+
+from khr_bringup.processes import Processes
+
+PARENT = """
+    import sys
+    from pathlib import Path
+    from khr_bringup.processes import Processes
+    children = Processes({}, Path(sys.argv[1]))
+    children.start_module('waiting', 'tests.fakes.waiting', [])
+    print(children._children['waiting'].pid, flush=True)
+    input()
+"""
+
+
+@pytest.mark.parametrize('state', ['running', 'stopped'])
+def test_a_child_dies_with_its_killed_parent(tmp_path, state):
+    parent = subprocess.Popen(
+        [sys.executable, '-c', textwrap.dedent(PARENT), str(tmp_path)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    child = psutil.Process(int(parent.stdout.readline()))
+    wait_for_line(tmp_path, 'waiting')
+    if state == 'stopped':
+        child.suspend()
+    parent.kill()
+    parent.communicate()
+    assert psutil.wait_procs([child], timeout=20)[0] == [child]
+
+
+def started(tmp_path, module, *arguments):
+    children = Processes({}, tmp_path)
+    children.start_module('recorder', module, list(arguments))
+    return children
+
+
+def test_who_ends_badly_when_stopped_is_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting', '3')
+    wait_for_line(tmp_path)
+    assert children.stop() == 'recorder ended with 3: stopped'
+
+
+def test_who_is_killed_while_stopping_is_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting')
+    wait_for_line(tmp_path)
+    os.kill(children._children['recorder'].pid, signal.SIGKILL)
+    assert children.stop() == 'recorder was killed by SIGKILL: ready'
+
+
+def test_who_ends_well_is_not_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting', '0')
+    wait_for_line(tmp_path)
+    assert children.stop() is None
+
+
+def test_a_module_that_does_not_load_is_one_line(tmp_path):
+    children = started(tmp_path, 'tests.fakes.no_such_module')
+    children._children['recorder'].wait()
+    assert children.ended().startswith('recorder ended with 1: tests.fakes.no_such_module: Imp')
+    assert len((tmp_path / 'recorder.log').read_text().splitlines()) == 1
+
+
+def wait_for_line(folder, name='recorder'):
+    with (folder / f'{name}.log').open() as log:
+        while 'ready' not in log.read():
+            log.seek(0)

@@ -1,0 +1,47 @@
+"""A file is whole or not there, and what prevents it is one line with its path."""
+
+import resource
+
+import pytest
+
+from khr_common import KhrError, RunError
+from khr_common.files import write_text, written
+
+
+def test_a_text_replaces_the_one_before(tmp_path):
+    path = tmp_path / 'outcome.json'
+    for text in ('one', 'ü'):
+        write_text(path, text)
+        assert path.read_text(encoding='utf-8') == text
+    assert list(tmp_path.iterdir()) == [path]
+
+
+@pytest.fixture
+def small_files():
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
+    yield
+    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_file_that_does_not_fit_leaves_the_one_before(tmp_path, small_files):
+    path = tmp_path / 'outcome.json'
+    write_text(path, 'before')
+    with pytest.raises(RunError, match=r"outcome\.json': File too large; accepted"):
+        write_text(path, 'x' * 1000)
+    assert path.read_text() == 'before'
+    assert list(tmp_path.iterdir()) == [path]
+
+
+def test_an_error_while_writing_leaves_nothing(tmp_path):
+    with pytest.raises(ZeroDivisionError), written(tmp_path / 'x.png') as part:
+        part.write_bytes(b'half')
+        assert part.suffix == '.png'
+        raise ZeroDivisionError
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_mistyped_folder_is_the_users_mistake(tmp_path):
+    with pytest.raises(KhrError, match='No such file or directory') as refusal:
+        write_text(tmp_path / 'nowhere' / 'x', '')
+    assert not isinstance(refusal.value, RunError)
