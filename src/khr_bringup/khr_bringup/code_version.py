@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Iterable
 from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
 
+from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.scenario import Scenario
 from khr_sim import engines
 from khr_sim.run_parameters import RunParameters
@@ -29,7 +31,9 @@ MARK = '# code version '  # begins the line that tells it at the end of a scenar
 
 
 @cache
-def code_version(*more: tuple[str, str], engine: str = '') -> str:
+def code_version(
+    *more: tuple[str, str], engine: str = '', joined: tuple[str, ...] | None = None
+) -> str:
     """Return a short digest of all code that decides what a run gives.
 
     It changes with every change of that code, of the robot's description, of NumPy, Numba and
@@ -38,9 +42,11 @@ def code_version(*more: tuple[str, str], engine: str = '') -> str:
     Args:
         more: further code to take in, as packages with patterns of files.
         engine: the physics engine of the run; all that are installed if left out.
+        joined: foreign packages whose nodes take part; all that are installed if left out.
     """
     digest = hashlib.sha256()
-    for package, pattern in (*SOURCES, *more):
+    foreign = _foreign(registry()) if joined is None else joined
+    for package, pattern in (*SOURCES, *((package, '**/*.py') for package in foreign), *more):
         folder = Path(str(files(package)))
         for path in sorted(folder.glob(pattern)):
             if NODES in path.relative_to(folder).parts:
@@ -66,7 +72,15 @@ def library_versions(engine: str = '') -> dict[str, str]:
 
 def version_of(scenario: Scenario) -> str:
     """Return the code version of a scenario's run."""
-    return code_version(engine=scenario.table(RunParameters).engine)
+    return code_version(
+        engine=scenario.table(RunParameters).engine, joined=_foreign(scenario.nodes)
+    )
+
+
+def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
+    """Return the packages of nodes that are not this project's, whose cores decide a run too."""
+    own = {package for package, _ in SOURCES}
+    return tuple(sorted({spec_of(node).package for node in nodes} - own))
 
 
 def version_told(text: str) -> str:

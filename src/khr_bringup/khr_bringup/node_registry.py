@@ -21,6 +21,7 @@ from khr_common.interfaces import CLOCK, JOINT_STATE
 from khr_common.parameters import specifications
 
 GROUP = 'khr.nodes'
+OWN = ('khr_sim', 'khr_balance', 'khr_analysis')  # the packages of this project that have nodes
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ def registry() -> Mapping[str, RegisteredNode]:
             package.
     """
     found: dict[str, RegisteredNode] = {}
-    for entry in sorted(entry_points(group=GROUP), key=lambda entry: (entry.name, entry.value)):
+    for entry in sorted(entry_points(group=GROUP), key=_foreign_last):
         node = RegisteredNode(_load(entry), entry.value)
         _check(entry, node.spec, found)
         found[entry.name] = node
@@ -91,6 +92,11 @@ def _load(entry: EntryPoint) -> NodeSpec:
     if not isinstance(spec, NodeSpec):
         raise BringupError(f'{where}: {spec!r:.80} is not accepted; accepted: a NodeSpec')
     return spec
+
+
+def _foreign_last(entry: EntryPoint) -> tuple[bool, str, str]:
+    """Order entry points so that a foreign package is blamed for what it has in common."""
+    return _package(entry) not in OWN, entry.name, entry.value
 
 
 def _package(entry: EntryPoint) -> str:

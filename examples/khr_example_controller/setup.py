@@ -1,0 +1,27 @@
+from glob import glob
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+package = 'khr_example_controller'
+manifest = ElementTree.parse('package.xml')
+setup(
+    name=package,
+    version=manifest.findtext('version'),
+    packages=find_packages(include=[package, f'{package}.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+        (f'share/{package}/config', glob('config/*.yaml')),
+        (f'lib/{package}', glob('scripts/*')),
+    ],
+    entry_points={'khr.nodes': ['knee_controller = khr_example_controller.knee:KNEE_CONTROLLER']},
+    package_data={'': ['py.typed']},
+    install_requires=['khr_common', 'khr_balance'],
+    extras_require={'test': ['pytest']},
+    zip_safe=True,
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
+)

@@ -1,0 +1,174 @@
+"""A controller from a package of its own: in the graph, in the twin, in sweeps, in the bag."""
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+from math import ceil
+from pathlib import Path
+
+import pytest
+
+from tests import ROOT
+from tests.support.runs import Bag
+
+EXAMPLE = ROOT / 'examples' / 'khr_example_controller'
+SCENARIO = EXAMPLE / 'config' / 'walk_5deg_knee.yaml'
+SECONDS = 2.5
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture(scope='module')
+def python(tmp_path_factory):
+    """Return the Python of an environment that has the example beside all that this one has."""
+    folder = tmp_path_factory.mktemp('extension')
+    subprocess.run([sys.executable, '-m', 'venv', '--without-pip', folder / 'venv'], check=True)
+    own = folder / 'venv' / 'bin' / 'python'
+    found = subprocess.run(
+        [own, '-c', 'import sysconfig; print(sysconfig.get_path("purelib"))'],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    site = Path(found.stdout.strip())
+    (site / 'parent.pth').write_text(sysconfig.get_path('purelib'))
+    source = shutil.copytree(EXAMPLE, folder / 'source')
+    subprocess.run(
+        [
+            sys.executable,
+            '-m',
+            'pip',
+            '--python',
+            own,
+            'install',
+            '--quiet',
+            '--no-deps',
+            '--no-build-isolation',
+            '--disable-pip-version-check',
+            source,
+        ],
+        check=True,
+        env=environment(),
+    )
+    return own
+
+
+def environment():
+    """Return an environment in which the other Python finds the ROS libraries of this one."""
+    kept = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
+    return {**kept, 'ROS_PYTHON_CHECK_FIELDS': '1', 'COLUMNS': '200'}
+
+
+def khr(python, *arguments, cwd=None):
+    done = subprocess.run(
+        [python, '-m', 'khr_cli.command', *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        env=environment(),
+        cwd=cwd,
+        timeout=110,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def run(python, folder, *arguments):
+    text = khr(python, 'run', SCENARIO, '--duration', SECONDS, '--out', folder, *arguments)
+    return text.strip().splitlines()[-1].removeprefix('trajectory hash ')
+
+
+@pytest.fixture(scope='module')
+def recorded(python, tmp_path_factory):
+    """Return folder and hash of a run with one process per node."""
+    folder = tmp_path_factory.mktemp('runs') / 'processes'
+    return folder, run(python, folder, '--processes')
+
+
+def test_three_ways_of_running_give_one_trajectory(python, recorded, tmp_path):
+    assert run(python, tmp_path / 'offline', '--offline') == recorded[1]
+    assert run(python, tmp_path / 'graph', '--one-process', '--no-record') == recorded[1]
+    without = run(python, tmp_path / 'without', '--offline', '--set', 'knee_controller.gain=0')
+    assert without != recorded[1], 'the knees do nothing'
+
+
+def test_its_corrections_and_parameters_are_in_the_bag(python, recorded):
+    folder, _ = recorded
+    sent = [message for _, message in Bag(folder / 'bag')['/knee_controller/correction']]
+    assert len(sent) == ceil(SECONDS / 0.015) + 1  # of every instant, the first included
+    assert list(sent[0].name) == ['l_knee', 'r_knee']
+    assert any(message.position[0] > 0.0 for message in sent)
+    assert 'knee_controller' in (folder / 'scenario.yaml').read_text()
+    assert khr(python, 'verify', folder).strip().endswith('same')
+
+
+def test_its_mistakes_are_named(python, tmp_path):
+    wrong = subprocess.run(
+        [
+            python,
+            '-m',
+            'khr_cli.command',
+            'run',
+            SCENARIO,
+            '--offline',
+            '--set',
+            'knee_controller.gain=99',
+        ],
+        capture_output=True,
+        text=True,
+        env=environment(),
+        cwd=tmp_path,
+        check=False,
+    )
+    assert wrong.returncode == 2
+    assert (
+        'knee_controller: gain: 99.0 is not accepted; accepted: float in [0, 60]' in wrong.stderr
+    )
+
+
+def test_it_can_be_swept(python, tmp_path):
+    shutil.copy(SCENARIO, tmp_path)
+    (tmp_path / 'sweep.yaml').write_text(
+        'scenario: walk_5deg_knee.yaml\nduration: 0.6\ngrid:\n  knee_controller.gain: [0.0, 30.0]\n'
+    )
+    khr(python, 'sweep', 'sweep.yaml', '--workers', '1', '--out', 'out', cwd=tmp_path)
+    listed = json.loads((tmp_path / 'out' / 'sweep.json').read_text())
+    assert 'knee_controller.gain' in json.dumps(listed)
+
+
+def test_its_own_tests_pass(python):
+    done = subprocess.run(
+        [python, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', EXAMPLE / 'test'],
+        capture_output=True,
+        text=True,
+        env=environment(),
+        cwd=EXAMPLE,
+        check=False,
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def test_a_scenario_without_it_is_untouched(python, tmp_path):
+    text = khr(
+        python, 'run', 'walk_0deg', '--duration', 0.3, '--offline', '--out', tmp_path / 'with'
+    )
+    done = subprocess.run(
+        [
+            sys.executable,
+            '-m',
+            'khr_cli.command',
+            'run',
+            'walk_0deg',
+            '--duration',
+            '0.3',
+            '--offline',
+            '--out',
+            str(tmp_path / 'here'),
+        ],
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert text.splitlines()[-1] == done.stdout.splitlines()[-1]

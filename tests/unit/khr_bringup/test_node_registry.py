@@ -1,0 +1,133 @@
+"""The registry: this project's nodes, and foreign ones that do not fit in."""
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from khr_bringup.node_registry import node_of, registry, table_of
+from khr_common.interfaces import OF_EVERY_RUN, REGIONS
+
+GOOD = """
+from dataclasses import dataclass
+
+from khr_common import parameter
+from khr_common.block import Block, NodeSpec
+from khr_common.interfaces import FOOT_FORCES, GYRO, Topic, correction
+
+
+@dataclass(frozen=True)
+class Table:
+    gain: float = parameter(1.0, 'Gain.')
+
+
+class Foreign(Block):
+    subscribes = (GYRO,)
+    publishes = (correction('foreign', ('l_knee',)),)
+
+    def update(self, time, signals):
+        return ((0.0,),)
+
+
+SPEC = NodeSpec('foreign', 'foreign', Table, Foreign)
+"""
+
+
+def listed(folder, module, entry='foreign = foreign:SPEC'):
+    """Run khr with a foreign package that has one entry point."""
+    (folder / 'foreign.py').write_text(module)
+    information = folder / 'foreign-1.0.dist-info'
+    information.mkdir()
+    (information / 'METADATA').write_text('Metadata-Version: 2.1\nName: foreign\nVersion: 1.0\n')
+    (information / 'entry_points.txt').write_text(f'[khr.nodes]\n{entry}\n')
+    return subprocess.run(
+        [sys.executable, '-m', 'khr_cli.command', 'scenarios'],
+        capture_output=True,
+        text=True,
+        env={**os.environ, 'PYTHONPATH': str(folder)},
+        check=False,
+    )
+
+
+def test_a_node_that_fits_in_changes_nothing_for_the_others(tmp_path):
+    done = listed(tmp_path, GOOD)
+    assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(
+    ('module', 'entry', 'says'),
+    [
+        ('import nothing_of_this_name', 'foreign = foreign:SPEC', ['ModuleNotFoundError']),
+        (GOOD, 'foreign = foreign:MISSING', ['AttributeError', 'MISSING']),
+        ('SPEC = 1', 'foreign = foreign:SPEC', ['1 is not accepted', 'a NodeSpec']),
+        (GOOD, 'another = foreign:SPEC', ['its entry point is called another']),
+        (
+            GOOD.replace("'foreign', 'foreign'", "'gyro', 'foreign'"),
+            'gyro = foreign:SPEC',
+            ['node gyro', 'has a node of this name'],
+        ),
+        (
+            GOOD.replace("(correction('foreign', ('l_knee',)),)", 'FOOT_FORCES'),
+            'foreign = foreign:SPEC',
+            ['topic foot_force/left_toe', 'no node publishes yet'],
+        ),
+        (
+            GOOD.replace('Table, Foreign)', 'None, Foreign)'),
+            'foreign = foreign:SPEC',
+            ['table None is not accepted', 'a dataclass of parameters'],
+        ),
+        (
+            GOOD.replace("parameter(1.0, 'Gain.')", '1.0'),
+            'foreign = foreign:SPEC',
+            ['table Table is not accepted', 'khr_common.parameter'],
+        ),
+        (
+            GOOD.replace(
+                '(GYRO,)', "(correction('foreign', ()), Topic('loop', GYRO.kind, ''))"
+            ).replace("('l_knee',)),)", "('l_knee',)), Topic('loop', GYRO.kind, ''))"),
+            'foreign = foreign:SPEC',
+            [],
+        ),
+    ],
+)
+def test_one_that_does_not_is_one_line_that_names_its_package(tmp_path, module, entry, says):
+    done = listed(tmp_path, module, entry)
+    if not says:  # what a node publishes itself is no circle
+        assert done.returncode == 0, done.stderr
+        return
+    assert done.returncode == 2
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert done.stderr.startswith('khr: foreign: ')
+    for word in says:
+        assert word in done.stderr
+
+
+def test_nodes_are_in_the_order_in_which_data_flows():
+    names = list(registry())
+    assert names[0] == 'simulator' and names[-1] == 'recorder'
+    for before, after in (
+        ('gyro', 'hip_controller'),
+        ('foot_force', 'stage'),
+        ('stage', 'ankle_controller'),
+    ):
+        assert names.index(before) < names.index(after)
+
+
+def test_tables_and_names_find_each_other():
+    assert all(node_of(table_of(name)) == name for name in registry())
+
+
+def test_every_topic_of_a_run_has_an_owner_or_is_the_user_s():
+    published = {topic for node in registry().values() for topic in node.spec.publishes}
+    assert {topic.name for topic in set(OF_EVERY_RUN) - published} == {
+        'push',
+        '/parameter_events',
+        '/rosout',
+    }
+
+
+def test_every_region_of_the_feet_has_a_true_force_and_a_sensor():
+    names = {topic.name for topic in OF_EVERY_RUN}
+    for region in REGIONS:
+        assert {f'ground_truth/contact/{region}', f'foot_force/{region}'} <= names
