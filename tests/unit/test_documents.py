@@ -1,4 +1,4 @@
-"""Defaults, parameters and the README's scenarios are what the parameter tables say."""
+"""Documents: what is generated is current, and the index names them all."""
 
 import pytest
 
@@ -11,3 +11,9 @@ from tests import ROOT
 )
 def test_generated_document_is_current(path, text):
     assert path.read_text(encoding='utf-8') == text, 'run: make docs'
+
+
+def test_index_names_every_document():
+    index = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
+    for path in (ROOT / 'docs').glob('*.md'):
+        assert path.name == 'index.md' or f']({path.name})' in index, path.name
