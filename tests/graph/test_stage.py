@@ -73,7 +73,7 @@ def test_the_bag_has_the_stage_of_every_period_and_every_change(runs, way):
     assert noted == entered
 
 
-def test_a_control_below_its_stage_says_nothing_but_zero(runs):
+def test_a_control_below_its_stage_publishes_zero(runs):
     bag = runs['--processes'].bag()
     shares = {
         stamp_ns(message): dict(zip(message.name, message.position, strict=True))
