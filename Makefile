@@ -1,51 +1,72 @@
-# make run    installs everything into .venv and runs the main job
-# make test   installs the same and runs the tests
+# make run    installs what a run needs into .venv and runs the main job
+# make test   installs the tools as well, checks the code, runs all tests, prints their coverage
+# make quick  runs the tests but the slow ones
 PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_7.68deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
-PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup experiments figures report cli)
+PIP := $(BIN)/pip --quiet --disable-pip-version-check
+PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+PACKAGES := $(wildcard ./src/khr_*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test install lint docs bench lock clean
+.PHONY: run test quick install tools lint docs bench lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
 
-test: install lint
-	ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
+test: lint
+	$(PYTEST) --cov --cov-report=
+	$(BIN)/python -m tests.coverage
+
+quick: tools
+	$(PYTEST) -m 'not slow'
 
 install: $(VENV)/packages
 
+tools: $(VENV)/tools install
+
 $(VENV)/requirements: requirements.lock
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install --quiet --disable-pip-version-check -r requirements.lock
+	$(PIP) install -r requirements.lock
+	touch $@
+
+$(VENV)/tools: requirements-dev.lock $(VENV)/requirements
+	$(PIP) install -r requirements-dev.lock
 	touch $@
 
 $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 	rm -rf src/*/build src/*/*.egg-info
-	$(BIN)/pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation \
-	    --force-reinstall $(PACKAGES)
+	$(PIP) install --no-deps --no-build-isolation --force-reinstall $(PACKAGES)
 	rm -rf src/*/build src/*/*.egg-info
 	touch $@
 
-lint: install
+lint: tools
+	$(BIN)/ruff format --check --quiet src tests
 	$(BIN)/ruff check src tests
 	$(BIN)/mypy src/khr_*/khr_*
 	PYTHONPATH=$$(echo src/khr_* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 docs: install
 	$(BIN)/python -m khr_report.docs_generator
+	$(BIN)/python -m khr_analysis.models.report docs/models.md
+	$(BIN)/python -m khr_sim.gyro_circuit.report docs/gyro.md
 
-bench: install
+bench: tools
 	$(BIN)/python -m tests.benchmarks
 
-lock: install
-	$(BIN)/pip install --quiet --disable-pip-version-check --dry-run --ignore-installed \
-	    --report $(VENV)/lock.json -r requirements.in
-	$(BIN)/python -c "import json; print(*sorted('{name}=={version}'.format(**i['metadata']) \
-	    for i in json.load(open('$(VENV)/lock.json'))['install']), sep='\n')" > requirements.lock
+lock: export CUSTOM_COMPILE_COMMAND = make lock
+lock: COMPILE = $(BIN)/pip-compile --quiet --strip-extras --no-emit-index-url \
+          --no-emit-find-links --no-emit-trusted-host
+lock: tools
+	$(COMPILE) --allow-unsafe --output-file requirements.lock requirements.in
+	$(COMPILE) --output-file requirements-dev.lock requirements-dev.in
+
+version:
+	@test -n '$(VERSION)' || { echo 'make version VERSION=1.2.3'; exit 2; }
+	sed -i 's|<version>.*</version>|<version>$(VERSION)</version>|' src/*/package.xml
+	sed -i '0,/^## \[Unreleased\]/s//&\n\n## [$(VERSION)] - '"$$(date +%F)/" CHANGELOG.md
 
 clean:
 	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info

@@ -16,6 +16,7 @@ setup(
     package_data={'': ['py.typed']},
     install_requires=[
         'khr_common',
+        'khr_sim',
         'khr_analysis',
         'khr_bringup',
         'khr_experiments',

@@ -14,7 +14,10 @@ setup(
     ],
     package_data={'': ['py.typed']},
     install_requires=['numpy'],
-    extras_require={'test': ['pytest']},
+    extras_require={
+        'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
+        'test': ['pytest'],
+    },
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),
     maintainer_email=manifest.find('maintainer').get('email'),

@@ -23,7 +23,7 @@ setup(
         ]
     },
     package_data={'': ['py.typed', 'urdf/*.urdf']},
-    install_requires=['khr_common', 'numba', 'numpy', 'pybullet', 'scipy'],
+    install_requires=['khr_common', 'llvmlite', 'numba', 'numpy', 'pybullet', 'scipy'],
     extras_require={'mujoco': ['mujoco<4'], 'test': ['pytest']},
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),

@@ -157,7 +157,7 @@ def run_khr(scenario: str, seconds: float, out: Path, *options: str) -> dict[str
 
 def growth(seconds: float) -> Figures:
     """Return by how many MiB each process grows in an hour, from so long a simulated standing."""
-    tell(f'memory: {seconds:g} s of standing')
+    report_progress(f'memory: {seconds:g} s of standing')
     with tempfile.TemporaryDirectory() as folder:
         memory = run_khr('stand_0deg', seconds, Path(folder) / 'run', '--processes', '--no-record')
     hours = (WINDOW[1] - WINDOW[0]) * seconds / 3600.0
@@ -226,13 +226,13 @@ def measure(repeats: int) -> dict[str, list[Figures]]:
     runs: dict[str, list[Figures]] = {name: [] for name in CASES}
     for number in range(repeats):
         for name, case in CASES.items():
-            tell(f'round {number + 1} of {repeats}: {name}')
+            report_progress(f'round {number + 1} of {repeats}: {name}')
             runs[name].append(case())
     return runs
 
 
-def tell(text: str) -> None:
-    """Say on standard error what is under way."""
+def report_progress(text: str) -> None:
+    """Print progress on standard error."""
     print(f'{time.strftime("%X")} {text}', file=sys.stderr, flush=True)
 
 

@@ -27,7 +27,7 @@ def limits_of_thesis():
 
 
 class Thesis(Bench):
-    """A bench on which everything comes out as the thesis says, but for what is set amiss."""
+    """A bench that reproduces the thesis, except for the condition in ``amiss``."""
 
     def __init__(self, amiss=None):
         super().__init__(None, seeds=2, tolerance=0.1)
@@ -68,7 +68,7 @@ class Thesis(Bench):
 
 
 class Opposite(Thesis):
-    """A bench on which nothing comes out as the thesis says."""
+    """A bench on which nothing agrees with the thesis."""
 
     def limit(self, condition, start, seeds=None):
         return Limit((2.0, 2.0), ())

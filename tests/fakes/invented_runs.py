@@ -35,7 +35,7 @@ def difference(inclination_deg: float) -> float:
 
 
 def signals(scenario, seed: int, end: float) -> Series:
-    """Invent what a run of a scenario tells."""
+    """Invent the signals of a run of a scenario."""
     time = 0.015 * np.arange(int(end / 0.015) + 1)
     simulator, gait = scenario.table(RunParameters), scenario.table(GaitParameters)
     size, still = len(time), np.zeros(len(time))

@@ -22,6 +22,7 @@ def standing(tmp_path_factory):
         '--expect',
         'stood',
         folder=folder,
+        measured=True,
     )
 
 
@@ -30,8 +31,8 @@ def in_background():
     """Start runs that a test does not wait for; none is left behind."""
     processes = []
 
-    def start(*arguments):
-        processes.append(start_khr(*arguments))
+    def start(*arguments, measured=False):
+        processes.append(start_khr(*arguments, measured=measured))
         return processes[-1]
 
     yield start

@@ -68,7 +68,7 @@ def graph(tmp_path, monkeypatch):
 
 
 class Observer:
-    """A node that hears how the run goes, and may meddle with it."""
+    """A node that follows the state of the run, and may interfere."""
 
     def __init__(self, context):
         import rclpy
@@ -78,7 +78,7 @@ class Observer:
 
         from khr_common.nodes.node import DATA, LATCHED
 
-        self.state, self.values, self.meddled = '', {}, 0
+        self.state, self.values, self.interfered = '', {}, 0
         self.node = rclpy.create_node('observer', context=context)
         self.node.create_subscription(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
         self._publisher = self.node.create_publisher(
@@ -88,8 +88,8 @@ class Observer:
         self._executor = EventsExecutor(context=context)
         self._executor.add_node(self.node)
 
-    def meddle(self):
-        """Say every correction twice, and wild ones for instants that are not asked for."""
+    def interfere(self):
+        """Repeat every correction, and publish wrong ones for instants that are not due."""
         self.node.create_subscription(
             self._kind, 'ankle_controller/correction', self._on_correction, self._depth
         )
@@ -110,7 +110,7 @@ class Observer:
     def _on_correction(self, message):
         if 0.5 in message.position or message.header.frame_id == 'again':
             return
-        self.meddled += 1
+        self.interfered += 1
         message.header.frame_id = 'again'
         self._publisher.publish(message)
         stamp = message.header.stamp
@@ -133,12 +133,12 @@ def test_late_and_in_odd_order_the_nodes_lock_in(graph, offline_hash):
     assert observer.values['trajectory_hash'] == offline_hash
 
 
-def test_an_answer_said_twice_or_for_another_time_changes_nothing(graph, offline_hash):
+def test_an_answer_repeated_or_for_another_time_changes_nothing(graph, offline_hash):
     observer, start = graph
     start(FIRST + LATER)
-    observer.meddle()
+    observer.interfere()
     observer.until(lambda: observer.sees(FIRST + LATER), 'the first nodes')
     start(LAST)
     observer.until(lambda: observer.state == 'finished', 'the end')
-    assert observer.meddled > 20
+    assert observer.interfered > 20
     assert observer.values['trajectory_hash'] == offline_hash

@@ -78,7 +78,7 @@ def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(ru
 
 
 def ratio_changes_once(bag, before, after):
-    """Correction by rate tells the gain of every period; it must jump from one to the other."""
+    """Return whether the ratio of correction to rate, the gain, changes once: from one to the other."""
     rates = {stamp_ns(message): message.angular_velocity.y for _, message in bag['/imu/data_raw']}
     unit = None
     gains = []
@@ -147,7 +147,7 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
         assert process.returncode == 130
 
 
-def test_set_without_a_run_says_so(tmp_path):
+def test_set_without_a_run_is_one_line(tmp_path):
     result = subprocess.run(
         [sys.executable, '-m', 'khr_cli.command', 'set', 'gait', 'stride', '0.05'],
         env={**os.environ, 'XDG_RUNTIME_DIR': str(tmp_path)},

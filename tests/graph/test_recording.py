@@ -152,7 +152,7 @@ def test_run_waits_for_a_recorder_that_is_far_behind(stopped_recorder):
         )
 
 
-def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
+def test_run_that_waits_for_a_recorder_in_vain_ends_with_its_name(stopped_recorder):
     process, folder, nodes = stopped_recorder(5.0)
     wait_for(lambda: has_ended(nodes['simulator']), 'the end of the simulator')
     nodes['recorder'].send_signal(signal.SIGCONT)
@@ -163,7 +163,7 @@ def test_run_that_waits_for_a_recorder_in_vain_says_so(stopped_recorder):
         'of wall time',
         result.err,
     )
-    assert len(Bag(folder / 'bag')['/clock']) > 10, 'what was heard must be kept'
+    assert len(Bag(folder / 'bag')['/clock']) > 10, 'what was received must be kept'
 
 
 def is_idle(process):

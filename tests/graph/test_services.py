@@ -37,7 +37,14 @@ def test_reset_is_a_fresh_run(in_background, tmp_path):
 
     duration = ('--duration', '6')
     process = in_background(
-        'run', 'stand_0deg', '--one-process', '--no-record', *duration, '--out', tmp_path / 'run'
+        'run',
+        'stand_0deg',
+        '--one-process',
+        '--no-record',
+        *duration,
+        '--out',
+        tmp_path / 'run',
+        measured=True,
     )
     with joined(tmp_path / 'run') as node:
         wait_until(node, seconds=0.5)
@@ -54,7 +61,7 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background,
 
     folder = tmp_path / 'run'
     process = in_background(
-        'run', 'stand_0deg', '--one-process', '--out', folder, '--duration', '600'
+        'run', 'stand_0deg', '--one-process', '--out', folder, '--duration', '600', measured=True
     )
     with joined(folder) as node:
         wait_until(node, seconds=1.0)

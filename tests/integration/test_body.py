@@ -1,4 +1,4 @@
-"""The gait's table of the body says what the robot's description says."""
+"""The gait's table of the body agrees with the robot's description."""
 
 import numpy as np
 import pytest

@@ -70,7 +70,7 @@ def test_still_is_one_picture(folder, tmp_path):
         assert picture.size == SMALL[:2]
 
 
-def test_run_that_does_not_repeat_is_told(folder):
+def test_run_that_does_not_repeat_is_an_error(folder):
     (folder / 'outcome.json').write_text(json.dumps({'end': 'duration', 'trajectory_hash': 'x'}))
     with pytest.raises(RunError, match='did not repeat'):
         render_run(str(folder), still=0.0, size=SMALL)
@@ -105,7 +105,7 @@ def test_name_with_degrees_keeps_them(tmp_path):
         ('.', r'no scenario\.yaml in it'),
     ],
 )
-def test_what_is_no_run_is_told(tmp_path, monkeypatch, run, word):
+def test_what_is_no_run_is_refused(tmp_path, monkeypatch, run, word):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(KhrError, match=word):
         scenario_of(run)

@@ -1,4 +1,4 @@
-"""A run's page shows what the run has left, says what is missing, and compares two."""
+"""A run's page shows its files, names those that are missing, and compares two runs."""
 
 import base64
 import csv
@@ -234,7 +234,7 @@ def test_truncated_bag_gives_the_signals_before_the_cut(recorded, tmp_path, shar
         np.testing.assert_array_equal(values[known], true[known], each.name)
 
 
-def test_page_of_a_truncated_bag_says_so(recorded, tmp_path, capsys):
+def test_page_of_a_truncated_bag_warns(recorded, tmp_path, capsys):
     folder = cut(copy(recorded, tmp_path / 'run'), 0.4)
     text = check_alone(report(folder, None, None)).text
     assert 'the bag is damaged; shown is what can be read to ' in text
@@ -285,7 +285,7 @@ def test_what_is_no_run_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_pat
     assert str(folder) in line and 'accepted: the folder that a khr run has left' in line
 
 
-def test_page_that_cannot_be_written_is_told(offline, tmp_path):
+def test_page_that_cannot_be_written_is_refused(offline, tmp_path):
     with pytest.raises(KhrError, match='--out'):
         report(offline, None, tmp_path)
 

@@ -1,4 +1,4 @@
-"""Bags are repeated from what they hold, and what cannot be repeated is said to be so."""
+"""Recorded runs are repeated from their bags; those that cannot be are refused."""
 
 import shutil
 
@@ -127,12 +127,12 @@ def test_a_run_against_the_wall_clock_is_not_repeated(tmp_path, result):
         (f'{SCENARIO.to_yaml()}{MARK}0123456789abcdef\n', '0123456789abcdef'),
     ],
 )
-def test_another_version_s_scenario_is_told(tmp_path, result, text, says):
+def test_another_version_s_scenario_is_refused(tmp_path, result, text, says):
     found = refused(make_bag(tmp_path, text, end(result)))
     assert 'another version of the project' in found and says in found
 
 
-def test_what_lacks_a_scenario_or_an_end_is_told(tmp_path, result):
+def test_a_bag_without_scenario_or_end_is_refused(tmp_path, result):
     assert 'no scenario' in refused(make_bag(tmp_path / 'a', None, end(result)))
     assert 'no end' in refused(
         make_bag(
@@ -144,7 +144,7 @@ def test_what_lacks_a_scenario_or_an_end_is_told(tmp_path, result):
     )
 
 
-def test_what_is_no_bag_is_told(tmp_path):
+def test_what_is_no_bag_is_refused(tmp_path):
     (tmp_path / 'text.mcap').write_text('no bag')
     (tmp_path / 'empty').mkdir()
     for path in ('text.mcap', 'empty', 'absent'):
@@ -158,7 +158,7 @@ def whole(tmp_path_factory, result):
 
 @given(st.data())
 @settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
-def test_a_bag_cut_anywhere_is_told(whole, tmp_path_factory, data):
+def test_a_bag_cut_anywhere_is_refused(whole, tmp_path_factory, data):
     damaged = tmp_path_factory.mktemp('damaged')
     shutil.copytree(whole, damaged, dirs_exist_ok=True)
     file = damaged / 'bag' / 'bag.mcap'
@@ -169,7 +169,7 @@ def test_a_bag_cut_anywhere_is_told(whole, tmp_path_factory, data):
 
 @given(st.data())
 @settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
-def test_a_damaged_bag_is_told_or_says_the_same(whole, tmp_path_factory, data):
+def test_a_damaged_bag_is_refused_or_read_as_far_as_it_is_whole(whole, tmp_path_factory, data):
     damaged = tmp_path_factory.mktemp('damaged')
     shutil.copytree(whole, damaged, dirs_exist_ok=True)
     file = damaged / 'bag' / 'bag.mcap'

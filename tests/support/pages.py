@@ -5,7 +5,7 @@ from html.parser import HTMLParser
 
 
 class Page(HTMLParser):
-    """What a page asks for, links to, names and says."""
+    """Sources, links, anchors, tags and words of a page."""
 
     def __init__(self, text):
         super().__init__()

@@ -14,8 +14,11 @@ from pathlib import Path
 
 import psutil
 import pytest
+from coverage import Coverage
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
+
+from tests import ROOT
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 KHR = [sys.executable, '-m', 'khr_cli.command']
@@ -72,14 +75,24 @@ def stamp_ns(message):
     return stamp.sec * 10**9 + stamp.nanosec
 
 
-def start_khr(*arguments):
-    """Start khr in the background, in a session of its own."""
+def start_khr(*arguments, measured=False):
+    """Start khr in the background, in a session of its own.
+
+    With ``measured`` its processes take part in the measurement of coverage, if there is one:
+    they run at half the speed.
+    """
+    measuring = measured and Coverage.current() is not None
     return subprocess.Popen(
         [*KHR, *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1', 'COLUMNS': '200'},
+        env={
+            **os.environ,
+            'ROS_PYTHON_CHECK_FIELDS': '1',
+            'COLUMNS': '200',
+            **({'COVERAGE_PROCESS_START': str(ROOT / 'pyproject.toml')} if measuring else {}),
+        },
         start_new_session=True,
     )
 
@@ -94,9 +107,9 @@ def finish(process, folder, timeout=90):
     return Finished(process.returncode, out, err, folder)
 
 
-def khr(*arguments, folder=None, timeout=90):
+def khr(*arguments, folder=None, timeout=90, measured=False):
     """Run khr to its end."""
-    return finish(start_khr(*arguments), folder, timeout)
+    return finish(start_khr(*arguments, measured=measured), folder, timeout)
 
 
 def children(process):

@@ -56,12 +56,12 @@ def run(
     expect: Annotated[
         str | None,
         typer.Option(
-            help='Exit with 1 if the outcome is another: walked, stood, fell or slipped.'
+            help='Exit with 1 unless the outcome is this: walked, stood, fell or slipped.'
         ),
     ] = None,
     domain: DomainOption = None,
     network: Annotated[
-        bool, typer.Option('--network', help='Let other machines take part (by default none can).')
+        bool, typer.Option('--network', help='Let other machines join; by default none can.')
     ] = False,
 ) -> None:
     """Run a scenario and keep its recording, outcome and trajectory hash."""
@@ -126,7 +126,7 @@ def set_parameter(
 
 @app.command()
 def doctor() -> None:
-    """Check what a run needs; each line says what to do if it is not there."""
+    """Check what a run needs and advise on what is missing."""
     from khr_cli.doctor import examine
 
     raise typer.Exit(examine(Console()))
@@ -137,7 +137,7 @@ def figure(
     number: Annotated[str, typer.Argument(help='A figure of the thesis, such as 3.8.')],
     out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
     fast: Annotated[
-        bool, typer.Option('--fast', help='With the quick and coarse form of its experiments.')
+        bool, typer.Option('--fast', help='Use the quick, coarse form of its experiments.')
     ] = False,
 ) -> None:
     """Draw a figure of the thesis from its models, or from experiments, which are run first."""
@@ -151,9 +151,11 @@ def figure(
 def reproduce(
     only: Annotated[
         str | None,
-        typer.Option(help='Figures, maps and "scoreboard", with commas; everything if left out.'),
+        typer.Option(help='Figures, maps and "scoreboard", separated by commas; all by default.'),
     ] = None,
-    fast: Annotated[bool, typer.Option('--fast', help='Quick and coarse: minutes.')] = False,
+    fast: Annotated[
+        bool, typer.Option('--fast', help='Use the quick, coarse form: minutes.')
+    ] = False,
     out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
     workers: Annotated[
         int | None, typer.Option(help='Processes; one per core by default.')
@@ -171,14 +173,16 @@ def reproduce(
 
 @app.command()
 def lines(
-    scenario: Annotated[str, typer.Argument(help='A walk, file or name.')] = 'walk_6.99deg_ka12',
+    scenario: Annotated[
+        str, typer.Argument(help='A walking scenario: file or name.')
+    ] = 'walk_6.99deg_ka12',
     fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
     out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
     workers: Annotated[
         int | None, typer.Option(help='Processes; one per core by default.')
     ] = None,
 ) -> None:
-    """Tell which peaks of a walk's spectrum the gait, the feedback and slipping make."""
+    """Attribute a walk's spectral peaks to gait, feedback or slip."""
     from khr_report.peak_origin_page import peak_origin
 
     print(peak_origin(scenario, fast, workers, out))
@@ -187,16 +191,16 @@ def lines(
 @app.command()
 def push(
     ka: Annotated[
-        str, typer.Option(help='Ankle gains K_A, with commas; 0 is no control.')
+        str, typer.Option(help='Ankle gains K_A, separated by commas; 0 is no control.')
     ] = '0,12,18',
     duration: Annotated[
-        str, typer.Option(help='Of the pushes, in s, with commas.')
+        str, typer.Option(help='Durations of the pushes in s, separated by commas.')
     ] = '0.1,0.2,0.5',
     direction: Annotated[
-        str, typer.Option(help='Where they come from, with commas: front, behind.')
+        str, typer.Option(help='Where the pushes come from, separated by commas: front, behind.')
     ] = 'front,behind',
     gyro: Annotated[
-        str, typer.Option(help='Gyro models, with commas: packaged, circuit.')
+        str, typer.Option(help='Gyro models, separated by commas: packaged, circuit.')
     ] = 'packaged,circuit',
     out: Annotated[
         Path | None,
@@ -231,9 +235,11 @@ def critical(
     ] = True,
     ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
     kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
-    surface: Annotated[str, typer.Option(help='Under a walk: smooth, rubber or pads.')] = 'smooth',
+    surface: Annotated[
+        str, typer.Option(help='Surface of a walk: smooth, rubber or pads.')
+    ] = 'smooth',
     seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
-    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    tolerance: Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')] = 0.1,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
     set_: Annotated[
         list[str] | None, typer.Option('--set', help='Change a parameter: node.parameter=value.')
@@ -256,11 +262,11 @@ def critical(
 @app.command()
 def calibrate(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
-    seed: Annotated[int, typer.Option(help='First of the seeds.')] = 0,
-    seeds: Annotated[int, typer.Option(help='Seeds of every fit.')] = 5,
+    seed: Annotated[int, typer.Option(help='First seed.')] = 0,
+    seeds: Annotated[int, typer.Option(help='Number of seeds of each fit.')] = 5,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
 ) -> None:
-    """Fit the constants that are fitted, and write what all of them rest on."""
+    """Fit the free constants and document the source of every constant."""
     from khr_report.calibration_page import write
 
     for found in write(out, seed, seeds, jobs):
@@ -270,11 +276,11 @@ def calibrate(
 @app.command()
 def scoreboard(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
-    seeds: Annotated[int, typer.Option(help='Seeds of every measurement.')] = 3,
-    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.2,
+    seeds: Annotated[int, typer.Option(help='Number of seeds of each measurement.')] = 3,
+    tolerance: Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')] = 0.2,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
     explain: Annotated[
-        bool, typer.Option('--explain/--no-explain', help='Look into the limits that miss.')
+        bool, typer.Option('--explain/--no-explain', help='Search for what explains each miss.')
     ] = True,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
@@ -297,8 +303,8 @@ def film(
     ] = None,
     start: Annotated[float, typer.Option(help='Where the film starts, in s.')] = 0.0,
     end: Annotated[float | None, typer.Option(help='Where it ends, in s.')] = None,
-    width: Annotated[int, typer.Option(help='Of the pictures, in px.')] = 640,
-    height: Annotated[int, typer.Option(help='Of the pictures, in px.')] = 480,
+    width: Annotated[int, typer.Option(help='Width of the pictures, in px.')] = 640,
+    height: Annotated[int, typer.Option(help='Height of the pictures, in px.')] = 480,
     rate: Annotated[float, typer.Option(help='Pictures per simulated second.')] = 25.0,
 ) -> None:
     """Render a run to MP4 and GIF, or one picture of it to PNG."""
@@ -314,7 +320,7 @@ def sweep(
     out: Annotated[
         Path | None,
         typer.Option(
-            help='Folder of the results; what it holds is not repeated; runs/NAME by default.'
+            help='Folder of the results, runs/NAME by default; runs already in it are kept.'
         ),
     ] = None,
     workers: Annotated[
@@ -337,10 +343,10 @@ def sweep(
 def draw_stability_map(
     folder: Annotated[Path, typer.Argument(help='The folder of a sweep.')],
     x: Annotated[str, typer.Option('--x', help='Swept parameter, NODE.PARAMETER.')],
-    y: Annotated[str, typer.Option('--y', help='Another one.')],
+    y: Annotated[str, typer.Option('--y', help='Another swept parameter.')],
     out: Annotated[
         Path | None,
-        typer.Option(help='The PNG; in the folder by default. Its CSVs lie beside it.'),
+        typer.Option(help='The PNG, in the folder by default; CSV files are written beside it.'),
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
@@ -358,7 +364,7 @@ def report(
         Path | None, typer.Option(help="The page; report.html in the run's folder by default.")
     ] = None,
 ) -> None:
-    """Write a page about a run, or about two compared: signals, spectra, parameters."""
+    """Write a page about a run, or one that compares two: signals, spectra, parameters."""
     from khr_report.run_page import report as write
 
     print(write(run, against, out))
@@ -368,7 +374,7 @@ def report(
 def verify_bag(
     bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
 ) -> None:
-    """Repeat the run of a bag; exit with 1 if the trajectory is another."""
+    """Repeat a recorded run; exit with 1 if the trajectory differs."""
     from khr_bringup.verify import verify
 
     raise typer.Exit(verify(bag))
@@ -392,7 +398,7 @@ def main() -> None:
 
 
 def _usage(error: TyperException) -> str:
-    """Return one line for what the command line's parser refuses; none where it gave the help."""
+    """Return one line about a mistake on the command line; empty after the help was printed."""
     text = ' '.join(error.format_message().split()).rstrip('.')
     context = getattr(error, 'ctx', None)
     return f'{text}; see {context.command_path} --help' if text and context else text

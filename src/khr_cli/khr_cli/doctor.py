@@ -1,4 +1,4 @@
-"""``khr doctor``: what a run needs, checked one by one."""
+"""``khr doctor``: check what a run needs, one by one."""
 
 from __future__ import annotations
 

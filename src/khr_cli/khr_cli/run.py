@@ -47,7 +47,7 @@ class Options:
 
 @dataclass(frozen=True)
 class Result:
-    """What a run comes to, however it was run."""
+    """The result of a run, over topics or offline."""
 
     verdict: str
     figures: dict[str, str]

@@ -107,7 +107,7 @@ def on_line_6(gain):
     return 6 / 2.31 * gain / 12.0
 
 
-def test_a_loop_that_rings_on_a_line_is_told_from_the_line():
+def test_a_loop_that_rings_on_a_line_is_distinguished_from_it():
     lines = dict(LINES)
     try:
         del LINES[6]
@@ -118,10 +118,10 @@ def test_a_loop_that_rings_on_a_line_is_told_from_the_line():
         walks.cache_clear()
     assert abs(found.order - 6.0) < 0.05
     assert found.origin == 'feedback'
-    said = {each.experiment: each.speaks_for for each in found.evidence}
-    assert said['place'] == {'gait'}
-    assert said['no feedback'] == {'feedback'}
-    assert 'slipping' in said['cycle'] and 'gait' not in said['cycle']
+    evidence = {each.experiment: each.speaks_for for each in found.evidence}
+    assert evidence['place'] == {'gait'}
+    assert evidence['no feedback'] == {'feedback'}
+    assert 'slipping' in evidence['cycle'] and 'gait' not in evidence['cycle']
 
 
 def test_without_experiments_nothing_is_sure():
@@ -162,8 +162,10 @@ def test_wrong_evidence_changes_the_label():
             for record in silent.records
         ),
     )
-    said = {each.experiment: each for each in strongest_near(base, [loud], 4 / 2.31, 0.1).evidence}
-    assert said['no feedback'].speaks_for == {'feedback'}
+    evidence = {
+        each.experiment: each for each in strongest_near(base, [loud], 4 / 2.31, 0.1).evidence
+    }
+    assert evidence['no feedback'].speaks_for == {'feedback'}
 
 
 def test_slipping_without_grip_walks_is_not_sure():

@@ -76,10 +76,10 @@ def test_a_sine_between_bins_reads_within_the_stated_bounds(
 def test_phase_between_bins_has_no_bias(window):
     """Averaged over all phases the mirror image cancels, and nothing is left."""
     phases = np.linspace(0.0, tau, 12, endpoint=False)
-    told = [
+    measured = [
         spectrum(tone(20.4 * LINE, 1.0, phase), WINDOWS[window]).peaks[0].phase for phase in phases
     ]
-    assert np.angle(np.exp(1j * (told - phases)).mean()) == pytest.approx(0.0, abs=1e-3)
+    assert np.angle(np.exp(1j * (measured - phases)).mean()) == pytest.approx(0.0, abs=1e-3)
 
 
 def test_without_interpolation_a_sine_between_bins_would_read_low():
@@ -138,7 +138,7 @@ def test_the_mean_reads_its_value_if_left_in():
 
 
 @pytest.mark.parametrize(('window', 'apart'), [('rectangular', 2), ('hann', 4)])
-def test_lines_of_a_gait_are_told_apart_exactly(window, apart):
+def test_lines_of_a_gait_are_resolved_exactly(window, apart):
     """Two tones on bins, as close as the widths of the lobes allow."""
     signal = tone(4 * LINE, 1.0, 0.3) + tone((4 + apart) * LINE, 0.5, -1.0)
     first, second = spectrum(signal, WINDOWS[window]).peaks
@@ -243,7 +243,7 @@ def test_a_repeated_stamp_is_ignored():
 
 
 @pytest.mark.parametrize('start', [302, 0])
-def test_a_gap_or_a_step_back_empties_the_window_and_says_why(start):
+def test_a_gap_or_a_step_back_empties_the_window_with_its_reason(start):
     analyser = SpectrumAnalyser(FftAnalyserParameters())
     fed(analyser, np.zeros(300))
     signal = np.sin(np.arange(SIZE))

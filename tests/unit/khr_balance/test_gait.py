@@ -151,7 +151,7 @@ def test_no_hold_is_a_leg_lift_too():
 
 
 @pytest.mark.parametrize(
-    'values, said',
+    'values, message',
     [
         ({'hip_height': 0.13}, r'leg: .* up to 130\.0 mm \(at \d+\.\d\d s\)'),
         ({'cycle_period': 0.6}, r'_(hip_pitch|knee|ankle_pitch): .* rad/s at .* 7\.48 rad/s'),
@@ -161,8 +161,8 @@ def test_no_hold_is_a_leg_lift_too():
         ),
     ],
 )
-def test_refuses_in_one_line_what_the_robot_cannot_do(values, said):
-    with pytest.raises(BalanceError, match=said) as info:
+def test_refuses_in_one_line_what_the_robot_cannot_do(values, message):
+    with pytest.raises(BalanceError, match=message) as info:
         gait(**values)
     assert '\n' not in str(info.value)
 

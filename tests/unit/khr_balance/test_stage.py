@@ -122,16 +122,16 @@ def test_unloaded_feet_hold_the_last_reading():
 
 
 def test_the_joints_are_as_late_as_the_forces():
-    """Step the lean: forces of sensors with the time constant must not tell of another ground."""
+    """Step the lean: delayed force sensors must not read as another ground."""
     policy = StagePolicy(replace(AUTO, mode='fixed', time_constant=0.5))
     before, after = leant(0.0), leant(0.03)
-    told = np.zeros(4)
+    sensed = np.zeros(4)
     rest = np.exp(-PERIOD / 0.5)
     for step in range(400):
         posture = before if step < 200 else after
-        told = rest * told + (1.0 - rest) * np.array(forces(0.08, posture))
-        read = policy.update(told.tolist(), posture).inclination
-        if sum(told) >= AUTO.load_threshold:
+        sensed = rest * sensed + (1.0 - rest) * np.array(forces(0.08, posture))
+        read = policy.update(sensed.tolist(), posture).inclination
+        if sum(sensed) >= AUTO.load_threshold:
             assert degrees(read) == pytest.approx(degrees(0.08), abs=0.02)
 
 
@@ -182,8 +182,8 @@ def test_noise_of_the_sensors_does_not_make_it_chatter():
     policy = StagePolicy(AUTO)
     stages = []
     for inclination in np.linspace(4.9, 5.9, 1000):
-        told = forces(radians(inclination)) + noise.normal(0.0, 0.05, 4)
-        stages.append(policy.update(np.maximum(told, 0.0).tolist(), STANCE))
+        sensed = forces(radians(inclination)) + noise.normal(0.0, 0.05, 4)
+        stages.append(policy.update(np.maximum(sensed, 0.0).tolist(), STANCE))
     assert changes(stages) == [(1, 2)]
     errors = [
         degrees(stage.inclination) - inclination

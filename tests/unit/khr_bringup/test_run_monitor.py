@@ -1,4 +1,4 @@
-"""When a run is over: every listener has heard its last instant, and it has been judged."""
+"""When a run is over: every listener has acknowledged its last instant, and it has been judged."""
 
 import time
 from dataclasses import replace
@@ -23,14 +23,14 @@ def long_ago():
 def test_a_listener_that_is_behind_is_waited_for_and_then_named():
     assert not VIEW.over
     assert _unfinished(replace(VIEW, news=time.monotonic())) is None
-    told = _unfinished(replace(VIEW, news=long_ago()))
-    assert told == 'the run ended, but not all of it was heard: recorder up to t = 7.170 s'
+    text = _unfinished(replace(VIEW, news=long_ago()))
+    assert text == 'the run ended, but not all of it was heard: recorder up to t = 7.170 s'
 
 
-def test_a_run_that_all_have_heard_is_over_once_it_is_judged():
-    heard = replace(VIEW, heard=dict.fromkeys(VIEW.listeners, END))
-    assert heard.over
-    unjudged = replace(heard, outcome={'final': 'false'}, news=long_ago())
+def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():
+    complete = replace(VIEW, heard=dict.fromkeys(VIEW.listeners, END))
+    assert complete.over
+    unjudged = replace(complete, outcome={'final': 'false'}, news=long_ago())
     assert not unjudged.over
     assert _unfinished(unjudged) == 'the monitor did not judge the run'
 

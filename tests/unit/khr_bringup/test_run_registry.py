@@ -24,7 +24,7 @@ def test_without_a_run_there_is_none_to_mean():
         choose()
 
 
-def test_the_only_run_is_meant_whatever_the_environment_says(tmp_path, monkeypatch):
+def test_the_only_run_is_meant_whatever_the_environment(tmp_path, monkeypatch):
     monkeypatch.setenv('ROS_DOMAIN_ID', '42')
     with registered('walk', tmp_path) as only:
         assert choose() == only
@@ -33,7 +33,7 @@ def test_the_only_run_is_meant_whatever_the_environment_says(tmp_path, monkeypat
     assert not running()
 
 
-def test_of_several_the_domain_tells_by_option_or_as_for_every_ros_tool(tmp_path, monkeypatch):
+def test_of_several_the_domain_decides_by_option_or_as_for_every_ros_tool(tmp_path, monkeypatch):
     with registered('walk', tmp_path) as first, registered('stand', tmp_path) as second:
         assert first.domain != second.domain
         with pytest.raises(BringupError, match=r'--domain or ROS_DOMAIN_ID: .*walk.*stand'):

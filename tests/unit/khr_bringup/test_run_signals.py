@@ -28,7 +28,7 @@ def test_looking_does_not_change_the_run(standing):
     np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
 
 
-def test_signals_tell_what_the_robot_does(standing):
+def test_signals_describe_what_the_robot_does(standing):
     _, _, series = standing
     assert series.inclination[0] == 0.0  # the board is level at the start, then tilted
     assert np.degrees(series.inclination[-1]) == pytest.approx(3.8)

@@ -1,4 +1,4 @@
-"""Scenario files: those shipped are sound, and a mistake is one line that says how to mend it."""
+"""Scenario files: those shipped are sound, and a mistake is one line with what is accepted."""
 
 import pytest
 import yaml
@@ -22,7 +22,7 @@ def test_shipped_scenarios_are_accepted_and_titled(path):
         scenario.table(table_of(node))
 
 
-def test_names_say_what_the_files_hold():
+def test_names_agree_with_the_files():
     for path in scenarios.shipped():
         scenario = scenarios.load(path.stem)
         words = path.stem.split('_')

@@ -1,4 +1,4 @@
-"""YAML is plain data of bounded size, or one line that says what is wrong."""
+"""YAML is plain data of bounded size, or it is refused in one line."""
 
 import pytest
 
@@ -40,9 +40,9 @@ BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
 def test_what_is_no_plain_data_is_one_short_line(text, says):
     with pytest.raises(BringupError) as refusal:
         read_yaml(text, 'mine.yaml')
-    told = str(refusal.value)
-    assert told.startswith('mine.yaml:') and says in told
-    assert len(told) < 320 and told.isprintable()
+    line = str(refusal.value)
+    assert line.startswith('mine.yaml:') and says in line
+    assert len(line) < 320 and line.isprintable()
 
 
 def test_dates_are_text():

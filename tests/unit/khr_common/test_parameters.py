@@ -1,4 +1,4 @@
-"""The parameter table accepts what it says it accepts, and refuses the rest in one line."""
+"""A parameter table accepts its ranges and refuses the rest in one line."""
 
 import math
 from dataclasses import dataclass

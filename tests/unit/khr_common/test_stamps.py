@@ -1,4 +1,4 @@
-"""Stamps: exact conversion, and new, repeated and restarted told apart."""
+"""Stamps: exact conversion; new, repeated and restarted are distinguished."""
 
 from hypothesis import given
 from hypothesis import strategies as st

@@ -1,4 +1,4 @@
-"""The best gain per inclination, and what rubber changes, from runs made up."""
+"""The best gain per inclination, and what rubber changes, from invented runs."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -68,7 +68,7 @@ def test_runs_are_counted_by_cell():
     assert cell.vibration == pytest.approx(0.2)  # of those that survived
 
 
-def test_best_gains_say_where_nothing_helps():
+def test_best_gains_name_where_nothing_helps():
     runs = [
         run(5.0, 12.0, 0, 'walked', 0.1),
         run(5.0, 18.0, 0, 'walked', 0.2),

@@ -61,7 +61,7 @@ def test_interval_is_students():
     assert Limit((5.0,), ()).half_width == inf
 
 
-def test_slip_and_vibration_are_told_of_the_steepest_ground_survived():
+def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
     trials = (
         Attempt(5.0, 0, outcome('slipped')),
         Attempt(5.5, 0, outcome('walked')),
@@ -75,12 +75,12 @@ def test_slip_and_vibration_are_told_of_the_steepest_ground_survived():
     assert (limit.slipped, limit.vibrated) == (0.5, 0.5)
 
 
-def test_limit_is_the_first_number_told():
+def test_limit_is_the_first_number_reported():
     text = text_of(Condition(ankle_gain=12.0), Limit((6.0, 6.5), (Attempt(6.0, 0, outcome()),)))
     assert float(text.split()[0]) == 6.25
 
 
-def test_condition_says_what_each_node_does():
+def test_condition_sets_what_each_node_does():
     scenario = Condition('leg_lift', 12.0, 13.0).scenario(7.6, seed=4)
     assert scenario.table(RunParameters).surface == 'pads'
     assert scenario.table(AnkleControllerParameters).source == 'force'

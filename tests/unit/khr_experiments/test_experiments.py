@@ -118,7 +118,7 @@ def test_a_run_has_its_signals(here):
         assert run.series is run.series  # read once
 
 
-def test_a_run_without_signals_says_so(here, tmp_path):
+def test_a_run_without_signals_is_one_line(here, tmp_path):
     folder = folder_of('small', fast=True)
     run = runs_of(folder)[0]
     moved = run.kept.rename(tmp_path / 'kept.npz')
@@ -163,7 +163,7 @@ def test_an_unknown_experiment_is_one_line():
         specification_of('walks', fast=False)
 
 
-def test_a_run_of_two_experiments_is_made_once_and_told_in_both(here, place):
+def test_a_run_of_two_experiments_is_made_once_and_listed_in_both(here, place):
     """The twin keeps no signals and has one case more."""
     twin = SMALL.replace('keep: series\n', '').replace(
         'cases:\n', 'cases:\n  other: {ankle_controller.gain: 3.0}\n'

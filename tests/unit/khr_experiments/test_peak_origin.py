@@ -1,4 +1,4 @@
-"""Lines of runs: walks made up, whose peaks have known makers, through to the page and figure."""
+"""The origin of peaks: invented walks whose peaks have known origins, up to page and figure."""
 
 from dataclasses import fields, replace
 
@@ -187,7 +187,7 @@ def test_what_is_no_walk_is_refused(tmp_path):
 
 
 def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
-    """Without the runs themselves: what is asked for is the scenario's own, as often as said."""
+    """Check what is run, without running it: the scenario's own, as often as asked."""
     asked = {}
 
     def ask(sweeps, workers, title):

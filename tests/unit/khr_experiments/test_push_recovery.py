@@ -126,7 +126,7 @@ def test_the_legs_give_as_their_springs_do(brief):
     ankle = 2.0 / (1.0 / motor + 1.0 / parameters.gear_stiffness)
     lever = own.levers[0] / own.pendulum.length
     assert ankle < servo.proportional < ankle / lever**2
-    # The robot itself, its servos without dry friction, leans by what that says under a lasting
+    # The robot itself, its servos without dry friction, leans by that angle under a lasting
     # push, and some more: gravity's moment is the same at every joint, whatever its lever.
     force = 1.0
     smooth = (('simulator', 'servo_friction'), 0.0)

@@ -68,7 +68,7 @@ def test_experiments_are_values_that_the_tables_accept(motion):
         replace(Condition(motion, 12.0, 13.0), changes=changes).scenario(5.0)
 
 
-def test_limit_passes_within_its_tolerance_and_says_what_was_fitted():
+def test_limit_passes_within_its_tolerance_and_marks_what_was_fitted():
     limits = limits_of_thesis()
     limits[STAGE_1] = Limit((7.05, 7.05), ())
     limits[STAGE_2] = Limit((8.35, 8.35), ())

@@ -86,7 +86,7 @@ def test_the_interval_is_wilson_s(runs, data):
     assert wilson(hits, runs) == pytest.approx((expected.low, expected.high), abs=1e-12)
 
 
-def test_no_runs_say_nothing():
+def test_no_runs_leave_all_open():
     assert wilson(0, 0) == (0.0, 1.0)
 
 
@@ -119,7 +119,7 @@ def test_survival_everywhere_and_nowhere_leave_a_side_open(runs):
     assert math.isnan(below.value) and below.low == -math.inf and below.high < 1.5
 
 
-def test_one_place_says_nothing():
+def test_one_place_leaves_all_open():
     found = crossing(np.array([1.0]), np.array([2.0]), np.array([4.0]))
     assert math.isnan(found.value) and (found.low, found.high) == (-math.inf, math.inf)
 
@@ -134,7 +134,7 @@ def test_places_without_runs_do_not_count():
     assert crossing(x, hits, runs) == crossing(x[held], hits[held], runs[held])
 
 
-def test_the_interval_holds_the_truth_as_often_as_it_says():
+def test_the_interval_holds_the_truth_as_often_as_it_claims():
     generator = np.random.default_rng(5)
     x, runs, held, errors = np.arange(0.0, 12.5), np.full(13, 8.0), 0, []
     for _ in range(60):
@@ -216,7 +216,7 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
         assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
 
 
-def test_the_best_gains_are_marked_and_told(folder):
+def test_the_best_gains_are_marked_and_listed(folder):
     counted = stability_map(read_table(folder), X, Y)
     page = figure(counted)
     stars = [

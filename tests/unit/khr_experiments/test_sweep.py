@@ -149,7 +149,7 @@ def test_the_fast_form_replaces_what_stands_above():
     st.integers(1, 2),
 )
 @settings(max_examples=15)
-def test_the_record_tells_each_run_s_scenario(names, with_cases, with_grid, seeds):
+def test_the_record_names_each_run_s_scenario(names, with_cases, with_grid, seeds):
     text = (
         f'scenario: {axis(names)}\nseeds: {seeds}\n{TILT}'
         + 'cases: {a: {}, b: {simulator.control_period: 0.02}}\n' * with_cases
@@ -316,7 +316,7 @@ def test_a_trial_gives_what_an_offline_run_gives():
     assert list(row) == list(RESULTS)
 
 
-def test_a_run_that_its_parameters_do_not_allow_is_a_row_that_says_why():
+def test_a_run_that_its_parameters_do_not_allow_is_a_row_with_its_reason():
     text = f'{HEAD}duration: 0.3\nset:\n  simulator.pushes: [no push]\n{GRID}'
     row, _ = run_trial(trials(text, code_version())[0])
     assert row['verdict'] is None and 'no push' in row['error']

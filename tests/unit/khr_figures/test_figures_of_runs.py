@@ -1,4 +1,4 @@
-"""Figures of runs: their tables say what the runs say, a run that fell up to its fall."""
+"""Figures of runs: their CSV files hold the runs' numbers; a run that fell ends at its fall."""
 
 import csv
 import math
@@ -121,7 +121,7 @@ def test_a_lift_that_falls_has_no_force_but_a_cross(table):
     assert set(phi) | set(fallen) == tried
 
 
-def test_the_thesis_s_limits_are_marked_where_it_says(table):
+def test_the_thesis_s_limits_are_marked_where_published(table):
     rows = table('3.6')
     marks = {(x, round(y, 6)) for _, what, x, y in rows if what.startswith('thesis')}
     assert marks == {
@@ -188,7 +188,7 @@ def test_who_fell_has_no_spectrum(table):
     [row for row in WALKS if row.lines and row.survives and row.condition.ankle_gain],
     ids=lambda row: row.thesis[:30],
 )
-def test_the_thesis_s_peaks_are_marked_where_it_says(table, row):
+def test_the_thesis_s_peaks_are_marked_where_published(table, row):
     control = f'φ = {row.inclination_deg:g}°, K_A = {row.condition.ankle_gain:g}'
     published = [
         (x.min(), x.max())

@@ -1,4 +1,4 @@
-"""Documents and pages hold all results, stand alone, and say what the numbers say."""
+"""Documents and pages hold all results, stand alone, and agree with the numbers."""
 
 import base64
 from dataclasses import replace
@@ -331,7 +331,7 @@ def test_a_run_of_several_experiments_counts_once():
     assert results.compare_soles([*once, *once[:2]]) == results.compare_soles(once)
 
 
-def test_friction_says_how_steep_the_ground_may_be():
+def test_friction_decides_how_steep_the_ground_may_be():
     def compared(limits):
         return results.compare_friction(
             run(
@@ -389,7 +389,7 @@ def test_a_run_of_two_experiments_is_counted_once():
 # ---- maps ----
 
 
-def test_best_gains_are_a_table_and_say_where_nothing_helps():
+def test_best_gains_are_a_table_and_name_where_nothing_helps():
     table, text = map_tables.blocks(BestGains('K_A', (CELL,), (8.0, 9.0)))
     assert table.head[1] == 'best K_A'
     assert table.rows == (('5', '15', '2 of 3 (21% to 94%)', '1 of 2', '0.125'),)

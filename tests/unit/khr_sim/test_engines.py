@@ -67,7 +67,7 @@ def test_ground_and_weight_change_the_momentum_as_newton_says(world_with):
         assert momentum - before == pytest.approx(force * PERIOD, abs=1e-3)
         moved = max(moved, np.abs(momentum - before).max())
         before = momentum
-    assert moved > 0.05  # or the test says nothing
+    assert moved > 0.05  # or the test would be empty
 
 
 @pytest.mark.parametrize('direction', [0.0, 0.7, 1.57])

@@ -1,4 +1,4 @@
-"""The foot-force sensors: what they can tell, and what they cannot."""
+"""The foot-force sensors: range, resolution, delay and noise."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_reads_the_clipped_normal_force_and_no_other(force):
 def test_never_negative_nor_above_the_range(force, seed):
     sensors = FootForce(FootForceParameters(noise=2.0, saturation=10.0, seed=seed))
     for _ in range(5):
-        assert all(0.0 <= told <= 10.0 for told in sensors.update(force))
+        assert all(0.0 <= reading <= 10.0 for reading in sensors.update(force))
 
 
 def test_order_is_kept():
@@ -39,23 +39,23 @@ def test_order_is_kept():
 
 @given(st.floats(0.0, 20.0), st.floats(0.01, 1.0))
 def test_resolution_rounds_to_the_nearest_step(normal, step):
-    told = FootForce(replace(CLEAN, resolution=step)).update(of([normal] * 4))[0]
-    assert abs(told - normal) <= step / 2 + 1e-9
-    assert told / step == pytest.approx(round(told / step), abs=1e-6)
+    reading = FootForce(replace(CLEAN, resolution=step)).update(of([normal] * 4))[0]
+    assert abs(reading - normal) <= step / 2 + 1e-9
+    assert reading / step == pytest.approx(round(reading / step), abs=1e-6)
 
 
 def test_low_pass_is_the_exponential():
     sensors = FootForce(replace(CLEAN, time_constant=0.05))
-    told = [sensors.update(of([10.0] * 4))[2] for _ in range(30)]
+    reading = [sensors.update(of([10.0] * 4))[2] for _ in range(30)]
     time = 0.015 * np.arange(1, 31)
-    assert told == pytest.approx(10.0 * (1.0 - np.exp(-time / 0.05)), abs=1e-12)
+    assert reading == pytest.approx(10.0 * (1.0 - np.exp(-time / 0.05)), abs=1e-12)
 
 
 def test_noise_has_its_deviation_and_differs_between_sensors():
     sensors = FootForce(replace(CLEAN, noise=0.3))
-    told = np.array([sensors.update(of([10.0] * 4)) for _ in range(10000)])
-    assert told.std(axis=0) == pytest.approx(0.3, rel=0.04)
-    assert np.abs(np.corrcoef(told.T) - np.eye(4)).max() < 0.05
+    reading = np.array([sensors.update(of([10.0] * 4)) for _ in range(10000)])
+    assert reading.std(axis=0) == pytest.approx(0.3, rel=0.04)
+    assert np.abs(np.corrcoef(reading.T) - np.eye(4)).max() < 0.05
 
 
 def test_reset_repeats_the_run_and_the_seed_changes_it():

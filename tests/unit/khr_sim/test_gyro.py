@@ -66,22 +66,22 @@ def test_circuit_and_package_agree_at_walking_rates():
 @given(st.floats(-5.0, 5.0))
 def test_converter_rounds_to_the_nearest_step(rate):
     gyro = Gyro(replace(CLEAN, bandwidth=500.0, adc=True))
-    told = pitch(gyro, [rate] * 5)[-1]
-    assert abs(told - rate) <= LSB / 2 + 1e-9
-    assert told / LSB == pytest.approx(round(told / LSB), abs=1e-9)
+    reading = pitch(gyro, [rate] * 5)[-1]
+    assert abs(reading - rate) <= LSB / 2 + 1e-9
+    assert reading / LSB == pytest.approx(round(reading / LSB), abs=1e-9)
 
 
 def test_step_of_the_converter_is_seven_degrees_per_second():
     gyro = Gyro(replace(CLEAN, adc=True, bandwidth=500.0))
-    told = np.unique(pitch(gyro, np.repeat(np.linspace(0.0, 1.0, 400), 3)))
-    assert np.degrees(np.diff(told)) == pytest.approx(7.288, abs=0.001)
+    reading = np.unique(pitch(gyro, np.repeat(np.linspace(0.0, 1.0, 400), 3)))
+    assert np.degrees(np.diff(reading)) == pytest.approx(7.288, abs=0.001)
 
 
 @given(RATES, st.floats(0.1, 3.0))
 def test_saturation_bounds_every_axis(rate, limit):
     gyro = Gyro(replace(CLEAN, saturation=limit, bandwidth=500.0))
-    told = [gyro.update(rate) for _ in range(10)][-1]
-    assert told == pytest.approx(np.clip(rate, -limit, limit), abs=1e-9)
+    reading = [gyro.update(rate) for _ in range(10)][-1]
+    assert reading == pytest.approx(np.clip(rate, -limit, limit), abs=1e-9)
 
 
 def test_board_reckons_with_the_nominal_sensitivity():
@@ -100,10 +100,10 @@ def test_rails_of_the_converter_bound_the_output():
 
 
 def test_noise_has_its_deviation_and_is_white():
-    told = pitch(Gyro(replace(CLEAN, noise=0.2)), np.zeros(20000))
-    assert told.std() == pytest.approx(0.2, rel=0.02)
-    assert abs(np.corrcoef(told[1:], told[:-1])[0, 1]) < 0.03
-    assert abs(told.mean()) < 0.2 * 4.0 / np.sqrt(20000)
+    reading = pitch(Gyro(replace(CLEAN, noise=0.2)), np.zeros(20000))
+    assert reading.std() == pytest.approx(0.2, rel=0.02)
+    assert abs(np.corrcoef(reading[1:], reading[:-1])[0, 1]) < 0.03
+    assert abs(reading.mean()) < 0.2 * 4.0 / np.sqrt(20000)
 
 
 def test_noise_depends_on_the_seed_alone():
@@ -139,8 +139,8 @@ def test_a_new_bandwidth_keeps_the_state():
 
 
 def test_axes_do_not_mix():
-    told = Gyro(CLEAN).update((1.0, 2.0, 3.0))
-    assert np.array(told) / told[0] == pytest.approx([1.0, 2.0, 3.0])
+    reading = Gyro(CLEAN).update((1.0, 2.0, 3.0))
+    assert np.array(reading) / reading[0] == pytest.approx([1.0, 2.0, 3.0])
 
 
 @pytest.mark.parametrize('rate', [(0.0, 0.0), (0.0, float('nan'), 0.0), (0.0, 0.0, float('inf'))])

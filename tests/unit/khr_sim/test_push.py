@@ -83,7 +83,7 @@ def test_impulse_is_the_change_of_momentum(world, link, frame, point):
 
 
 @pytest.mark.parametrize('duration', [0.03, 0.1])
-def test_a_push_lasts_as_long_as_it_says(world, duration):
+def test_a_push_lasts_its_duration(world, duration):
     world.reset(STANCE, clearance=0.5)
     world.push(Push(0.02, duration, 'base_link', 'odom', (0.0, 2.0, 0.0)))
     steps = 10

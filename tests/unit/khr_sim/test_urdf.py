@@ -1,4 +1,4 @@
-"""The description says what was measured of the KHR-3HV; a slip of the pen is found by name."""
+"""The description agrees with the measured KHR-3HV; a wrong edit is found by name."""
 
 from math import radians
 

@@ -168,7 +168,7 @@ def test_in_the_air_nothing_but_gravity_changes_its_momentum(world_with):
     time = truth.stamp_ns * 1e-9
     assert momentum == pytest.approx((0.0, 0.0, -WEIGHT * time), abs=0.002)
     moved = np.abs(truth.joint_velocity).max()
-    assert moved > 0.5  # or the test says nothing
+    assert moved > 0.5  # or the test would be empty
     assert np.abs(angular).max() < 1e-4  # kg m^2/s; one thigh alone carries more than 1e-3
 
 

@@ -53,7 +53,7 @@ def test_a_held_pendulum_slides_as_a_block(friction, inclination_deg):
 
 
 def measurable(low, high):
-    """Give what an instrument tells from 0: with less the integrator's own numbers underflow."""
+    """Draw values that an instrument resolves; with smaller ones the integrator underflows."""
     return st.floats(low, high).map(lambda value: round(value, 9))
 
 
