@@ -16,7 +16,7 @@ from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.sweeps import sweep
-from khr_experiments.sweeps.folder import JOURNAL, TABLE, Folder, discard_other, read_table
+from khr_experiments.sweeps.folder import JOURNAL, TABLE, Folder, discard_other, read_results
 from khr_experiments.sweeps.reading import load, parse
 from khr_experiments.sweeps.specification import scenario_at
 from khr_experiments.sweeps.trial import RESULTS, complete, identity, run_trial
@@ -368,14 +368,14 @@ def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, 
     cut = data.draw(st.integers(0, len(content)))
     (path / JOURNAL).write_bytes(content[:cut])
     whole = content[:cut].count(b'\n')
-    assert read_table(path).to_pylist() == [row_of(n) for n in range(whole)]
+    assert read_results(path).to_pylist() == [row_of(n) for n in range(whole)]
     with Folder(path, REQUEST) as folder:
         assert folder.finished() == {f'run {n}' for n in range(whole)}
         folder.append(map(row_of, range(whole, count)))
         folder.export()
     assert (path / JOURNAL).read_bytes() == content
     (path / JOURNAL).unlink()
-    assert read_table(path).to_pylist() == [row_of(n) for n in range(count)]
+    assert read_results(path).to_pylist() == [row_of(n) for n in range(count)]
 
 
 def test_the_table_has_the_types_of_the_parameters(tmp_path):
@@ -447,4 +447,4 @@ def test_an_unreadable_table_is_named(tmp_path):
     (tmp_path / TABLE).write_text('no parquet')
     for path in (tmp_path, tmp_path / 'absent'):
         with pytest.raises(KhrError, match='no results of a sweep'):
-            read_table(path)
+            read_results(path)

@@ -43,7 +43,7 @@ def environment() -> Environment:
 
 
 def part(name: str, *values: Any) -> Markup:
-    """Fill in a macro of ``parts.html``."""
+    """Render a macro of ``parts.html``."""
     return Markup(getattr(environment().get_template('parts.html').module, name)(*values))
 
 
