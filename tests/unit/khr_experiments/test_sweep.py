@@ -16,7 +16,7 @@ from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.sweeps import sweep
-from khr_experiments.sweeps.folder import JOURNAL, TABLE, Folder, discard_other, read_results
+from khr_experiments.sweeps.folder import JOURNAL, PARQUET, Folder, discard_other, read_results
 from khr_experiments.sweeps.reading import load, parse
 from khr_experiments.sweeps.specification import scenario_at
 from khr_experiments.sweeps.trial import RESULTS, complete, identity, run_trial
@@ -444,7 +444,7 @@ def test_two_writers_do_not_share_a_folder(tmp_path):
 
 
 def test_an_unreadable_table_is_named(tmp_path):
-    (tmp_path / TABLE).write_text('no parquet')
+    (tmp_path / PARQUET).write_text('no parquet')
     for path in (tmp_path, tmp_path / 'absent'):
         with pytest.raises(KhrError, match='no results of a sweep'):
             read_results(path)
