@@ -408,7 +408,7 @@ def test_another_sweep_is_refused_and_left_alone(tmp_path, changed, says):
 
 def test_a_folder_with_something_else_is_refused_and_left_alone(tmp_path):
     (tmp_path / 'letter.txt').write_text('dear')
-    with pytest.raises(KhrError, match='holds something else'):
+    with pytest.raises(KhrError, match='contains something else'):
         Folder(tmp_path, REQUEST)
     assert [path.name for path in tmp_path.iterdir()] == ['letter.txt']
 
@@ -437,7 +437,7 @@ def test_another_sweep_can_be_discarded_and_nothing_else(tmp_path):
 
 
 def test_two_writers_do_not_share_a_folder(tmp_path):
-    with Folder(tmp_path, REQUEST), pytest.raises(KhrError, match='another sweep'):
+    with Folder(tmp_path, REQUEST), pytest.raises(KhrError, match='another command'):
         Folder(tmp_path, REQUEST)
     with Folder(tmp_path, REQUEST):
         pass
