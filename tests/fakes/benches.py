@@ -39,7 +39,7 @@ class Thesis(Bench):
 
     def limit(self, condition, start, seeds=None):
         found = limits_of_thesis().get(condition, Limit((start,), ()))
-        return Limit((2.0, 2.0), found.trials) if condition == self.amiss else found
+        return Limit((2.0, 2.0), found.attempts) if condition == self.amiss else found
 
     def walks(self, condition, phi):
         row = next(

@@ -11,7 +11,7 @@ from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario import load
 from khr_common import KhrError, RunError
 from khr_common.rotation import matrix
-from khr_report.film import HALF_HEIGHT, Look, Stage, frames, render_run, scenario_of
+from khr_report.film import HALF_HEIGHT, Look, PosedScene, frames, render_run, scenario_of
 from khr_sim.camera import Camera
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
@@ -38,7 +38,7 @@ def test_stage_shows_what_the_world_of_the_run_would_show():
     for _ in range(10):
         truth, due = plant.advance(due), loop.answer(truth)
     look = Look(96, 80)
-    stage = Stage(scenario, look)
+    stage = PosedScene(scenario, look)
     middle = truth.sole_position.mean(axis=0)
     target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
     live = plant.world.engine.picture(Camera(96, 80, target, look.yaw, look.pitch, look.distance))

@@ -110,7 +110,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     assert 'simulator.inclination_deg 6.99 0.0 deg' in differs
     assert 'ankle_controller.gain 15.0 12.0' in differs
     assert 'hip_controller.gain' not in differs
-    assert 'None are recorded' in page.text
+    assert 'none recorded' in page.text
     assert f'khr code {VERSION} {VERSION}' in page.text
     (link,) = [link for link in page.links if link.startswith('data:')]
     table = list(csv.DictReader(base64.b64decode(link.split(',')[1]).decode().splitlines()))
@@ -142,7 +142,7 @@ def test_changes_while_it_ran_are_listed(tmp_path):
     )
     text = check_alone(report(folder, None, None)).text
     assert '2.000 ankle_controller.gain 18.0' in text
-    assert '1 push came over the topic' in text
+    assert '1 push received over the topic' in text
     assert 'outcome.json is missing' in text
     assert 'no signals' in text
 
@@ -209,7 +209,7 @@ def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, te
 def test_page_of_a_scenario_alone(offline, tmp_path):
     folder = copy(offline, tmp_path / 'run', 'outcome.json')
     text = check_alone(report(folder, None, None)).text
-    assert 'outcome.json is missing' in text and 'Unknown: the run has left no outcome' in text
+    assert 'outcome.json is missing' in text and 'Unknown: the run has no outcome file' in text
 
 
 def cut(folder, share):
@@ -282,11 +282,11 @@ def test_what_is_no_run_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_pat
     captured = capsys.readouterr()
     assert captured.out == ''
     (line,) = captured.err.strip().splitlines()
-    assert str(folder) in line and 'accepted: the folder that a khr run has left' in line
+    assert str(folder) in line and 'accepted: the folder of a khr run' in line
 
 
 def test_page_that_cannot_be_written_is_refused(offline, tmp_path):
-    with pytest.raises(KhrError, match='--out'):
+    with pytest.raises(KhrError, match='accepted: a file that can be written'):
         report(offline, None, tmp_path)
 
 

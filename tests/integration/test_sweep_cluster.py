@@ -20,7 +20,7 @@ from khr_bringup.run_signals import Series, run_with_series
 from khr_common import KhrError, RunError
 from khr_experiments.experiments import runs_of
 from khr_experiments.sweeps import cluster
-from khr_experiments.sweeps.folder import JOURNAL, read_table, series_path
+from khr_experiments.sweeps.folder import JOURNAL, read_results, series_path
 from khr_experiments.sweeps.reading import load
 from tests.support import runs
 from tests.support.runs import KHR
@@ -75,7 +75,7 @@ def specification(folder, count, duration):
 
 def check_complete(file, folder):
     """Every run of the sweep is there once, with the trajectory that it has offline."""
-    rows = read_table(folder / 'results.parquet').to_pylist()
+    rows = read_results(folder / 'results.parquet').to_pylist()
     version = json.loads((folder / 'sweep.json').read_text())['version']
     trials = {trial.id: trial for trial in load(file).trials(version)}
     assert Counter(row['id'] for row in rows) == Counter(trials.keys())
@@ -220,7 +220,7 @@ def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
     assert command.returncode == 130
     assert 'Traceback' not in err and ' of 200' in out
     check_signals(folder)
-    assert 1 <= read_table(folder / 'results.parquet').num_rows < 200
+    assert 1 <= read_results(folder / 'results.parquet').num_rows < 200
 
 
 def test_no_scheduler_is_one_line_soon(tmp_path):

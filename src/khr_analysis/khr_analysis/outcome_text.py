@@ -7,8 +7,8 @@ from math import degrees
 from khr_analysis.outcome import Outcome
 
 
-def figures(outcome: Outcome) -> dict[str, str]:
-    """Return the figures of an outcome; ``fell_at_s`` is there only after a fall."""
+def quantities(outcome: Outcome) -> dict[str, str]:
+    """Return the quantities of an outcome; ``fell_at_s`` is there only after a fall."""
     values = {'time_s': f'{outcome.time:.3f}'}
     if outcome.fell_at is not None:
         values['fell_at_s'] = f'{outcome.fell_at:.3f}'

@@ -34,7 +34,7 @@ class GraphResult:
 
     Attributes:
         verdict: walked, stood, fell, slipped; empty if the graph never said.
-        outcome: the monitor's figures, as texts by name.
+        outcome: the monitor's quantities, as texts by name.
         trajectory_hash: SHA-256 in hex; empty if the run did not start.
         end: why it ended: duration, tilted, stopped.
         started: when the first period began, s of ``time.monotonic``.

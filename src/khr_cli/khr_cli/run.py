@@ -50,7 +50,7 @@ class Result:
     """The result of a run, over topics or offline."""
 
     verdict: str
-    figures: dict[str, str]
+    quantities: dict[str, str]
     trajectory_hash: str
     end: str
     startup: float  # s of wall time to the first control period
@@ -60,7 +60,7 @@ class Result:
     @property
     def real_time_factor(self) -> float:
         """Return simulated by wall time."""
-        return float(self.figures.get('time_s', 0.0)) / max(self.wall_time, 1e-9)
+        return float(self.quantities.get('time_s', 0.0)) / max(self.wall_time, 1e-9)
 
 
 def run(scenario: Scenario, options: Options) -> int:
@@ -170,7 +170,7 @@ def _graph(
 def _offline(
     scenario: Scenario, folder: Path, _: Options, console: Console, start: float
 ) -> Result:
-    from khr_analysis.outcome_text import figures
+    from khr_analysis.outcome_text import quantities
 
     began = start
     with _progress(console, scenario.table(RunParameters).duration) as show:
@@ -191,7 +191,7 @@ def _offline(
         result = run_offline(scenario, watch)
     return Result(
         result.outcome.verdict,
-        figures(result.outcome),
+        quantities(result.outcome),
         result.trajectory_hash,
         result.end,
         began - start,
@@ -227,7 +227,7 @@ def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
     outcome = {
         'scenario': scenario.name,
         'verdict': result.verdict,
-        **result.figures,
+        **result.quantities,
         'end': result.end,
         'startup_s': round(result.startup, 3),
         'real_time_factor': round(result.real_time_factor, 3),
@@ -250,7 +250,7 @@ def _summarise(scenario: Scenario, folder: Path, result: Result, options: Option
         title=escape(scenario.title or scenario.name), show_header=False, title_justify='left'
     )
     table.add_row('outcome', f'[bold]{result.verdict or "unknown"}[/bold]')
-    for name, value in result.figures.items():
+    for name, value in result.quantities.items():
         if name not in ('final', 'verdict') and value:
             table.add_row(name.replace('_', ' '), escape(value))
     table.add_row('ended by', result.end)

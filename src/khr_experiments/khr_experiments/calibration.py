@@ -1,7 +1,7 @@
-"""What the simulation's constants rest on, and which of them are fitted, on what.
+"""The source of the simulation's constants, and the rows on which some of them are fitted.
 
-The defaults of the parameter tables are the calibrated constants. Every fit takes one constant
-to where the robot is just about to fall on one or two rows of the thesis; nothing is fitted per
+The defaults of the parameter tables are the calibrated constants. A fit moves one constant until
+the robot is on the verge of a fall on one or two rows of the thesis; nothing is fitted per
 scenario.
 """
 
@@ -14,7 +14,7 @@ from khr_experiments.critical import Condition
 
 @dataclass(frozen=True)
 class Held:
-    """A row of the thesis on which its robot held: an inclination under a condition."""
+    """A row of the thesis on which its robot did not fall."""
 
     condition: Condition
     inclination_deg: float
@@ -29,7 +29,7 @@ class Fit:
         node, key: the parameter.
         low, high: ends of the search; the robot survives at one and falls at the other.
         decimals: to which the result is rounded.
-        rows: of the thesis, which are to be just survived.
+        rows: of the thesis, which the robot must just survive.
     """
 
     node: str
@@ -42,7 +42,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant that matters to the results, and where it comes from.
+    """A constant that matters to the results, and its source.
 
     Attributes:
         node, key: the parameter, whose default is the value.
@@ -56,7 +56,7 @@ class Constant:
     source: str
 
 
-# In this order: a later fit is made with the earlier ones' results.
+# In this order: a later fit uses the earlier results.
 FITS = (
     Fit(
         'gait',

@@ -1,8 +1,8 @@
-"""The critical inclination as a measurement: how steep the ground may be before the robot falls.
+"""Measure the critical inclination: how steep the ground may be before the robot falls.
 
-Each seed starts the robot with another small error of its posture and other sensor noise, and
-has a limit of its own, found by bisection; their spread gives the confidence interval. Falling,
-slipping and vibrating are told apart: only a fall ends what the robot survives.
+Each seed starts the robot with another small error of its posture and other sensor noise, and has
+a limit of its own, found by bisection; their spread gives the confidence interval. Only a fall
+counts as failure, slipping and vibrating do not.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ from khr_bringup.offline import Watch, run_offline
 from khr_bringup.scenario import Scenario
 from khr_experiments.errors import ExperimentError
 
-LOWEST, HIGHEST = 0.0, 20.0  # deg, where a search ends
-STEP = 0.8  # deg, by which a search looks for the two sides of a limit
-START = 6.0  # deg, where the first seed's search begins
-INITIAL_TILT_DEG = 0.3  # assumed: how exactly a robot is put on its board by hand
-VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice what the walk without control has
+LOWEST, HIGHEST = 0.0, 20.0  # deg, range of a search
+STEP = 0.8  # deg, of a search until it has both a survived and a fatal inclination
+START = 6.0  # deg, start of the first seed's search
+INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
+VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
 LARGEST_JOBS = 64
 
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
@@ -36,11 +36,11 @@ Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 
 @dataclass(frozen=True)
 class Condition:
-    """What is tried at every inclination.
+    """The motion, surface and gains that are tried at every inclination.
 
     Attributes:
         motion: ``walk``, or ``leg_lift`` on the force-sensor pads.
-        surface: of the ground; a leg lift is always on the pads.
+        surface: of the ground under a walk; a leg lift is always on the pads.
         ankle_gain, hip_gain: K_A and K_H in units of the board; 0 is no control.
         changes: further parameters by (node, key).
     """
@@ -61,7 +61,7 @@ class Condition:
         return ', '.join(words if len(words) > 1 else [*words, 'no control'])
 
     def scenario(self, inclination_deg: float, seed: int | None = None) -> Scenario:
-        """Return the scenario of one trial; without a seed it starts without an error.
+        """Return the scenario at an inclination; without a seed the posture has no error.
 
         Raises:
             ExperimentError: if a parameter is not accepted.
@@ -102,7 +102,7 @@ class Attempt:
 
     @property
     def text(self) -> str:
-        """Tell the trial in one line."""
+        """Format it as one line."""
         o = self.outcome
         return (
             f'{self.inclination_deg:6.2f} deg  seed {self.seed}  {o.verdict:8}'
@@ -116,11 +116,11 @@ class Limit:
 
     Attributes:
         of_seeds: the limit of each seed, deg: the middle between survival and fall.
-        trials: all that were run.
+        attempts: all that were run.
     """
 
     of_seeds: tuple[float, ...]
-    trials: tuple[Attempt, ...]
+    attempts: tuple[Attempt, ...]
 
     @property
     def mean(self) -> float:
@@ -129,10 +129,10 @@ class Limit:
 
     @property
     def half_width(self) -> float:
-        """Return half the 95 % confidence interval of the mean, deg; infinite of one seed.
+        """Return half the 95 % confidence interval of the mean, deg; infinite for one seed.
 
-        Student's t over the seeds: the error of a bisection, a twentieth of a degree, is among
-        what scatters.
+        Student's t over the seeds; their scatter includes the error of a bisection, a twentieth of
+        a degree.
         """
         count = len(self.of_seeds)
         if count < 2:
@@ -141,42 +141,42 @@ class Limit:
 
     @property
     def highest(self) -> tuple[Attempt, ...]:
-        """Return, per seed, the steepest trial below its limit that it survived."""
+        """Return, per seed, the steepest attempt up to its limit that it survived."""
         found = []
         for seed, limit in enumerate(self.of_seeds):
             below = [
-                trial
-                for trial in self.trials
-                if trial.seed == seed and trial.survived and trial.inclination_deg <= limit
+                one
+                for one in self.attempts
+                if one.seed == seed and one.survived and one.inclination_deg <= limit
             ]
-            found += [max(below, key=lambda trial: trial.inclination_deg)] if below else []
+            found += [max(below, key=lambda one: one.inclination_deg)] if below else []
         return tuple(found)
 
     @property
     def slipped(self) -> float:
         """Return the share of seeds that slipped on the steepest ground survived."""
-        return _share(trial.outcome.verdict == 'slipped' for trial in self.highest)
+        return _share(one.outcome.verdict == 'slipped' for one in self.highest)
 
     @property
     def vibrated(self) -> float:
-        """Return the share of seeds that vibrated there."""
-        return _share(trial.outcome.vibration > VIBRATES for trial in self.highest)
+        """Return the share of seeds that vibrated on the steepest ground survived."""
+        return _share(one.outcome.vibration > VIBRATES for one in self.highest)
 
     @property
     def vibration(self) -> float:
-        """Return the root mean square there of the pitch rate above 4 Hz, rad/s."""
-        return float(np.mean([trial.outcome.vibration for trial in self.highest] or [np.nan]))
+        """Return the mean vibration above 4 Hz on the steepest ground survived, rad/s."""
+        return float(np.mean([one.outcome.vibration for one in self.highest] or [np.nan]))
 
 
 def attempt(condition: Condition, inclination_deg: float, seed: int) -> Attempt:
-    """Run one trial."""
+    """Run one attempt."""
     return Attempt(inclination_deg, seed, run(condition, inclination_deg, seed))
 
 
 def run(
     condition: Condition, inclination_deg: float, seed: int, watch: Watch | None = None
 ) -> Outcome:
-    """Run one trial and return how it ended.
+    """Run one attempt and return its outcome.
 
     A walk starts on the inclined ground. For a leg lift the board is tilted under the standing
     robot, as in the thesis, so that a controller that leans it back can do so in time.
@@ -187,9 +187,9 @@ def run(
 def bisect(survives: Callable[[float], bool], start: float, tolerance: float) -> float:
     """Return a limit between survival below and fall above, in deg.
 
-    From ``start`` it steps until it has seen both, and then halves. Where survival and fall
-    alternate, it finds one of the limits. A robot that falls on flat ground has the limit 0, one
-    that does not fall at the end of the range has that end for its limit.
+    The search steps from ``start`` until it has seen both, then bisects. If survival and fall
+    alternate, it finds one of the limits. A robot that falls on flat ground has the limit 0; one
+    that survives the end of the range has that end as its limit.
 
     Args:
         survives: whether the robot survives an inclination in deg.
@@ -213,15 +213,15 @@ def bisect(survives: Callable[[float], bool], start: float, tolerance: float) ->
 def limit_of_seed(
     condition: Condition, seed: int, start: float, tolerance: float
 ) -> tuple[float, list[Attempt]]:
-    """Find the limit of one seed; return it with its trials."""
-    trials: list[Attempt] = []
+    """Find the limit of one seed; return it with its attempts."""
+    attempts: list[Attempt] = []
 
     def survives(inclination_deg: float) -> bool:
-        trials.append(attempt(condition, inclination_deg, seed))
-        print(f'{condition.title:24}{trials[-1].text}', file=sys.stderr, flush=True)
-        return trials[-1].survived
+        attempts.append(attempt(condition, inclination_deg, seed))
+        print(f'{condition.title:24}{attempts[-1].text}', file=sys.stderr, flush=True)
+        return attempts[-1].survived
 
-    return bisect(survives, start, tolerance), trials
+    return bisect(survives, start, tolerance), attempts
 
 
 def measure(
@@ -231,16 +231,18 @@ def measure(
     pool: ProcessPoolExecutor | None = None,
     start: float = START,
 ) -> Limit:
-    """Measure the critical inclination over seeds 0, 1, ...; the first shows the others where.
+    """Measure the critical inclination over seeds 0, 1, ...
+
+    The limit of the first seed starts the searches of the others.
 
     Args:
-        condition: what to try.
+        condition: motion, surface and gains.
         seeds: how many.
         tolerance: of each bisection, deg.
-        pool: to share the other seeds among.
+        pool: computes the other seeds in parallel.
         start: of the first seed's search, deg.
     """
-    first, trials = limit_of_seed(condition, 0, start, tolerance)
+    first, attempts = limit_of_seed(condition, 0, start, tolerance)
     count = seeds - 1
     around = first - STEP / 2.0 if first > STEP else first
     results = list(
@@ -254,12 +256,12 @@ def measure(
     )
     return Limit(
         (first, *(limit for limit, _ in results)),
-        (*trials, *(trial for _, more in results for trial in more)),
+        (*attempts, *(one for _, more in results for one in more)),
     )
 
 
 def workers(jobs: int) -> ProcessPoolExecutor:
-    """Return a pool of processes that share nothing with this one.
+    """Return a pool of fresh processes.
 
     Raises:
         ExperimentError: if the number is not accepted.
@@ -272,7 +274,7 @@ def workers(jobs: int) -> ProcessPoolExecutor:
 
 
 def _end_with_parent() -> None:
-    """Let no worker outlive a parent that is killed."""
+    """End a worker when its parent is killed."""
     parent = parent_process()
     assert parent is not None
 
@@ -284,7 +286,7 @@ def _end_with_parent() -> None:
 
 
 def report(condition: Condition, seeds: int, tolerance: float, jobs: int) -> str:
-    """Measure one condition and tell its limit, the first number of the text.
+    """Measure one condition and format its limit, the first number of the text.
 
     Raises:
         ExperimentError: if an argument is not accepted.
@@ -295,14 +297,14 @@ def report(condition: Condition, seeds: int, tolerance: float, jobs: int) -> str
         raise ExperimentError(
             f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'
         )
-    condition.scenario(START, 0)  # a mistake is told before anything starts
+    condition.scenario(START, 0)  # raises before anything starts
     with workers(jobs) as pool:
         limit = measure(condition, seeds, tolerance, pool)
     return text_of(condition, limit)
 
 
 def text_of(condition: Condition, limit: Limit) -> str:
-    """Tell a limit, the interval, and what else happens just below it."""
+    """Format a limit, its interval, and slip and vibration just below it."""
     within = (
         f'+- {limit.half_width:.2f} deg (95 %, {len(limit.of_seeds)} seeds)'
         if len(limit.of_seeds) > 1
@@ -314,7 +316,7 @@ def text_of(condition: Condition, limit: Limit) -> str:
             f'seeds      {"  ".join(f"{one:.2f}" for one in sorted(limit.of_seeds))} deg',
             f'just below {_verdict("slips", limit.slipped)}, '
             f'{_verdict("vibrates", limit.vibrated)} ({limit.vibration:.3f} rad/s above 4 Hz, '
-            f'the line is {VIBRATES:g})',
+            f'limit {VIBRATES:g})',
         )
     )
 

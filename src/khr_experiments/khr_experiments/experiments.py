@@ -19,7 +19,7 @@ from khr_experiments.sweeps import report_lost
 from khr_experiments.sweeps.folder import (
     Folder,
     discard_other,
-    read_table,
+    read_results,
     request_of,
     series_path,
 )
@@ -72,8 +72,8 @@ def runs_of(folder: Path) -> Runs:
     Raises:
         ExperimentError: if the folder holds no sweep.
     """
-    table = read_table(folder)
-    request = request_of(table)
+    results = read_results(folder)
+    request = request_of(results)
     axes: dict[str, Any] = request['axes']
 
     def place(run: Run) -> tuple[Any, ...]:
@@ -86,7 +86,7 @@ def runs_of(folder: Path) -> Runs:
         )
 
     runs = []
-    for row in table.to_pylist():
+    for row in results.to_pylist():
         point = {name: row[name] for name in axes}
         runs.append(
             Run(
@@ -121,7 +121,7 @@ def specification_of(name: str, fast: bool) -> Sweep:
     """Read an experiment.
 
     Raises:
-        ExperimentError: if there is no such experiment, or it does not read.
+        ExperimentError: if there is no such experiment, or it is not valid.
     """
     files = shipped()
     if name not in files:
@@ -135,17 +135,17 @@ def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
 
 
 def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Sweep]:
-    """Read experiments, by the folder of each.
+    """Read experiments; return them by folder.
 
     Raises:
-        ExperimentError: if one is not known, or does not read.
+        ExperimentError: if one is not known or not valid.
     """
     return {folder_of(name, fast): specification_of(name, fast) for name in names}
 
 
 @contextmanager
 def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
-    """Open the folders of sweeps to add missing runs; write their tables at the end.
+    """Open the folders of sweeps to add missing runs; write their results at the end.
 
     Runs of another version of the code or the experiment are discarded.
 

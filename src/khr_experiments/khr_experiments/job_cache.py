@@ -1,4 +1,4 @@
-"""Jobs whose results are kept on the disk, so that what is interrupted goes on."""
+"""Keep the results of jobs on the disk, so that an interrupted computation can go on."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ from khr_experiments.progress import Bar
 
 
 class Pool(Protocol):
-    """What computes: a pool of processes, or the client of a cluster."""
+    """A pool of processes, or the client of a cluster."""
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any:
         """Start a job; return its future."""
 
 
 class KeptJobs:
-    """A pool of which no job is computed twice under one version of the code.
+    """A pool that computes each job once for one version of the code.
 
     Args:
-        pool: computes what is not there; its workers see the folder.
-        folder: holds a file per finished job, named after the job.
-        version: of the code that decides the results.
-        bar: told of each job.
-        costs: how many runs a job of a function takes, for the bar; one if it is not named.
+        pool: computes missing results; its workers have access to the folder.
+        folder: has a file per finished job, named after the job.
+        version: of the code that determines the results.
+        bar: advances with each job.
+        costs: number of runs of a job by function, for the bar; 1 for others.
     """
 
     def __init__(
@@ -41,21 +41,21 @@ class KeptJobs:
         costs: dict[Callable[..., Any], int],
     ) -> None:
         self._pool = pool
-        self._folder = folder.absolute()  # workers may stand elsewhere
+        self._folder = folder.absolute()  # workers may have another working directory
         self._version = version
         self._bar = bar
         self._costs = costs
         folder.mkdir(parents=True, exist_ok=True)
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any:
-        """Start a job, unless its result is there; return its future."""
+        """Start a job unless its result exists; return its future."""
         path = self._folder / f'{_name(self._version, function, arguments)}.pickle'
         try:
             done: Future[Any] = Future()
             done.set_result(pickle.loads(path.read_bytes()))
             return done
         except (OSError, EOFError, pickle.UnpicklingError):
-            pass  # not there
+            pass  # no result yet
         cost = self._costs.get(function, 1)
         self._bar.expect(cost)
         future = self._pool.submit(compute_and_keep, path, function, *arguments)
@@ -64,7 +64,7 @@ class KeptJobs:
 
 
 def compute_and_keep(path: Path, function: Callable[..., Any], *arguments: Any) -> Any:
-    """Return what a function gives, without what it tells on the way; keep it in a file."""
+    """Call a function without its output on stderr; keep its result in a file and return it."""
     with redirect_stderr(io.StringIO()):
         result = function(*arguments)
     part = path.with_suffix('.part')

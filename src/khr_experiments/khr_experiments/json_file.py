@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
+from khr_common.files import write_text
 from khr_experiments.errors import ExperimentError
 
 Result = TypeVar('Result')
@@ -18,15 +19,10 @@ def write_json(path: Path, result: Any) -> None:
     """Write a dataclass as JSON; make the folder if needed.
 
     Raises:
-        ExperimentError: if the file cannot be written.
+        KhrError, RunError, OSError: if the file cannot be written.
     """
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(TypeAdapter(type(result)).dump_json(result, indent=1) + b'\n')
-    except OSError as error:
-        raise ExperimentError(
-            f'--out: {str(path)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, TypeAdapter(type(result)).dump_json(result, indent=1).decode() + '\n')
 
 
 def read_json(path: Path, kind: type[Result]) -> Result:

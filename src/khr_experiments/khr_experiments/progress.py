@@ -1,4 +1,4 @@
-"""How far a command has come, and how long it will take, on stderr."""
+"""Progress of a command and its remaining time, on stderr."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from rich.progress import (
     TimeRemainingColumn,
 )
 
-EVERY = 15.0  # s between two lines where no bar can be drawn
+EVERY = 15.0  # s between two lines if stderr is not a terminal
 
 
 class Bar:
-    """A bar on a terminal; elsewhere a line now and then, or nothing.
+    """A progress bar on a terminal; elsewhere a line at intervals, or nothing.
 
     Args:
-        title: what is being done.
-        total: how many runs that is, as far as is known.
-        done: how many of them were done before.
-        lines: whether to tell it where no bar can be drawn.
+        title: of the bar.
+        total: number of runs known so far.
+        done: number of runs finished before.
+        lines: whether to print lines if stderr is not a terminal.
     """
 
     def __init__(self, title: str, total: int, done: int = 0, lines: bool = False) -> None:
@@ -47,7 +47,7 @@ class Bar:
         self._task = self._bar.add_task(title, total=total, completed=done, text='')
         self._lines = lines and not console.is_terminal
         self._title, self._total, self._done, self._before = title, total, done, done
-        self._began = self._told = time.monotonic()
+        self._began = self._printed = time.monotonic()
 
     def __enter__(self) -> Bar:
         self._bar.start()
@@ -62,22 +62,22 @@ class Bar:
         self._bar.stop()
 
     def name(self, title: str) -> None:
-        """Say what is being done now."""
+        """Set the title."""
         self._title = title
         self._bar.update(self._task, description=title)
 
     def expect(self, runs: int) -> None:
-        """Take in that more is to be done."""
+        """Raise the total."""
         self._total += runs
         self._bar.update(self._task, total=self._total)
 
     def advance(self, runs: int = 1, text: str = '') -> None:
-        """Take in that some is done."""
+        """Count finished runs."""
         self._done += runs
         self._bar.update(self._task, completed=self._done, text=text)
         now = time.monotonic()
-        if self._lines and now - self._told >= EVERY:
-            self._told = now
+        if self._lines and now - self._printed >= EVERY:
+            self._printed = now
             pace = (now - self._began) / max(self._done - self._before, 1)
             left = timedelta(seconds=round(pace * (self._total - self._done)))
             print(

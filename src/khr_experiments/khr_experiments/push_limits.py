@@ -26,7 +26,7 @@ GAINS = (0.0, 12.0, 18.0)
 DURATIONS = (0.1, 0.2, 0.5)  # s
 SHORT = (0.02, 0.05, *DURATIONS)  # s, of the momentum argument
 IMPULSE = 0.6  # N s, compared over durations
-# Servos four times as stiff; still stiffer ones rattle after the push.
+# Servos four times as stiff; still stiffer ones chatter after the push.
 STIFF: Changes = ((('simulator', 'stiffness_per_stretch'), 1.0),)
 STIFFER = 20.0  # times, of the model's servo
 PADS: Changes = ((('simulator', 'surface'), 'pads'),)

@@ -1,7 +1,7 @@
-"""The model of chapter 4 under the conditions of the robot's pushes, with the same gyro.
+"""The model of chapter 4 under the same pushes and with the same gyro as the robot.
 
-It has the thesis's pendulum and servo, or a pendulum of the robot's mass, height, sole and stance
-on a servo that gives as its legs do. Nothing is fitted.
+Its body is the thesis's pendulum and servo, or a pendulum with the robot's mass, height, sole and
+stance on a servo as compliant as its legs. Nothing is fitted.
 """
 
 from __future__ import annotations
@@ -30,10 +30,10 @@ Body = Literal['thesis', 'robot']
 
 
 def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
-    """Return the servo at the ground that gives as both legs do.
+    """Return a servo at the ground that is as compliant as both legs.
 
     Under a horizontal force on the centre of mass every joint turns by force * lever/stiffness and
-    carries the mass by its lever. The damping is the back-EMF of the ankles. No friction.
+    moves the mass by its lever. The damping is the back-EMF of the ankles. No friction.
     """
     stretch = dict(zip(JOINTS, stretches(parameters), strict=True))
     motors = parameters.stiffness_per_stretch * np.array([stretch[name] for name in GIVING])
@@ -45,7 +45,7 @@ def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
 
 
 def model_loop(condition: PushCondition, form: Form, body: Body) -> PushLoop:
-    """Return the model's loop of a condition, with the thesis's body or the robot's."""
+    """Return the loop of the model under a condition, with the thesis's body or the robot's."""
     loop = PushLoop(gain=gain_of_board(condition.gain), form=form)
     if body == 'thesis':
         return loop
@@ -56,13 +56,13 @@ def model_loop(condition: PushCondition, form: Form, body: Body) -> PushLoop:
         loop,
         pendulum=own.pendulum,
         pid=legs(own, base.table(RunParameters)),
-        initial_lean=lean,  # an ankle carries the mass by its own lever only
+        initial_lean=lean,  # an ankle moves the mass by its own lever only
         gain=loop.gain * own.levers[0] / own.pendulum.length,
     )
 
 
 def model_gyro(condition: PushCondition) -> GyroModel:
-    """Make a fresh gyro for the model: the robot's own, turned about y alone."""
+    """Make a gyro for the model: the robot's own, turned about y only."""
     gyro = Gyro(condition.base().table(GyroParameters))
     return lambda rate: gyro.update((0.0, rate, 0.0))[1]
 

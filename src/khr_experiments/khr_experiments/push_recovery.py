@@ -1,8 +1,8 @@
-"""The push of chapter 4 on the simulated robot, and the largest that it survives.
+"""Push the standing robot as in chapter 4, and find the largest push that it survives.
 
-The robot stands on the flat on rubber soles; a horizontal force acts on the torso, at the centre
-of mass of the whole robot in its stance, for a while. The ankle loop is the scenario's own: gyro,
-converter, board, delay and servos. Falling is the monitor's verdict.
+The robot stands on flat ground on rubber soles; a horizontal force acts on the torso for a given
+time, at the centre of mass of the whole robot in its stance. The ankle loop is that of a scenario:
+gyro, converter, board, delay and servos. The monitor decides whether the robot falls.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from khr_sim.truth import Truth
 Array = NDArray[np.float64]
 Changes = tuple[tuple[tuple[str, str], object], ...]
 
-START = 0.3  # s, when the push begins: at rest, but for a sway of 0.1 deg/s
-WATCH = 2.5  # s, for which the robot is watched after the push
-TOLERANCE = 0.015  # of the fatal over the survived force
-LEAST = 0.05  # N; who falls under less is said to survive nothing
+START = 0.3  # s, start of the push: the robot is at rest except for a sway of 0.1 deg/s
+WATCH = 2.5  # s, simulated after the push
+TOLERANCE = 0.015  # of the ratio of fatal to survived force
+LEAST = 0.05  # N; below this the limit is reported as 0
 GIVING = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
 # The packaged gyro is the default of every scenario, slowed to 2 Hz; the circuit has the corner
 # of its own description, 50 Hz.
@@ -50,12 +50,12 @@ GYROS: dict[str, dict[tuple[str, str], object]] = {
 
 @dataclass(frozen=True)
 class PushCondition:
-    """Under what a push is tried.
+    """The loop and the duration and direction of a push.
 
     Attributes:
         gain: K_A in units of the board; 0 is no control.
         duration: of the push, s.
-        direction: where it comes from; from behind it pushes forward.
+        direction: where it comes from; a push from behind acts forward.
         gyro: one of GYROS.
         changes: further parameters by (node, key).
 
@@ -92,7 +92,7 @@ class PushCondition:
         changes: dict[tuple[str, str], object] = {
             ('simulator', 'surface'): 'rubber',
             ('simulator', 'duration'): START + self.duration + WATCH,
-            ('simulator', 'stop_when_tilted_deg'): 50.0,  # it has fallen before
+            ('simulator', 'stop_when_tilted_deg'): 50.0,  # the robot has fallen before
             ('gait', 'motion'): 'stand',
             ('ankle_controller', 'enabled'): self.gain > 0.0,
             ('ankle_controller', 'gain'): float(self.gain),
@@ -101,7 +101,7 @@ class PushCondition:
         return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
 
     def scenario(self, force: float) -> Scenario:
-        """Return the scenario of a push of so many N, at least 0."""
+        """Return the scenario of a push with a force of at least 0, N."""
         base = self.base()
         if not force:
             return base
@@ -118,13 +118,13 @@ class PushCondition:
 
 @dataclass(frozen=True)
 class Stance:
-    """How the robot stands, its servos loaded.
+    """The robot's stance with loaded servos.
 
     Attributes:
         point: the centre of mass in base_link, m, (3,).
-        pendulum: of the same mass, as high over the soles, its foot as long as where they touch.
-        ahead: the centre of mass ahead of the foot's middle, m.
-        levers: the centre of mass above the axes of GIVING, m.
+        pendulum: with the robot's mass, its height over the soles and the length of their contact.
+        ahead: distance of the centre of mass ahead of the foot's middle, m.
+        levers: height of the centre of mass above the axes of GIVING, m.
         inertia: of the robot about its centre of mass, in pitch, kg m^2.
     """
 
@@ -135,7 +135,7 @@ class Stance:
     inertia: float
 
     def tipping(self, direction: Direction) -> tuple[Pendulum, float]:
-        """Return the pendulum up to the edge that a push tips over, and the inertia about it."""
+        """Return the pendulum from its edge of tipping, and the inertia about that edge."""
         side = 1.0 if direction == 'behind' else -1.0
         own = replace(self.pendulum, half_foot=self.pendulum.half_foot - side * self.ahead)
         return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
@@ -147,7 +147,7 @@ def _robot() -> Robot:
 
 
 def stance(scenario: Scenario | None = None) -> Stance:
-    """Measure how a scenario's robot (by default that of a condition) starts."""
+    """Measure the stance at the start of a scenario, by default that of a condition."""
     own = scenario or PushCondition().base()
     return _stance(own.table(GaitParameters), own.table(RunParameters))
 
@@ -179,11 +179,11 @@ def _stance(gait: GaitParameters, simulator: RunParameters) -> Stance:
 
 @dataclass(frozen=True)
 class PushResponse:
-    """What a push did to the robot; arrays of one value a control period.
+    """The motion of the robot after a push; arrays with one value per control period.
 
-    ``time`` (s) is counted from the push's begin. ``x_com`` (m) is horizontal, from the toes'
-    edge; for a push from the front from the heels' with its sign turned, as in the model's
-    Recovery, so that the band (4.7) is the same.
+    ``time`` (s) starts with the push. ``x_com`` (m) is the horizontal distance from the toes'
+    edge; for a push from the front it is measured from the heels' edge with the opposite sign, as
+    in the model's Recovery, so that the band (4.7) is the same.
     """
 
     time: Array
@@ -192,7 +192,7 @@ class PushResponse:
 
 
 def push_robot(condition: PushCondition, force: float) -> PushResponse:
-    """Push the robot with so many N, at least 0, and watch.
+    """Push the robot with a force of at least 0, N, and record its motion.
 
     Raises:
         ExperimentError: if the force is negative or not finite.
@@ -210,7 +210,7 @@ def push_robot(condition: PushCondition, force: float) -> PushResponse:
 
 
 def falls(condition: PushCondition, force: float) -> bool:
-    """Return whether a push of so many N, at least 0, topples the robot.
+    """Return whether a push with a force of at least 0, N, topples the robot.
 
     Raises:
         ExperimentError: if the force is negative or not finite.
@@ -225,7 +225,7 @@ def _pushed(condition: PushCondition, force: float) -> Scenario:
 
 
 def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
-    """Return how far the centre of mass is past the toes' edge, or the heels' (side -1), m."""
+    """Return the distance of the centre of mass past the toes' edge, or the heels' (side -1), m."""
     robot = _robot()
     center = robot.center_of_mass(robot.poses(truth.joint_position))
     ahead = float((truth.position + matrix(truth.orientation) @ center)[0])
@@ -253,7 +253,7 @@ class Bracket:
 def bracket(
     fatal_at: Callable[[float], bool], guess: float, tolerance: float = TOLERANCE
 ) -> Bracket:
-    """Find where survival turns into a fall, from a guess in steps that grow, then by halves.
+    """Find the limit between survival and fall, by growing steps from a guess, then by bisection.
 
     Args:
         fatal_at: whether a force in N, more than 0, is fatal.
@@ -278,13 +278,13 @@ def bracket(
 
 
 def largest_push(condition: PushCondition) -> Bracket:
-    """Find the largest push that the robot survives; without control the gyro does not matter."""
+    """Find the largest push that the robot survives."""
     return _largest(condition if condition.gain else replace(condition, gyro='packaged'))
 
 
 @functools.cache
 def _largest(condition: PushCondition) -> Bracket:
-    if condition.gain:  # what the robot survives without control is a close guess
+    if condition.gain:  # the limit without control is a close guess
         guess = largest_push(replace(condition, gain=0.0)).middle
     else:
         guess = capture_force(

@@ -153,7 +153,7 @@ class Bench:
         ]
         return Limit(
             tuple(limit for limit, _ in results),
-            tuple(trial for _, trials in results for trial in trials),
+            tuple(one for _, attempts in results for one in attempts),
         )
 
     def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:

@@ -109,24 +109,24 @@ class StabilityMap:
         )
 
 
-def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
+def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
     """Count the runs of a sweep by cell.
 
     Args:
-        table: from :func:`khr_experiments.sweeps.folder.read_table`.
+        results: from :func:`khr_experiments.sweeps.folder.read_results`.
         x, y: swept parameters, ``node.parameter``.
 
     Raises:
-        ExperimentError: if a parameter is not swept, both are the same, or there are no runs.
+        ExperimentError: if a parameter is not swept, both are the same, or no run has an outcome.
     """
-    request = request_of(table)
+    request = request_of(results)
     for option, name in (('--x', x), ('--y', y)):
         if name not in request['axes'] or x == y:
             raise ExperimentError(
                 f'{option}: {name!r} is not accepted; accepted: two of '
                 f'{", ".join(request["axes"])}'
             )
-    verdicts = np.array(table.column('verdict').to_pylist(), dtype=object)
+    verdicts = np.array(results.column('verdict').to_pylist(), dtype=object)
     judged = np.array([verdict is not None for verdict in verdicts], dtype=bool)
     if not judged.any():
         raise ExperimentError(
@@ -134,7 +134,7 @@ def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
         )
     bins = int(np.clip(np.sqrt(judged.sum() / RUNS_PER_CELL), 2, 20))
     (across, column), (up, row) = (
-        _direction(name, request['axes'][name], table.column(name).to_pylist(), bins)
+        _direction(name, request['axes'][name], results.column(name).to_pylist(), bins)
         for name in (x, y)
     )
     cells = [
@@ -142,7 +142,7 @@ def stability_map(table: pa.Table, x: str, y: str) -> StabilityMap:
         for i in range(len(up.labels))
     ]
     fell_at, vibration = (
-        np.array(table.column(name).to_pylist(), dtype=np.float64)
+        np.array(results.column(name).to_pylist(), dtype=np.float64)
         for name in ('fell_at_s', 'vibration_rad_s')
     )
 

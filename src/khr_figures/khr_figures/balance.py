@@ -145,7 +145,7 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
 
 
 def servo_characteristic() -> Figure:
-    """Draw the servo's output over its error, swept slowly to and fro at each reference."""
+    """Draw the servo's output over its error in a slow sweep, at each reference."""
     pid, sweep = Pid(), math.radians(2.0)
     time = np.linspace(0.0, 4.0, 401)
     rising = (time < 1.0) | (time >= 3.0)
@@ -177,7 +177,7 @@ def servo_characteristic() -> Figure:
 
 
 def servo_step(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the step of (3.11) and its rate, and the robot's rate while its motors adjust."""
+    """Draw the step response of (3.11), its rate, and the robot's rate during a leg lift."""
     figure, axes = panels(
         *(f'{quantity}, {TITLES[form]}' for quantity in ('lean', 'pitch rate') for form in FORMS),
         *(f'pitch rate, robot, {control(stage)}' for stage in CONTROLLED),
@@ -225,7 +225,7 @@ def servo_step(runs: Mapping[str, Runs]) -> Figure:
 
 
 def largest_overshoot(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the largest overshoot of the pitch rate over phi: in that step, and of the robot."""
+    """Draw the largest pitch rate over phi, of the step response and of the robot."""
     inclinations = np.linspace(0.0, 10.0, 41)
     figure, (axis, robot) = panels('model: the step of Figure 3.12', 'simulated robot: a leg lift')
     for form in FORMS:
@@ -256,7 +256,7 @@ def largest_overshoot(runs: Mapping[str, Runs]) -> Figure:
 
 
 def friction() -> Figure:
-    """Draw up to which inclination the robot stands, over the friction."""
+    """Draw the largest inclination on which the robot stands, over the friction."""
     frictions = np.linspace(0.0, 0.3, 121)
     slides = np.degrees([sliding_inclination(float(mu)) for mu in frictions])
     figure, (axis,) = panels('')

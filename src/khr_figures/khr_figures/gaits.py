@@ -1,4 +1,4 @@
-"""Walks over time, chapter 5: Figures 5.5 to 5.7, the pitch rate of whole walks and of Gait-3."""
+"""Pitch rate of walks over time, chapter 5: Figures 5.5 to 5.7."""
 
 from __future__ import annotations
 
@@ -31,35 +31,35 @@ from khr_figures.records import (
 EXPERIMENTS = ('walk_inclination', 'walk_between')
 RATE = 'pitch rate (°/s)'
 BLUE = LOOKS[0][0]
-Walk = tuple[float, Condition]  # inclination in deg, and what was done there
+Walk = tuple[float, Condition]  # inclination in deg, and condition
 
 
 def cycle_of(run: Run) -> tuple[float, float]:
-    """Return begin and end of Gait-3 in s."""
+    """Return start and end of Gait-3 in s."""
     return _gait(run.scenario.table(GaitParameters)).cycle(CYCLE)
 
 
 @functools.cache
 def _gait(parameters: GaitParameters) -> Gait:
-    return Gait(parameters)  # to plan one takes a tenth of a second
+    return Gait(parameters)  # planning takes a tenth of a second
 
 
 def rate_of_walk(run: Run) -> tuple[Array, Array]:
-    """Return time (s) and pitch rate (deg/s) of a walk up to its fall, without the wait before."""
+    """Return time (s) and pitch rate (deg/s) from the start of a walk to its end or fall."""
     series, start = record(run), run.scenario.table(GaitParameters).start_delay
     kept = series.time >= start
     return series.time[kept] - start, np.degrees(series.pitch_rate[kept])
 
 
 def gait_3(run: Run) -> tuple[Array, Array]:
-    """Return time from its begin (s) and pitch rate (deg/s) of Gait-3, as far as it was walked."""
+    """Return time (s) and pitch rate (deg/s) from the start of Gait-3 to its end or a fall."""
     series, (start, end) = record(run), cycle_of(run)
     kept = (series.time > start - 1e-4) & (series.time < end - 1e-4)
     return series.time[kept] - start, np.degrees(series.pitch_rate[kept])
 
 
 def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
-    """Return the walks of chapter 5 by inclination and control, the flattest first."""
+    """Return the walks of chapter 5 by inclination and condition, the flattest first."""
     groups = grouped(
         (run for name in EXPERIMENTS for run in runs[name]),
         lambda run: (inclination_deg(run), condition(run)),
@@ -107,7 +107,7 @@ def whole_walk(runs: Mapping[str, Runs]) -> Figure:
             ha='center',
         )
     whole.set(xlabel='time from the start of the walk (s)', ylabel=RATE)
-    for axis in (whole, third):  # room for the words
+    for axis in (whole, third):  # room for the annotations
         axis.set_ylim(None, 1.35 * axis.get_ylim()[1])
     figure.suptitle(
         'Figure 5.5: half a gait, four whole ones, half a gait on the flat; the '
@@ -117,7 +117,7 @@ def whole_walk(runs: Mapping[str, Runs]) -> Figure:
 
 
 def without_control(runs: Mapping[str, Runs]) -> Figure:
-    """Draw Gait-3 without control on ground ever steeper."""
+    """Draw Gait-3 without control, by inclination."""
     figure = _per_inclination(
         {key: group for key, group in walks_of(runs).items() if key[1] == walking()}
     )
@@ -129,7 +129,7 @@ def without_control(runs: Mapping[str, Runs]) -> Figure:
 
 
 def with_control(runs: Mapping[str, Runs]) -> Figure:
-    """Draw Gait-3 with ankle control, and with ankle and hip control, ever steeper."""
+    """Draw Gait-3 with ankle control, and with ankle and hip control, by inclination."""
     figure = _per_inclination(
         {key: group for key, group in walks_of(runs).items() if key[1] != walking()}
     )
@@ -155,7 +155,7 @@ def _per_inclination(walks: Mapping[Walk, Runs]) -> Figure:
 
 
 def _draw_gait_3(axis: Axes, group: Runs) -> None:
-    """Draw Gait-3 of each seed, or the walk up to the fall if none got there."""
+    """Draw Gait-3 of each seed, or the walk up to the fall if none reached it."""
     there = [run for run in group if gait_3(run)[0].size]
     if there:
         draw_seeds(

@@ -13,13 +13,13 @@ from khr_sim.gyro_circuit import carrier
 from khr_sim.gyro_circuit.circuit import KRG4
 
 RATE_DEG = 100.0  # deg/s, amplitude
-FREQUENCY = 20.0  # Hz, fast for a robot, so that the carrier can still be seen beside it
-DURATION = 0.1  # s, of which the first half lets the circuit settle
+FREQUENCY = 20.0  # Hz, fast for a robot, to keep the carrier visible beside it
+DURATION = 0.1  # s; the circuit settles in the first half
 
 
 @functools.cache
 def _waveforms() -> carrier.Waveforms:
-    """Turn the gyro sinusoidally."""
+    """Simulate the circuit under a sinusoidal rate."""
     return carrier.simulate(
         lambda time: math.radians(RATE_DEG) * np.sin(2.0 * math.pi * FREQUENCY * time), DURATION
     )

@@ -1,4 +1,4 @@
-"""Where the peaks of the spectrum come from: the walks that tell, above one another."""
+"""Origin of the spectral peaks: the spectra of the walks that show it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ MARKS = {'feedback': 'K', 'slipping': 's'}
 
 
 def origin_of_lines(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the spectra of walks that tell lines of the gait from what control adds."""
+    """Draw the spectra of walks that separate lines of the gait from effects of control."""
     walks = walks_of(runs[EXPERIMENT])
     shown = [each for each in walks if each.label in SHOWN] or list(walks)
     bands = {band.more.label: band for band in bands_of(walks)}
@@ -120,7 +120,7 @@ def _name(axis: Axes, lines: Sequence[Line]) -> None:
 
 
 def _mark(line: Line) -> tuple[str, str]:
-    """Return what a peak is marked with, and the colour."""
+    """Return the mark of a peak and its colour."""
     if line.origin == 'gait':
         return f'{line.order:.0f}', COLORS['gait']
     if line.origin is None or line.sure == 'low':

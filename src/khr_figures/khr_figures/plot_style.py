@@ -1,4 +1,4 @@
-"""The look of every figure: its style, and sheets of panels."""
+"""The common style of all figures, and their panels."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ LINE = 84  # characters of a heading's line
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw and save in the style of all figures, whatever the user's own settings are."""
+    """Draw and save in the style of all figures, independent of the user's settings."""
     with matplotlib.rc_context(), matplotlib.style.context(STYLE):
         yield
 
@@ -39,12 +39,12 @@ def panels(*titles: str, columns: int = 0, height: float = 3.4) -> tuple[Figure,
 
 
 def head(figure: Figure, *sentences: str) -> None:
-    """Give a figure its heading, each sentence from a new line on."""
+    """Set the heading of a figure, each sentence on a new line."""
     figure.suptitle('\n'.join(textwrap.fill(each, LINE) for each in sentences if each))
 
 
 def share_scale(axes: Iterable[Axes]) -> None:
-    """Give panels one vertical scale."""
+    """Set the same vertical scale in all panels."""
     panes = list(axes)
     limits = [axis.get_ylim() for axis in panes]
     for axis in panes:

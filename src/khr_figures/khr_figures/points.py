@@ -14,7 +14,7 @@ HEAD = ('panel', 'curve', 'x label', 'x', 'y label', 'y')
 def write_points(figure: Figure, path: Path) -> None:
     """Write every labelled line of a figure as CSV, a row per point.
 
-    Lines without a label are aids to the eye, not data.
+    Lines without a label are guides, not data.
     """
     with path.open('w', newline='', encoding='utf-8') as file:
         writer = csv.writer(file)

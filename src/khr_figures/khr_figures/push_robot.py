@@ -1,4 +1,4 @@
-"""Pushes on the simulated robot beside those on the model; it takes minutes."""
+"""Pushes on the simulated robot and on the model; drawing takes minutes."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from khr_figures.plot_style import head, panels
 from khr_figures.records import LOOKS
 
 SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
-PUSHED = 0.5  # s, the push that the lower panels show; control matters most for it
+PUSHED = 0.5  # s, duration of the push in the lower panels, where control matters most
 SHOWN = 1.6  # s
 CONTROLLED = (12.0, 18.0)  # K_A
 _SIDES = {'behind': 'from behind', 'front': 'from the front'}
@@ -30,12 +30,12 @@ def side_by_side(
     gyros: Sequence[str] = tuple(GYROS),
     gains: Sequence[float] = GAINS,
 ) -> Figure:
-    """Draw the largest impulse over the gain, and x_COM of pushes about the largest one.
+    """Draw the largest impulse over the gain, and x_COM for pushes near the largest one.
 
     Args:
-        durations: of the pushes of the upper panels, s.
-        gyros: of the robot there.
-        gains: K_A there.
+        durations: of the pushes in the upper panels, s.
+        gyros: of the robot in the upper panels.
+        gains: K_A in the upper panels.
     """
     figure, axes = panels(
         *(f'the largest, {_SIDES[side]}' for side in DIRECTIONS),
@@ -82,12 +82,12 @@ def side_by_side(
 
 
 def for_one_duration() -> Figure:
-    """Draw the same for one duration, one gyro and two gains, in a fraction of the time."""
+    """Draw :func:`side_by_side` for one duration, one gyro and two gains."""
     return side_by_side((PUSHED,), ('packaged',), (GAINS[0], GAINS[-1]))
 
 
 def with_and_without_control() -> Figure:
-    """Draw x_COM over time with and without control, of the robot beside the model of its body."""
+    """Draw x_COM over time with and without control, of the robot and the model of its body."""
     force = FATAL * model_push(PushCondition(duration=PUSHED), 'physical', 'robot')
     figure, (robot, model) = panels('simulated robot', 'model of its body, physical')
     for gain, (color, line) in zip((0.0, *CONTROLLED), LOOKS, strict=False):

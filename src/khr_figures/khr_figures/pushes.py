@@ -22,21 +22,21 @@ from khr_sim.gyro_circuit.baseband import Baseband
 
 LOOP = PushLoop()
 CONTROL = 12.0  # K_A, the thesis's
-LASTING = 1.0  # s, a push that does not end before the robot falls
-SHARES = (0.8, 1.05, 1.5, 2.0, 4.0)  # of m g b/l, which just lifts the heel
-BEYOND = 1.1  # of half a foot, where a curve of the robot ends
+LASTING = 1.0  # s, longer than the robot takes to fall
+SHARES = (0.8, 1.05, 1.5, 2.0, 4.0)  # of m g b/l, the force that lifts the heel
+BEYOND = 1.1  # of half a foot, end of the robot's curves
 ROBOT_FORCES = (5.0, 8.0)  # N; its foot is longer than the pendulum's
 HALF_FOOT_MM = 1e3 * LOOP.pendulum.half_foot
 _SIDES = {'behind': 'behind', 'front': 'the front'}
 
 
 def circuit() -> Gyro:
-    """Make a fresh gyro: the circuit, averaged over its carrier, at the board's period."""
+    """Make a gyro: the circuit, averaged over its carrier, at the board's period."""
     return Baseband(LOOP.period).update
 
 
 def rising_force() -> Figure:
-    """Draw the pitch rate over time for rising forces, without control, of models and robot."""
+    """Draw the pitch rate over time for several forces, without control, of models and robot."""
     condition = PushCondition(duration=LASTING)
     thesis, robot = LOOP.pendulum, stance().tipping('behind')[0]
     figure, axes = panels(

@@ -1,9 +1,8 @@
-"""What the figures of runs share: which run is drawn where, and how its record is drawn.
+"""Common parts of the figures of runs: grouping runs and drawing their records.
 
-Over time every seed is a thin line; a run that fell is drawn up to its fall, with a cross there.
-Over the inclination a line is the median of the seeds, its band goes from the smallest to the
-largest, and a cross stands where a seed fell: on its value, or at the bottom if it fell too early
-to have one.
+Over time every seed is a thin line; a run that fell is drawn up to its fall and ends with a cross.
+Over the inclination a line is the median of the seeds and a band their range; a cross marks a seed
+that fell, at its value, or at the bottom if it fell too early to have one.
 """
 
 from __future__ import annotations
@@ -38,12 +37,12 @@ LOOKS = [('#0072B2', '-'), ('#D55E00', '--'), ('#009E73', '-.'), ('#CC79A7', ':'
 
 
 def inclination_deg(run: Run) -> float:
-    """Return the inclination that a run went to."""
+    """Return the inclination of a run, deg."""
     return float(run.scenario.table(RunParameters).inclination_deg)
 
 
 def condition(run: Run) -> Condition:
-    """Return under what a run was made, as the thesis's rows name it."""
+    """Return the condition of a run."""
     ankle = run.scenario.table(AnkleControllerParameters)
     hip = run.scenario.table(HipControllerParameters)
     rubber = run.scenario.table(RunParameters).surface == 'rubber'
@@ -67,7 +66,7 @@ def fell(run: Run) -> bool:
 
 
 def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
-    """Sort runs into groups, in the order in which they come; runs without signals are left."""
+    """Group runs by a key, in their order; runs without signals are left out."""
     return by((run for run in runs if run.series is not None), key)
 
 
@@ -93,7 +92,7 @@ def draw_seeds(
     /,
     **look: Any,
 ) -> None:
-    """Draw a thin line per run, with a cross at the end of one that falls there."""
+    """Draw a thin line per run, with a cross at its end if it falls."""
     for run in runs:
         time, value = signal(run)
         name = f'{label}, seed {run.seed}'
@@ -105,9 +104,9 @@ def draw_seeds(
 def draw_over_inclination(
     axis: Axes, runs: Runs, value: Callable[[Run], float], label: str, **look: Any
 ) -> None:
-    """Draw a value over the inclination; NaN is one that a run fell too early to have.
+    """Draw a value over the inclination; it is NaN for a run that fell too early.
 
-    Such a run is marked at the bottom of the panel; in the table it has no value.
+    Such a run is marked at the bottom of the panel and has no value in the CSV.
     """
     groups = sorted(grouped(runs, inclination_deg).items())
     table = [np.array([value(run) for run in group]) for _, group in groups]
@@ -148,11 +147,11 @@ def draw_over_inclination(
             transform=axis.get_xaxis_transform(),
             **look,
         )
-        mark.set_in_layout(False)  # it is no data, and must not move the panel
+        mark.set_in_layout(False)  # not data: it must not change the layout
 
 
 def main_lines(axis: Axes) -> list[Line2D]:
-    """Return the lines of a panel that a legend names: all but edges of bands and crosses."""
+    """Return the lines of a panel for its legend: all but edges of bands and crosses."""
     return [
         line
         for line in axis.lines
@@ -163,7 +162,7 @@ def main_lines(axis: Axes) -> list[Line2D]:
 
 
 def legend_below(axis: Axes, columns: int) -> None:
-    """Name a panel's lines below the figure, so that they cover no curve."""
+    """Put a panel's legend below the figure, where it hides no curve."""
     assert isinstance(axis.figure, Figure)
     axis.figure.legend(handles=main_lines(axis), loc='outside lower center', ncols=columns)
 

@@ -1,4 +1,4 @@
-"""Pictures of runs, from their signals."""
+"""Draw the signals of runs, their spectra and spectrograms."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PEAKS_NAMED = 4
 
 @dataclass(frozen=True)
 class Signal:
-    """One line over time; those of a group have a unit in common and may share a panel."""
+    """A line over time; signals of a group have the same unit and may share a panel."""
 
     group: str
     name: str
@@ -56,7 +56,7 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
     """Draw the overview of a run as PNG.
 
     Raises:
-        ReportError: if the bag cannot be read.
+        KhrError: if the bag cannot be read.
     """
     series = series_of_bag(bag)
     with styled():
@@ -71,7 +71,7 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
 
 
 def signals_of(runs: Iterable[Series]) -> list[Signal]:
-    """Return the signals that tell something of runs, foot by foot."""
+    """Return the signals to show, foot by foot; those of stages only if there are any."""
     staged = any(series.stage.any() for series in runs)
     return [
         one
@@ -129,7 +129,7 @@ def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
 
 
 def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
-    """Draw amplitude over time, the middle of each window, and frequency."""
+    """Draw the amplitude over the middle of each window and the frequency."""
     image = axis.pcolormesh(
         [0.5 * (one.start + one.end) for one in windows],
         windows[0].frequency,
@@ -145,7 +145,7 @@ def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
 
 
 def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
-    """Return the gyro's spectra over a sliding window; none if the run is shorter than that."""
+    """Return the gyro's spectra over a sliding window; none if the run is too short."""
     parameters = scenario.table(FftAnalyserParameters)
     analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
     return [
@@ -156,7 +156,7 @@ def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
 
 
 def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
-    """Return the gyro's spectrum over a walk's third whole cycle, or the last window there is."""
+    """Return the gyro's spectrum over a walk's third whole cycle, or over the last window."""
     parameters, gait = scenario.table(FftAnalyserParameters), scenario.table(GaitParameters)
     rates, size = series.gyro_rate, parameters.size
     if len(rates) < size:

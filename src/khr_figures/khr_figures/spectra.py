@@ -1,7 +1,6 @@
 """The spectra of Gait-3, chapter 5: Figures 5.8 to 5.10 and 5.12 to 5.14.
 
-A run that fell has no spectrum. Where none stayed up a panel shows the torso's pitch up to the
-falls instead.
+A run that fell has no spectrum. If all fell, a panel shows the torso's pitch up to the falls.
 """
 
 from __future__ import annotations
@@ -52,7 +51,7 @@ def spectrum_of(run: Run) -> Spectrum | None:
 
 
 def thesis_lines(inclination: float, of: Condition) -> tuple[tuple[float, float], ...]:
-    """Return the peaks that the thesis publishes of a walk, Hz, each as a range."""
+    """Return the published peaks of a walk, Hz, each as a range."""
     return next(
         (row.lines for row in WALKS if (row.inclination_deg, row.condition) == (inclination, of)),
         (),
@@ -60,7 +59,7 @@ def thesis_lines(inclination: float, of: Condition) -> tuple[tuple[float, float]
 
 
 def without_control(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the amplitude spectra of Gait-3 without control, downhill ever steeper."""
+    """Draw the amplitude spectra of Gait-3 without control, by inclination."""
     figure, fallen = _per_inclination(runs, lambda of: of == walking(), _draw_amplitude)
     _name_marks(figure)
     head(
@@ -73,7 +72,7 @@ def without_control(runs: Mapping[str, Runs]) -> Figure:
 
 
 def with_control(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the amplitude spectra of Gait-3 with control, downhill ever steeper."""
+    """Draw the amplitude spectra of Gait-3 with control, by inclination."""
     figure, fallen = _per_inclination(runs, lambda of: of != walking(), _draw_amplitude)
     _name_marks(figure)
     head(
@@ -86,7 +85,7 @@ def with_control(runs: Mapping[str, Runs]) -> Figure:
 
 
 def phases(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the phase of the lines of Gait-3 that reach a third of the largest."""
+    """Draw the phase of the lines of Gait-3 with at least a third of the largest amplitude."""
     figure, fallen = _per_inclination(runs, lambda of: True, _draw_phase)
     head(
         figure,
@@ -98,7 +97,7 @@ def phases(runs: Mapping[str, Runs]) -> Figure:
 
 
 def gains(runs: Mapping[str, Runs]) -> Figure:
-    """Draw the spectra of Gait-3 over the ankle's and the hip's gain."""
+    """Draw the spectra of Gait-3 for several gains of ankle and hip."""
     compared = [
         (name, phi, group)
         for name in GAINS
@@ -159,12 +158,12 @@ def compare(
     groups: Mapping[Condition, Runs],
     name: Callable[[Condition], str],
 ) -> None:
-    """Draw the spectra of several conditions in one panel, or how all fell.
+    """Draw the spectra of several conditions in one panel, or the pitch if all fell.
 
     Args:
-        grounds: inclinations in deg of which the thesis's peaks are marked.
+        grounds: inclinations in deg whose published peaks are marked.
         groups: runs by condition.
-        name: what a legend calls a condition.
+        name: returns the name of a condition in the legend.
     """
     looks = list(zip(groups.items(), LOOKS, strict=False))
     if all(fell(run) for group in groups.values() for run in group):
@@ -191,12 +190,12 @@ def pitch(run: Run) -> tuple[Array, Array]:
 
 
 def slip(run: Run) -> tuple[Array, Array]:
-    """Return time from the start of the walk (s) and the way slipped (mm) up to the fall."""
+    """Return time from the start of the walk (s) and distance slipped (mm) up to the fall."""
     return _walked(run, 1e3 * record(run).slip)
 
 
 def draw_spectra(axis: Axes, group: Runs, label: str, **look: object) -> None:
-    """Draw the median amplitude of the seeds that stayed up, and how many fell."""
+    """Draw the median amplitude of the seeds that stayed up; the label counts those that fell."""
     found = [one for one in map(spectrum_of, group) if one is not None]
     fallen = len(group) - len(found)
     name = f'{label}, {fallen} of {len(group)} fell' if fallen else label
@@ -218,7 +217,7 @@ def draw_spectra(axis: Axes, group: Runs, label: str, **look: object) -> None:
 
 
 def mark_thesis(axis: Axes, inclination: float, of: Condition, color: str, height: float) -> None:
-    """Mark the thesis's peaks of a walk at a height: a bar as wide as each is known."""
+    """Mark the published peaks of a walk at a height, each as a bar of its range."""
     for low, high in thesis_lines(inclination, of):
         middle = (low + high) / 2.0
         sharp = high - low < 2.1 * LINE_HZ
@@ -277,7 +276,7 @@ def _per_inclination(
     wanted: Callable[[Condition], bool],
     draw: Callable[[Axes, float, Condition, Runs], None],
 ) -> tuple[Figure, str]:
-    """Draw a panel per walk that a seed survived; return the figure and who is missing."""
+    """Draw a panel per walk that a seed survived; return the figure and a note on the others."""
     walks = {walk: group for walk, group in walks_of(runs).items() if wanted(walk[1])}
     stayed = {walk: group for walk, group in walks.items() if not all(map(fell, group))}
     if not stayed:

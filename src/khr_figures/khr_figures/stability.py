@@ -23,13 +23,13 @@ from khr_experiments.stability_map import (
     critical_rows,
     stability_map,
 )
-from khr_experiments.sweeps.folder import read_table
+from khr_experiments.sweeps.folder import read_results
 from khr_figures.errors import FigureError
 from khr_figures.plot_style import styled
 
 SIZE = (9.0, 7.0)  # inches
 EMPTY = '0.85'  # grey of a cell without a value
-MARK: dict[str, Any] = {  # black with a white rim, to be seen on every colour
+MARK: dict[str, Any] = {  # black with a white rim, visible on every colour
     'color': 'black',
     'linestyle': '-',
     'linewidth': 1.0,
@@ -45,7 +45,7 @@ BEST: dict[str, Any] = {
     'markeredgecolor': 'black',
     'markeredgewidth': 0.8,
 }
-MOST_TICKS = 14  # on one side; more are left to the library
+MOST_TICKS = 14  # per axis; with more cells matplotlib chooses
 
 
 def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
@@ -63,7 +63,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         ExperimentError: if there is no sweep, or a parameter is not swept.
         FigureError: if a file cannot be written.
     """
-    counted = stability_map(read_table(folder), x, y)
+    counted = stability_map(read_results(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
     rows_by_file = {
         image.with_name(f'{image.stem}{end}.csv'): rows

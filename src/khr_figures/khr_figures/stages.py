@@ -16,12 +16,12 @@ from khr_figures.records import LOOKS, draw_seeds, fell, grouped, record, seed_l
 
 
 def climb(runs: dict[str, Runs]) -> Figure:
-    """Draw the robot climbing through the stages of control as its ground tilts."""
+    """Draw inclination, stage, forces and correction while the ground tilts."""
     cases = grouped(runs['stages'], lambda run: str(run.point['case']))
     figure, (slope, stage, difference, correction) = panels(
         'inclination, true and read back',
         'stage',
-        'force difference, as the sensors tell it',
+        'force difference, of the sensors',
         'ankle correction',
         columns=2,
         height=5.4,
@@ -49,7 +49,7 @@ def climb(runs: dict[str, Runs]) -> Figure:
 
 
 def _draw_ground(axis: Axes, runs: Runs) -> None:
-    """Draw the true inclination of the longest run, and those at which the stages change."""
+    """Draw the true inclination of the longest run, and the inclinations of the stages."""
     longest = max(map(record, runs), key=lambda series: len(series.time))
     axis.plot(longest.time, np.degrees(longest.inclination), label='true', color='0.2')
     stages = runs[0].scenario.table(StageParameters)

@@ -1,6 +1,6 @@
 """The leg lifts of chapter 3 on the simulated robot: Figures 3.4, 3.5, 3.6 and 3.15.
 
-Forces are the true ones under the support foot; the sensors tell them half a second later.
+Forces are the true ones under the support foot; the sensors measure them half a second later.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ DIFFERENCE = 'Δ = F_T − F_H (N)'
 
 @dataclass(frozen=True)
 class LiftTimes:
-    """Where and when a leg lift happens: the support foot, and times in s."""
+    """The support foot of a leg lift, and the times of its parts in s."""
 
     support: str
     start: float
@@ -62,7 +62,7 @@ class LiftTimes:
 
 
 def lift_of(run: Run) -> LiftTimes:
-    """Return when the parts of a run's leg lift begin."""
+    """Return the times of a run's leg lift."""
     gait = run.scenario.table(GaitParameters)
     times = gait.start_delay + np.cumsum(
         [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
@@ -71,7 +71,7 @@ def lift_of(run: Run) -> LiftTimes:
 
 
 def support_forces(run: Run) -> tuple[Array, Array, Array]:
-    """Return time from the begin of the motion (s), toe and heel force of the support foot (N)."""
+    """Return time from the start of the motion (s), toe and heel force of the support foot (N)."""
     series, lift = record(run), lift_of(run)
     toe, heel = SIDES[lift.support]
     kept = series.time >= lift.start
@@ -85,7 +85,7 @@ def support_forces(run: Run) -> tuple[Array, Array, Array]:
 def held_forces(run: Run) -> tuple[float, float]:
     """Return the mean toe and heel force in the later half of the time on one leg, N.
 
-    NaN if the robot fell before it was over.
+    NaN if the robot fell earlier.
     """
     lift = lift_of(run)
     time, toe, heel = support_forces(run)
@@ -97,13 +97,13 @@ def held_forces(run: Run) -> tuple[float, float]:
 
 
 def held_difference(run: Run) -> float:
-    """Return Delta = F_T - F_H as :func:`held_forces`, N."""
+    """Return the mean Delta = F_T - F_H over the same time as :func:`held_forces`, N."""
     toe, heel = held_forces(run)
     return toe - heel
 
 
 def largest_rate(run: Run) -> float:
-    """Return the largest pitch rate, either way, of a whole leg lift, deg/s; NaN if it fell."""
+    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN after a fall."""
     series, lift = record(run), lift_of(run)
     if series.time[-1] < lift.end:
         return math.nan
@@ -117,7 +117,7 @@ def rate_of_run(run: Run) -> tuple[Array, Array]:
 
 
 def draw_own_difference(axis: Axes, run: Run) -> None:
-    """Draw (3.7) for the pendulum that the simulated robot is as it stands without control."""
+    """Draw (3.7) for a pendulum with the body of the simulated robot, without control."""
     own = stance(
         run.scenario.changed(
             {
@@ -142,7 +142,7 @@ def draw_own_difference(axis: Axes, run: Run) -> None:
 
 
 def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
-    """Draw toe and heel force of the support foot while the other leg lifts and comes down."""
+    """Draw toe and heel force of the support foot while the other leg is lifted and lowered."""
     lifts = grouped(
         (run for run in runs['lift_inclination'] if lift_of(run).support == 'left'),
         inclination_deg,
@@ -270,7 +270,7 @@ def thesis_limit(stage: Condition) -> float:
 
 
 def _force(*parts: int) -> Callable[[Run], tuple[Array, Array]]:
-    """Return what gives the time and the sum of these of toe (0) and heel force (1)."""
+    """Return a function from a run to time and the sum of its toe (0) and heel (1) force."""
 
     def signal(run: Run) -> tuple[Array, Array]:
         time, *forces = support_forces(run)
@@ -296,7 +296,7 @@ def _plot_model(axis: Axes, slope_deg: Array, gain: float, color: str, label: st
 
 
 def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
-    """Mark where the thesis's robot fell, its toe carrying the whole weight."""
+    """Mark the fall of the thesis's robot: its limit, at the whole weight."""
     limit = thesis_limit(stage)
     axis.axvline(limit, color=color, linewidth=0.6, linestyle=':')
     axis.plot(

@@ -98,7 +98,7 @@ def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
 
 
 def _mark_published(axis: Axes) -> None:
-    """Mark the peaks that the thesis gives, each as wide as it is known."""
+    """Mark the published peaks, each by its range."""
     for row in WALKS:
         for low, high in row.lines:
             axis.plot(
@@ -138,7 +138,7 @@ def _mark_dominant(axis: Axes, runs: Mapping[str, Runs]) -> None:
 
 
 def harmonics() -> Figure:
-    """Draw how the harmonics that gravity makes grow with the inclination."""
+    """Draw the amplitude of the harmonics from gravity over the inclination."""
     inclination = np.radians(np.linspace(0.25, 10.0, 40))
     curve = growth(Pendulum(), SWING, inclination)
     degrees = np.degrees(inclination)
@@ -173,7 +173,7 @@ def harmonics() -> Figure:
 
 
 def stiffness() -> Figure:
-    """Draw how the joint's stiffness acts on the loop's vibration."""
+    """Draw the vibration of the loop over the joint's stiffness."""
     servo = identified_servo()
     figure, axes = panels('ringing frequency', 'ringing rate, rms over a gait cycle')
     for setting in (0.0, 12.0, 18.0):

@@ -8,9 +8,9 @@ import yaml
 
 from khr_bringup.node_registry import table_of
 from khr_common import specifications
+from khr_common.files import write_text
 from khr_experiments.calibrate import HALVINGS, FittedConstant, calibrate, default, rows_text
 from khr_experiments.calibration import CONSTANTS, Constant
-from khr_report.errors import ReportError
 from khr_report.page.document import Columns, markdown, table
 
 
@@ -65,17 +65,12 @@ def write(out: Path, seed: int, seeds: int, jobs: int) -> list[FittedConstant]:
 
     Raises:
         ExperimentError: if an argument is not accepted.
-        ReportError: if a file cannot be written.
+        KhrError: if a file cannot be written.
         RunError: if a row cannot be met with any value of its constant.
     """
     found = calibrate(seed, seeds, jobs)
-    try:
-        out.write_text(page(found, seed, seeds), encoding='utf-8')
-        out.with_suffix('.yaml').write_text(constants_file(found), encoding='utf-8')
-    except OSError as error:
-        raise ReportError(
-            f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
+    write_text(out, page(found, seed, seeds))
+    write_text(out.with_suffix('.yaml'), constants_file(found))
     return found
 
 

@@ -60,7 +60,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One instant of a run, with what the robot's own sensors say of it."""
+    """One instant of a run with the robot's sensor readings."""
 
     truth: Truth
     pitch_rate: float
@@ -92,7 +92,7 @@ def frames(scenario: Scenario, run: str = '') -> list[Frame]:
         run: its run folder, if it has one, to compare the trajectory hash with.
 
     Raises:
-        RunError: if the folder holds another trajectory than the one that was run again.
+        RunError: if the trajectory differs from that of the folder.
     """
     kept: list[Frame] = []
 
@@ -104,18 +104,18 @@ def frames(scenario: Scenario, run: str = '') -> list[Frame]:
     if run and outcome.is_file():
         recorded = read_yaml(read_file(outcome), str(outcome))  # JSON is YAML too
         if not isinstance(recorded, dict) or 'trajectory_hash' not in recorded:
-            raise ReportError(f'{outcome}: no outcome; accepted: what khr run has written')
-        told = recorded['trajectory_hash']
-        if recorded.get('end') != 'stopped' and told != result.trajectory_hash:
+            raise ReportError(f'{outcome}: no outcome; accepted: the file that khr run writes')
+        before = recorded['trajectory_hash']
+        if recorded.get('end') != 'stopped' and before != result.trajectory_hash:
             raise RunError(
                 f'{run}: the run did not repeat: trajectory hash {result.trajectory_hash}, '
-                f'recorded {quoted(told)}; was it made with other versions?'
+                f'recorded {quoted(before)}; was it made with other versions?'
             )
     return kept
 
 
-class Stage:
-    """A scene in which a robot takes the poses of a run, and a camera."""
+class PosedScene:
+    """A camera, and a scene whose robot takes the poses of a run."""
 
     def __init__(self, scenario: Scenario, look: Look) -> None:
         self.look = look
@@ -123,10 +123,10 @@ class Stage:
         self._scene.reset(0.0)
 
     def picture(self, truth: Truth) -> Picture:
-        """Return the robot as it stood at an instant, (height, width, 3)."""
+        """Return a picture of the robot at an instant, (height, width, 3)."""
         self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
         self._scene.tilt_ground(truth.inclination)
-        # The camera follows the feet over the ground, not every move of the torso.
+        # The camera follows the feet over the ground, not each motion of the torso.
         middle = truth.sole_position.mean(axis=0)
         target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
         look = self.look
@@ -140,7 +140,7 @@ class Stage:
 
 
 class Caption:
-    """What is written and drawn into the pictures of one run."""
+    """The text and curve drawn into the pictures of one run."""
 
     def __init__(self, scenario: Scenario, kept: list[Frame], look: Look) -> None:
         self._frames = kept
@@ -260,16 +260,16 @@ def render_run(
 def _pictures(
     scenario: Scenario, kept: list[Frame], picked: list[int], look: Look
 ) -> Iterator[Image.Image]:
-    stage, caption = Stage(scenario, look), Caption(scenario, kept, look)
+    world, caption = PosedScene(scenario, look), Caption(scenario, kept, look)
     try:
         for index in picked:
-            yield caption.draw(stage.picture(kept[index].truth), index)
+            yield caption.draw(world.picture(kept[index].truth), index)
     finally:
-        stage.close()
+        world.close()
 
 
 def _within(longest: float, still: float | None, part: tuple[float, float | None]) -> None:
-    """Refuse times that no run of this length has, before it is repeated."""
+    """Check the times against the length of the run before it is repeated."""
     for name, time in (('still', still), ('start', part[0]), ('end', part[1])):
         if time is not None and not 0.0 <= time <= longest:
             raise ReportError(f'--{name}: {time:g} is not accepted; accepted: [0, {longest:g}] s')
@@ -302,7 +302,7 @@ def _save_movie(path: Path, pictures: list[Image.Image], look: Look) -> None:
 
 
 def _save_gif(path: Path, pictures: list[Image.Image], rate: float) -> None:
-    # One palette for all frames: a GIF then stores only what moves, and nothing flickers.
+    # With one palette for all frames a GIF stores only moving parts and does not flicker.
     palette = pictures[len(pictures) // 2].quantize(GIF_COLORS, Image.Quantize.MEDIANCUT)
     first, *rest = [
         picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
@@ -318,7 +318,7 @@ def _save_gif(path: Path, pictures: list[Image.Image], rate: float) -> None:
 
 
 def _base(run: str, scenario: Scenario, out: Path | None) -> Path:
-    if out is not None:  # only a suffix of ours is one: names hold degrees with decimals
+    if out is not None:  # names contain degrees with decimals, so only these count as suffixes
         return out.with_suffix('') if out.suffix in ('.mp4', '.gif', '.png') else out
     folder = Path(run)
     return folder / 'film' if folder.is_dir() else Path(scenario.name)

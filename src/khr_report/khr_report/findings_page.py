@@ -139,7 +139,7 @@ def _rows(board: Scoreboard | None, passed: bool) -> tuple[Block, ...]:
 
 
 def _added(findings: Findings) -> tuple[Block, ...]:
-    """Return the tables of what the thesis does not answer."""
+    """Return the tables of results beyond the thesis."""
     board = findings.scoreboard
     open_walks = _judged(board.walks, None) if board else []
     kept = ('thesis', 'difference', 'kind', 'verdict')

@@ -22,7 +22,7 @@ FRICTION_COLUMNS: Columns[FrictionLimit] = {
 
 
 def blocks(result: BestGains | SoleEffect) -> list[Block]:
-    """Return what a map shows, as tables and text."""
+    """Return the results of a map as tables and text."""
     return _gains(result) if isinstance(result, BestGains) else _soles(result)
 
 

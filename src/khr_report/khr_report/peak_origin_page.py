@@ -13,6 +13,7 @@ from khr_analysis.cycle_spectrum import HIGHEST, Walks
 from khr_analysis.line_chance import chance_within, places
 from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.origin import RULE, Line
+from khr_common.files import write_text
 from khr_experiments.peak_origin import (
     PEAK,
     Band,
@@ -25,7 +26,6 @@ from khr_experiments.peak_origin import (
 )
 from khr_experiments.published import LINE_HZ
 from khr_experiments.sweeps import check_workers
-from khr_report.errors import ReportError
 from khr_report.page.document import Block, Bullets, Columns, Part, markdown, table
 
 SPAN = 11.0  # Hz, in which a control frequency might lie
@@ -58,7 +58,7 @@ def peak_origin(
 
     Raises:
         ExperimentError: if the scenario is not accepted, or no walk survived.
-        ReportError: if the file cannot be written.
+        KhrError: if the file cannot be written.
         RunError: if the computation could not go on; what is finished is kept.
     """
     check_workers(workers)
@@ -67,12 +67,7 @@ def peak_origin(
         + '\n'
     )
     if out is not None:
-        try:
-            out.write_text(text, encoding='utf-8')
-        except OSError as error:
-            raise ReportError(
-                f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
-            ) from error
+        write_text(out, text)
     return text
 
 

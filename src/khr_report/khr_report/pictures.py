@@ -24,7 +24,7 @@ class Pictures:
     """Figures that the workers of a cluster draw; one that fails does not stop the others.
 
     Args:
-        client: of the cluster, whose workers see the same folders.
+        client: of the cluster, whose workers have access to the same folders.
         bar: advances with each figure.
         out: folder of the figures and their CSV files.
         fast: whether to draw the quick and coarse form.
@@ -79,7 +79,7 @@ class Pictures:
             path.unlink(missing_ok=True)  # of an earlier reproduction
         future = self._client.submit(
             _timed, function, *arguments, pure=False, priority=1
-        )  # some take long: not last
+        )  # first, as some take long
         future.add_done_callback(lambda _: self._bar.advance())
         self._futures[result.number] = result, future
 

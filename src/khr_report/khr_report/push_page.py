@@ -13,6 +13,7 @@ from dataclasses import fields
 from pathlib import Path
 from tempfile import TemporaryFile
 
+from khr_common.files import write_text
 from khr_common.markdown import put_between, rewrite_document
 from khr_experiments.push_limits import (
     DURATIONS,
@@ -173,7 +174,7 @@ def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
         out / 'push.md': markdown([largest_pushes(rows)]) + '\n',
     }
     for path, text in texts.items():
-        path.write_text(text, encoding='utf-8')
+        write_text(path, text)
     return list(texts)
 
 

@@ -271,13 +271,7 @@ def _findings(
 def _write(out: Path, findings: Path, results: Reproduction) -> Path:
     """Write findings, scoreboard and page; return the path of the page."""
     write_json(findings.with_suffix('.json'), results.findings)
-    try:
-        write_text(findings, findings_markdown(results.findings))
-    except OSError as error:
-        raise ReportError(
-            f'--findings: {str(findings)!r}: {error.strerror}; accepted: a file that can be '
-            'written'
-        ) from error
+    write_text(findings, findings_markdown(results.findings))
     if results.findings.scoreboard:
         write_scoreboard(out / 'scoreboard.md', results.findings.scoreboard)
     return write_index(out, results)

@@ -45,7 +45,7 @@ class Reproduction:
         maps: stability maps, by the names of their experiments.
         runs: by experiment.
         seeds: number of seeds by experiment; 0 if it uses the scenario's own.
-        seconds: wall time of the command, without what had been computed before.
+        seconds: wall time of the command, without results computed earlier.
         findings: the results as data.
         peaks: origin of the spectral peaks; None if its runs were not asked for, or failed.
     """
@@ -65,6 +65,6 @@ class Reproduction:
 
 
 def distinct(runs: Mapping[str, Runs]) -> list[dict[str, Any]]:
-    """Return the rows of all runs; a run of several experiments is there once."""
+    """Return the rows of all runs; a run of several experiments counts once."""
     rows = (run.row for some in runs.values() for run in some)
     return list({(row['trajectory_hash'], row['wall_time_s']): row for row in rows}.values())

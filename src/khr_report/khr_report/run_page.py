@@ -223,7 +223,7 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
         if run.pushes:
             body += part(
                 'paragraphs',
-                [f'{count(run.pushes, "push", "pushes")} were received over the topic by {name}.'],
+                [f'{name}: {count(run.pushes, "push", "pushes")} received over the topic.'],
             )
     return body
 

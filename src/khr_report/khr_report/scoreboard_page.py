@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
+from khr_common.files import write_text
 from khr_experiments.critical import VIBRATES
 from khr_experiments.json_file import write_json
 from khr_experiments.published import COMMON_DEG, TOLERANCE_DEG
@@ -20,7 +21,6 @@ from khr_experiments.scoreboard_rows import (
     TrendRow,
     WalkRow,
 )
-from khr_report.errors import ReportError
 from khr_report.page.document import (
     Block,
     Columns,
@@ -208,8 +208,8 @@ def write(out: Path, seeds: int, tolerance: float, jobs: int, explain: bool = Tr
         explain: whether to look for changes that explain the limits that miss.
 
     Raises:
-        ReportError: if the page cannot be written.
-        ExperimentError: if an argument is not accepted or the JSON cannot be written.
+        ExperimentError: if an argument is not accepted.
+        KhrError, RunError: if a file cannot be written.
     """
     board = scoreboard(seeds, tolerance, jobs, explain)
     write_scoreboard(out, board)
@@ -220,17 +220,11 @@ def write_scoreboard(out: Path, board: Scoreboard) -> None:
     """Write the page of a scoreboard and its JSON.
 
     Raises:
-        ReportError: if the page cannot be written.
-        ExperimentError: if the JSON cannot be written.
+        KhrError, RunError: if a file cannot be written.
     """
     json = out.with_suffix('.json')
     write_json(json, board)
-    try:
-        out.write_text(scoreboard_markdown(board, json.name), encoding='utf-8')
-    except OSError as error:
-        raise ReportError(
-            f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
+    write_text(out, scoreboard_markdown(board, json.name))
 
 
 def _explained(explanations: tuple[Explanation, ...]) -> tuple[Block, ...]:

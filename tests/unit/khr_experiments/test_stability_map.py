@@ -12,7 +12,7 @@ from scipy.stats import binomtest
 
 from khr_experiments.errors import ExperimentError
 from khr_experiments.stability_map import stability_map
-from khr_experiments.sweeps.folder import Folder, read_table
+from khr_experiments.sweeps.folder import Folder, read_results
 from khr_experiments.sweeps.statistics import crossing, wilson
 from khr_experiments.sweeps.trial import RESULTS
 from khr_figures.errors import FigureError
@@ -150,7 +150,7 @@ def test_the_interval_holds_the_truth_as_often_as_it_claims():
 
 
 def test_every_run_with_an_outcome_is_counted_once(folder):
-    counted = stability_map(read_table(folder), X, Y)
+    counted = stability_map(read_results(folder), X, Y)
     assert counted.y.labels == tuple(GAINS)  # sorted, however they were given
     assert counted.pooled == (Z,)
     assert (counted.runs == RUNS * len(SURFACES)).all()
@@ -168,7 +168,7 @@ def test_every_run_with_an_outcome_is_counted_once(folder):
 
 
 def test_the_critical_inclination_rises_with_the_gain(folder):
-    critical = stability_map(read_table(folder), X, Y).critical
+    critical = stability_map(read_results(folder), X, Y).critical
     for gain, each in zip(GAINS, critical, strict=True):
         assert each.low < 2.0 + gain / 3.0 < each.high
     # known to half a cell of 4 deg
@@ -189,12 +189,12 @@ def test_files_hold_what_was_counted(folder, tmp_path):
         assert int(row['survived']) + int(row['fell']) == int(row['runs'])
     assert [float(row[Y]) for row in read_csv(critical)] == GAINS
     assert [(float(row[X]), float(row[f'best {Y}'])) for row in read_csv(gains)] == [
-        (cell.x, cell.y) for cell in stability_map(read_table(folder), X, Y).best
+        (cell.x, cell.y) for cell in stability_map(read_results(folder), X, Y).best
     ]
 
 
 def test_uncertain_cells_are_hatched(folder):
-    counted = stability_map(read_table(folder), X, Y)
+    counted = stability_map(read_results(folder), X, Y)
     page = figure(counted)
     hatched = [each for each in page.axes[0].collections if each.get_hatch()]
     assert len(hatched) == counted.uncertain().sum() > 0
@@ -202,7 +202,7 @@ def test_uncertain_cells_are_hatched(folder):
 
 
 def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
-    page = figure(stability_map(read_table(folder), X, Y))
+    page = figure(stability_map(read_results(folder), X, Y))
     page.draw_without_rendering()
     panels = page.axes[:4]
     assert [panel.get_title().split(':')[0] for panel in panels] == [
@@ -217,20 +217,20 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
 
 
 def test_the_best_gains_are_marked_and_listed(folder):
-    counted = stability_map(read_table(folder), X, Y)
+    counted = stability_map(read_results(folder), X, Y)
     page = figure(counted)
     stars = [
         line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())
     ]
     assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
     assert 'best K_A: 12 at 0°, 18 at 4°' in page.get_suptitle()
-    assert stability_map(read_table(folder), Y, X).best == []
+    assert stability_map(read_results(folder), Y, X).best == []
 
 
 def test_words_make_an_axis_too(folder, tmp_path):
-    counted = stability_map(read_table(folder), X, Z)
+    counted = stability_map(read_results(folder), X, Z)
     assert counted.y.labels == tuple(SURFACES) and len(counted.critical) == 2
-    sideways = stability_map(read_table(folder), Z, Y)
+    sideways = stability_map(read_results(folder), Z, Y)
     assert sideways.critical == ()
     assert len(draw_map(folder, Z, Y, tmp_path / 'words.png')) == 2
 
@@ -244,7 +244,7 @@ def test_draws_are_gathered_in_bins_that_lose_none(tmp_path):
     axes = {X: {'low': 0.0, 'high': 12.0}, Y: {'low': 6.0, 'high': 18.0}}
     with Folder(tmp_path, request(axes, 301)) as folder:
         folder.append(rows)
-    counted = stability_map(read_table(tmp_path), X, Y)
+    counted = stability_map(read_results(tmp_path), X, Y)
     assert counted.runs.sum() == 301 and counted.runs.shape == (6, 6)
     assert counted.survived.sum() == sum(row['verdict'] != 'fell' for row in rows)
     assert (counted.x.edges[0], counted.x.edges[-1]) == (0.0, 12.0)

@@ -16,7 +16,7 @@ from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.sweeps import sweep
-from khr_experiments.sweeps.folder import JOURNAL, TABLE, Folder, discard_other, read_table
+from khr_experiments.sweeps.folder import JOURNAL, PARQUET, Folder, discard_other, read_results
 from khr_experiments.sweeps.reading import load, parse
 from khr_experiments.sweeps.specification import scenario_at
 from khr_experiments.sweeps.trial import RESULTS, complete, identity, run_trial
@@ -368,14 +368,14 @@ def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, 
     cut = data.draw(st.integers(0, len(content)))
     (path / JOURNAL).write_bytes(content[:cut])
     whole = content[:cut].count(b'\n')
-    assert read_table(path).to_pylist() == [row_of(n) for n in range(whole)]
+    assert read_results(path).to_pylist() == [row_of(n) for n in range(whole)]
     with Folder(path, REQUEST) as folder:
         assert folder.finished() == {f'run {n}' for n in range(whole)}
         folder.append(map(row_of, range(whole, count)))
         folder.export()
     assert (path / JOURNAL).read_bytes() == content
     (path / JOURNAL).unlink()
-    assert read_table(path).to_pylist() == [row_of(n) for n in range(count)]
+    assert read_results(path).to_pylist() == [row_of(n) for n in range(count)]
 
 
 def test_the_table_has_the_types_of_the_parameters(tmp_path):
@@ -408,7 +408,7 @@ def test_another_sweep_is_refused_and_left_alone(tmp_path, changed, says):
 
 def test_a_folder_with_something_else_is_refused_and_left_alone(tmp_path):
     (tmp_path / 'letter.txt').write_text('dear')
-    with pytest.raises(KhrError, match='holds something else'):
+    with pytest.raises(KhrError, match='contains something else'):
         Folder(tmp_path, REQUEST)
     assert [path.name for path in tmp_path.iterdir()] == ['letter.txt']
 
@@ -437,14 +437,14 @@ def test_another_sweep_can_be_discarded_and_nothing_else(tmp_path):
 
 
 def test_two_writers_do_not_share_a_folder(tmp_path):
-    with Folder(tmp_path, REQUEST), pytest.raises(KhrError, match='another sweep'):
+    with Folder(tmp_path, REQUEST), pytest.raises(KhrError, match='another command'):
         Folder(tmp_path, REQUEST)
     with Folder(tmp_path, REQUEST):
         pass
 
 
 def test_an_unreadable_table_is_named(tmp_path):
-    (tmp_path / TABLE).write_text('no parquet')
+    (tmp_path / PARQUET).write_text('no parquet')
     for path in (tmp_path, tmp_path / 'absent'):
         with pytest.raises(KhrError, match='no results of a sweep'):
-            read_table(path)
+            read_results(path)

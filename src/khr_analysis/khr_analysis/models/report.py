@@ -53,7 +53,7 @@ SWING = math.radians(3.0)  # rad, pitch at f_0
 
 
 @cache
-def figures() -> str:
+def tables() -> str:
     """Return the tables of the document as Markdown."""
     parts = [
         '### The pendulum (3.1)-(3.10)',
@@ -82,7 +82,7 @@ def rewrite(text: str) -> str:
     Raises:
         KhrError: if a marker is missing.
     """
-    return put_between(text, BEGIN, END, figures())
+    return put_between(text, BEGIN, END, tables())
 
 
 def _pendulum() -> str:

@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rclpy.clock import Clock, ClockType
 
 from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
-from khr_analysis.outcome_text import figures
+from khr_analysis.outcome_text import quantities
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import (
@@ -85,7 +85,7 @@ class MonitorNode(Listener):
         self._peak = peaks.status[0].message if peaks.status else ''
 
     def _publish(self, outcome: Outcome) -> None:
-        values = {**figures(outcome), 'final': str(self.received_all).lower()}
+        values = {**quantities(outcome), 'final': str(self.received_all).lower()}
         self._outcome_out.publish(
             DiagnosticStatus(name='outcome', message=outcome.verdict, values=_pairs(values))
         )

@@ -13,7 +13,7 @@ from rich.table import Table
 from khr_bringup.code_version import code_version
 from khr_experiments.errors import ExperimentError
 from khr_experiments.progress import Bar
-from khr_experiments.sweeps.folder import Folder, read_table
+from khr_experiments.sweeps.folder import Folder, read_results
 from khr_experiments.sweeps.reading import load
 from khr_experiments.sweeps.specification import Sweep
 
@@ -110,11 +110,11 @@ def _run(
 
 def _summarise(specification: Sweep, folder: Folder, total: int) -> None:
     path = folder.export()
-    rows = read_table(path)
+    rows = read_results(path)
     verdicts = Counter(rows.column('verdict').to_pylist())
-    table = Table(title=specification.name, show_header=False, title_justify='left')
-    table.add_row('runs', f'{rows.num_rows} of {total}')
+    summary = Table(title=specification.name, show_header=False, title_justify='left')
+    summary.add_row('runs', f'{rows.num_rows} of {total}')
     for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):
-        table.add_row(verdict or 'refused', str(count))
-    table.add_row('results', str(path))
-    Console().print(table)
+        summary.add_row(verdict or 'refused', str(count))
+    summary.add_row('results', str(path))
+    Console().print(summary)

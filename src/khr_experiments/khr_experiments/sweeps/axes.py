@@ -1,4 +1,4 @@
-"""What a sweep varies: one axis per parameter, of listed values or of a range to draw from."""
+"""The axes of a sweep: listed values of a parameter, or a range to draw from."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ LARGEST_AXIS = 100_000
 
 @dataclass(frozen=True)
 class Labels:
-    """The axes whose values are names, each of which stands for values of several parameters."""
+    """The axes whose values are names, each standing for values of several parameters."""
 
-    scenario: str = parameter('', 'Of a list of scenarios.')
-    case: str = parameter('', 'Of the cases.')
+    scenario: str = parameter('', 'Name of a scenario.')
+    case: str = parameter('', 'Label of a case.')
 
 
 SCENARIO, CASE = LABELS = tuple(specifications(Labels))
@@ -30,7 +30,7 @@ SCENARIO, CASE = LABELS = tuple(specifications(Labels))
 
 @dataclass(frozen=True)
 class Axis:
-    """The values of one swept parameter, or the range that they are drawn from.
+    """The values of one swept parameter, or the range from which they are drawn.
 
     Attributes:
         values: listed values; empty for a range.
@@ -42,7 +42,7 @@ class Axis:
     high: float = 0.0
 
     def draw(self, generator: np.random.Generator) -> Any:
-        """Draw one value, each as likely as any other."""
+        """Draw one value with uniform probability."""
         if self.values:
             return self.values[int(generator.integers(len(self.values)))]
         if isinstance(self.low, int) and isinstance(self.high, int):
@@ -50,7 +50,7 @@ class Axis:
         return float(generator.uniform(self.low, self.high))
 
     def record(self) -> list[Any] | dict[str, float]:
-        """Return the axis as it is stored beside the results."""
+        """Return the axis as plain data for the file of the sweep."""
         return list(self.values) if self.values else {'low': self.low, 'high': self.high}
 
 
@@ -58,7 +58,7 @@ def parameter_named(where: str, name: Any) -> Specification:
     """Return the specification of ``node.parameter``.
 
     Raises:
-        ExperimentError: if there is none; ``where`` is what its text begins with.
+        ExperimentError: if there is none; its message begins with ``where``.
     """
     node, dot, key = str(name).partition('.')
     if not dot or node not in registry():
@@ -75,7 +75,7 @@ def parameter_named(where: str, name: Any) -> Specification:
 
 
 def column_named(name: str) -> Specification:
-    """Return the specification of a swept parameter, or that of an axis of names.
+    """Return the specification of a swept parameter or of an axis of names.
 
     Raises:
         ExperimentError: if there is none.
@@ -84,10 +84,10 @@ def column_named(name: str) -> Specification:
 
 
 def checked(where: str, specification: Specification, value: Any) -> Any:
-    """Return the value if the parameter accepts it.
+    """Return the value after checking that the parameter accepts it.
 
     Raises:
-        ExperimentError: if it does not; ``where`` is what its text begins with.
+        ExperimentError: if it does not; its message begins with ``where``.
     """
     try:
         return specification.check(value)
@@ -100,7 +100,7 @@ def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
     """Read an axis of a grid: a list of values, or start, stop (included) and step.
 
     Raises:
-        ExperimentError: if it is empty, repeats a value, or holds one that is not accepted.
+        ExperimentError: if it is empty, repeats a value, or contains one that is not accepted.
     """
     accepted = (
         'a list of values'
@@ -116,10 +116,10 @@ def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
 
 
 def random_axis(where: str, specification: Specification, given: Any) -> Axis:
-    """Read an axis to draw from: a list of choices, or low and high.
+    """Read an axis of random draws: a list of choices, or low and high.
 
     Raises:
-        ExperimentError: if it is empty, or holds a value that is not accepted.
+        ExperimentError: if it is empty, or contains a value that is not accepted.
     """
     accepted = (
         'a list of choices'
@@ -157,11 +157,11 @@ def _steps(
             {'start': start, 'stop': stop, 'step': step},
             f'a start up to the stop, and at most {LARGEST_AXIS} values',
         )
-    # Without the rounding 0.1 taken three times would be 0.30000000000000004.
+    # Without rounding, three steps of 0.1 would give 0.30000000000000004.
     values = (start + step * number for number in range(count))
     return tuple(checked(where, specification, round(value, 10)) for value in values)
 
 
 def refuse(where: str, value: Any, accepted: str) -> NoReturn:
-    """Raise a ExperimentError that names place, value and what is accepted."""
+    """Raise an ExperimentError that names place, value and what is accepted."""
     raise ExperimentError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')

@@ -1,4 +1,4 @@
-"""Where a sweep's runs are computed: processes of this machine, or a Dask cluster."""
+"""Compute the runs of a sweep on processes of this machine, or on a Dask cluster."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from khr_common import KhrError, RunError
 from khr_experiments.errors import ExperimentError
 
 CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
-AHEAD = 4  # runs handed out per worker thread, so that none waits for the next
-LEAST_AHEAD = 64  # as few as this go unnoticed, and let later workers join in
+AHEAD = 4  # runs submitted per worker thread, so that no worker is idle
+LEAST_AHEAD = 64  # runs submitted at least, so that workers that join later find some
 
 Task = TypeVar('Task')
 Result = TypeVar('Result')
@@ -30,11 +30,11 @@ def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
     """Connect to a scheduler, or start a cluster of single-threaded processes on this machine.
 
     Args:
-        workers: number of processes to start; without meaning for a scheduler.
+        workers: number of processes to start; ignored with a scheduler.
         scheduler: address such as ``tcp://host:8786``.
 
     Raises:
-        ExperimentError: if no scheduler answers there.
+        ExperimentError: if no scheduler answers at the address.
     """
     _silence()
     if scheduler is None:
@@ -51,50 +51,48 @@ def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
 def compute(
     client: Client, function: Callable[[Task], Result], tasks: Iterable[tuple[str, Task]]
 ) -> Iterator[list[tuple[str, Result | None]]]:
-    """Apply a function to tasks on the cluster; yield their results in batches, as they come.
+    """Apply a function to tasks on the cluster; yield results in batches as they finish.
 
-    Only a window of the tasks is handed out at a time, however many there are.
+    Only a window of the tasks is submitted at a time.
 
     Args:
         client: from :func:`connected`.
         function: importable by the workers.
-        tasks: each with a key; equal keys are taken for equal tasks.
+        tasks: each with a key; tasks with equal keys are considered equal.
 
     Yields:
-        Keys with results; None for a task whose workers died again and again.
+        Keys with results; None for a task whose workers died repeatedly.
 
     Raises:
-        RunError: if the function raised, or the scheduler is gone.
+        RunError: if the function raised, or the scheduler stopped.
     """
     remaining = iter(tasks)
 
-    def hand_out(count: int) -> list[Any]:
+    def submit(count: int) -> list[Any]:
         return [
             client.submit(function, task, key=key, pure=True)
             for key, task in islice(remaining, count)
         ]
 
     ahead = max(LEAST_AHEAD, AHEAD * sum(client.nthreads().values()))
-    waiting = as_completed(
-        hand_out(ahead), loop=client.loop, with_results=True, raise_errors=False
-    )
+    waiting = as_completed(submit(ahead), loop=client.loop, with_results=True, raise_errors=False)
     for batch in waiting.batches():
-        waiting.update(hand_out(len(batch)))
+        waiting.update(submit(len(batch)))
         yield [(future.key, _result(future, result)) for future, result in batch]
 
 
 def _silence() -> None:
-    """Keep Dask from telling at length on stderr what is told here in one line."""
+    """Suppress the log of Dask: errors are reported here in one line."""
     for name in [*logging.root.manager.loggerDict, 'distributed']:
         if name.split('.')[0] in ('distributed', 'tornado', 'asyncio'):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 def _local(workers: int) -> LocalCluster:
-    """Start workers that do not hear a terminal's SIGINT: it is for the command alone."""
+    """Start workers that ignore a terminal's SIGINT: only the command handles it."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # processes inherit it
     try:
-        # Dask's own profiler would take a tenth of the workers' time.
+        # Dask's profiler would take a tenth of the workers' time.
         with dask.config.set({'distributed.worker.profile.enabled': False}):
             return LocalCluster(
                 n_workers=workers,
@@ -113,8 +111,8 @@ def _join(scheduler: str) -> Client:
         place = urlsplit(scheduler)
         if place.scheme != 'tcp' or not place.hostname or not place.port:
             raise ValueError
-        # Dask's own client would wait for ever for a stranger that says nothing; a scheduler
-        # speaks first.
+        # Dask's client would wait for ever for a server that sends nothing; a scheduler
+        # sends first.
         with socket.create_connection((place.hostname, place.port), CONNECT_TIMEOUT) as probe:
             if not probe.recv(1):
                 raise ValueError
@@ -131,7 +129,7 @@ def _result(future: Any, result: Any) -> Any:
     if future.status == 'finished':
         return result
     if future.status != 'error':
-        raise RunError('the scheduler is gone; start it and repeat the command to go on')
+        raise RunError('the scheduler has stopped; start it and repeat the command to go on')
     error = result[1]
     if isinstance(error, KilledWorker):
         return None

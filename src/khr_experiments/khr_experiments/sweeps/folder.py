@@ -1,9 +1,9 @@
-"""The folder of a sweep: what was asked for, a journal of finished runs, and their table.
+"""The folder of a sweep: its request, a journal of finished runs, and their results.
 
-``sweep.json`` says which runs the sweep has. ``rows.jsonl`` grows by a line per finished run: a
-command that is killed at any instant leaves at worst a torn last line. ``results.parquet`` is
-the journal as a table, written when the sweep is complete or interrupted. ``series/`` holds the
-signals of the runs if the sweep keeps them; those of a run are there before its line is.
+``sweep.json`` defines the runs of the sweep. ``rows.jsonl`` grows by a line per finished run: a
+command that is killed leaves at worst a torn last line. ``results.parquet`` has the same rows,
+written when the sweep is complete or interrupted. ``series/`` has the signals of the runs if the
+sweep keeps them; they are written before the line of their run.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from khr_experiments.errors import ExperimentError
 from khr_experiments.sweeps.axes import column_named
 from khr_experiments.sweeps.trial import RESULTS, Row
 
-REQUEST, JOURNAL, TABLE, SERIES = 'sweep.json', 'rows.jsonl', 'results.parquet', 'series'
+REQUEST, JOURNAL, PARQUET, SERIES = 'sweep.json', 'rows.jsonl', 'results.parquet', 'series'
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
 _CHANGED = {
     'version': 'another version of the project',
@@ -34,21 +34,21 @@ _CHANGED = {
     'axes': 'other axes',
     'samples': 'another number of samples',
     'seeds': 'another number of seeds',
-    'keep': 'other things to keep',
+    'keep': 'another choice of what to keep',
 }
-_ACCEPTED = 'a new or empty folder, or that of this same sweep'
+_ACCEPTED = 'a new or empty folder, or that of the same sweep'
 
 
 class Folder:
     """A sweep's folder, open for one writer.
 
     Args:
-        path: the folder; it is made if it is not there.
-        request: what decides the runs of the sweep, from Specification.record and the version.
+        path: the folder; made if needed.
+        request: all that determines the runs of the sweep, from Specification.record and the version.
 
     Raises:
-        ExperimentError: if the folder cannot be written, holds something else or another sweep, or
-            another command is writing it.
+        ExperimentError: if the folder cannot be written, contains something else or another
+            sweep, or is being written by another command.
     """
 
     def __init__(self, path: Path, request: dict[str, Any]) -> None:
@@ -67,7 +67,7 @@ class Folder:
         except BlockingIOError as error:
             self._journal.close()
             raise ExperimentError(
-                f'--out: {str(path)!r} is being written by another sweep; accepted: {_ACCEPTED}'
+                f'--out: {str(path)!r} is being written by another command; accepted: {_ACCEPTED}'
             ) from error
         self._journal.truncate(_whole(path / JOURNAL))
 
@@ -83,33 +83,33 @@ class Folder:
             return {json.loads(line)['id'] for line in lines}
 
     def append(self, rows: Iterable[Row]) -> None:
-        """Add finished runs; they are on the disk when this returns."""
+        """Append finished runs; they are on the disk when this returns."""
         for row in rows:
             self._journal.write(json.dumps(row).encode() + b'\n')
         self._journal.flush()
         os.fsync(self._journal.fileno())
 
     def keep(self, run: str, series: Series) -> None:
-        """Keep the signals of a run, before its row is appended."""
+        """Write the signals of a run; call it before its row is appended."""
         path = series_path(self.path, run)
         path.parent.mkdir(exist_ok=True)
         series.save(path)
 
     def export(self) -> Path:
-        """Write the journal as a Parquet table; return its path."""
-        table, path = self.path / TABLE, self.path / f'{TABLE}.part'
+        """Write the journal as a Parquet file; return its path."""
+        results, path = self.path / PARQUET, self.path / f'{PARQUET}.part'
         pyarrow.parquet.write_table(_read_journal(self.path, self._request), path)
-        path.replace(table)
-        return table
+        path.replace(results)
+        return results
 
 
 def series_path(folder: Path, run: str) -> Path:
-    """Return where the signals of a run are, by its id."""
+    """Return the file of the signals of a run, by its id."""
     return folder / SERIES / f'{run}.npz'
 
 
 def discard_other(path: Path, request: dict[str, Any]) -> bool:
-    """Empty a folder if it holds another sweep, or the same of another version; say if it did.
+    """Empty a folder of another sweep or version; return whether it was emptied.
 
     Raises:
         ExperimentError: if another command is writing it.
@@ -125,11 +125,11 @@ def discard_other(path: Path, request: dict[str, Any]) -> bool:
         for file in path.iterdir():
             if file.is_file() and file.name != REQUEST:
                 file.unlink()
-        (path / REQUEST).unlink()  # last: what is cut here is still known for a sweep
+        (path / REQUEST).unlink()  # last: a folder emptied halfway is still known as a sweep
     return True
 
 
-def read_table(path: Path) -> pa.Table:
+def read_results(path: Path) -> pa.Table:
     """Read the finished runs of a sweep, complete or not, with the request in the metadata.
 
     Args:
@@ -141,25 +141,25 @@ def read_table(path: Path) -> pa.Table:
     try:
         if (path / JOURNAL).is_file():
             return _read_journal(path, json.loads((path / REQUEST).read_text(encoding='utf-8')))
-        return pyarrow.parquet.read_table(path / TABLE if path.is_dir() else path)
+        return pyarrow.parquet.read_table(path / PARQUET if path.is_dir() else path)
     except (OSError, ValueError, pa.ArrowException) as error:
         raise ExperimentError(
-            f'{path}: no results of a sweep; accepted: the folder of a sweep, or its {TABLE}'
+            f'{path}: no results of a sweep; accepted: the folder of a sweep, or its {PARQUET}'
         ) from error
 
 
-def request_of(table: pa.Table) -> dict[str, Any]:
-    """Return what was asked of the sweep that a table comes from.
+def request_of(results: pa.Table) -> dict[str, Any]:
+    """Return the request of the sweep that made the results.
 
     Raises:
-        ExperimentError: if the table is not from a sweep.
+        ExperimentError: if the results are not from a sweep.
     """
     try:
-        request: dict[str, Any] = json.loads(table.schema.metadata[b'khr.sweep'])
+        request: dict[str, Any] = json.loads(results.schema.metadata[b'khr.sweep'])
         return request
     except (KeyError, TypeError, ValueError) as error:
         raise ExperimentError(
-            'the table is not from a sweep; accepted: results of khr sweep'
+            'the file is not from a sweep; accepted: results of khr sweep'
         ) from error
 
 
@@ -172,12 +172,12 @@ def _claim(path: Path, request: dict[str, Any]) -> None:
         stored = json.loads((path / REQUEST).read_text(encoding='utf-8'))
     except (FileNotFoundError, ValueError) as error:
         raise ExperimentError(
-            f'--out: {str(path)!r} holds something else; accepted: {_ACCEPTED}'
+            f'--out: {str(path)!r} contains something else; accepted: {_ACCEPTED}'
         ) from error
     for key, value in request.items():
         if stored.get(key) != value:
             raise ExperimentError(
-                f'--out: {str(path)!r} holds a sweep with {_CHANGED[key]}; accepted: {_ACCEPTED}'
+                f'--out: {str(path)!r} contains a sweep with {_CHANGED[key]}; accepted: {_ACCEPTED}'
             )
 
 
@@ -204,10 +204,10 @@ def _read_journal(path: Path, request: dict[str, Any]) -> pa.Table:
     if not length:
         return schema.empty_table()
     with (path / JOURNAL).open('rb') as file:
-        table = pyarrow.json.read_json(
+        results = pyarrow.json.read_json(
             pa.BufferReader(file.read(length)),
             parse_options=pyarrow.json.ParseOptions(
                 explicit_schema=schema, unexpected_field_behavior='error'
             ),
         )
-    return table.select(schema.names).cast(schema)
+    return results.select(schema.names).cast(schema)

@@ -1,4 +1,4 @@
-"""Sweeps as files: read strictly from YAML."""
+"""Read sweeps strictly from YAML."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ def load(path: Path, fast: bool = False) -> Sweep:
 
     Args:
         path: the file.
-        fast: whether what it has under ``fast`` replaces what stands above.
+        fast: whether the keys under ``fast`` replace those of the same name.
 
     Raises:
-        ExperimentError: if there is no such file, or it does not read; the text names file, key
+        ExperimentError: if there is no such file, or it is not valid; the message names file, key
             and value, and what is accepted.
     """
     if not path.is_file():
@@ -50,9 +50,9 @@ def load(path: Path, fast: bool = False) -> Sweep:
 
 
 def parse(text: str, file: str, fast: bool = False) -> Sweep:
-    """Read a sweep from text; ``file`` is what error texts call it.
+    """Read a sweep from text; ``file`` is its name in error messages.
 
-    Both forms are checked, whichever is asked for.
+    Both forms are checked, whichever is returned.
 
     Raises:
         ExperimentError: as :func:`load`.
@@ -110,7 +110,7 @@ def _of_cases(cases: Cases) -> dict[str, Axis]:
 
 
 def _scenarios(where: str, given: dict[str, Any]) -> dict[str, Scenario]:
-    """Read the scenario, or several by name, with what is set for all."""
+    """Read the scenario, or several by name, with the values set for all."""
     names = given['scenario']
     names = names if isinstance(names, list) else [names]
     if not names or not all(isinstance(name, str) for name in names):
@@ -140,7 +140,7 @@ def _cases(where: str, given: Any, present: bool) -> Cases:
         or not given
         or not all(isinstance(label, str) and label for label in given)
     ):
-        refuse(f'{where}: cases', given, 'a mapping of labels to what each sets')
+        refuse(f'{where}: cases', given, 'a mapping of labels to values')
     return {
         label: _values(where, f'cases: {named(label)}', values) for label, values in given.items()
     }
@@ -164,7 +164,7 @@ def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
     axes = {}
     for kind in kinds:
         if not isinstance(given[kind], dict) or not given[kind]:
-            refuse(f'{where}: {kind}', given[kind], 'a mapping of node.parameter to what it takes')
+            refuse(f'{where}: {kind}', given[kind], 'a mapping of node.parameter to values')
         read = grid_axis if kind == 'grid' else random_axis
         for name, values in given[kind].items():
             specification = parameter_named(f'{where}: {kind}', name)
@@ -195,7 +195,7 @@ def _keep(where: str, given: dict[str, Any]) -> bool:
 
 
 def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str, Axis]) -> None:
-    """Refuse a parameter that is given in two ways, of which one would win silently."""
+    """Refuse a parameter that is given twice: one value would silently win."""
     of_cases = {name for values in cases.values() for name in values}
     for one, other, words in (
         (fixed, axes, 'set and swept'),
@@ -208,7 +208,7 @@ def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str,
 
 
 def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
-    """Refuse cases whose values do not go together, and what does not go with seeds."""
+    """Refuse values of cases that contradict one another, and values that contradict seeds."""
     of_cases = {name for values in sweep.cases.values() for name in values}
     stated_seeds = sorted(
         name for name in {*sweep.axes, *fixed, *of_cases} if name.endswith('.seed')

@@ -1,4 +1,4 @@
-"""The runs that sweeps still lack, computed on a cluster and kept."""
+"""Compute the missing runs of sweeps on a cluster and keep them."""
 
 from __future__ import annotations
 
@@ -21,30 +21,30 @@ if TYPE_CHECKING:
 def run_missing(
     client: Client, sweeps: Sequence[tuple[Sweep, Folder]]
 ) -> Iterator[list[Row | None]]:
-    """Compute what the folders of several sweeps lack; yield batches of rows that are kept.
+    """Compute the runs missing in the folders of sweeps; yield batches of rows after writing them.
 
-    A run that several sweeps have, or several cases of one, is made once. Workers need not see
-    the folders: signals come back with the results and are written here.
+    A run that belongs to several sweeps or cases is computed once. Workers need no access to the
+    folders: signals are returned with the results and written here.
 
     Args:
         client: of the cluster, from :func:`khr_experiments.sweeps.cluster.connected`.
         sweeps: each with its open folder.
 
     Yields:
-        Rows; None for one whose run's workers died again and again.
+        Rows; None for a run whose workers died repeatedly.
 
     Raises:
         RunError: if the computation could not go on; what is finished is kept.
     """
     version = code_version()
-    wanted: dict[str, list[_Wanted]] = {}  # by run; without its scenario, as they may be many
-    for trial, folder in _lacking(sweeps, version):
+    wanted: dict[str, list[_Wanted]] = {}  # by run; scenarios would take too much memory
+    for trial, folder in _missing(sweeps, version):
         labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
         wanted.setdefault(trial.run, []).append(_Wanted(folder, labels, trial.keep))
 
     def tasks() -> Iterator[tuple[str, Trial]]:
         begun = set()
-        for trial, _ in _lacking(sweeps, version):
+        for trial, _ in _missing(sweeps, version):
             if trial.run not in begun:
                 begun.add(trial.run)
                 yield trial.run, replace(trial, keep=any(each.keep for each in wanted[trial.run]))
@@ -54,14 +54,14 @@ def run_missing(
 
 
 class _Wanted(NamedTuple):
-    """Where a run's row goes, what stands there beside its results, and whether it has signals."""
+    """The folder of a run's row, its columns beside the results, and whether it keeps signals."""
 
     folder: Folder
     labels: Row
     keep: bool
 
 
-def _lacking(
+def _missing(
     sweeps: Sequence[tuple[Sweep, Folder]], version: str
 ) -> Iterator[tuple[Trial, Folder]]:
     for specification, folder in sweeps:
@@ -72,7 +72,7 @@ def _lacking(
 
 
 def _kept(batch: Sequence[tuple[_Wanted, tuple[Row, Series | None] | None]]) -> list[Row | None]:
-    """Write what has come to where it is wanted; return the rows."""
+    """Write results to the folders that want them; return the rows."""
     rows: list[Row | None] = []
     of_folder: dict[Folder, list[Row]] = {}
     for (folder, labels, keep), result in batch:

@@ -1,4 +1,4 @@
-"""What a sweep is: one or more scenarios, what is varied in them, and how often."""
+"""The specification of a sweep: its scenarios, axes and seeds."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ class Sweep:
     """A sweep: every combination of the axes, or random draws from them, each with every seed.
 
     Attributes:
-        file: where it was read from, for error texts.
+        file: where it was read from, for error messages.
         name: the stem of its file.
         title: the first comment line of its file.
-        scenarios: what the runs start from, by name.
-        cases: sets of values by label; none if there is one set only.
-        axes: by ``node.parameter``; before them, if there are several to choose from,
-            ``scenario`` and ``case``, which are combined with every draw of the others.
+        scenarios: by name.
+        cases: sets of values by label; empty without cases.
+        axes: by ``node.parameter``; before them ``scenario`` and ``case``, if there are several,
+            which are combined with every draw of the others.
         samples: number of random draws; None for a grid.
         seeds: number of seeds; None leaves the scenario's own.
         keep: whether the signals of each run are kept.
@@ -49,17 +49,17 @@ class Sweep:
 
     @property
     def count(self) -> int:
-        """Count the runs; equal random draws count each."""
+        """Count the runs, including equal random draws."""
         labels, parameters = (
             prod(len(axis.values) for axis in axes.values()) for axes in self._split()
         )
         return labels * (parameters if self.samples is None else self.samples) * (self.seeds or 1)
 
     def starts(self) -> Iterator[tuple[dict[str, str], Scenario]]:
-        """Yield what the runs of each scenario and case have in common, with its labels.
+        """Yield the labels and the common scenario of each scenario and case.
 
         Raises:
-            ExperimentError: if values do not go together.
+            ExperimentError: if values contradict one another.
         """
         labels, _ = self._split()
         for values in product(*(axis.values for axis in labels.values())):
@@ -67,10 +67,10 @@ class Sweep:
             yield chosen, _start(self.scenarios, self.cases, chosen)
 
     def trials(self, version: str) -> Iterator[Trial]:
-        """Yield every run once; all points with the first seed come before those with the next.
+        """Yield every run once, all points with the first seed before those with the next.
 
         Raises:
-            ExperimentError: if values do not go together.
+            ExperimentError: if values contradict one another.
         """
         _, axes = self._split()
         starts = [
@@ -84,14 +84,14 @@ class Sweep:
                     run = identity(start.complete_with(changes), version)
                     key = identity([run, *labels.values()], version) if labels else run
                     if key in seen:
-                        continue  # the same draw again
+                        continue  # an equal draw
                     seen.add(key)
                     yield Trial(
                         run, key, labels | point, seed, start.changed(changes), version, self.keep
                     )
 
     def record(self) -> dict[str, Any]:
-        """Return all that decides which runs the sweep has, as it is stored beside them."""
+        """Return all that determines the runs as plain data for the file of the sweep."""
         return {
             'scenario': {name: each.values for name, each in self.scenarios.items()},
             'cases': self.cases,
@@ -109,7 +109,7 @@ class Sweep:
         )
 
     def _draws(self, axes: dict[str, Axis]) -> Iterator[dict[str, Any]]:
-        """Yield the parameters of each point. Draw i is the same in every sweep of the axes."""
+        """Yield the parameters of each point; draw i is the same in every sweep of these axes."""
         if self.samples is None:
             for values in product(*(axis.values for axis in axes.values())):
                 yield dict(zip(axes, values, strict=True))
@@ -120,7 +120,7 @@ class Sweep:
 
 
 class _Variant:
-    """What the runs of one scenario and case have in common, for very many of them."""
+    """The common values of the runs of one scenario and case, computed once."""
 
     def __init__(self, file: str, scenario: Scenario, axes: dict[str, Axis]) -> None:
         self._file = file
@@ -132,7 +132,7 @@ class _Variant:
         }
 
     def complete_with(self, changes: Values) -> Values:
-        """Return all values, defaults filled in; refuse those that do not go together."""
+        """Return all values, defaults filled in; refuse values that contradict one another."""
         for node, table in self._tables.items():
             try:
                 replace(
@@ -149,7 +149,7 @@ class _Variant:
         }
 
     def changed(self, changes: Values) -> Scenario:
-        """Return the scenario with values that have been checked."""
+        """Return the scenario with changed values, which are already checked."""
         values = self._scenario.values
         return replace(
             self._scenario,
@@ -161,7 +161,7 @@ class _Variant:
 
 
 def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int | None) -> Scenario:
-    """Return the scenario of one run of a sweep whose :meth:`Sweep.record` is given."""
+    """Return the scenario of one run of the sweep with the given :meth:`Sweep.record`."""
     stored = {name: Scenario(name, values) for name, values in record['scenario'].items()}
     parameters = {name: value for name, value in point.items() if name not in LABELS}
     return _start(stored, record['cases'], point).changed(keyed(parameters | seeds_of(seed)))
@@ -173,7 +173,7 @@ def seeds_of(seed: int | None) -> dict[str, int]:
 
 
 def keyed(values: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
-    """Return values by (node, key) that are given by ``node.parameter``."""
+    """Convert keys from ``node.parameter`` to (node, key)."""
     return {(name.split('.')[0], name.split('.')[1]): value for name, value in values.items()}
 
 

@@ -1,4 +1,4 @@
-"""What a sweep's runs say of a probability: its interval, and where it crosses one half."""
+"""Estimate a probability from runs: its interval, and where it crosses one half."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ CENTRES, WIDTHS = 601, 40  # of the curves tried
 def wilson(hits: int, runs: int) -> tuple[float, float]:
     """Return Wilson's 95 % interval of a probability after ``hits`` in ``runs`` (1927).
 
-    Unlike the usual one it does not shrink to nothing when all runs hit, or none.
+    Unlike the normal approximation it has a width even if all runs hit, or none.
     """
     if runs == 0:
         return 0.0, 1.0
@@ -36,7 +36,7 @@ class Crossing:
 
     Attributes:
         value: the most likely place; nan if the runs do not show one.
-        low, high: its 95 % interval; infinite on a side that the runs leave open.
+        low, high: its 95 % interval; infinite on a side that the runs do not bound.
     """
 
     value: float
@@ -47,10 +47,9 @@ class Crossing:
 def crossing(x: Array, hits: Array, runs: Array) -> Crossing:
     """Fit a logistic curve to hits among runs at each ``x``, all (n,); return where it is 1/2.
 
-    The interval is that of the profile likelihood, which holds as well where all runs before
-    some x hit and none after: the curve is then a step somewhere between, and its middle is the
-    most likely place. Whether the curve rises or falls is taken from the runs; if they do not
-    tell, it falls.
+    The interval is that of the profile likelihood, which is also valid if all runs up to some x
+    hit and none beyond: the curve is then a step in between, and the middle is the most likely
+    place. The runs decide whether the curve rises or falls; if they do not, it falls.
     """
     places = np.unique(x[runs > 0])
     if len(places) < 2:
@@ -66,7 +65,10 @@ def crossing(x: Array, hits: Array, runs: Array) -> Crossing:
     profile = likelihood.max(axis=1)
     best = centres[profile > profile.max() - 1e-3]
     inside = np.flatnonzero(profile > profile.max() - DROP)
-    first, last = inside[0] - 1, inside[-1] + 1  # outside: the interval holds what lies between
+    first, last = (
+        inside[0] - 1,
+        inside[-1] + 1,
+    )  # neighbours outside, as the ends are between grid points
     found = bool(best[0] > places[0] - 1e-9 and best[-1] < places[-1] + 1e-9)
     return Crossing(
         float(best[[0, -1]].mean()) if found else np.nan,

@@ -1,4 +1,4 @@
-"""One run of a sweep: what identifies it, how it is run, what it yields."""
+"""One run of a sweep: its identity, its execution, its results."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from khr_experiments.errors import ExperimentError
 if TYPE_CHECKING:
     from khr_bringup.run_signals import Series
 
-# What a run yields besides its point, by column, in this order; absent values are null.
+# Results of a run, by column, in this order; missing values are null.
 RESULTS: dict[str, type[Any]] = {
     'verdict': str,
     'time_s': float,
@@ -44,13 +44,13 @@ class Trial:
 
     Attributes:
         run: digest of all parameters, defaults included, and of the code's version.
-        id: the same with the names that a sweep has for them; two cases that come to the same are
-            two trials of one run.
+        id: the same with the labels of the sweep; two cases with equal parameters are two trials
+            of one run.
         point: the swept values, by axis.
         seed: number of the seed; None if the sweep leaves the scenario's own.
         scenario: what to run.
         version: of the code that planned it.
-        keep: whether its signals are asked for.
+        keep: whether its signals are kept.
     """
 
     run: str
@@ -82,11 +82,11 @@ def identity(values: Any, version: str) -> str:
 def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     """Run a trial offline; return its RESULTS, and its signals if they are kept.
 
-    A run that its parameters do not allow, such as a gait out of the legs' reach, yields a row
-    with the reason in ``error`` and no verdict.
+    A run with parameters that exclude one another, such as a gait out of the legs' reach, returns
+    a row with the reason in ``error`` and no verdict.
 
     Raises:
-        ExperimentError: if the code here is not of the version that planned the trial.
+        ExperimentError: if the version of this code differs from the one that planned the trial.
     """
     if code_version() != trial.version:
         raise ExperimentError(
@@ -108,7 +108,7 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
         row['error'] = str(error)
     else:
         row |= {
-            **_figures(result.outcome),
+            **_quantities(result.outcome),
             'end': result.end,
             'time_s': result.time,
             'trajectory_hash': result.trajectory_hash,
@@ -116,7 +116,7 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     return row | {'wall_time_s': time.monotonic() - start}, series
 
 
-def _figures(outcome: Outcome) -> Row:
+def _quantities(outcome: Outcome) -> Row:
     return {
         'verdict': outcome.verdict,
         'fell_at_s': outcome.fell_at,

@@ -60,9 +60,18 @@ Block = str | Table | Bullets | Part  # a text is a paragraph
 
 
 def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table:
-    """Make a table with a row for each item; columns named in ``without`` are left out."""
-    kept = {head: cell for head, cell in columns.items() if head not in without}
-    return Table(tuple(kept), tuple(tuple(cell(item) for cell in kept.values()) for item in items))
+    """Make a table with a row for each item.
+
+    Columns named in ``without`` are left out, and those without any text.
+    """
+    every = list(items)
+    cells = {
+        head: [cell(item) for item in every]
+        for head, cell in columns.items()
+        if head not in without
+    }
+    kept = {head: column for head, column in cells.items() if any(map(str, column))}
+    return Table(tuple(kept), tuple(zip(*kept.values(), strict=True)))
 
 
 def number(value: float | None, decimals: int) -> str:

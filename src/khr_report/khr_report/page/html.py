@@ -14,7 +14,6 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 from markupsafe import Markup
 
 from khr_common.files import write_text
-from khr_report.errors import ReportError
 
 
 @dataclass(frozen=True)
@@ -43,7 +42,7 @@ def environment() -> Environment:
 
 
 def part(name: str, *values: Any) -> Markup:
-    """Fill in a macro of ``parts.html``."""
+    """Render a macro of ``parts.html``."""
     return Markup(getattr(environment().get_template('parts.html').module, name)(*values))
 
 
@@ -51,18 +50,11 @@ def write_page(path: Path, title: str, lead: Markup, sections: Sequence[Section]
     """Write a page and return its path.
 
     Raises:
-        ReportError: if the file cannot be written.
+        KhrError, RunError, OSError: if the file cannot be written.
     """
-    text = (
-        environment().get_template('page.html').render(title=title, lead=lead, sections=sections)
-    )
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_text(path, text)
-    except OSError as error:
-        raise ReportError(
-            f'--out: {str(path)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
+    page = environment().get_template('page.html')
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, page.render(title=title, lead=lead, sections=sections))
     return path
 
 

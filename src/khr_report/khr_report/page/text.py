@@ -1,10 +1,10 @@
-"""Numbers as words."""
+"""Durations and counts as text."""
 
 from __future__ import annotations
 
 
 def duration(seconds: float) -> str:
-    """Write a time as a person would."""
+    """Format a duration, rounded to its size."""
     minutes = round(seconds / 60.0)
     if minutes < 2:
         return f'{seconds:.0f} s'
