@@ -25,6 +25,7 @@ import psutil
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.offline import ControlLoop, run_offline
+from khr_bringup.scenario import Scenario
 from khr_common.files import write_text
 from khr_sim.engines import bullet as engine
 from khr_sim.engines.bullet import bullet
@@ -35,6 +36,7 @@ from khr_sim.truth import Truth
 SCENARIO = 'walk_0deg'
 SECONDS = 6.0  # simulated
 SHORT = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
+SECOND_ENGINE = SHORT.changed({('simulator', 'engine'): 'mujoco'})
 REPEATS = 3
 STANDING = 300.0  # s simulated, over which memory may grow
 WINDOW = 0.3, 0.9  # share of the standing between which growth counts: settled, not yet closing
@@ -107,7 +109,7 @@ def factors(simulated: float, began: tuple[float, float]) -> Numbers:
     return {'factor': simulated / wall, 'by computing time': simulated / computed}
 
 
-def offline() -> Numbers:
+def offline(scenario: Scenario = SHORT) -> Numbers:
     """Return the real-time factor of the offline twin, from its first instant on."""
     began = (0.0, 0.0)
 
@@ -116,7 +118,7 @@ def offline() -> Numbers:
         if truth.step == 0:
             began = clocks()
 
-    return factors(run_offline(SHORT, watch).time, began)
+    return factors(run_offline(scenario, watch).time, began)
 
 
 def graph(*options: str) -> Numbers:
@@ -198,10 +200,12 @@ def bag_figures(folder: Path) -> Numbers:
 
 
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
+MUJOCO_TWIN = 'offline twin, MuJoCo'
 CASES: dict[str, Callable[[], Numbers]] = {
     RAW: lambda: plain(motors=False),
     MOTORS: lambda: plain(motors=True),
     TWIN: offline,
+    MUJOCO_TWIN: lambda: offline(SECOND_ENGINE),
     'one process': lambda: graph('--one-process', '--no-record'),
     'one process, recorded': lambda: graph('--one-process'),
     'nine processes': lambda: graph('--processes', '--no-record'),
@@ -211,10 +215,12 @@ CASES: dict[str, Callable[[], Numbers]] = {
 }
 WALL, COMPUTING = FACTORS
 AGAINST = [
-    (TWIN, RAW, 0.9, WALL),
-    (TWIN, RAW, 0.9, COMPUTING),
-    (TWIN, MOTORS, 0.9, WALL),
-    (TWIN, MOTORS, 0.9, COMPUTING),
+    (TWIN, RAW, 0.85, WALL),
+    (TWIN, RAW, 0.85, COMPUTING),
+    (TWIN, MOTORS, 0.85, WALL),
+    (TWIN, MOTORS, 0.85, COMPUTING),
+    (MUJOCO_TWIN, TWIN, 3.0, WALL),
+    (MUJOCO_TWIN, TWIN, 3.0, COMPUTING),
     ('one process', TWIN, 0.8, WALL),
     ('one process, recorded', 'one process', 0.85, WALL),
     ('nine processes', TWIN, 0.6, WALL),
@@ -253,20 +259,19 @@ def report(runs: dict[str, list[Numbers]], grown: Numbers, standing: float) -> s
         '17 joint states, and nothing else: no contacts, torso, servos, board, sensors or '
         "control. World, robot and start are the twin's. It replays the torques that the twin "
         "reckoned, so its motion and contacts are the twin's, bit for bit; with the engine's "
-        'motors, it holds the joints by POSITION_CONTROL.',
+        'motors, it holds the joints by POSITION_CONTROL. A goal is met if the median is.',
         '',
-        '| steps per second of | against | clock | least | median | most | goal | |',
+        '| steps per second of | against | clock | goal | least | median | most | |',
         '|---|---|---|---|---|---|---|---|',
     ]
     for name, base, goal, clock in AGAINST:
         kind = 'wall' if clock == WALL else 'computing'
-        least, median, most = spread(
+        ratios = spread(
             mine[clock] / other[clock] for mine, other in zip(runs[name], runs[base], strict=True)
         )
-        lines.append(
-            f'| {name} | {base} | {kind} | {least:.0%} | {median:.0%} | {most:.0%} | {goal:.0%} '
-            f'| {"met" if median >= goal else "**missed**"} |'
-        )
+        shown = ' | '.join(f'{ratio:.0%}' for ratio in (goal, *ratios))
+        verdict = 'met' if ratios[1] >= goal else '**missed**'
+        lines.append(f'| {name} | {base} | {kind} | {shown} | {verdict} |')
     lines += [
         '',
         'Simulated time over wall time:',

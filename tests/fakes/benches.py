@@ -34,7 +34,7 @@ class Thesis(Bench):
         self.amiss = amiss
         self.asked = []
 
-    def _ask(self, function, *arguments):
+    def submit(self, function, *arguments):
         self.asked.append((function, *arguments))
 
     def limit(self, condition, start, seeds=None):

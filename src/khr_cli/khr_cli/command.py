@@ -290,6 +290,22 @@ def scoreboard(
 
 
 @app.command()
+def engines(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/engines.md'),
+    seeds: Annotated[int, typer.Option(help='Seeds of every limit.')] = 3,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    only: Annotated[
+        str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
+    ] = None,
+) -> None:
+    """Run every scenario and limit on both physics engines, and say where they differ."""
+    from khr_report.engines_page import write
+
+    print(f'{out}: {write(out, seeds, tolerance, jobs, only)}')
+
+
+@app.command()
 def film(
     run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
     out: Annotated[

@@ -51,6 +51,9 @@ class Topic:
     frame: str = field(default='', compare=False)
     names: tuple[str, ...] = field(default=(), compare=False)
 
+    def __hash__(self) -> int:  # topics are looked up in every period
+        return hash(self.name)
+
     @property
     def line(self) -> str:
         """Return name, message type and flow, as a parameter holds them."""

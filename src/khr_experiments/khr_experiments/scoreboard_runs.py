@@ -137,18 +137,18 @@ class Bench:
     def ask_limit(self, condition: Condition, start: float, seeds: int | None = None) -> None:
         """Start measuring a limit; the searches begin at ``start``, deg."""
         for seed in range(seeds or self.seeds):
-            self._ask(limit_of_seed, condition, seed, start, self.tolerance)
+            self.submit(limit_of_seed, condition, seed, start, self.tolerance)
 
     def ask(self, kind: Any, condition: Condition, inclination_deg: float) -> None:
         """Start a :func:`walk` or :func:`lift` with every seed."""
         for seed in range(self.seeds):
-            self._ask(kind, condition, inclination_deg, seed)
+            self.submit(kind, condition, inclination_deg, seed)
 
     def limit(self, condition: Condition, start: float, seeds: int | None = None) -> Limit:
         """Return a limit."""
         self.ask_limit(condition, start, seeds)
         results = [
-            self._result(limit_of_seed, condition, seed, start, self.tolerance)
+            self.result(limit_of_seed, condition, seed, start, self.tolerance)
             for seed in range(seeds or self.seeds)
         ]
         return Limit(
@@ -159,18 +159,20 @@ class Bench:
     def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:
         """Return one walk per seed."""
         self.ask(walk, condition, inclination_deg)
-        return [self._result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
+        return [self.result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
     def lifts(self, condition: Condition, inclination_deg: float) -> list[MeasuredLift]:
         """Return one leg lift per seed."""
         self.ask(lift, condition, inclination_deg)
-        return [self._result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
+        return [self.result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
-    def _ask(self, function: Any, *arguments: Any) -> None:
+    def submit(self, function: Any, *arguments: Any) -> None:
+        """Start a job, unless it is under way."""
         if (function, *arguments) not in self._jobs:
             self._jobs[function, *arguments] = self._pool.submit(function, *arguments)
 
-    def _result(self, function: Any, *arguments: Any) -> Any:
+    def result(self, function: Any, *arguments: Any) -> Any:
+        """Wait for a job, and return what it found."""
         return self._jobs[function, *arguments].result()
 
 

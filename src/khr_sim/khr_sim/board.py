@@ -29,7 +29,7 @@ class Board:
 
     def __init__(self, limits: Array, steps: int) -> None:
         counts = limits / COUNT
-        self._lower, self._upper = np.ceil(counts[:, 0]).tolist(), np.floor(counts[:, 1]).tolist()
+        self._lower, self._upper = np.ceil(counts[:, 0]), np.floor(counts[:, 1])
         self._fractions = np.arange(1, steps + 1)[:, np.newaxis] / steps
         self._last = np.zeros(len(limits))
 
@@ -44,12 +44,9 @@ class Board:
                 f'target: {list(target)} is not accepted; '
                 f'accepted: {len(self._lower)} finite angles in rad'
             )
-        return np.array(
-            [
-                min(max(round(angle / COUNT), lower), upper) * COUNT
-                for angle, lower, upper in zip(target, self._lower, self._upper, strict=True)
-            ]
-        )
+        counts = np.rint(np.divide(target, COUNT))
+        counts = np.minimum(np.maximum(counts, self._lower), self._upper)
+        return np.asarray(counts * COUNT + 0.0)  # without negative zeros
 
     def reset(self, posture: Sequence[float]) -> Array:
         """Start from a posture; return it (n,) in rad, as the board holds it."""

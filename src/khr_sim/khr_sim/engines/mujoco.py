@@ -185,8 +185,9 @@ class MuJoCo:
 
     def poses(self, links: Sequence[int]) -> list[Pose]:
         """Return the poses of links other than base_link."""
-        positions = self._data.xpos[links].tolist()
-        orientations = self._data.xquat[links][:, _TO_XYZW].tolist()
+        rows = list(links)
+        positions = self._data.xpos[rows].tolist()
+        orientations = self._data.xquat[rows][:, _TO_XYZW].tolist()
         return [*zip(map(tuple, positions), orientations, strict=True)]
 
     def close(self) -> None:

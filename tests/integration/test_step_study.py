@@ -1,0 +1,26 @@
+"""The size of the physics step does not decide a limit."""
+
+from dataclasses import replace
+
+import pytest
+
+from khr_experiments.critical import workers
+from khr_experiments.engine_comparison import ENGINES, STEPS, STUDIED, on
+from khr_experiments.scoreboard_runs import Bench
+
+SEEDS, TOLERANCE, MOST = 3, 0.1, 0.2  # the last two in deg
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(900)
+@pytest.mark.parametrize('engine', ENGINES)
+def test_half_the_step_moves_no_limit(engine):
+    """Single seeds move by what their last bisections scatter; the mean of some stays."""
+    with workers(2) as pool:
+        bench = Bench(pool, SEEDS, TOLERANCE)
+        coarse, fine = (
+            bench.limit(replace(STUDIED, changes=on(engine, changes)), 7.8)
+            for changes in ((), STEPS['step 0.5 ms'])
+        )
+    assert fine.mean == pytest.approx(coarse.mean, abs=MOST)
+    assert 6.0 < coarse.mean < 10.0  # a search that found nothing would agree as well
