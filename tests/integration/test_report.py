@@ -286,7 +286,7 @@ def test_what_is_no_run_is_one_line_and_exit_code_2(monkeypatch, capsys, tmp_pat
 
 
 def test_page_that_cannot_be_written_is_told(offline, tmp_path):
-    with pytest.raises(KhrError, match='--out'):
+    with pytest.raises(KhrError, match='accepted: a file that can be written'):
         report(offline, None, tmp_path)
 
 
