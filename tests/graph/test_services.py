@@ -7,6 +7,7 @@ import pytest
 
 from tests.support.runs import (
     Bag,
+    call,
     children,
     finish,
     joined,
@@ -17,19 +18,6 @@ from tests.support.runs import (
 )
 
 pytestmark = pytest.mark.slow
-
-
-def call(node, kind, name, request):
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-
-    service = node.create_client(kind, name)
-    assert service.wait_for_service(20.0)
-    executor = SingleThreadedExecutor(context=node.context)
-    future = service.call_async(request)
-    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=20.0)
-    assert future.done()
-    return future.result()
 
 
 def test_reset_is_a_fresh_run(in_background, tmp_path):
@@ -105,7 +93,8 @@ def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background
     wait_until_running(folder)
     os.kill(children(process)['ankle_controller'].pid, signal.SIGSTOP)
     ended = finish(process, folder)
-    assert ended.code == 0, ended.err
+    assert ended.code == 1
+    assert 'ankle_controller did not end when it was asked to' in ended.err
     bag = Bag(folder / 'bag')
     values = {
         pair.key: pair.value

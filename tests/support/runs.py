@@ -182,6 +182,20 @@ def wait_until(node, seconds):
     node.destroy_subscription(subscription)
 
 
+def call(node, kind, name, request):
+    """Call a service of the run that a node has joined; return its response."""
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+
+    service = node.create_client(kind, name)
+    assert service.wait_for_service(20.0)
+    executor = SingleThreadedExecutor(context=node.context)
+    future = service.call_async(request)
+    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=20.0)
+    assert future.done()
+    return future.result()
+
+
 def wait_until_running(folder):
     """Wait until all nodes of a run are there and its time goes on; return its domain."""
     with joined(folder) as node:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from array import array
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -21,7 +22,7 @@ from khr_common.cdr import Floats
 from khr_common.interfaces import Topic
 
 # By topic: (stamp in ns, numbers) of what flows in every period, whole messages of the rest.
-Messages = dict[Topic, list[Any]]
+Messages = dict[Topic, Any]  # a list of messages, or Samples of what flows in every period
 
 # MCAP (https://mcap.dev/spec): magic, then records of one byte of kind and eight of length.
 _MAGIC = b'\x89MCAP0\r\n'
@@ -41,6 +42,34 @@ class Change:
     value: Any
 
 
+class Samples:
+    """Stamps, ns, and numbers of a topic in order, in little more room than they take."""
+
+    def __init__(self) -> None:
+        self.stamps, self.numbers = array('q'), array('d')
+        self.width = 0
+
+    def append(self, sample: tuple[int, Floats]) -> None:
+        """Add a sample; all of a topic have as many numbers.
+
+        Raises:
+            ValueError: if it has another number of them.
+        """
+        stamp_ns, numbers = sample
+        if self.stamps and len(numbers) != self.width:
+            raise ValueError(f'{len(numbers)} numbers in one message, {self.width} in another')
+        self.width = len(numbers)
+        self.stamps.append(stamp_ns)
+        self.numbers.extend(numbers)
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    def __iter__(self) -> Iterator[tuple[int, Floats]]:
+        for index, stamp_ns in enumerate(self.stamps):
+            yield stamp_ns, tuple(self.numbers[index * self.width : (index + 1) * self.width])
+
+
 def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
     """Return the messages of some topics in the order they were recorded.
 
@@ -51,7 +80,7 @@ def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
     Raises:
         BringupError: if it is no bag or is damaged.
     """
-    messages: Messages = {topic: [] for topic in topics}
+    messages = _empty(topics)
     try:
         _collect(_place(bag), messages)
     except Exception as error:  # a damaged file fails in many ways inside the reader
@@ -75,7 +104,7 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
     try:
         return read_messages(bag, topics), ''
     except KhrError as damage:
-        messages: Messages = {topic: [] for topic in topics}
+        messages = _empty(topics)
         place = _place(bag)
         files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
         with TemporaryDirectory() as folder, suppress(Exception):
@@ -109,6 +138,10 @@ def changes(events: Sequence[Any]) -> list[Change]:
 
 def _place(bag: Path) -> Path:
     return bag / 'bag' if (bag / 'bag').is_dir() else bag
+
+
+def _empty(topics: Sequence[Topic]) -> Messages:
+    return {topic: Samples() if topic.flow == 'period' else [] for topic in topics}
 
 
 def _collect(bag: Path, messages: Messages) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,12 +19,13 @@ from khr_bringup.run_registry import WITHOUT_LOG, RunEntry
 from khr_bringup.scenario import Scenario
 from khr_common import RunError
 from khr_common.files import write_text
-from khr_common.interfaces import LOG, PARAMETER_EVENTS, PUSH
+from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, LOG, PARAMETER_EVENTS, PUSH, READY
 from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and at the end without a word of those that still have to
 # hear it: a loaded machine is slow, not broken.
 PATIENCE = 30.0
+SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
 LAST_WORDS = 5.0  # s of wall time for the outcome of a run that was interrupted
 
 
@@ -112,7 +113,7 @@ def run_graph(
                 processes.start(name, [entries[node] for node in group], parameters)
             result = _watch(
                 processes,
-                _awaited(scenario.table(RunParameters)),
+                (_awaited(scenario.table(RunParameters)), entry.run, _owners(nodes)),
                 interrupted,
                 show,
                 'graph' if one_process else 'simulator',
@@ -124,7 +125,7 @@ def run_graph(
 
 def _watch(
     processes: Processes,
-    listeners: Sequence[str],
+    watched: tuple[Sequence[str], str, Mapping[str, str]],
     interrupted: list[int],
     show: Callable[[Any], None],
     simulator: str,
@@ -136,7 +137,7 @@ def _watch(
     from khr_bringup.run_monitor import Watcher
 
     rclpy.init(args=WITHOUT_LOG, signal_handler_options=SignalHandlerOptions.NO)
-    watcher = Watcher(listeners)
+    watcher = Watcher(*watched)
     executor = EventsExecutor()
     executor.add_node(watcher)
     view, deadline = watcher.view, float('inf')
@@ -147,9 +148,10 @@ def _watch(
             if interrupted and deadline == float('inf'):
                 deadline = time.monotonic() + LAST_WORDS
                 processes.interrupt(simulator)
-            trouble = (
-                None if interrupted or view.over else (processes.ended() or _unfinished(view))
-            )
+            trouble = watcher.stranger()
+            if not (interrupted or view.over):
+                trouble = trouble or processes.ended() or _silent(view, simulator)
+                trouble = trouble or _unfinished(view)
             if trouble is not None:
                 raise RunError(f'{trouble}; the run was stopped')
     finally:
@@ -169,6 +171,27 @@ def _watch(
         ended,
         tuple(view.warnings),
     )
+
+
+def _owners(nodes: Sequence[str]) -> dict[str, str]:
+    """Return the owner of each topic on which nobody else may publish.
+
+    Left out is what has several sources, and what carries the run's identity in every message.
+    """
+    return {
+        topic.name: node
+        for node in nodes
+        for topic in spec_of(node).publishes
+        if topic not in (DIAGNOSTICS, READY) and topic.kind != JOINT_STATE
+    }
+
+
+def _silent(view: Any, simulator: str) -> str | None:
+    """Describe the process of a simulator that has not reported for long: it keeps the clock."""
+    silent = time.monotonic() - view.alive
+    if silent < (PATIENCE if view.state == 'starting' else SILENCE) or view.state == 'finished':
+        return None
+    return f'{simulator} has not reported for {silent:.0f} s'
 
 
 def _awaited(simulator: RunParameters) -> Sequence[str]:

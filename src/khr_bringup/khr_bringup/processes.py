@@ -16,6 +16,7 @@ FIRST = ('simulator',)  # it ends the run, and waits until that is received
 LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
 GRACE = 5.0  # s of wall time before a process that does not stop is killed
 WELL = (0, -signal.SIGINT)  # the second while it was starting, before it could close anything
+POLL = 0.02  # s of wall time between looks at a process that is to end
 CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
 
 
@@ -99,16 +100,28 @@ class Processes:
                 self.interrupt(name)
             end = time.monotonic() + patience
             for name in names:
-                code = _wait(self._children[name], end)
-                if code not in WELL:
-                    failed.append(self._obituary(name, code))
+                child = self._children[name]
+                if not _ended(child, end):
+                    child.kill()
+                    child.wait()
+                    failed.append(f'{name} did not end when it was asked to, and was killed')
+                elif child.returncode not in WELL:
+                    failed.append(self._obituary(name, child.returncode))
         return '; '.join(failed) or None
 
 
-def _wait(child: subprocess.Popen[bytes], end: float) -> int:
-    """Wait for a process to end, kill it if it is late; return its exit code."""
+def _ended(child: subprocess.Popen[bytes], end: float) -> bool:
+    """Wait until a process has ended; return whether it has, in time."""
+    while child.poll() is None:
+        if time.monotonic() > end or _frozen(child.pid):
+            return False
+        time.sleep(POLL)
+    return True
+
+
+def _frozen(pid: int) -> bool:
+    """Return whether a process is stopped by a signal, so that it cannot end by itself."""
     try:
-        return child.wait(max(0.0, end - time.monotonic()))
-    except subprocess.TimeoutExpired:
-        child.kill()
-        return child.wait()
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] == 'T'
+    except OSError:
+        return False

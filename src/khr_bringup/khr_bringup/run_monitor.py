@@ -1,16 +1,22 @@
-"""What the ``khr`` command sees of a running graph: state, progress, outcome."""
+"""What the ``khr`` command sees of a running graph: state, progress, outcome, strangers."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.node import Node
-from std_msgs.msg import String
+from rclpy.qos import QoSProfile
+from rclpy.serialization import deserialize_message
 
+from khr_common import cdr
+from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
+from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED
+from khr_common.run_identity import KEY, MalformedError, check_run, check_status, read_ready
 
 
 def pairs(status: DiagnosticStatus) -> dict[str, str]:
@@ -20,64 +26,108 @@ def pairs(status: DiagnosticStatus) -> dict[str, str]:
 
 @dataclass
 class View:
-    """The newest of what the graph says of itself."""
+    """The newest of what the graph reports of itself; times are of ``time.monotonic``, s."""
 
     state: str = 'starting'
     state_values: dict[str, str] = field(default_factory=dict)
-    entered: dict[str, float] = field(default_factory=dict)  # wall time by state, s
+    entered: dict[str, float] = field(default_factory=dict)  # by state
     progress: dict[str, str] = field(default_factory=dict)
     verdict: str = ''
     outcome: dict[str, str] = field(default_factory=dict)
     warnings: list[str] = field(default_factory=list)
-    heard: dict[str, int] = field(default_factory=dict)  # by listener, up to when, ns
+    received: dict[str, int] = field(default_factory=dict)  # by listener, up to when, ns
     listeners: tuple[str, ...] = ()
-    news: float = 0.0  # wall time of the last that was heard of state, outcome and listeners, s
+    news: float = 0.0  # of the last report of state, outcome or listeners
+    alive: float = field(default_factory=time.monotonic)  # of the simulator's last report
 
     @property
     def over(self) -> bool:
-        """Tell whether the run has ended, all listeners have heard it and judged it."""
+        """Return whether the run has ended, all listeners have received it, and it is judged."""
         return self.state == 'finished' and not self.behind and self.outcome.get('final') == 'true'
 
     @property
     def behind(self) -> list[str]:
-        """List the listeners that have not heard the end of a finished run, and up to when."""
+        """List the listeners that have not received the end of a finished run, and how far."""
         end = int(self.state_values['time_ns'])
         return [
-            f'{name} up to t = {self.heard.get(name, 0) / 1e9:.3f} s'
+            f'{name} up to t = {self.received.get(name, 0) / 1e9:.3f} s'
             for name in self.listeners
-            if self.heard.get(name, -1) != end
+            if self.received.get(name, -1) != end
         ]
 
 
 class Watcher(Node):  # type: ignore[misc]
-    """Listen to state, outcome and diagnostics, and to how far the listeners are."""
+    """Follow state, outcome, diagnostics and listeners of one run, and who publishes.
 
-    def __init__(self, listeners: Sequence[str]) -> None:
+    Args:
+        listeners: who must have received the run whole before it is over.
+        run: identity of the run; messages of another one are left out.
+        owners: the one node that may publish each of these topics.
+    """
+
+    def __init__(
+        self, listeners: Sequence[str], run: str = '', owners: Mapping[str, str] | None = None
+    ) -> None:
         super().__init__('khr', start_parameter_services=False, enable_rosout=False)
         self.view = View(listeners=tuple(listeners))
-        self.create_subscription(DiagnosticStatus, 'simulator/state', self._on_state, LATCHED)
-        self.create_subscription(DiagnosticStatus, 'outcome', self._on_outcome, LATCHED)
-        self.create_subscription(String, 'ready', self._on_ready, LATCHED)
-        self.create_subscription(DiagnosticArray, '/diagnostics', self._on_diagnostics, DATA)
+        self._run, self._owners = run, owners or {}
+        self._follow(STATE, self._on_state, LATCHED)
+        self._follow(OUTCOME, self._on_outcome, LATCHED)
+        self._follow(READY, self._on_ready, LATCHED)
+        self._follow(DIAGNOSTICS, self._on_diagnostics, DATA)
+
+    def stranger(self) -> str | None:
+        """Describe a second source of a topic that has an owner, if there is one."""
+        for topic, owner in self._owners.items():
+            if self.count_publishers(topic) > 1:
+                names = [info.node_name for info in self.get_publishers_info_by_topic(topic)]
+                if len(names) > 1:
+                    others = sorted(set(names) - {owner}) or [f'a second node named {owner}']
+                    return f'{topic}: published by {", ".join(others)} beside {owner}'
+        return None
+
+    def _follow(self, topic: Topic, callback: Callable[[Any], None], qos: QoSProfile) -> None:
+        kind = message_class(topic.kind)
+
+        def receive(data: bytes) -> None:
+            try:
+                callback(deserialize_message(data, kind))
+            except (MalformedError, *cdr.UNREADABLE) as error:
+                reason = str(error) if isinstance(error, MalformedError) else 'not readable'
+                self._warn(f'{topic.name}: a message was refused: {reason}')
+
+        self.create_subscription(kind, topic.name, receive, qos, raw=True)
 
     def _on_state(self, status: DiagnosticStatus) -> None:
-        self.view.state, self.view.state_values = status.message, pairs(status)
-        self.view.news = time.monotonic()
+        values = pairs(status)
+        check_status(values, self._run)
+        self.view.state, self.view.state_values = status.message, values
+        self.view.news = self.view.alive = time.monotonic()
         self.view.entered.setdefault(status.message, self.view.news)
 
     def _on_outcome(self, status: DiagnosticStatus) -> None:
-        self.view.verdict, self.view.outcome = status.message, pairs(status)
+        values = pairs(status)
+        check_run(values.pop(KEY, ''), self._run)
+        self.view.verdict, self.view.outcome = status.message, values
         self.view.news = time.monotonic()
 
-    def _on_ready(self, message: String) -> None:
-        name, stamp_ns = message.data.split()
-        self.view.heard[name] = int(stamp_ns)
+    def _on_ready(self, message: Any) -> None:
+        name, stamp_ns = read_ready(message.data, self._run)
+        self.view.received[name] = stamp_ns
         self.view.news = time.monotonic()
 
     def _on_diagnostics(self, array: DiagnosticArray) -> None:
         for status in array.status:
-            if status.name == 'monitor':
+            if status.name == 'monitor' and status.level != DiagnosticStatus.ERROR:
                 self.view.progress = pairs(status)
-            elif status.level == DiagnosticStatus.ERROR:
-                text = f'{status.name}: {status.message}'
-                self.view.warnings += [text] if text not in self.view.warnings else []
+            elif status.name == 'simulator' and status.hardware_id:
+                self.view.alive = time.monotonic()
+            if status.level == DiagnosticStatus.ERROR:
+                self._warn(f'{status.name}: {status.message}')
+
+    def _warn(self, text: str) -> None:
+        if text not in self.view.warnings and len(self.view.warnings) < MOST_WARNINGS:
+            self.view.warnings.append(text)
+
+
+MOST_WARNINGS = 50

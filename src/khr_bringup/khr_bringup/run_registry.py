@@ -19,7 +19,9 @@ from khr_bringup.shared_memory import sweep
 from khr_common import RunError
 from khr_common.files import write_text
 
-DOMAINS = range(1, 100)  # above 101 the middleware's ports meet the system's ephemeral ones
+# Above 101 the middleware's ports meet the system's ephemeral ones; small numbers are what others
+# choose by hand, so a run takes a large one.
+DOMAINS = range(99, 0, -1)
 PORT_BASE, PORTS_PER_DOMAIN = 7400, 250  # DDSI-RTPS 2.3, 9.6.1.1
 # For rclpy.init in a process that has no log folder: rclpy would make one in the user's home.
 WITHOUT_LOG = ['--ros-args', '--disable-external-lib-logs']
@@ -87,7 +89,7 @@ def register() -> Path:
         RunError: if it cannot be made, or is not this user's own.
     """
     base = os.environ.get('XDG_RUNTIME_DIR') or tempfile.gettempdir()
-    folder = Path(base) / f'khr-{os.getuid()}'
+    folder = Path(base) / f'khr-runs-{os.getuid()}'
     try:
         folder.mkdir(mode=0o700, exist_ok=True)
         found = folder.lstat()
@@ -131,7 +133,7 @@ def registered(
         RunError: if the run cannot be registered.
     """
     if domain is not None and domain not in DOMAINS:
-        raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[-1]}')
+        raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
     lock, number = _claimed(domain)
     with lock:
         entry = RunEntry(

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass, fields
 from math import atan2
-from operator import itemgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 from zipfile import BadZipFile
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
-from khr_bringup.bags import Messages, read_messages
+from khr_bringup.bags import Messages, Samples, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario import Scenario, parse
 from khr_common import KhrError
@@ -162,39 +161,76 @@ def series_of_bag(bag: Path) -> Series:
     return series
 
 
+class _Table:
+    """The samples of a topic by time; of one that was recorded twice, the last.
+
+    Attributes:
+        stamps: ns, increasing, (M,).
+        numbers: (M, width).
+    """
+
+    def __init__(self, samples: Any) -> None:
+        if not isinstance(samples, Samples):
+            given, samples = samples, Samples()
+            for sample in given:
+                samples.append(sample)
+        stamps = np.array(samples.stamps, dtype=np.int64)
+        numbers = np.array(samples.numbers, dtype=np.float64).reshape(len(stamps), samples.width)
+        self.stamps, last = np.unique(stamps[::-1], return_index=True)
+        self.numbers = numbers[::-1][last]
+
+    def column(self, times: NDArray[np.int64], index: int) -> Array:
+        """Return one number at each of these times, NaN where there is none."""
+        found = np.full(len(times), np.nan)
+        if len(self.stamps):
+            found[np.searchsorted(times, self.stamps)] = self.numbers[:, index]
+        return found
+
+    def rows(self, times: NDArray[np.int64]) -> Iterator[tuple[float, ...] | None]:
+        """Yield the numbers at each of these times, None where there are none."""
+        place = 0
+        for time in times:
+            if place < len(self.stamps) and self.stamps[place] == time:
+                yield tuple(self.numbers[place].tolist())
+                place += 1
+            else:
+                yield None
+
+
 def series_of(messages: Messages) -> Series:
     """Put the messages of a bag on TOPICS together; what it lacks is NaN."""
-    by_time = {topic: dict(messages[topic]) for topic in SAMPLED}
-    times = sorted(set().union(*by_time.values()))
+    tables = {topic: _Table(messages[topic]) for topic in SAMPLED}
+    times = np.unique(np.concatenate([table.stamps for table in tables.values()]))
     scenario = scenario_in(messages)
 
-    def column(topic: Topic, value: Callable[[Any], float]) -> Array:
-        found = by_time[topic]
-        return np.array(
-            [value(found[time]) if time in found else np.nan for time in times], dtype=np.float64
-        )
+    def column(topic: Topic, index: int) -> Array:
+        return tables[topic].column(times, index)
 
     def columns(topics: tuple[Topic, ...], index: int) -> Array:
-        return np.column_stack([column(topic, itemgetter(index)) for topic in topics])
+        return np.column_stack([column(topic, index) for topic in topics])
 
     monitor = OutcomeMonitor(scenario.table(MonitorParameters))
-    way = [
-        _way(monitor, time, {topic: found.get(time) for topic, found in by_time.items()})
-        for time in times
-    ]
-    distance, slip = np.array(way, dtype=np.float64).reshape(-1, 2).T
+    judged = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
+    rows = zip(times.tolist(), *(tables[topic].rows(times) for topic in judged), strict=True)
+    way = np.fromiter(
+        (_way(monitor, time, dict(zip(judged, row, strict=True))) for time, *row in rows),
+        dtype=(np.float64, 2),
+        count=len(times),
+    )
+    distance, slip = way.T
+    turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
     seconds = np.array(times, dtype=np.float64) / 1e9
     return Series(
         time=seconds,
-        inclination=column(TRUE_INCLINATION, itemgetter(0)),
-        pitch=column(TRUE_POSE, lambda pose: _pitch(*pose[3:])),
-        pitch_rate=column(TRUE_RATE, itemgetter(1)),
-        gyro_rate=column(GYRO, itemgetter(1)),
+        inclination=column(TRUE_INCLINATION, 0),
+        pitch=np.array([_pitch(*turn) for turn in turns], dtype=np.float64),
+        pitch_rate=column(TRUE_RATE, 1),
+        gyro_rate=column(GYRO, 1),
         contact_force=columns(TRUE_FORCES, 2),
         foot_force=columns(FOOT_FORCES, 2),
         correction=columns((ANKLE_CORRECTION, HIP_CORRECTION), 0),
-        stage=np.nan_to_num(column(STAGE, itemgetter(0))),
-        read_inclination=np.nan_to_num(column(STAGE, itemgetter(1))),
+        stage=np.nan_to_num(column(STAGE, 0)),
+        read_inclination=np.nan_to_num(column(STAGE, 1)),
         distance=distance,
         slip=slip,
     )
@@ -212,7 +248,7 @@ def scenario_in(messages: Messages) -> Scenario:
 
 def _way(monitor: OutcomeMonitor, time: int, signals: dict[Topic, Any]) -> tuple[float, float]:
     """Return distance and slip, m, at an instant; NaN if what it takes is not there or damaged."""
-    if any(signals[topic] is None for topic in (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)):
+    if any(numbers is None for numbers in signals.values()):
         return np.nan, np.nan
     try:
         outcome = monitor.update(Instant.of(time, signals))

@@ -91,10 +91,10 @@ def run(scenario: Scenario, options: Options) -> int:
     _summarise(scenario, folder, result, options)
     for failure in failures:
         console.print(f'khr: {failure}', highlight=False, markup=False)
-    if result.end == 'stopped':
-        return INTERRUPTED
     if failures:
         return 1
+    if result.end == 'stopped':
+        return INTERRUPTED
     if options.expect is not None and result.verdict != options.expect:
         console.print(
             f'khr: expected {options.expect}, the outcome is {result.verdict or "unknown"}',

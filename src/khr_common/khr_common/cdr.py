@@ -13,11 +13,14 @@ from collections.abc import Callable, Sequence
 from functools import partial
 from itertools import pairwise
 from struct import Struct
+from struct import error as StructError
 
 from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES, WRENCH, Topic
 
 BLANK = -1.2345678987654321e300  # stands where numbers of a form are to be filled in
 Floats = tuple[float, ...]
+# What reading bytes raises that are no message of the kind they are taken for.
+UNREADABLE = (StructError, ValueError, KeyError, IndexError, OverflowError, RuntimeError)
 
 _TIME = Struct('<iI')
 _COUNT = Struct('<I')
@@ -71,6 +74,12 @@ def clock(data: bytes) -> int:
     """Return the time of a Clock, or of the header of any stamped message, in ns."""
     seconds, rest = _TIME.unpack_from(data, _START)
     return int(seconds) * 1_000_000_000 + int(rest)
+
+
+def frame(data: bytes) -> str:
+    """Return the frame in the header of any stamped message."""
+    start, length = _counted(data, _START + _TIME.size)
+    return data[start : start + length - 1].decode()
 
 
 def force(data: bytes) -> Floats:
@@ -131,6 +140,10 @@ _READERS: dict[str, Callable[[bytes], Floats]] = {
     TRUE_POSE.kind: pose,
     TRUE_SOLES.kind: poses,
 }
+
+
+# How many numbers flow on a topic of a kind that has no names.
+LENGTHS = {CLOCK.kind: 0, IMU: 3, WRENCH: 3, TRUE_POSE.kind: 7, TRUE_SOLES.kind: 14}
 
 
 def _after_header(data: bytes) -> int:

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import hashlib
 import io
-import pickle
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import redirect_stderr
 from pathlib import Path
 from typing import Any, Protocol
 
+from khr_common.files import write_text
 from khr_experiments.progress import Bar
+from khr_experiments.typed_json import dumps, loads
 
 
 class Pool(Protocol):
@@ -49,12 +50,12 @@ class KeptJobs:
 
     def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Any:
         """Start a job unless its result exists; return its future."""
-        path = self._folder / f'{_name(self._version, function, arguments)}.pickle'
+        path = self._folder / f'{_name(self._version, function, arguments)}.json'
         try:
             done: Future[Any] = Future()
-            done.set_result(pickle.loads(path.read_bytes()))
+            done.set_result(loads(path.read_text(encoding='utf-8')))
             return done
-        except (OSError, EOFError, pickle.UnpicklingError):
+        except (OSError, ValueError):
             pass  # no result yet
         cost = self._costs.get(function, 1)
         self._bar.expect(cost)
@@ -67,9 +68,7 @@ def compute_and_keep(path: Path, function: Callable[..., Any], *arguments: Any) 
     """Call a function without its output on stderr; keep its result in a file and return it."""
     with redirect_stderr(io.StringIO()):
         result = function(*arguments)
-    part = path.with_suffix('.part')
-    part.write_bytes(pickle.dumps(result))
-    part.replace(path)
+    write_text(path, dumps(result))
     return result
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.code_version import library_versions
+from khr_common.markdown import table
 from khr_experiments.critical import workers
 from khr_experiments.engine_comparison import (
     ENGINES,
@@ -26,7 +27,6 @@ from khr_experiments.engine_comparison import (
 from khr_experiments.errors import ExperimentError
 from khr_experiments.scoreboard_runs import Bench
 from khr_report.errors import ReportError
-from khr_report.scoreboard_page import head
 from khr_sim.engines import LIBRARIES
 
 TEXT = """# Engines
@@ -105,25 +105,23 @@ def page(found: Comparison) -> str:
     parts = [
         TEXT.format(versions=versions, seeds=found.seeds, tolerance=found.tolerance),
         f'{summary(found)}.\n',
-        _table(scenario_heads, rows),
+        table(scenario_heads, rows),
         LIMITS_TEXT,
-        _table(
-            ('condition', *ENGINES, 'difference', 'scatter', ''), map(_limit_row, found.limits)
-        ),
+        table(('condition', *ENGINES, 'difference', 'scatter', ''), map(_limit_row, found.limits)),
         CAUSES_TEXT,
     ]
     for studied in found.studied:
         parts += [
             f'### {studied.compared.title}\n',
             f'{_explanation(studied)}\n',
-            _table(('engine', 'change', 'limit', 'moved by'), map(_cause_row, studied.causes)),
+            table(('engine', 'change', 'limit', 'moved by'), map(_cause_row, studied.causes)),
         ]
     names = list(found.walks[0].numbers)
     walk_rows = (
         (walk.engine, walk.change, *(_number(walk.numbers.get(name, nan)) for name in names))
         for walk in found.walks
     )
-    parts += [WALK_TEXT, _table(('engine', 'change', *names), walk_rows)]
+    parts += [WALK_TEXT, table(('engine', 'change', *names), walk_rows)]
     return '\n'.join(parts)
 
 
@@ -173,7 +171,3 @@ def _mark(is_inside: bool) -> str:
 
 def _number(value: float) -> str:
     return f'{value:.3g}'
-
-
-def _table(heads: tuple[str, ...], rows: Iterable[tuple[str, ...]]) -> str:
-    return '\n'.join((head(heads), *(f'| {" | ".join(row)} |' for row in rows))) + '\n'

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cache
 from importlib.resources import files
 from math import cos, sin
 from xml.etree import ElementTree
@@ -44,6 +45,12 @@ class Joint:
     upper: float
     effort: float
     velocity: float
+
+
+@cache
+def link_names() -> tuple[str, ...]:
+    """Return the names of the links of the description that comes with the package."""
+    return tuple(Robot.load().links)
 
 
 class Robot:

@@ -2,10 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
-from khr_common import parameter
+from khr_common import ParameterError, parameter
+from khr_common.quoting import quoted
+from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
+from khr_sim.push import Push
+from khr_sim.robot import link_names
+
+LONGEST_ARM = 1.0  # m from a link's origin to where a push acts
 
 GAIT = 'gait'
 SOURCES = (GAIT, 'ankle_controller', 'hip_controller')
@@ -98,3 +105,34 @@ class RunParameters(SimulatorParameters):
     push_duration: float = parameter(
         0.1, 'Duration of such a push.', unit='s', minimum=0.001, maximum=60.0
     )
+    push_limit: float = parameter(
+        1000.0, 'Largest force of any push.', unit='N', minimum=0.0, maximum=1e5, read_only=True
+    )
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.push_link not in link_names():
+            raise ParameterError(
+                f'push_link: {quoted(self.push_link)} is not accepted; '
+                f'accepted: {" | ".join(link_names())}'
+            )
+        try:
+            for text in filter(None, self.pushes):
+                self.check_push(Push.parse(text))
+        except SimError as error:
+            raise ParameterError(f'pushes: {error}') from error
+
+    def check_push(self, push: Push) -> None:
+        """Check what acts on the robot.
+
+        Raises:
+            SimError: if the robot has no such link, or the force or its point is too far off.
+        """
+        force, arm = math.hypot(*push.force), math.hypot(*push.point)
+        for name, value, accepted, fine in (
+            ('link', push.link, ' | '.join(link_names()), push.link in link_names()),
+            ('force', push.force, f'up to {self.push_limit:g} N', force <= self.push_limit),
+            ('point', push.point, f'up to {LONGEST_ARM:g} m away', arm <= LONGEST_ARM),
+        ):
+            if not fine:
+                raise SimError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')

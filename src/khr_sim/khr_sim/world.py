@@ -24,6 +24,7 @@ from khr_sim.truth import Truth
 
 Array = NDArray[np.float64]
 
+MOST_PUSHES = 1000  # that are to come or act at a time
 SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
 TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
 STEEPEST = radians(30.0)  # either way, where the growing inclination ends, rad
@@ -103,12 +104,16 @@ class World:
         """Add a push; one that is already over has no effect.
 
         Raises:
-            SimError: if the robot has no such link.
+            SimError: if the robot has no such link, or too many pushes are under way.
         """
         if push.link not in self.robot.links:
             raise SimError(
                 f'link: {quoted(push.link)} is not accepted; accepted: {" | ".join(self.robot.links)}'
             )
+        now = self._step * self.parameters.physics_step
+        self._pushes = [each for each in self._pushes if each.start + each.duration >= now]
+        if len(self._pushes) >= MOST_PUSHES:
+            raise SimError(f'push: {MOST_PUSHES} are under way; accepted: fewer')
         self._pushes.append(push)
 
     def configure(self, parameters: SimulatorParameters) -> None:

@@ -12,7 +12,7 @@ VIEW = View(
     state_values={'time_ns': str(END), 'end': 'duration'},
     outcome={'final': 'true'},
     listeners=('monitor', 'recorder'),
-    heard={'monitor': END, 'recorder': 7_170_000_000},
+    received={'monitor': END, 'recorder': 7_170_000_000},
 )
 
 
@@ -28,7 +28,7 @@ def test_a_listener_that_is_behind_is_waited_for_and_then_named():
 
 
 def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():
-    complete = replace(VIEW, heard=dict.fromkeys(VIEW.listeners, END))
+    complete = replace(VIEW, received=dict.fromkeys(VIEW.listeners, END))
     assert complete.over
     unjudged = replace(complete, outcome={'final': 'false'}, news=long_ago())
     assert not unjudged.over

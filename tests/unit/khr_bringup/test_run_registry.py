@@ -93,7 +93,7 @@ def test_a_register_that_others_can_write_is_refused(tmp_path, monkeypatch):
         register()
     register_of_another = tmp_path / 'elsewhere'
     register_of_another.mkdir()
-    (register_of_another / f'khr-{os.getuid()}').symlink_to(tmp_path)
+    (register_of_another / f'khr-runs-{os.getuid()}').symlink_to(tmp_path)
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(register_of_another))
     with pytest.raises(RunError, match='only this user can write'):
         register()

@@ -22,6 +22,7 @@ from khr_common.interfaces import (
     Topic,
 )
 from khr_common.nodes.listener import Listener
+from khr_common.run_identity import KEY
 from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 
 INPUTS = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
@@ -85,7 +86,7 @@ class MonitorNode(Listener):
         self._peak = peaks.status[0].message if peaks.status else ''
 
     def _publish(self, outcome: Outcome) -> None:
-        values = {**quantities(outcome), 'final': str(self.received_all).lower()}
+        values = {**quantities(outcome), 'final': str(self.received_all).lower(), KEY: self.run}
         self._outcome_out.publish(
             DiagnosticStatus(name='outcome', message=outcome.verdict, values=_pairs(values))
         )

@@ -34,14 +34,16 @@ class RecorderNode(Listener):
         super().__init__(spec)
         recording = Recording(Path(self.parameters.folder))
         self._recording: Recording | None = recording
+        self._stopped = ''  # why no more is recorded
         self._now = 0
         self._last: dict[str, bytes] = {}
         self._diagnostics = self.publisher(DIAGNOSTICS)
         self._clock_topic = self.resolve_topic_name(CLOCK.name)
         topics = self.parameters.recorded()
+        self._topics = {self.resolve_topic_name(topic.name): topic for topic in topics}
         self._kinds = {
-            self.resolve_topic_name(topic.name): message_class(topic.kind)
-            for topic in topics
+            name: message_class(topic.kind)
+            for name, topic in self._topics.items()
             if topic.flow == 'period'
         }
         self._instants = ExactTimeSynchronizer[str](tuple(self._kinds))
@@ -67,6 +69,8 @@ class RecorderNode(Listener):
         if self._recording is not None:
             recording, self._recording = self._recording, None
             self._attempt(recording.close)
+        if self._stopped:  # the run went on without it, and is told at its end
+            self.fail(self._stopped)
 
     def _record(self, recording: Recording, topic: Topic) -> None:
         name, latched = self.resolve_topic_name(topic.name), topic.flow == 'latched'
@@ -88,8 +92,12 @@ class RecorderNode(Listener):
         if topic in self._kinds:
             if self._last.get(topic) == data:
                 return  # the simulator asked again for what it missed
+            try:
+                stamp_ns = cdr.clock(little_endian(data, self._kinds[topic]))
+            except cdr.UNREADABLE:
+                self.refuse(self._topics[topic], f'no readable {self._topics[topic].kind}')
+                return
             self._last[topic] = data
-            stamp_ns = self._stamp(topic)
             if topic == self._clock_topic:
                 self._now = stamp_ns
             if self._instants.put(topic, stamp_ns, None) is not None:
@@ -108,7 +116,9 @@ class RecorderNode(Listener):
             action()
         except OSError as error:
             self._recording = None
-            reason = f'recording stopped: {error}'
+            self._stopped = reason = (
+                f'recording stopped: {self.parameters.folder}: {error.strerror or error}'
+            )
             self.get_logger().error(reason)
             self._diagnostics.publish(
                 DiagnosticArray(

@@ -8,6 +8,7 @@ from std_msgs.msg import String
 from khr_common.block import NodeSpec
 from khr_common.interfaces import READY, STATE
 from khr_common.nodes.node import KhrNode
+from khr_common.run_identity import check_status, ready_text
 
 REPORT_PERIOD = 1_500_000_000  # ns of simulated time between reports of how far a listener is
 
@@ -43,12 +44,17 @@ class Listener(KhrNode):
         return self._received == self.end >= 0
 
     def on_state(self, status: DiagnosticStatus) -> None:
-        """Take a change of the simulator's state."""
+        """Take a change of the simulator's state.
+
+        Raises:
+            MalformedError: if it is of another run, or not readable.
+        """
         values = {pair.key: pair.value for pair in status.values}
+        check_status(values, self.run)
         self.end = int(values['time_ns']) if status.message == 'finished' else -1
         if self.received_all:
             self._report_progress()
 
     def _report_progress(self) -> None:
         self._reported = self._received
-        self._ready.publish(String(data=f'{self.get_name()} {self._received}'))
+        self._ready.publish(String(data=ready_text(self.get_name(), self._received, self.run)))

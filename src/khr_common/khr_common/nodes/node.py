@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
-from typing import Any
+from math import isfinite
+from typing import Any, TypeVar
 
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
     ParameterDescriptor,
     SetParametersResult,
 )
+from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import (
     InvalidParameterTypeException,
     InvalidParameterValueException,
@@ -20,20 +24,27 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 
 from khr_common import cdr
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
-from khr_common.interfaces import Topic
+from khr_common.errors import KhrError
+from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, Topic
 from khr_common.nodes.messages import Output, blank_message, little_endian, message_class
 from khr_common.parameters import ParameterError, Specification, build, specifications
+from khr_common.run_identity import MalformedError, check_run, own_run
 from khr_common.stamps import HISTORY
+
+Value = TypeVar('Value')
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
 # ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
 DATA = QoSProfile(depth=HISTORY)
 LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+MOST_REASONS = 50  # that are reported one by one
+REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
 LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
@@ -45,6 +56,7 @@ class KhrNode(Node):  # type: ignore[misc]
     Attributes:
         patience: s of wall time that it may take to settle; a run kills what needs much longer.
         failure: why it ended by itself, in one line.
+        run: identity of its run; empty if it was started by hand.
     """
 
     patience = 4.0
@@ -53,6 +65,8 @@ class KhrNode(Node):  # type: ignore[misc]
         super().__init__(spec.name)
         self.table = spec.table
         self.failure: str | None = None
+        self.run = own_run()
+        self._refused: Counter[tuple[Topic, str]] = Counter()
         for specification in specifications(self.table).values():
             self._declare(specification)
         self.parameters = self._build({})
@@ -84,34 +98,112 @@ class KhrNode(Node):  # type: ignore[misc]
             topic: to publish on.
             message: with blanks for the numbers; by default the one of the topic's kind.
         """
-        return Output(self.publisher(topic), message or blank_message(topic))
+        filled = message or blank_message(topic)
+        if topic.kind == JOINT_STATE:
+            filled.header.frame_id = self.run  # it has no frame, and answers must be of this run
+        return Output(self.publisher(topic), filled)
 
     def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Subscription:
         """Create a subscription to whole messages."""
-        qos = LATCHED_FROM_ALL if topic.flow == 'latched' else DATA
-        return self.create_subscription(message_class(topic.kind), topic.name, callback, qos)
-
-    def subscribe_bytes(self, topic: Topic, callback: Callable[[bytes], None]) -> Subscription:
-        """Create a subscription to what flows in every period, for :mod:`khr_common.cdr`."""
         kind = message_class(topic.kind)
+        return self._subscribe(topic, lambda data: deserialize_message(data, kind), callback)
 
-        def receive(data: bytes) -> None:
-            callback(little_endian(data, kind))
+    def subscribe_bytes(
+        self, topic: Topic, read: Callable[[bytes], Value], callback: Callable[[Value], None]
+    ) -> Subscription:
+        """Create a subscription to what flows in every period.
 
-        return self.create_subscription(kind, topic.name, receive, DATA, raw=True)
+        Args:
+            topic: to subscribe to.
+            read: returns what the callback receives, by :mod:`khr_common.cdr`; it may raise
+                MalformedError and what :data:`khr_common.cdr.UNREADABLE` lists.
+            callback: called with each message that is accepted.
+        """
+        kind = message_class(topic.kind)
+        answers = topic.kind == JOINT_STATE
+
+        def read_own(data: bytes) -> Value:
+            data = little_endian(data, kind)
+            if answers:
+                check_run(cdr.frame(data), self.run)
+            return read(data)
+
+        return self._subscribe(topic, read_own, callback)
 
     def subscribe_numbers(
         self, topic: Topic, callback: Callable[[Topic, int, Floats], None]
     ) -> Subscription:
         """Create a subscription whose callback receives topic, stamp in ns, and numbers."""
-        read = cdr.numbers_of(topic)
-        return self.subscribe_bytes(
-            topic, lambda data: callback(topic, cdr.clock(data), read(data))
-        )
+        numbers_in = cdr.numbers_of(topic)
+        length = cdr.LENGTHS.get(topic.kind, len(topic.names))
+
+        def read(data: bytes) -> tuple[int, Floats]:
+            numbers = numbers_in(data)
+            if len(numbers) != length:
+                raise MalformedError(f'not {length} numbers')
+            if not isfinite(sum(numbers)):
+                raise MalformedError('numbers that are not finite')
+            return cdr.clock(data), numbers
+
+        return self.subscribe_bytes(topic, read, lambda found: callback(topic, *found))
+
+    def refuse(self, topic: Topic, reason: str) -> None:
+        """Count a message that is not accepted; ``/diagnostics`` names topic, reason, senders."""
+        if not self._refused:
+            self._diagnostics_of_refused = self.publisher(DIAGNOSTICS)
+            self.create_timer(
+                REPORT_PERIOD, self._report_refused, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            )
+        known = (topic, reason) in self._refused or len(self._refused) < MOST_REASONS
+        self._refused[topic, reason if known else 'other reasons'] += 1
 
     def fail(self, reason: str) -> None:
         """End this node with an error of one line."""
         self.failure = reason
+
+    def _subscribe(
+        self, topic: Topic, read: Callable[[bytes], Value], callback: Callable[[Value], None]
+    ) -> Subscription:
+        def receive(data: bytes) -> None:
+            try:
+                found = read(data)
+            except MalformedError as error:
+                self.refuse(topic, str(error))
+                return
+            except cdr.UNREADABLE:
+                self.refuse(topic, f'no readable {topic.kind}')
+                return
+            try:
+                callback(found)
+            except MalformedError as error:
+                self.refuse(topic, str(error))
+            except KhrError as error:
+                self.fail(f'{topic.name}: {error}')
+
+        qos = LATCHED_FROM_ALL if topic.flow == 'latched' else DATA
+        return self.create_subscription(
+            message_class(topic.kind), topic.name, receive, qos, raw=True
+        )
+
+    def _report_refused(self) -> None:
+        self._diagnostics_of_refused.publish(
+            DiagnosticArray(
+                status=[
+                    DiagnosticStatus(
+                        level=DiagnosticStatus.ERROR,
+                        name=self.get_name(),
+                        message=f'{topic.name}: refused: {reason}; from {self._senders(topic)}',
+                        values=[KeyValue(key='refused', value=str(count))],
+                    )
+                    for (topic, reason), count in self._refused.items()
+                ]
+            )
+        )
+
+    def _senders(self, topic: Topic) -> str:
+        """Return who may have sent: the middleware does not say which of several it was."""
+        infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
+        return ' or '.join(sorted({info.node_name for info in infos})) or 'one that has left'
 
     def _declare(self, specification: Specification) -> None:
         try:

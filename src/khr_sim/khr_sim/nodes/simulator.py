@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections import deque
 from functools import partial
+from math import isfinite
 from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -27,6 +28,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.messages import to_nanoseconds, to_stamp
 from khr_common.nodes.node import KhrNode
+from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
@@ -71,7 +73,7 @@ class SimulatorNode(KhrNode):
         self._sources = [name for name in self.parameters.answers if name]
         for source in self._sources:
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
-            self.subscribe_bytes(topic, partial(self._on_answer, source))
+            self.subscribe_bytes(topic, _read_answer, partial(self._on_answer, source))
         self.subscribe(READY, self._on_ready)
         self.subscribe(PUSH, self._on_push)
         self.create_service(Trigger, '~/reset', self._on_reset)
@@ -189,12 +191,12 @@ class SimulatorNode(KhrNode):
 
     # ---- what arrives ----
 
-    def _on_answer(self, source: str, message: bytes) -> None:
-        stamp_ns = cdr.clock(message)
-        answer = Answer(stamp_ns, *cdr.joint_positions(message))
-        if not self._barrier.put(source, stamp_ns, answer):
+    def _on_answer(self, source: str, answer: Answer) -> None:
+        if source == GAIT and tuple(answer.name) != JOINTS:
+            raise MalformedError('not all joints in their order')
+        if not self._barrier.put(source, answer.stamp_ns, answer):
             return
-        if source != GAIT and stamp_ns == self._now:
+        if source != GAIT and answer.stamp_ns == self._now:
             self._latencies.append(time.monotonic() - self._progress)
         try:
             self._pump()
@@ -202,9 +204,11 @@ class SimulatorNode(KhrNode):
             self._abort(str(error))
 
     def _on_ready(self, message: String) -> None:
-        name, stamp_ns = message.data.split()
-        if int(stamp_ns) <= self._now:  # otherwise it is from before a reset
-            self._received[name] = int(stamp_ns)
+        name, stamp_ns = read_ready(message.data, self.run)
+        if name not in self._listeners:
+            return
+        if stamp_ns <= self._now:  # otherwise it is from before a reset
+            self._received[name] = stamp_ns
             self._attention = time.monotonic()
             self._pump()
 
@@ -214,18 +218,18 @@ class SimulatorNode(KhrNode):
         start = max(to_nanoseconds(message.header.stamp), self._now) / 1e9
         x, y, z = p.push_point
         try:
-            self.plant.world.push(
-                Push(
-                    start=start,
-                    duration=p.push_duration,
-                    frame=frame,
-                    link=p.push_link if frame == WORLD else frame,
-                    force=(force.x, force.y, force.z),
-                    point=(x, y, z),
-                )
+            push = Push(
+                start=start,
+                duration=p.push_duration,
+                frame=frame,
+                link=p.push_link if frame == WORLD else frame,
+                force=(force.x, force.y, force.z),
+                point=(x, y, z),
             )
+            p.check_push(push)
+            self.plant.world.push(push)
         except KhrError as error:
-            self.get_logger().error(f'push: {error}')
+            raise MalformedError(str(error)) from error
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         self._restart()
@@ -313,6 +317,7 @@ class SimulatorNode(KhrNode):
             'end': end,
             'reason': reason,
             'waiting_for': ', '.join(self._absent),
+            KEY: self.run,
         }
         if state == 'finished':
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
@@ -350,6 +355,13 @@ class SimulatorNode(KhrNode):
         """Return the time in ms within which this share of corrections came after its sample."""
         ordered = sorted(self._latencies)
         return f'{1e3 * ordered[int(share * (len(ordered) - 1))]:.3f}' if ordered else ''
+
+
+def _read_answer(data: bytes) -> Answer:
+    names, positions = cdr.joint_positions(data)
+    if len(names) != len(positions) or not isfinite(sum(positions)):
+        raise MalformedError('not one finite position per joint')
+    return Answer(cdr.clock(data), names, positions)
 
 
 def _pairs(values: dict[str, str]) -> list[KeyValue]:

@@ -1,0 +1,68 @@
+"""The identity of a run, which its messages carry so that none of another run is believed.
+
+``khr run`` gives each run one, in the environment; nodes that are started by hand have none, and
+take part with one another.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+
+from khr_common.errors import KhrError
+
+VARIABLE = 'KHR_RUN'
+KEY = 'run'  # of the identity in a status
+_NONE = '-'
+
+
+class MalformedError(KhrError):
+    """A message that is not accepted, with the reason."""
+
+
+def own_run() -> str:
+    """Return the identity of the run that this process is started for; empty by hand."""
+    return os.environ.get(VARIABLE, '')
+
+
+def ready_text(name: str, stamp_ns: int, run: str) -> str:
+    """Return what a listener publishes on ``ready``: that it has received all up to a stamp."""
+    return f'{name} {stamp_ns} {run or _NONE}'
+
+
+def read_ready(text: str, run: str) -> tuple[str, int]:
+    """Return the listener and its stamp, ns.
+
+    Raises:
+        MalformedError: if the text has another form, or comes from another run.
+    """
+    words = text.split()
+    if len(words) != 3 or not _is_integer(words[1]):
+        raise MalformedError('not NAME STAMP RUN')
+    check_run(words[2].removeprefix(_NONE), run)
+    return words[0], int(words[1])
+
+
+def check_status(values: Mapping[str, str], run: str) -> None:
+    """Check the figures of a status of the simulator.
+
+    Raises:
+        MalformedError: if it comes from another run, or its time is not an integer.
+    """
+    check_run(values.get(KEY, ''), run)
+    if not _is_integer(values.get('time_ns', '')):
+        raise MalformedError('time_ns is not an integer')
+
+
+def check_run(found: str, run: str) -> None:
+    """Check the run that a message comes from.
+
+    Raises:
+        MalformedError: if it is another one.
+    """
+    if found != run:
+        raise MalformedError('of another run')
+
+
+def _is_integer(text: str) -> bool:
+    return text.removeprefix('-').isdecimal() and len(text) < 20

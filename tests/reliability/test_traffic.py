@@ -1,0 +1,110 @@
+"""What no node of the run has sent is refused by name; the trajectory stays what it is."""
+
+import pytest
+
+from khr_common.interfaces import CLOCK, GYRO, JOINT_REFERENCE, OUTCOME, STATE
+from tests.reliability.traffic import publisher, send, shared, topics
+from tests.support.runs import finish, joined, khr, wait_for, wait_until
+
+SHORT = ('--duration', '4')
+
+
+@pytest.fixture(scope='module')
+def right(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('right') / 'run'
+    return khr('run', 'stand_0deg', '--offline', *SHORT, '--out', folder, folder=folder).hash
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('mode', ['--one-process', '--processes'])
+def test_malformed_messages_on_shared_topics_change_nothing(in_background, tmp_path, right, mode):
+    from std_srvs.srv import SetBool
+
+    from tests.support.runs import call
+
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', mode, *SHORT, '--out', folder)
+    attacked = [
+        topic for topic in topics().values() if shared(topic) and 'stage' not in topic.name
+    ]
+    with joined(folder) as node:
+        wait_until(node, seconds=0.1)
+        call(node, SetBool, 'simulator/pause', SetBool.Request(data=True))
+        senders = {topic: publisher(node, topic) for topic in attacked}
+        refused = refusals(node)
+
+        def attack():
+            for topic, sender in senders.items():
+                send(sender, topic)
+            return refused() >= {'joint_reference', 'ankle_controller/correction', 'ready', 'push'}
+
+        wait_for(attack, 'the refusals')
+        call(node, SetBool, 'simulator/pause', SetBool.Request(data=False))
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+    assert ended.hash == right
+    assert 'joint_reference: refused' in ended.err and 'test_client' in ended.err
+    assert 'Traceback' not in ended.err + ''.join(
+        log.read_text() for log in (folder / 'log').glob('*.log')
+    )
+
+
+def refusals(node):
+    """Return a function that says which topics have been named in /diagnostics so far."""
+    from diagnostic_msgs.msg import DiagnosticArray
+    from rclpy.executors import SingleThreadedExecutor
+
+    found = set()
+    executor = SingleThreadedExecutor(context=node.context)
+    executor.add_node(node)
+
+    def on_diagnostics(array):
+        found.update(s.message.split(':')[0] for s in array.status if 'refused' in s.message)
+
+    node.create_subscription(DiagnosticArray, '/diagnostics', on_diagnostics, 10)
+
+    def look():
+        for _ in range(50):  # our own messages on /diagnostics arrive here too
+            executor.spin_once(timeout_sec=0.01)
+        return found
+
+    return look
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize('topic', [CLOCK, GYRO, STATE, OUTCOME], ids=lambda topic: topic.name)
+def test_a_second_source_of_an_owned_topic_ends_the_run_by_name(in_background, tmp_path, topic):
+    folder = tmp_path / 'run'
+    process = in_background(
+        'run', 'stand_0deg', '--duration', '600', '--no-record', '--out', folder
+    )
+    with joined(folder) as node:
+        wait_until(node, seconds=0.1)
+        send(publisher(node, topic), topic)
+        ended = finish(process, folder)
+    assert ended.code == 1
+    assert f'{topic.name}: published by test_client beside' in ended.err
+    assert 'Traceback' not in ended.err
+
+
+@pytest.mark.slow
+def test_a_second_gait_of_another_run_is_refused_and_the_result_is_right(
+    in_background, tmp_path, right
+):
+    from khr_common.nodes.messages import blank_message, serialized
+
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', *SHORT, '--out', folder)
+    with joined(folder) as node:
+        wait_until(node, seconds=0.1)
+        sender = publisher(node, JOINT_REFERENCE)
+        message = blank_message(JOINT_REFERENCE)
+        message.position = [0.5] * 17
+        while process.poll() is None:
+            stamp = node.get_clock().now().nanoseconds
+            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+            sender.publish(serialized(message))
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+    assert ended.hash == right
+    assert 'joint_reference: refused: of another run; from gait or test_client' in ended.err
