@@ -25,7 +25,7 @@ from khr_analysis.models.servo_loop import (
     response_by_simulation,
 )
 from khr_analysis.models.thesis import GAINS, PEAKS, identified_servo
-from khr_analysis.models.tipping import Push, PushLoop
+from khr_analysis.models.tipping import ForcePulse, PushLoop
 
 REPEATS = 15
 ROBOT, TIME = Pendulum(), np.linspace(0.0, 5.0, 5001)
@@ -68,7 +68,7 @@ CASES: dict[str, tuple[Callable[[], object], float | None]] = {  # what, and its
     'identification with 4,000 samples': (lambda: identify(GAINS_S, PEAKS), None),
     'harmonics by series': (lambda: series_harmonics(ROBOT, 0.05, 0.15), None),
     'harmonics by integration': (lambda: integrated_harmonics(ROBOT, 0.05, 0.15), None),
-    'push, 3 s': (lambda: simulate_push(PUSHED, Push(2.5, 0.1)), None),
+    'push, 3 s': (lambda: simulate_push(PUSHED, ForcePulse(2.5, 0.1)), None),
     'largest push': (lambda: largest_push(PUSHED), None),
 }
 

@@ -280,7 +280,7 @@ def friction() -> Figure:
     return figure
 
 
-def _adjust(inclination_deg: float, form: Form) -> model.Motion:
+def _adjust(inclination_deg: float, form: Form) -> model.PendulumMotion:
     inclination = math.radians(inclination_deg)
     target = controlled_lean(ROBOT, FORCE_GAIN, inclination=inclination, initial_lean=INITIAL_LEAN)
     return simulate_servo(

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from khr_analysis.models.push import DIRECTIONS, simulate_push
-from khr_analysis.models.tipping import Push
+from khr_analysis.models.tipping import ForcePulse
 from khr_experiments.push_limits import DURATIONS, GAINS
 from khr_experiments.push_model import model_gyro, model_loop, model_push
 from khr_experiments.push_recovery import GYROS, PushCondition, largest_push, push_robot, stance
@@ -96,7 +96,7 @@ def with_and_without_control() -> Figure:
         shown = (motion.time >= 0.0) & (motion.time <= SHOWN)
         recovery = simulate_push(
             model_loop(condition, 'physical', 'robot'),
-            Push(force, PUSHED),
+            ForcePulse(force, PUSHED),
             gyro=model_gyro(condition),
             duration=SHOWN,
         )
@@ -161,7 +161,7 @@ def _motions(axis: Axes, force: float) -> None:
     last = conditions[-1]
     model = simulate_push(
         model_loop(last, 'physical', 'robot'),
-        Push(force, PUSHED),
+        ForcePulse(force, PUSHED),
         gyro=model_gyro(last),
         duration=SHOWN,
     )

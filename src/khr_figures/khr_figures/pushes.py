@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from khr_analysis.models.checks import FORMS
 from khr_analysis.models.push import DIRECTIONS, Gyro, largest_push, simulate_push
 from khr_analysis.models.servo_loop import gain_of_board
-from khr_analysis.models.tipping import Push, PushLoop, tipping_force
+from khr_analysis.models.tipping import ForcePulse, PushLoop, tipping_force
 from khr_bringup.run_signals import run_with_series
 from khr_experiments.push_model import model_loop
 from khr_experiments.push_recovery import START, PushCondition, push_robot, stance
@@ -54,7 +54,7 @@ def rising_force() -> Figure:
     for axis, loop, body in zip(axes, loops, (thesis, thesis, robot), strict=False):
         for share in SHARES:
             force = share * tipping_force(body)
-            run = simulate_push(loop, Push(force), duration=LASTING)
+            run = simulate_push(loop, ForcePulse(force), duration=LASTING)
             axis.plot(run.time, np.degrees(run.rate), label=f'F = {force:.2f} N')
     for share in SHARES:
         force = share * tipping_force(robot)
@@ -85,7 +85,7 @@ def recovery() -> Figure:
     for form, force, axis in zip(FORMS, (3.35, 3.05), axes, strict=True):
         for setting in (0.0, CONTROL):
             loop = replace(LOOP, form=form, gain=gain_of_board(setting))
-            run = simulate_push(loop, Push(force, 0.1), gyro=circuit(), duration=2.0)
+            run = simulate_push(loop, ForcePulse(force, 0.1), gyro=circuit(), duration=2.0)
             axis.plot(run.time, 1e3 * run.x_com, label=f'K_A = {setting:g}')
         _band(axis, -HALF_FOOT_MM, 0.0)
         axis.set_title(f'{TITLES[form]}: {force:g} N for 0.1 s')
@@ -107,7 +107,9 @@ def both_directions() -> Figure:
         loop = replace(LOOP, gain=gain_of_board(CONTROL), inclination=math.radians(slope))
         for force in (2.5, 3.3):
             for side, name in zip((1.0, -1.0), DIRECTIONS, strict=True):
-                run = simulate_push(loop, Push(side * force, 0.1), gyro=circuit(), duration=2.0)
+                run = simulate_push(
+                    loop, ForcePulse(side * force, 0.1), gyro=circuit(), duration=2.0
+                )
                 ankle = side * (1e3 * run.x_com + HALF_FOOT_MM * math.cos(loop.inclination))
                 axis.plot(run.time, ankle, label=f'{force:g} N from {_SIDES[name]}')
         _both_edges(axis, HALF_FOOT_MM)

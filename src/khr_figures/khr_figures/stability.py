@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -15,14 +16,7 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from khr_experiments.best_gain import CRITERION, GAINS
-from khr_experiments.stability_map import (
-    Direction,
-    StabilityMap,
-    best_rows,
-    cell_rows,
-    critical_rows,
-    stability_map,
-)
+from khr_experiments.stability_map import Direction, StabilityMap, stability_map
 from khr_experiments.sweeps.folder import read_results
 from khr_figures.errors import FigureError
 from khr_figures.plot_style import styled
@@ -68,9 +62,9 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     rows_by_file = {
         image.with_name(f'{image.stem}{end}.csv'): rows
         for end, rows in (
-            ('', cell_rows(counted)),
-            ('_critical', critical_rows(counted)),
-            ('_best', best_rows(counted)),
+            ('', _cell_rows(counted)),
+            ('_critical', _critical_rows(counted)),
+            ('_best', _best_rows(counted)),
         )
         if rows
     }
@@ -203,6 +197,56 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
         handles += panel.plot([], [], **BEST, label='best gain of an inclination')
     handles.append(Patch(facecolor=EMPTY, label='no such run'))
     page.legend(handles=handles, loc='outside lower center', ncols=2)
+
+
+def _cell_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    rows = []
+    for i, of_y in enumerate(counted.y.labels):
+        for j, of_x in enumerate(counted.x.labels):
+            runs, survived = int(counted.runs[i, j]), int(counted.survived[i, j])
+            low, high = counted.interval(i, j)
+            rows.append(
+                {
+                    counted.x.name: of_x,
+                    counted.y.name: of_y,
+                    'runs': runs,
+                    'survived': survived,
+                    'slipped': int(counted.slipped[i, j]),
+                    'fell': runs - survived,
+                    'survival': survived / runs if runs else nan,
+                    'survival_low_95': low,
+                    'survival_high_95': high,
+                    'median_fell_at_s': counted.fell_at[i, j],
+                    'median_vibration_rad_s': counted.vibration[i, j],
+                }
+            )
+    return rows
+
+
+def _critical_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    return [
+        {
+            counted.y.name: of_y,
+            f'critical {counted.x.name}': critical.value,
+            'low_95': critical.low,
+            'high_95': critical.high,
+        }
+        for of_y, critical in zip(counted.y.labels, counted.critical, strict=False)
+    ]
+
+
+def _best_rows(counted: StabilityMap) -> list[dict[str, Any]]:
+    return [
+        {
+            counted.x.name: cell.x,
+            f'best {counted.y.name}': cell.y,
+            'runs': cell.runs,
+            'survived': cell.survived,
+            'slipped': cell.slipped,
+            'median_vibration_rad_s': cell.vibration,
+        }
+        for cell in counted.best
+    ]
 
 
 def _write_csv(path: Path, rows: list[dict[str, Any]]) -> None:

@@ -1,4 +1,4 @@
-"""Write what the parameter tables say into config/defaults.yaml and docs/parameters.md.
+"""Write the documents that are rendered from parameter tables, scenarios and stored results.
 
 ``python -m khr_report.docs_generator`` (``make docs``), from the top of the repository.
 """
@@ -6,7 +6,9 @@
 from __future__ import annotations
 
 import textwrap
+from collections.abc import Callable
 from pathlib import Path
+from typing import TypeVar
 
 import yaml
 
@@ -14,16 +16,31 @@ from khr_bringup import scenario as scenarios
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario_table import scenario_markdown
 from khr_common import specifications
-from khr_common.markdown import put_between, table
+from khr_common.files import write_text
+from khr_common.markdown import put_between
+from khr_common.parameters import Specification
+from khr_experiments.findings import Findings
+from khr_experiments.json_file import read_json
+from khr_experiments.scoreboard_rows import Scoreboard
+from khr_report.findings_page import findings_markdown
+from khr_report.page.document import Columns, Passage, markdown, table
+from khr_report.scoreboard_page import scoreboard_markdown
 
+PARAMETER_COLUMNS: Columns[Specification] = {
+    'parameter': lambda each: f'`{each.name}`',
+    'default': lambda each: f'`{each.default}`',
+    'accepted': lambda each: each.accepted,
+    'meaning': lambda each: each.description + (' *(fixed)*' if each.read_only else ''),
+}
+Result = TypeVar('Result')
 START, END = '<!-- scenarios: written by make docs -->', '<!-- end of scenarios -->'
 
 
 def defaults_yaml() -> str:
-    """Return the parameter file that holds every default, each with its meaning."""
+    """Return the parameter file with every default and its meaning."""
     lines = [
-        '# Every parameter with its default, as the nodes declare it; scenarios lie thin '
-        'over this.',
+        '# Every parameter with its default, as the nodes declare it; a scenario lists '
+        'only what differs.',
         '# Written by make docs from the parameter tables: change those.',
     ]
     for node, registered in registry().items():
@@ -38,49 +55,47 @@ def defaults_yaml() -> str:
 
 def parameters_markdown() -> str:
     """Return the reference of all parameters."""
-    text = [
-        '# Parameters',
-        '',
+    notice = (
         'Written by `make docs` from the parameter tables of the nodes. '
         '"fixed" parameters are read when a node starts; all others can change while it runs '
-        '(`khr set NODE PARAMETER VALUE`, `ros2 param set`).',
+        '(`khr set NODE PARAMETER VALUE`, `ros2 param set`).'
+    )
+    nodes = [
+        Passage(
+            f'{node} ({registered.spec.package})',
+            (table(specifications(registered.spec.table).values(), PARAMETER_COLUMNS),),
+        )
+        for node, registered in registry().items()
     ]
-    for node, registered in registry().items():
-        rows = [
-            (
-                f'`{each.name}`',
-                f'`{each.default}`',
-                each.accepted.replace('|', '\\|'),
-                each.description + (' *(fixed)*' if each.read_only else ''),
-            )
-            for each in specifications(registered.spec.table).values()
-        ]
-        text += [
-            '',
-            f'## {node} ({registered.spec.package})',
-            '',
-            table(('parameter', 'default', 'accepted', 'meaning'), rows),
-        ]
-    return '\n'.join(text) + '\n'
+    return f'# Parameters\n\n{markdown([notice, *nodes])}\n'
 
 
 def generated(root: Path) -> dict[Path, str]:
     """Return all generated documents by path."""
-    readme = root / 'README.md'
+    readme, docs = root / 'README.md', root / 'docs'
     shipped = [scenarios.load(str(path)) for path in scenarios.shipped()]
     return {
         root / 'config' / 'defaults.yaml': defaults_yaml(),
-        root / 'docs' / 'parameters.md': parameters_markdown(),
+        docs / 'parameters.md': parameters_markdown(),
+        **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
+        **_from_results(docs / 'findings.json', Findings, findings_markdown),
         readme: put_between(
             readme.read_text(encoding='utf-8'), START, END, scenario_markdown(shipped).strip()
         ),
     }
 
 
+def _from_results(
+    path: Path, kind: type[Result], render: Callable[[Result], str]
+) -> dict[Path, str]:
+    """Render stored results beside their file; nothing if there are none."""
+    return {path.with_suffix('.md'): render(read_json(path, kind))} if path.is_file() else {}
+
+
 def main() -> None:
     """Write the generated documents."""
     for path, text in generated(Path.cwd()).items():
-        path.write_text(text, encoding='utf-8')
+        write_text(path, text)
         print(path)
 
 

@@ -16,7 +16,7 @@ from khr_experiments.findings import (
 )
 from khr_experiments.peak_origin import PeakOrigin
 from khr_experiments.scoreboard_rows import Comparison, Scoreboard, Shift
-from khr_report.page.document import Block, Columns, Part, Table, markdown, number, table
+from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, table
 from khr_report.page.text import duration
 from khr_report.scoreboard_page import (
     LIMIT_COLUMNS,
@@ -96,10 +96,10 @@ def blocks(findings: Findings) -> list[Block]:
     return [
         QUESTION,
         _answer(findings),
-        Part('What the simulation confirms', _rows(findings.scoreboard, True)),
-        Part('What it contradicts', _rows(findings.scoreboard, False)),
-        Part('What it adds', _added(findings)),
-        Part('How to repeat it', (_repeat(findings),)),
+        Passage('What the simulation confirms', _rows(findings.scoreboard, True)),
+        Passage('What it contradicts', _rows(findings.scoreboard, False)),
+        Passage('What it adds', _added(findings)),
+        Passage('How to repeat it', (_repeat(findings),)),
     ]
 
 
@@ -123,7 +123,7 @@ def _rows(board: Scoreboard | None, passed: bool) -> tuple[Block, ...]:
 
     def add(title: str, of: Table) -> None:
         if of.rows:
-            found.append(Part(title, (of,)))
+            found.append(Passage(title, (of,)))
 
     limits = dict(LIMIT_COLUMNS)
     if not passed and board.explanations:
@@ -164,7 +164,7 @@ def _added(findings: Findings) -> tuple[Block, ...]:
         ('Origin of the published control frequencies', '', table(findings.peaks, PEAK_COLUMNS)),
     )
     found = tuple(
-        Part(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
+        Passage(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
     )
     return found or (NOTHING,)
 

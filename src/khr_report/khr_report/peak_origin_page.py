@@ -26,7 +26,7 @@ from khr_experiments.peak_origin import (
 )
 from khr_experiments.published import LINE_HZ
 from khr_experiments.sweeps import check_workers
-from khr_report.page.document import Block, Bullets, Columns, Part, markdown, table
+from khr_report.page.document import Block, Bullets, Columns, Passage, markdown, table
 
 SPAN = 11.0  # Hz, in which a control frequency might lie
 NEAR = 0.05  # distance from a line, in lines, whose chance is given
@@ -37,10 +37,10 @@ def blocks(found: PeakStudy) -> list[Block]:
     base = found.walks[0]
     return [
         _lead(found.origins),
-        Part(f'The peaks of {found.scenario}, {base.label}', _peaks(base, found.lines)),
-        Part('Between the lines', _between(found.bands)),
-        Part("The thesis's four control frequencies", _published(found.published)),
-        Part('Evidence', _evidence(found.lines)),
+        Passage(f'The peaks of {found.scenario}, {base.label}', _peaks(base, found.lines)),
+        Passage('Between the lines', _between(found.bands)),
+        Passage("The thesis's four control frequencies", _published(found.published)),
+        Passage('Evidence', _evidence(found.lines)),
         f'Runs that fell and are left out: {found.fallen}.',
     ]
 

@@ -24,7 +24,7 @@ from khr_experiments.scoreboard_rows import (
 from khr_report.page.document import (
     Block,
     Columns,
-    Part,
+    Passage,
     Table,
     Verdict,
     markdown,
@@ -171,7 +171,7 @@ def blocks(board: Scoreboard) -> list[Block]:
     """Return the document of a scoreboard, without its title."""
     parts: list[Block] = [
         f'{summary(board)}.',
-        Part(
+        Passage(
             'Critical inclinations',
             (
                 LIMITS_TEXT,
@@ -180,15 +180,15 @@ def blocks(board: Scoreboard) -> list[Block]:
                 table(board.orders, ORDER_COLUMNS),
             ),
         ),
-        Part(
+        Passage(
             'Standing on one leg (chapter 3)',
             (STANDING_TEXT, table(board.standing, STANDING_COLUMNS)),
         ),
-        Part('Walking (chapter 5)', (WALKING_TEXT, table(board.walks, WALK_COLUMNS))),
-        Part('Trends', (TRENDS_TEXT, table(board.trends, TREND_COLUMNS))),
+        Passage('Walking (chapter 5)', (WALKING_TEXT, table(board.walks, WALK_COLUMNS))),
+        Passage('Trends', (TRENDS_TEXT, table(board.trends, TREND_COLUMNS))),
     ]
     if board.explanations is not None:
-        parts.append(Part('What moves a limit that misses', _explained(board.explanations)))
+        parts.append(Passage('What moves a limit that misses', _explained(board.explanations)))
     return parts
 
 

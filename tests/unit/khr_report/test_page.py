@@ -19,7 +19,7 @@ from khr_experiments.peak_origin import PeakOrigin
 from khr_experiments.published import LIMITS, TRENDS, walking
 from khr_experiments.scoreboard import compare
 from khr_report import findings_page, map_tables, scoreboard_page
-from khr_report.page.document import Bullets, Part, Table, Verdict, html, markdown
+from khr_report.page.document import Bullets, Passage, Table, Verdict, html, markdown
 from khr_report.page.text import duration
 from khr_report.reproduction import FigureResult, Reproduction, distinct
 from khr_report.reproduction_page import write_index
@@ -117,7 +117,7 @@ def reproduction(folder, bench=None, **changes):
 
 DOCUMENT = [
     'A text with <b> and | in it.',
-    Part('Title', (Table(('a', 'b'), (('x | y', Verdict(False)), ('<z>', Verdict(None)))),)),
+    Passage('Title', (Table(('a', 'b'), (('x | y', Verdict(False)), ('<z>', Verdict(None)))),)),
     Bullets(('one', 'two')),
 ]
 
@@ -147,7 +147,7 @@ def test_a_document_is_html_with_its_verdicts_coloured():
 def cells(blocks):
     """Yield all cells of a document."""
     for block in blocks:
-        if isinstance(block, Part):
+        if isinstance(block, Passage):
             yield from cells(block.blocks)
         elif isinstance(block, Table):
             yield from (str(cell) for row in (block.head, *block.rows) for cell in row)
@@ -247,7 +247,7 @@ def test_durations(seconds, text):
 
 def sections(made):
     """Return the text of the findings by title."""
-    parts = [part for part in findings_page.blocks(made) if isinstance(part, Part)]
+    parts = [part for part in findings_page.blocks(made) if isinstance(part, Passage)]
     return {part.title: markdown(part.blocks) for part in parts}
 
 

@@ -27,7 +27,7 @@ from khr_analysis.models.checks import (
     within,
 )
 from khr_analysis.models.integrate import integrate
-from khr_analysis.models.pendulum import Motion, Pendulum, until_lying
+from khr_analysis.models.pendulum import Pendulum, PendulumMotion, until_lying
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Pid:
 
 
 @dataclass(frozen=True)
-class ServoMotion(Motion):
+class ServoMotion(PendulumMotion):
     """A motion with the servo's torque (N m) and the Delta (N) that carries it."""
 
     torque: Array
@@ -157,6 +157,6 @@ def controlled_critical_inclination(
     return math.asin(pendulum.half_foot / pendulum.length) - initial_lean + gain * pendulum.weight
 
 
-def largest_rate(motion: Motion) -> float:
+def largest_rate(motion: PendulumMotion) -> float:
     """Return the largest overshoot of the pitch rate: its extreme of either sign, rad/s."""
     return float(motion.rate[np.argmax(np.abs(motion.rate))])

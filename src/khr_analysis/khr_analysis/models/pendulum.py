@@ -90,7 +90,7 @@ class Pendulum:
 
 
 @dataclass(frozen=True)
-class Motion:
+class PendulumMotion:
     """A simulated motion: time (s), lean (rad) and its rate (rad/s), arrays of one length."""
 
     time: Array
@@ -220,7 +220,7 @@ def simulate(
     duration: float = 5.0,
     step: float = 1e-3,
     form: Form = 'physical',
-) -> Motion:
+) -> PendulumMotion:
     """Integrate (3.6) from an initial lean and rate.
 
     Args:
@@ -254,15 +254,19 @@ def simulate(
     return until_lying(times, integrate(derivative, (initial_lean, initial_rate), times))
 
 
-def until_lying(times: Array, states: Array) -> Motion:
+def until_lying(times: Array, states: Array) -> PendulumMotion:
     """Cut a motion, its lean and rate in rows 0 and 1, where the body comes to lie down."""
     lying = np.abs(states[0]) > RIGHT_ANGLE
     end = int(np.argmax(lying)) if lying.any() else times.size
-    return Motion(times[:end], states[0, :end], states[1, :end])
+    return PendulumMotion(times[:end], states[0, :end], states[1, :end])
 
 
 def energy(
-    pendulum: Pendulum, motion: Motion, *, inclination: float = 0.0, form: Form = 'physical'
+    pendulum: Pendulum,
+    motion: PendulumMotion,
+    *,
+    inclination: float = 0.0,
+    form: Form = 'physical',
 ) -> Array:
     """Return the energy along a motion, J, which (3.6) conserves where Delta = 0."""
     inclination_within(inclination)

@@ -11,7 +11,7 @@ import numpy as np
 
 from khr_analysis.models.checks import Array, one_of, positive
 from khr_analysis.models.pendulum import Pendulum
-from khr_analysis.models.tipping import Physical, Published, Push, PushLoop, tipping_force
+from khr_analysis.models.tipping import ForcePulse, Physical, Published, PushLoop, tipping_force
 
 Gyro = Callable[[float], float]  # pitch rate to measured pitch rate, rad/s, once a period
 Direction = Literal['behind', 'front']
@@ -41,7 +41,7 @@ class Recovery:
 
 
 def simulate_push(
-    loop: PushLoop, push: Push, *, gyro: Gyro = ideal_gyro, duration: float = 3.0
+    loop: PushLoop, push: ForcePulse, *, gyro: Gyro = ideal_gyro, duration: float = 3.0
 ) -> Recovery:
     """Simulate a push until it is over with or the robot has fallen past its edge.
 
@@ -101,7 +101,9 @@ def largest_push(
     side = 1.0 if direction == 'behind' else -1.0
 
     def falls(force: float) -> bool:
-        return simulate_push(loop, Push(side * force, duration), gyro=gyro(), duration=watch).fell
+        return simulate_push(
+            loop, ForcePulse(side * force, duration), gyro=gyro(), duration=watch
+        ).fell
 
     survived, fallen = 0.0, tipping_force(loop.pendulum)
     while not falls(fallen):

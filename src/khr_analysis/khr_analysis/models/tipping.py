@@ -44,7 +44,7 @@ RUNGE_KUTTA_REACH = 2.785  # |eigenvalue * step| up to which the fourth order is
 
 
 @dataclass(frozen=True)
-class Push:
+class ForcePulse:
     """A constant horizontal force at the centre of mass, N, from time 0 for a duration, s."""
 
     force: float
@@ -127,7 +127,7 @@ def tipping_force(pendulum: Pendulum) -> float:
 class Model(ABC):
     """What both forms share: a state advanced by Runge and Kutta's fourth order."""
 
-    def __init__(self, loop: PushLoop, push: Push, state: State) -> None:
+    def __init__(self, loop: PushLoop, push: ForcePulse, state: State) -> None:
         self._loop, self._push = loop, push
         self.side = math.copysign(1.0, push.force)
         self._state = state
@@ -181,7 +181,7 @@ def _along(state: State, slope: State, step: float) -> State:
 class Published(Model):
     """State: th, th' about the edge; th_A, th_A', int e of the ankle's servo (3.11)."""
 
-    def __init__(self, loop: PushLoop, push: Push) -> None:
+    def __init__(self, loop: PushLoop, push: ForcePulse) -> None:
         self._rest = -tipping_angle(loop.pendulum)
         super().__init__(loop, push, (self._rest, 0.0, 0.0, 0.0, 0.0))
 
@@ -217,7 +217,7 @@ class Published(Model):
 class Physical(Model):
     """State: the lean q towards the pushed side, q', int e of the servo that holds it."""
 
-    def __init__(self, loop: PushLoop, push: Push) -> None:
+    def __init__(self, loop: PushLoop, push: ForcePulse) -> None:
         side = math.copysign(1.0, push.force)
         self._lean, self._slope = side * loop.initial_lean, side * loop.inclination
         self._toe = loop.pendulum.half_foot * math.cos(self._slope)

@@ -49,14 +49,14 @@ class Bullets:
 
 
 @dataclass(frozen=True)
-class Part:
+class Passage:
     """Blocks under a title."""
 
     title: str
     blocks: tuple[Block, ...]
 
 
-Block = str | Table | Bullets | Part  # a text is a paragraph
+Block = str | Table | Bullets | Passage  # a text is a paragraph
 
 
 def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table:
@@ -99,7 +99,7 @@ def _markdown(block: Block, level: int) -> str:
         return markdown_table(block.head, [[*map(_markdown_cell, row)] for row in block.rows])
     if isinstance(block, Bullets):
         return '\n'.join(f'- {item}' for item in block.items)
-    if isinstance(block, Part):
+    if isinstance(block, Passage):
         return f'{"#" * level} {block.title}\n\n{markdown(block.blocks, level + 1)}'
     return block
 
@@ -114,7 +114,7 @@ def _html(block: Block, level: int) -> Markup:
         return part('table', block.head, block.rows)
     if isinstance(block, Bullets):
         return part('bullets', block.items)
-    if isinstance(block, Part):
+    if isinstance(block, Passage):
         title = Markup('<h{0}>{1}</h{0}>\n').format(level, block.title)
         return title + html(block.blocks, level + 1)
     return part('paragraphs', [block])

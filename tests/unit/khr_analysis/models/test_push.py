@@ -14,7 +14,7 @@ from khr_analysis.models.ankle_servo import Pid
 from khr_analysis.models.pendulum import GRAVITY, Pendulum
 from khr_analysis.models.push import capture_force, largest_push, simulate_push
 from khr_analysis.models.tipping import (
-    Push,
+    ForcePulse,
     PushLoop,
     tipping_angle,
     tipping_force,
@@ -38,13 +38,13 @@ def test_the_tipping_length_is_the_distance_from_toe_to_mass(length, share, ankl
 
 @pytest.mark.parametrize('form', FORMS)
 def test_the_centre_of_mass_starts_a_half_foot_behind_the_toe(form):
-    still = simulate_push(PushLoop(form=form), Push(0.0), duration=0.3)
+    still = simulate_push(PushLoop(form=form), ForcePulse(0.0), duration=0.3)
     assert np.allclose(still.x_com, -P.half_foot) and not still.fell
 
 
 def test_the_published_tipping_agrees_with_another_integrator():  # (4.4)
     force, length = 2.0, tipping_length(P)
-    ours = simulate_push(PushLoop(form='published', step=1e-3), Push(force))
+    ours = simulate_push(PushLoop(form='published', step=1e-3), ForcePulse(force))
     theirs = solve_ivp(
         lambda t, y: [y[1], (GRAVITY * math.sin(y[0]) + force / P.mass * math.cos(y[0])) / length],
         (0.0, ours.time[-1]),
@@ -85,8 +85,8 @@ def test_a_lasting_push_tips_only_above_m_g_b_over_l(form):
     assert force == pytest.approx(P.mass * GRAVITY * math.tan(tipping_angle(P)))
     stiff = Pid(4000.0, 0.0, 40.0)  # a lock: no overshoot of its own
     loop = PushLoop(form=form, pid=stiff, step=1e-3)
-    assert not simulate_push(loop, Push(0.97 * force)).fell
-    assert simulate_push(loop, Push(1.02 * force), duration=10.0).fell
+    assert not simulate_push(loop, ForcePulse(0.97 * force)).fell
+    assert simulate_push(loop, ForcePulse(1.02 * force), duration=10.0).fell
 
 
 def test_a_short_published_push_is_survived_up_to_the_energy_of_the_top():
@@ -121,8 +121,8 @@ def test_a_locked_physical_ankle_survives_what_a_rocking_block_does():
 @given(st.floats(0.5, 5.0), st.floats(0.02, 0.5), st.floats(0.0, 0.1), st.sampled_from(FORMS))
 def test_front_and_behind_mirror_each_other_on_the_flat(force, duration, gain, form):
     loop = PushLoop(gain=gain, form=form)
-    behind = simulate_push(loop, Push(force, duration), duration=0.6)
-    front = simulate_push(loop, Push(-force, duration), duration=0.6)
+    behind = simulate_push(loop, ForcePulse(force, duration), duration=0.6)
+    front = simulate_push(loop, ForcePulse(-force, duration), duration=0.6)
     assert np.array_equal(behind.x_com, front.x_com) and behind.fell == front.fell
 
 
@@ -133,8 +133,10 @@ def test_downhill_a_push_from_behind_is_the_dangerous_one():
 
 
 def test_the_impulse_is_exact_when_the_push_ends_within_a_step():
-    odd = simulate_push(PushLoop(form='published'), Push(20.0, 0.0101), duration=0.1)
-    fine = simulate_push(PushLoop(form='published', step=1e-4), Push(20.0, 0.0101), duration=0.1)
+    odd = simulate_push(PushLoop(form='published'), ForcePulse(20.0, 0.0101), duration=0.1)
+    fine = simulate_push(
+        PushLoop(form='published', step=1e-4), ForcePulse(20.0, 0.0101), duration=0.1
+    )
     assert odd.rate[-1] == pytest.approx(fine.rate[-1], rel=2e-3)
 
 
@@ -145,7 +147,7 @@ def test_no_gain_leaves_the_gyro_without_effect_and_gain_uses_it():
         seen.append(rate)
         return 100.0
 
-    push = Push(1.0, 0.1)
+    push = ForcePulse(1.0, 0.1)
     deaf = simulate_push(PushLoop(gain=0.0), push, gyro=broken, duration=0.3)
     assert np.array_equal(deaf.x_com, simulate_push(PushLoop(gain=0.0), push, duration=0.3).x_com)
     assert len(seen) == 20  # once a period
@@ -155,13 +157,16 @@ def test_no_gain_leaves_the_gyro_without_effect_and_gain_uses_it():
 def test_the_gyro_reads_the_pitch_rate_with_its_own_sign_from_the_front():
     seen = []
     simulate_push(
-        PushLoop(), Push(-3.0, 0.2), gyro=lambda rate: seen.append(rate) or rate, duration=0.1
+        PushLoop(),
+        ForcePulse(-3.0, 0.2),
+        gyro=lambda rate: seen.append(rate) or rate,
+        duration=0.1,
     )
     assert seen[-1] < 0.0
 
 
 def test_the_correction_waits_its_delay():
-    push = Push(1.0, 0.1)
+    push = ForcePulse(1.0, 0.1)
     prompt = simulate_push(PushLoop(gain=0.05, delay=0), push, duration=0.3)
     late = simulate_push(PushLoop(gain=0.05, delay=2), push, duration=0.3)
     none = simulate_push(PushLoop(gain=0.0), push, duration=0.3)
@@ -182,7 +187,7 @@ def test_opposing_the_rate_raises_the_physical_robot_s_limit_and_following_it_fe
 @pytest.mark.parametrize('integral', [0.0, 40.0])
 def test_on_an_incline_the_robot_rests_before_it_is_pushed(integral):
     loop = PushLoop(pid=Pid(integral=integral), inclination=0.035, initial_lean=0.01)
-    run = simulate_push(loop, Push(1e-9), duration=0.5)
+    run = simulate_push(loop, ForcePulse(1e-9), duration=0.5)
     assert np.ptp(run.x_com) < 1e-9
 
 
@@ -196,8 +201,8 @@ def test_a_finer_step_changes_little():
 @pytest.mark.parametrize(
     'call, name',
     [
-        (lambda: Push(math.nan), 'force'),
-        (lambda: Push(1.0, 0.0), 'duration'),
+        (lambda: ForcePulse(math.nan), 'force'),
+        (lambda: ForcePulse(1.0, 0.0), 'duration'),
         (lambda: PushLoop(period=0.0), 'period'),
         (lambda: PushLoop(delay=-1), 'delay'),
         (lambda: PushLoop(step=0.02), 'step'),
@@ -205,7 +210,7 @@ def test_a_finer_step_changes_little():
         (lambda: PushLoop(inclination=1.6), 'inclination'),
         (lambda: PushLoop(form='published', inclination=0.1), 'inclination'),
         (lambda: PushLoop(form='printed'), 'form'),
-        (lambda: simulate_push(PushLoop(), Push(1.0), duration=-1.0), 'duration'),
+        (lambda: simulate_push(PushLoop(), ForcePulse(1.0), duration=-1.0), 'duration'),
         (lambda: largest_push(PushLoop(), direction='left'), 'direction'),
         (lambda: capture_force(P, 0.0, 0.1), 'inertia'),
         (lambda: capture_force(P, 0.1, 0.0), 'duration'),
@@ -222,7 +227,7 @@ def test_on_the_flat_without_an_integral_term_the_gain_has_nothing_to_win():
         largest_push(PushLoop(pid=Pid(integral=0.0), gain=gain)) for gain in (0.0, 0.0556)
     )
     assert held == pytest.approx(plain, abs=0.02)
-    wound = simulate_push(PushLoop(), Push(3.05, 0.1))
+    wound = simulate_push(PushLoop(), ForcePulse(3.05, 0.1))
     assert wound.fell and wound.x_com[-1] < -2.0 * P.half_foot  # over the heel, coming back
 
 
