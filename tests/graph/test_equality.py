@@ -9,15 +9,22 @@ import pytest
 from tests.support.runs import khr
 
 pytestmark = pytest.mark.slow
-SCENARIOS = ['walk_8.88deg_ka18', 'lift_7.6deg_ka12']
+SCENARIOS = [
+    ('walk_8.88deg_ka18', 'bullet'),
+    ('lift_7.6deg_ka12', 'bullet'),
+    ('walk_8.88deg_ka18', 'mujoco'),
+]
 
 
-@pytest.mark.parametrize('scenario', SCENARIOS)
-def test_offline_one_process_and_nine_give_the_same_bits(scenario, tmp_path):
+@pytest.mark.parametrize(('scenario', 'engine'), SCENARIOS)
+def test_offline_one_process_and_nine_give_the_same_bits(scenario, engine, tmp_path):
     hashes = {}
     for way in ('--offline', '--one-process', '--processes'):
         folder = tmp_path / way.strip('-')
-        result = khr('run', scenario, way, '--no-record', '--duration', '3', '--out', folder)
+        choice = '--set', f'simulator.engine={engine}'
+        result = khr(
+            'run', scenario, way, *choice, '--no-record', '--duration', '3', '--out', folder
+        )
         assert result.code == 0, result.err
         hashes[way] = result.hash
     assert len(set(hashes.values())) == 1, hashes

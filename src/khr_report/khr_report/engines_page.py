@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
-from dataclasses import asdict
 from math import nan
 from pathlib import Path
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.code_version import library_versions
+from khr_common.files import write_text
 from khr_common.markdown import table
 from khr_experiments.critical import workers
 from khr_experiments.engine_comparison import (
@@ -25,8 +24,8 @@ from khr_experiments.engine_comparison import (
     compare,
 )
 from khr_experiments.errors import ExperimentError
+from khr_experiments.json_file import write_json
 from khr_experiments.scoreboard_runs import Bench
-from khr_report.errors import ReportError
 from khr_sim.engines import LIBRARIES
 
 TEXT = """# Engines
@@ -65,7 +64,7 @@ def write(out: Path, seeds: int, tolerance: float, jobs: int, only: str | None =
 
     Raises:
         ExperimentError: if an argument is not accepted.
-        ReportError: if the files cannot be written.
+        KhrError, RunError: if a file cannot be written.
     """
     if not 2 <= seeds <= 100:
         raise ExperimentError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
@@ -74,15 +73,8 @@ def write(out: Path, seeds: int, tolerance: float, jobs: int, only: str | None =
         scenarios.load(name)  # a mistake is reported before anything starts
     with workers(jobs) as pool:
         found = compare(Bench(pool, seeds, tolerance), names)
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        out.write_text(page(found), encoding='utf-8')
-        data = json.dumps(asdict(found), indent=1) + '\n'
-        out.with_suffix('.json').write_text(data, encoding='utf-8')
-    except OSError as error:
-        raise ReportError(
-            f'--out: {str(out)!r}: {error.strerror}; accepted: a file that can be written'
-        ) from error
+    write_json(out.with_suffix('.json'), found)
+    write_text(out, page(found))
     return summary(found)
 
 
@@ -104,7 +96,7 @@ def page(found: Comparison) -> str:
     rows = [row for each in found.scenarios for row in _scenario_rows(each)]
     parts = [
         TEXT.format(versions=versions, seeds=found.seeds, tolerance=found.tolerance),
-        f'{summary(found)}.\n',
+        f'{summary(found)}.',
         table(scenario_heads, rows),
         LIMITS_TEXT,
         table(('condition', *ENGINES, 'difference', 'scatter', ''), map(_limit_row, found.limits)),
@@ -112,8 +104,8 @@ def page(found: Comparison) -> str:
     ]
     for studied in found.studied:
         parts += [
-            f'### {studied.compared.title}\n',
-            f'{_explanation(studied)}\n',
+            f'### {studied.compared.title}',
+            _explanation(studied),
             table(('engine', 'change', 'limit', 'moved by'), map(_cause_row, studied.causes)),
         ]
     names = list(found.walks[0].numbers)
@@ -122,7 +114,7 @@ def page(found: Comparison) -> str:
         for walk in found.walks
     )
     parts += [WALK_TEXT, table(('engine', 'change', *names), walk_rows)]
-    return '\n'.join(parts)
+    return '\n\n'.join(part.strip() for part in parts) + '\n'
 
 
 def _explanation(studied: StudiedLimit) -> str:

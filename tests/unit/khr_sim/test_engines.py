@@ -6,7 +6,7 @@ from math import radians
 import numpy as np
 import pytest
 
-from khr_common import build
+from khr_common import RunError, build
 from khr_common.rotation import matrix, pitched
 from khr_sim import engines
 from khr_sim.camera import Camera
@@ -159,6 +159,17 @@ def test_a_missing_library_is_one_line(monkeypatch):
     monkeypatch.delitem(sys.modules, 'khr_sim.engines.mujoco', raising=False)
     with pytest.raises(SimError, match=r"^engine: 'mujoco' is not installed; accepted: .*$"):
         World(SimulatorParameters(engine='mujoco'))
+
+
+def test_an_unstable_simulation_ends_the_run_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    world = World(SimulatorParameters(engine='mujoco'))
+    world.push(Push(0.0, 0.001, 'head', 'odom', (1e200, 0.0, 0.0)))
+    with pytest.raises(RunError, match=r'^mujoco: .*unstable.*$'):
+        for _ in range(10):
+            world.advance(STANCE)
+    assert not list(tmp_path.iterdir())  # where the engine would leave a log
+    World(SimulatorParameters(engine='mujoco')).advance(STANCE)  # and another run is not touched
 
 
 def test_a_picture_shows_the_robot_where_it_is_put():

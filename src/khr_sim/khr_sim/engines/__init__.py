@@ -26,8 +26,8 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
         if error.name != LIBRARIES['mujoco']:
             raise
         raise SimError(
-            "engine: 'mujoco' is not installed; accepted: bullet, or after "
-            "pip install 'khr_sim[mujoco]' mujoco"
+            "engine: 'mujoco' is not installed; accepted: bullet, or mujoco after "
+            "pip install 'mujoco<4'"
         ) from error
     return MuJoCo(parameters, robot)
 
