@@ -8,7 +8,7 @@ PACKAGES := $(addprefix ./src/khr_,common sim balance analysis bringup experimen
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test install lint docs bench lock clean
+.PHONY: run test install chaos lint docs bench lock clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -29,6 +29,10 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 	    --force-reinstall $(PACKAGES)
 	rm -rf src/*/build src/*/*.egg-info
 	touch $@
+
+# every kind of fault, some hours; resumes, and writes docs/reliability.md
+chaos: install
+	$(BIN)/python -m tests.reliability
 
 lint: install
 	$(BIN)/ruff check src tests
