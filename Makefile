@@ -11,7 +11,7 @@ PACKAGES := $(wildcard ./src/khr_*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick install tools lint docs bench lock version clean
+.PHONY: run test quick install tools lint docs bench chaos lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -41,6 +41,10 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 	$(PIP) install --no-deps --no-build-isolation --force-reinstall $(PACKAGES)
 	rm -rf src/*/build src/*/*.egg-info
 	touch $@
+
+# every kind of fault, some hours; resumes, and writes docs/reliability.md
+chaos: tools
+	$(BIN)/python -m tests.reliability
 
 lint: tools
 	$(BIN)/ruff format --check --quiet src tests
