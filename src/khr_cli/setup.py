@@ -19,6 +19,7 @@ setup(
         'khr_sim',
         'khr_analysis',
         'khr_bringup',
+        'khr_sweeps',
         'khr_experiments',
         'khr_figures',
         'khr_report',

@@ -19,6 +19,7 @@ setup(
         'khr_balance',
         'khr_analysis',
         'khr_bringup',
+        'khr_sweeps',
         'khr_experiments',
         'khr_figures',
         'distributed',

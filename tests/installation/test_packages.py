@@ -19,6 +19,7 @@ NAMES = [
     'khr_balance',
     'khr_analysis',
     'khr_bringup',
+    'khr_sweeps',
     'khr_experiments',
     'khr_figures',
     'khr_report',

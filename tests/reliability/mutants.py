@@ -8,7 +8,7 @@ from pathlib import Path
 
 from khr_bringup import scenario as scenarios
 from khr_common import KhrError
-from khr_experiments.sweeps.reading import load as load_sweep
+from khr_sweeps.reading import load as load_sweep
 
 LONGEST_LINE = 2000  # characters of a refusal: a file's name, what is quoted, what is accepted
 NASTY = (

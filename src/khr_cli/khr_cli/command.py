@@ -350,7 +350,7 @@ def sweep(
     ] = False,
 ) -> None:
     """Run scenarios over a grid of parameters or at random, on one or many machines."""
-    from khr_experiments.sweeps import sweep as run_sweep
+    from khr_sweeps.sweep import sweep as run_sweep
 
     raise typer.Exit(run_sweep(specification, out, workers, scheduler, fast))
 

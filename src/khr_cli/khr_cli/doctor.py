@@ -28,7 +28,9 @@ VERSIONS = (
     'khr_balance',
     'khr_analysis',
     'khr_bringup',
+    'khr_sweeps',
     'khr_experiments',
+    'khr_figures',
     'khr_report',
     'khr_cli',
 )

@@ -11,8 +11,8 @@ import numpy as np
 
 from khr_experiments.experiments import Run, Runs, by
 from khr_experiments.json_file import known
-from khr_experiments.sweeps.statistics import crossing
 from khr_sim.parameters import SimulatorParameters
+from khr_sweeps.statistics import crossing
 
 CRITERION = (
     'the gain with which most seeds survive; among equals the one with which fewest '

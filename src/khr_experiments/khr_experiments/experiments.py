@@ -14,18 +14,12 @@ from khr_bringup.code_version import code_version
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import CONFIG, Scenario
 from khr_experiments.errors import ExperimentError
-from khr_experiments.progress import Bar
-from khr_experiments.sweeps import report_lost
-from khr_experiments.sweeps.folder import (
-    Folder,
-    discard_other,
-    read_results,
-    request_of,
-    series_path,
-)
-from khr_experiments.sweeps.reading import load
-from khr_experiments.sweeps.specification import Sweep, scenario_at
-from khr_experiments.sweeps.trial import RESULTS
+from khr_sweeps.folder import Folder, discard_other, read_results, request_of, series_path
+from khr_sweeps.progress import Bar
+from khr_sweeps.reading import load
+from khr_sweeps.specification import Sweep, scenario_at
+from khr_sweeps.sweep import report_lost
+from khr_sweeps.trial import RESULTS
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -184,7 +178,7 @@ def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:
     Raises:
         RunError: if the computation could not go on; what is finished is kept.
     """
-    from khr_experiments.sweeps.runner import run_missing
+    from khr_sweeps.runner import run_missing
 
     lost = 0
     for batch in run_missing(client, sweeps):
@@ -209,7 +203,7 @@ def run(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') 
         left = missing(entered)
         if not left:
             return
-        from khr_experiments.sweeps.cluster import connected
+        from khr_sweeps.cluster import connected
 
         with Bar(title, left, lines=True) as bar, connected(min(workers, left)) as client:
             lost = run_on(client, entered, bar)

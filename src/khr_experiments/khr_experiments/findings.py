@@ -17,8 +17,8 @@ from khr_experiments.best_gain import BestGains, SoleEffect
 from khr_experiments.experiments import Run, Runs, by
 from khr_experiments.peak_origin import PeakOrigin
 from khr_experiments.scoreboard_rows import Scoreboard
-from khr_experiments.sweeps.trial import complete
 from khr_sim.run_parameters import RunParameters
+from khr_sweeps.trial import complete
 
 SEEDS = ('seed', 'initial_tilt_deg')
 

@@ -11,8 +11,8 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from khr_common.files import write_text
-from khr_experiments.progress import Bar
 from khr_experiments.typed_json import dumps, loads
+from khr_sweeps.progress import Bar
 
 
 class Pool(Protocol):

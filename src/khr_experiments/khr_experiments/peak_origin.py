@@ -26,9 +26,9 @@ from khr_bringup.strict_yaml import read_yaml
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, Runs, run, runs_of, shipped
 from khr_experiments.published import LINE_HZ
-from khr_experiments.sweeps.axes import CASE
-from khr_experiments.sweeps.reading import parse
 from khr_sim.run_parameters import RunParameters
+from khr_sweeps.axes import CASE
+from khr_sweeps.reading import parse
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')

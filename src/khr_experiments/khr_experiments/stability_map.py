@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 from khr_experiments.best_gain import GAINS, INCLINATION, Cell, best
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import known
-from khr_experiments.sweeps.axes import column_named
-from khr_experiments.sweeps.folder import request_of
-from khr_experiments.sweeps.statistics import Crossing, crossing, wilson
+from khr_sweeps.axes import column_named
+from khr_sweeps.folder import request_of
+from khr_sweeps.statistics import Crossing, crossing, wilson
 
 Array = NDArray[np.float64]
 RUNS_PER_CELL = 8  # aim of the bins of a random sweep
@@ -113,7 +113,7 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
     """Count the runs of a sweep by cell.
 
     Args:
-        results: from :func:`khr_experiments.sweeps.folder.read_results`.
+        results: from :func:`khr_sweeps.folder.read_results`.
         x, y: swept parameters, ``node.parameter``.
 
     Raises:

@@ -17,9 +17,9 @@ from numpy.typing import NDArray
 
 from khr_experiments.best_gain import CRITERION, GAINS
 from khr_experiments.stability_map import Direction, StabilityMap, stability_map
-from khr_experiments.sweeps.folder import read_results
 from khr_figures.errors import FigureError
 from khr_figures.plot_style import styled
+from khr_sweeps.folder import read_results
 
 SIZE = (9.0, 7.0)  # inches
 EMPTY = '0.85'  # grey of a cell without a value

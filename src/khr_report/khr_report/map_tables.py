@@ -11,8 +11,8 @@ from khr_experiments.best_gain import (
     FrictionLimit,
     SoleEffect,
 )
-from khr_experiments.sweeps.statistics import wilson
 from khr_report.page.document import Block, Columns, Table, number, table
+from khr_sweeps.statistics import wilson
 
 FRICTION_COLUMNS: Columns[FrictionLimit] = {
     'friction': lambda row: f'{row.friction:g}',

@@ -25,8 +25,8 @@ from khr_experiments.peak_origin import (
     study,
 )
 from khr_experiments.published import LINE_HZ
-from khr_experiments.sweeps import check_workers
 from khr_report.page.document import Block, Bullets, Columns, Passage, markdown, table
+from khr_sweeps.sweep import check_workers
 
 SPAN = 11.0  # Hz, in which a control frequency might lie
 NEAR = 0.05  # distance from a line, in lines, whose chance is given

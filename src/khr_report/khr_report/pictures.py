@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 
 from khr_common import KhrError
 from khr_experiments.experiments import ROOT, Runs, folder_of, runs_of
-from khr_experiments.progress import Bar
-from khr_experiments.sweeps.specification import Sweep
 from khr_figures.registry import FIGURES, draw, paths
 from khr_figures.stability import draw_map
 from khr_report.reproduction import FigureResult
+from khr_sweeps.progress import Bar
+from khr_sweeps.specification import Sweep
 
 if TYPE_CHECKING:
     from distributed import Client

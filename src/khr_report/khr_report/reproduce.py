@@ -29,11 +29,9 @@ from khr_experiments.findings import (
 from khr_experiments.job_cache import KeptJobs
 from khr_experiments.json_file import write_json
 from khr_experiments.peak_origin import PeakStudy, study
-from khr_experiments.progress import Bar
 from khr_experiments.scoreboard import compare, submit_all
 from khr_experiments.scoreboard_rows import Scoreboard
 from khr_experiments.scoreboard_runs import Bench
-from khr_experiments.sweeps import INTERRUPTED, check_workers, report_lost
 from khr_figures.registry import FIGURES, draw, drawing_of
 from khr_report.errors import ReportError
 from khr_report.findings_page import findings_markdown
@@ -42,6 +40,8 @@ from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction, distinct
 from khr_report.reproduction_page import write_index
 from khr_report.scoreboard_page import summary, write_scoreboard
+from khr_sweeps.progress import Bar
+from khr_sweeps.sweep import INTERRUPTED, check_workers, report_lost
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -199,7 +199,7 @@ class Computed:
 
 def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Computed:
     """Compute everything on one cluster; jobs that wait for nothing are submitted first."""
-    from khr_experiments.sweeps.cluster import connected
+    from khr_sweeps.cluster import connected
 
     drawn = (*asked.figures, *asked.maps)
     with (

@@ -18,7 +18,6 @@ from khr_bringup.code_version import code_version, library_versions, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
 from khr_common import specifications
-from khr_experiments.sweeps.trial import complete
 from khr_figures.plot_style import panels, styled
 from khr_figures.run_overview import (
     draw_overlay,
@@ -32,6 +31,7 @@ from khr_figures.run_overview import (
 from khr_report.page.html import Section, data_uri, part, write_page
 from khr_report.page.text import count
 from khr_report.run_contents import RunContents, find
+from khr_sweeps.trial import complete
 
 OUTCOME = {
     'verdict': 'outcome',

@@ -19,7 +19,7 @@ from khr_experiments.best_gain import (
     sole_effect,
 )
 from khr_experiments.experiments import Run, specification_of
-from khr_experiments.sweeps.trial import RESULTS
+from khr_sweeps.trial import RESULTS
 
 GAIN = 'ankle_controller.gain'
 CELL = Cell(5.0, 12.0, 3, 3, 0, 0.1)

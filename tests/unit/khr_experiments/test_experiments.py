@@ -13,10 +13,10 @@ from khr_bringup.run_signals import run_with_series
 from khr_experiments import experiments
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import folder_of, runs_of, shipped, specification_of
-from khr_experiments.sweeps import report_lost
-from khr_experiments.sweeps.folder import JOURNAL
 from khr_figures.registry import FIGURES
 from khr_figures.stability import draw_map
+from khr_sweeps.folder import JOURNAL
+from khr_sweeps.sweep import report_lost
 
 SMALL = """# A small one
 scenario: [stand_0deg, lift_3.8deg]
@@ -61,9 +61,7 @@ def cluster():
         ) as client,
         pytest.MonkeyPatch.context() as patch,
     ):
-        patch.setattr(
-            'khr_experiments.sweeps.cluster.connected', lambda workers: nullcontext(client)
-        )
+        patch.setattr('khr_sweeps.cluster.connected', lambda workers: nullcontext(client))
         yield
 
 
@@ -129,7 +127,7 @@ def test_a_run_without_signals_is_one_line(here, tmp_path):
 
 
 def test_what_is_there_is_not_run_again(here, monkeypatch):
-    monkeypatch.setattr('khr_experiments.sweeps.cluster.connected', None)  # must not be asked for
+    monkeypatch.setattr('khr_sweeps.cluster.connected', None)  # must not be asked for
     run('small', fast=False, workers=2)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from khr_experiments.critical import Condition
 from khr_experiments.job_cache import KeptJobs
-from khr_experiments.progress import Bar
+from khr_sweeps.progress import Bar
 
 
 def square(number, condition=None):

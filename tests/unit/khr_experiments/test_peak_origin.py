@@ -21,9 +21,9 @@ from khr_experiments.peak_origin import (
     settle,
     walks_of,
 )
-from khr_experiments.sweeps.trial import RESULTS
 from khr_report.page.document import markdown
 from khr_report.peak_origin_page import blocks
+from khr_sweeps.trial import RESULTS
 
 PERIOD = 0.015
 AMPLITUDES = {2: 0.2, 4: 0.15, 6: 0.12, 8: 0.1}  # rad/s

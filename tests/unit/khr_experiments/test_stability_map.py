@@ -12,11 +12,11 @@ from scipy.stats import binomtest
 
 from khr_experiments.errors import ExperimentError
 from khr_experiments.stability_map import stability_map
-from khr_experiments.sweeps.folder import Folder, read_results
-from khr_experiments.sweeps.statistics import crossing, wilson
-from khr_experiments.sweeps.trial import RESULTS
 from khr_figures.errors import FigureError
 from khr_figures.stability import draw_map, figure
+from khr_sweeps.folder import Folder, read_results
+from khr_sweeps.statistics import crossing, wilson
+from khr_sweeps.trial import RESULTS
 
 X, Y, Z = 'simulator.inclination_deg', 'ankle_controller.gain', 'simulator.surface'
 INCLINATIONS, GAINS, SURFACES = [0.0, 4.0, 8.0, 12.0], [6.0, 12.0, 18.0], ['smooth', 'rubber']

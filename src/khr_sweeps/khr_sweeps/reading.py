@@ -10,8 +10,7 @@ from khr_bringup.scenario import Scenario
 from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import KhrError
 from khr_common.quoting import named
-from khr_experiments.errors import ExperimentError
-from khr_experiments.sweeps.axes import (
+from khr_sweeps.axes import (
     CASE,
     SCENARIO,
     Axis,
@@ -21,7 +20,8 @@ from khr_experiments.sweeps.axes import (
     random_axis,
     refuse,
 )
-from khr_experiments.sweeps.specification import Cases, Sweep, keyed
+from khr_sweeps.errors import SweepError
+from khr_sweeps.specification import Cases, Sweep, keyed
 
 KEYS = ('scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep')
 FAST = 'fast'
@@ -38,11 +38,11 @@ def load(path: Path, fast: bool = False) -> Sweep:
         fast: whether the keys under ``fast`` replace those of the same name.
 
     Raises:
-        ExperimentError: if there is no such file, or it is not valid; the message names file, key
+        SweepError: if there is no such file, or it is not valid; the message names file, key
             and value, and what is accepted.
     """
     if not path.is_file():
-        raise ExperimentError(
+        raise SweepError(
             f'{path}: no such sweep; accepted: a YAML file with the keys '
             f'{", ".join((*KEYS, FAST))}'
         )
@@ -55,16 +55,16 @@ def parse(text: str, file: str, fast: bool = False) -> Sweep:
     Both forms are checked, whichever is returned.
 
     Raises:
-        ExperimentError: as :func:`load`.
+        SweepError: as :func:`load`.
     """
     given = read_yaml(text, file)
     if not isinstance(given, dict) or 'scenario' not in given:
-        raise ExperimentError(
+        raise SweepError(
             f'{file}: not a sweep; accepted: a mapping with scenario, and grid or random'
         )
     for key in given:
         if key not in (*KEYS, FAST):
-            raise ExperimentError(
+            raise SweepError(
                 f'{file}: {named(key)}: no such key; accepted: {", ".join((*KEYS, FAST))}'
             )
     replaced = given.pop(FAST, {})
@@ -84,7 +84,7 @@ def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Sweep:
     else:
         axes = _of_cases(cases) | axes
     if not axes:
-        raise ExperimentError(
+        raise SweepError(
             f'{where}: nothing varies; accepted: grid, random, cases, or a list of scenarios'
         )
     sweep = Sweep(
@@ -101,7 +101,7 @@ def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Sweep:
     _check_once(where, given.get('set', {}), cases, axes)
     _check_starts(where, sweep, given.get('set', {}))
     if sweep.count > LARGEST_SWEEP:
-        raise ExperimentError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
+        raise SweepError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
     return sweep
 
 
@@ -127,7 +127,7 @@ def _scenarios(where: str, given: dict[str, Any]) -> dict[str, Scenario]:
         try:
             scenario = scenarios.load(name).changed(keyed(changes))
         except KhrError as error:
-            raise ExperimentError(f'{where}: scenario: {error}') from error
+            raise SweepError(f'{where}: scenario: {error}') from error
         if scenario.name in found:
             refuse(f'{where}: scenario', name, 'each name once')
         found[scenario.name] = scenario
@@ -160,7 +160,7 @@ def _values(where: str, key: str, given: Any) -> dict[str, Any]:
 def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
     kinds = [kind for kind in ('grid', 'random') if kind in given]
     if len(kinds) > 1:
-        raise ExperimentError(f'{where}: grid and random; accepted: one of them')
+        raise SweepError(f'{where}: grid and random; accepted: one of them')
     axes = {}
     for kind in kinds:
         if not isinstance(given[kind], dict) or not given[kind]:
@@ -204,7 +204,7 @@ def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str,
     ):
         both = sorted(set(one) & set(other))
         if both:
-            raise ExperimentError(f'{where}: {both[0]}: both {words}; accepted: one of them')
+            raise SweepError(f'{where}: {both[0]}: both {words}; accepted: one of them')
 
 
 def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
@@ -214,16 +214,14 @@ def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
         name for name in {*sweep.axes, *fixed, *of_cases} if name.endswith('.seed')
     )
     if sweep.seeds is not None and stated_seeds:
-        raise ExperimentError(
-            f'{where}: {stated_seeds[0]}: given beside seeds; accepted: one of them'
-        )
+        raise SweepError(f'{where}: {stated_seeds[0]}: given beside seeds; accepted: one of them')
     node, key = INITIAL_ERROR.split('.')
     try:
         stated = all(key in scenario.values.get(node, {}) for _, scenario in sweep.starts())
     except KhrError as error:
-        raise ExperimentError(f'{where}: cases: {error}') from error
+        raise SweepError(f'{where}: cases: {error}') from error
     if sweep.seeds is not None and INITIAL_ERROR not in sweep.axes and not stated:
-        raise ExperimentError(
+        raise SweepError(
             f'{where}: seeds: {INITIAL_ERROR} is not stated; accepted: a value for '
             'it under set, or an axis of it'
         )

@@ -15,14 +15,14 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
-from khr_experiments.sweeps import sweep
-from khr_experiments.sweeps.folder import JOURNAL, PARQUET, Folder, discard_other, read_results
-from khr_experiments.sweeps.reading import load, parse
-from khr_experiments.sweeps.specification import scenario_at
-from khr_experiments.sweeps.trial import RESULTS, complete, identity, run_trial
 from khr_sim.foot_force import FootForceParameters
 from khr_sim.gyro import GyroParameters
 from khr_sim.run_parameters import RunParameters
+from khr_sweeps.folder import JOURNAL, PARQUET, Folder, discard_other, read_results
+from khr_sweeps.reading import load, parse
+from khr_sweeps.specification import scenario_at
+from khr_sweeps.sweep import sweep
+from khr_sweeps.trial import RESULTS, complete, identity, run_trial
 
 HEAD = 'scenario: stand_0deg\n'
 GRID = 'grid:\n  ankle_controller.gain: [6.0, 12.0]\n'

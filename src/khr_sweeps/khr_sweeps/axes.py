@@ -12,7 +12,7 @@ from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
 from khr_common.parameters import Specification
 from khr_common.quoting import named, quoted
-from khr_experiments.errors import ExperimentError
+from khr_sweeps.errors import SweepError
 
 LARGEST_AXIS = 100_000
 
@@ -58,17 +58,17 @@ def parameter_named(where: str, name: Any) -> Specification:
     """Return the specification of ``node.parameter``.
 
     Raises:
-        ExperimentError: if there is none; its message begins with ``where``.
+        SweepError: if there is none; its message begins with ``where``.
     """
     node, dot, key = str(name).partition('.')
     if not dot or node not in registry():
-        raise ExperimentError(
+        raise SweepError(
             f'{where}: {quoted(name)} is not accepted; accepted: node.parameter with '
             f'one of the nodes {", ".join(registry())}'
         )
     known = specifications(table_of(node))
     if key not in known:
-        raise ExperimentError(
+        raise SweepError(
             f'{where}: {named(name)}: no such parameter; accepted: {", ".join(known)}'
         )
     return known[key]
@@ -78,7 +78,7 @@ def column_named(name: str) -> Specification:
     """Return the specification of a swept parameter or of an axis of names.
 
     Raises:
-        ExperimentError: if there is none.
+        SweepError: if there is none.
     """
     return specifications(Labels).get(name) or parameter_named('sweep', name)
 
@@ -87,20 +87,20 @@ def checked(where: str, specification: Specification, value: Any) -> Any:
     """Return the value after checking that the parameter accepts it.
 
     Raises:
-        ExperimentError: if it does not; its message begins with ``where``.
+        SweepError: if it does not; its message begins with ``where``.
     """
     try:
         return specification.check(value)
     except ParameterError as error:
         text = str(error).removeprefix(f'{specification.name}: ')
-        raise ExperimentError(f'{where}: {text}') from error
+        raise SweepError(f'{where}: {text}') from error
 
 
 def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
     """Read an axis of a grid: a list of values, or start, stop (included) and step.
 
     Raises:
-        ExperimentError: if it is empty, repeats a value, or contains one that is not accepted.
+        SweepError: if it is empty, repeats a value, or contains one that is not accepted.
     """
     accepted = (
         'a list of values'
@@ -119,7 +119,7 @@ def random_axis(where: str, specification: Specification, given: Any) -> Axis:
     """Read an axis of random draws: a list of choices, or low and high.
 
     Raises:
-        ExperimentError: if it is empty, or contains a value that is not accepted.
+        SweepError: if it is empty, or contains a value that is not accepted.
     """
     accepted = (
         'a list of choices'
@@ -163,5 +163,5 @@ def _steps(
 
 
 def refuse(where: str, value: Any, accepted: str) -> NoReturn:
-    """Raise an ExperimentError that names place, value and what is accepted."""
-    raise ExperimentError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
+    """Raise an SweepError that names place, value and what is accepted."""
+    raise SweepError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')

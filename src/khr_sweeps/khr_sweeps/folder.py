@@ -21,9 +21,9 @@ import pyarrow.json
 import pyarrow.parquet
 
 from khr_bringup.run_signals import Series
-from khr_experiments.errors import ExperimentError
-from khr_experiments.sweeps.axes import column_named
-from khr_experiments.sweeps.trial import RESULTS, Row
+from khr_sweeps.axes import column_named
+from khr_sweeps.errors import SweepError
+from khr_sweeps.trial import RESULTS, Row
 
 REQUEST, JOURNAL, PARQUET, SERIES = 'sweep.json', 'rows.jsonl', 'results.parquet', 'series'
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
@@ -47,7 +47,7 @@ class Folder:
         request: all that determines the runs of the sweep, from Specification.record and the version.
 
     Raises:
-        ExperimentError: if the folder cannot be written, contains something else or another
+        SweepError: if the folder cannot be written, contains something else or another
             sweep, or is being written by another command.
     """
 
@@ -59,14 +59,14 @@ class Folder:
             _claim(path, request)
             self._journal: BinaryIO = (path / JOURNAL).open('ab+')
         except OSError as error:
-            raise ExperimentError(
+            raise SweepError(
                 f'--out: {str(path)!r}: {error.strerror}; accepted: a folder that can be written'
             ) from error
         try:
             fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             self._journal.close()
-            raise ExperimentError(
+            raise SweepError(
                 f'--out: {str(path)!r} is being written by another command; accepted: {_ACCEPTED}'
             ) from error
         self._journal.truncate(_whole(path / JOURNAL))
@@ -112,7 +112,7 @@ def discard_other(path: Path, request: dict[str, Any]) -> bool:
     """Empty a folder of another sweep or version; return whether it was emptied.
 
     Raises:
-        ExperimentError: if another command is writing it.
+        SweepError: if another command is writing it.
     """
     try:
         stored = json.loads((path / REQUEST).read_text(encoding='utf-8'))
@@ -136,14 +136,14 @@ def read_results(path: Path) -> pa.Table:
         path: the sweep's folder, or its Parquet file alone.
 
     Raises:
-        ExperimentError: if there is no sweep.
+        SweepError: if there is no sweep.
     """
     try:
         if (path / JOURNAL).is_file():
             return _read_journal(path, json.loads((path / REQUEST).read_text(encoding='utf-8')))
         return pyarrow.parquet.read_table(path / PARQUET if path.is_dir() else path)
     except (OSError, ValueError, pa.ArrowException) as error:
-        raise ExperimentError(
+        raise SweepError(
             f'{path}: no results of a sweep; accepted: the folder of a sweep, or its {PARQUET}'
         ) from error
 
@@ -152,15 +152,13 @@ def request_of(results: pa.Table) -> dict[str, Any]:
     """Return the request of the sweep that made the results.
 
     Raises:
-        ExperimentError: if the results are not from a sweep.
+        SweepError: if the results are not from a sweep.
     """
     try:
         request: dict[str, Any] = json.loads(results.schema.metadata[b'khr.sweep'])
         return request
     except (KeyError, TypeError, ValueError) as error:
-        raise ExperimentError(
-            'the file is not from a sweep; accepted: results of khr sweep'
-        ) from error
+        raise SweepError('the file is not from a sweep; accepted: results of khr sweep') from error
 
 
 def _claim(path: Path, request: dict[str, Any]) -> None:
@@ -171,12 +169,12 @@ def _claim(path: Path, request: dict[str, Any]) -> None:
     try:
         stored = json.loads((path / REQUEST).read_text(encoding='utf-8'))
     except (FileNotFoundError, ValueError) as error:
-        raise ExperimentError(
+        raise SweepError(
             f'--out: {str(path)!r} contains something else; accepted: {_ACCEPTED}'
         ) from error
     for key, value in request.items():
         if stored.get(key) != value:
-            raise ExperimentError(
+            raise SweepError(
                 f'--out: {str(path)!r} contains a sweep with {_CHANGED[key]}; accepted: {_ACCEPTED}'
             )
 

@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, NamedTuple
 from distributed import Client
 
 from khr_bringup.code_version import code_version
-from khr_experiments.sweeps.cluster import compute
-from khr_experiments.sweeps.folder import Folder
-from khr_experiments.sweeps.specification import Sweep
-from khr_experiments.sweeps.trial import Row, Trial, run_trial
+from khr_sweeps.cluster import compute
+from khr_sweeps.folder import Folder
+from khr_sweeps.specification import Sweep
+from khr_sweeps.trial import Row, Trial, run_trial
 
 if TYPE_CHECKING:
     from khr_bringup.run_signals import Series
@@ -27,7 +27,7 @@ def run_missing(
     folders: signals are returned with the results and written here.
 
     Args:
-        client: of the cluster, from :func:`khr_experiments.sweeps.cluster.connected`.
+        client: of the cluster, from :func:`khr_sweeps.cluster.connected`.
         sweeps: each with its open folder.
 
     Yields:

@@ -14,7 +14,7 @@ from khr_bringup.code_version import code_version
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario import Scenario, Values
 from khr_common import KhrError, specifications
-from khr_experiments.errors import ExperimentError
+from khr_sweeps.errors import SweepError
 
 if TYPE_CHECKING:
     from khr_bringup.run_signals import Series
@@ -86,10 +86,10 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     a row with the reason in ``error`` and no verdict.
 
     Raises:
-        ExperimentError: if the version of this code differs from the one that planned the trial.
+        SweepError: if the version of this code differs from the one that planned the trial.
     """
     if code_version() != trial.version:
-        raise ExperimentError(
+        raise SweepError(
             f'worker: version {code_version()!r} of the project is not accepted; '
             f'accepted: {trial.version!r}, as where the sweep was started'
         )

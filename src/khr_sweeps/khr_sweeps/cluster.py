@@ -15,7 +15,7 @@ import dask
 from distributed import Client, KilledWorker, LocalCluster, as_completed
 
 from khr_common import KhrError, RunError
-from khr_experiments.errors import ExperimentError
+from khr_sweeps.errors import SweepError
 
 CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
 AHEAD = 4  # runs submitted per worker thread, so that no worker is idle
@@ -34,7 +34,7 @@ def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
         scheduler: address such as ``tcp://host:8786``.
 
     Raises:
-        ExperimentError: if no scheduler answers at the address.
+        SweepError: if no scheduler answers at the address.
     """
     _silence()
     if scheduler is None:
@@ -118,7 +118,7 @@ def _join(scheduler: str) -> Client:
                 raise ValueError
         return Client(scheduler, timeout=CONNECT_TIMEOUT, name='khr-sweep')
     except (OSError, ValueError) as error:
-        raise ExperimentError(
+        raise SweepError(
             f'--scheduler: {scheduler!r}: no scheduler answers there; accepted: '
             'the address of a running "dask scheduler", such as '
             'tcp://127.0.0.1:8786'

@@ -13,9 +13,9 @@ import numpy as np
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import Scenario, Values
 from khr_common import ParameterError
-from khr_experiments.errors import ExperimentError
-from khr_experiments.sweeps.axes import CASE, LABELS, SCENARIO, Axis
-from khr_experiments.sweeps.trial import Trial, complete, identity
+from khr_sweeps.axes import CASE, LABELS, SCENARIO, Axis
+from khr_sweeps.errors import SweepError
+from khr_sweeps.trial import Trial, complete, identity
 
 Cases = dict[str, dict[str, Any]]  # values by label and node.parameter
 
@@ -59,7 +59,7 @@ class Sweep:
         """Yield the labels and the common scenario of each scenario and case.
 
         Raises:
-            ExperimentError: if values contradict one another.
+            SweepError: if values contradict one another.
         """
         labels, _ = self._split()
         for values in product(*(axis.values for axis in labels.values())):
@@ -70,7 +70,7 @@ class Sweep:
         """Yield every run once, all points with the first seed before those with the next.
 
         Raises:
-            ExperimentError: if values contradict one another.
+            SweepError: if values contradict one another.
         """
         _, axes = self._split()
         starts = [
@@ -143,7 +143,7 @@ class _Variant:
                     },
                 )
             except ParameterError as error:
-                raise ExperimentError(f'{self._file}: {node}: {error}') from error
+                raise SweepError(f'{self._file}: {node}: {error}') from error
         return self._complete | {
             node: self._complete[node] | keys for node, keys in changes.items()
         }

@@ -11,11 +11,11 @@ from rich.console import Console
 from rich.table import Table
 
 from khr_bringup.code_version import code_version
-from khr_experiments.errors import ExperimentError
-from khr_experiments.progress import Bar
-from khr_experiments.sweeps.folder import Folder, read_results
-from khr_experiments.sweeps.reading import load
-from khr_experiments.sweeps.specification import Sweep
+from khr_sweeps.errors import SweepError
+from khr_sweeps.folder import Folder, read_results
+from khr_sweeps.progress import Bar
+from khr_sweeps.reading import load
+from khr_sweeps.specification import Sweep
 
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 
@@ -37,7 +37,7 @@ def sweep(
         fast: whether to run the quick form of the specification.
 
     Raises:
-        ExperimentError: if the specification or an option is not accepted.
+        SweepError: if the specification or an option is not accepted.
         RunError: if the sweep could not go on; what is finished is kept.
     """
     check_workers(workers, scheduler)
@@ -62,10 +62,10 @@ def check_workers(workers: int | None, scheduler: str | None = None) -> None:
     """Check the number of workers.
 
     Raises:
-        ExperimentError: if it is below 1, or given beside a scheduler.
+        SweepError: if it is below 1, or given beside a scheduler.
     """
     if workers is not None and (workers < 1 or scheduler is not None):
-        raise ExperimentError(
+        raise SweepError(
             f'--workers: {workers} is not accepted; accepted: an integer from 1 '
             'on, without --scheduler'
         )
@@ -85,8 +85,8 @@ def _run(
     specification: Sweep, folder: Folder, total: int, workers: int, scheduler: str | None
 ) -> tuple[int, bool]:
     """Compute the missing runs; return how many were lost, and whether it was interrupted."""
-    from khr_experiments.sweeps.cluster import connected
-    from khr_experiments.sweeps.runner import run_missing
+    from khr_sweeps.cluster import connected
+    from khr_sweeps.runner import run_missing
 
     lost, verdicts = 0, Counter[str]()
     with Bar('starting', total, len(folder.finished())) as bar:
