@@ -47,8 +47,8 @@ chaos: tools
 	$(BIN)/python -m tests.reliability
 
 lint: tools
-	$(BIN)/ruff format --check --quiet src tests
-	$(BIN)/ruff check src tests
+	$(BIN)/ruff format --check --quiet src tests examples
+	$(BIN)/ruff check src tests examples
 	$(BIN)/mypy src/khr_*/khr_*
 	PYTHONPATH=$$(echo src/khr_* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 

@@ -3,9 +3,9 @@
 from math import radians
 
 import pytest
+from khr_example_controller.knee import KneeController, KneeControllerParameters
 
 from khr_common.interfaces import GYRO
-from khr_example_controller.knee import KneeController, KneeControllerParameters
 
 ON = KneeControllerParameters(enabled=True, gain=6.0)
 
