@@ -259,7 +259,7 @@ def report(runs: dict[str, list[Numbers]], grown: Numbers, standing: float) -> s
         '17 joint states, and nothing else: no contacts, torso, servos, board, sensors or '
         "control. World, robot and start are the twin's. It replays the torques that the twin "
         "reckoned, so its motion and contacts are the twin's, bit for bit; with the engine's "
-        'motors, it holds the joints by POSITION_CONTROL. A goal is met if the median is.',
+        'motors, it holds the joints by POSITION_CONTROL.',
         '',
         '| steps per second of | against | clock | goal | least | median | most | |',
         '|---|---|---|---|---|---|---|---|',

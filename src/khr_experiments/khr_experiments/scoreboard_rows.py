@@ -14,8 +14,8 @@ Kind = Literal['fitted', 'predicted', 'formula']
 
 
 @dataclass(frozen=True)
-class Comparison:
-    """What all rows have in common.
+class ScoreboardRow:
+    """A comparison of robot and thesis; what all rows have in common.
 
     Attributes:
         chapter: of the thesis.
@@ -29,7 +29,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class LimitRow(Comparison):
+class LimitRow(ScoreboardRow):
     """A critical inclination.
 
     Attributes:
@@ -53,7 +53,7 @@ class LimitRow(Comparison):
 
 
 @dataclass(frozen=True)
-class OrderRow(Comparison):
+class OrderRow(ScoreboardRow):
     """Whether the limits grow: no control, ankle, ankle and hip."""
 
     motion: str
@@ -61,7 +61,7 @@ class OrderRow(Comparison):
 
 
 @dataclass(frozen=True)
-class StandingRow(Comparison):
+class StandingRow(ScoreboardRow):
     """A quantity of the leg lift, at one or more inclinations.
 
     Attributes:
@@ -81,7 +81,7 @@ class StandingRow(Comparison):
 
 
 @dataclass(frozen=True)
-class WalkRow(Comparison):
+class WalkRow(ScoreboardRow):
     """A walk of chapter 5.
 
     Attributes:
@@ -112,7 +112,7 @@ class WalkRow(Comparison):
 
 
 @dataclass(frozen=True)
-class TrendRow(Comparison):
+class TrendRow(ScoreboardRow):
     """A quantity of walks that grows along conditions in the thesis.
 
     Attributes:
@@ -174,6 +174,6 @@ class Scoreboard:
     explanations: tuple[Explanation, ...] | None = None
 
     @property
-    def rows(self) -> tuple[Comparison, ...]:
+    def rows(self) -> tuple[ScoreboardRow, ...]:
         """Return all rows in the order of the page."""
         return (*self.limits, *self.orders, *self.standing, *self.walks, *self.trends)

@@ -15,7 +15,7 @@ from khr_experiments.findings import (
     TiltComparison,
 )
 from khr_experiments.peak_origin import PeakOrigin
-from khr_experiments.scoreboard_rows import Comparison, Scoreboard, Shift
+from khr_experiments.scoreboard_rows import Scoreboard, ScoreboardRow, Shift
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, table
 from khr_report.page.text import duration
 from khr_report.scoreboard_page import (
@@ -36,7 +36,7 @@ QUESTION = (
 )
 NOTHING = 'No row that was measured.'
 
-Row = TypeVar('Row', bound=Comparison)
+Row = TypeVar('Row', bound=ScoreboardRow)
 
 
 def _outcome(tally: Tally) -> str:

@@ -12,11 +12,11 @@ from khr_experiments.json_file import write_json
 from khr_experiments.published import COMMON_DEG, TOLERANCE_DEG
 from khr_experiments.scoreboard import scoreboard
 from khr_experiments.scoreboard_rows import (
-    Comparison,
     Explanation,
     LimitRow,
     OrderRow,
     Scoreboard,
+    ScoreboardRow,
     StandingRow,
     TrendRow,
     WalkRow,
@@ -81,7 +81,7 @@ def _share(value: float | None) -> str:
     return '-' if value is None else f'{value:.0%}'
 
 
-JUDGEMENT: Columns[Comparison] = {
+JUDGEMENT: Columns[ScoreboardRow] = {
     'kind': lambda row: row.kind,
     'verdict': lambda row: Verdict(row.passed),
 }
@@ -144,7 +144,7 @@ class Count:
     unpublished: int
 
 
-def count(rows: Iterable[Comparison], title: str = '') -> Count:
+def count(rows: Iterable[ScoreboardRow], title: str = '') -> Count:
     """Count rows by verdict."""
     verdicts = [row.passed for row in rows]
     return Count(title, verdicts.count(True), verdicts.count(False), verdicts.count(None))
