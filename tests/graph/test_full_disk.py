@@ -1,4 +1,4 @@
-"""A disk that takes no more stops the recording, with a message, and not the robot."""
+"""A disk that takes no more stops the recording, not the robot: what was measured is printed."""
 
 import resource
 import subprocess
@@ -8,33 +8,35 @@ import pytest
 from tests.support.runs import KHR
 
 pytestmark = pytest.mark.slow
+RUN = [*KHR, 'run', 'stand_0deg', '--duration']
 
 
-def test_a_full_disk_stops_the_recording_only(tmp_path):
-    folder = tmp_path / 'run'
-
-    def limit_file_size():
-        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, 400_000))
-
-    ended = subprocess.run(
-        [
-            *KHR,
-            'run',
-            'stand_0deg',
-            '--processes',
-            '--duration',
-            '6',
-            '--out',
-            str(folder),
-            '--expect',
-            'stood',
-        ],
-        preexec_fn=limit_file_size,
+def run(limit, *arguments):
+    """Run khr with a limit on the size of files, in bytes."""
+    return subprocess.run(
+        [*RUN, *map(str, arguments)],
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
         capture_output=True,
         text=True,
         timeout=100,
         check=False,
     )
-    assert ended.returncode == 0, ended.stderr
-    assert 'recording stopped' in ended.stderr
-    assert 'Traceback' not in (folder / 'log' / 'recorder.log').read_text()
+
+
+@pytest.mark.parametrize('mode', ['--processes', '--one-process'])
+def test_a_full_disk_stops_the_recording_only(tmp_path, mode):
+    folder = tmp_path / 'run'
+    ended = run(400_000, 6, mode, '--out', folder)
+    assert ended.returncode == 1, ended.stderr
+    assert 'recording stopped' in ended.stderr and 'File too large' in ended.stderr
+    assert 'stood' in ended.stdout
+    assert ended.stdout.splitlines()[-1].startswith('trajectory hash ')
+    assert not [path for path in folder.glob('log/*') if 'Traceback' in path.read_text()]
+
+
+def test_a_folder_that_takes_no_file_is_one_line(tmp_path):
+    ended = run(100, 1, '--offline', '--out', tmp_path / 'run')
+    assert ended.returncode == 1
+    assert ended.stderr.count('\n') == 1
+    assert "scenario.yaml': File too large" in ended.stderr
+    assert not list((tmp_path / 'run').iterdir())

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -26,6 +27,7 @@ from khr_sim.run_parameters import RunParameters
 # hear it: a loaded machine is slow, not broken.
 PATIENCE = 30.0
 SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
+LEAST_MEMORY = 2**31  # bytes of address space; a process of a run takes about 1.2e9
 LAST_WORDS = 5.0  # s of wall time for the outcome of a run that was interrupted
 
 
@@ -99,6 +101,7 @@ def run_graph(
         RunError: if a node dies, or does not appear or answer in time; it is named, the rest
             is stopped and the bag closed.
     """
+    _check_memory()
     parameters = folder / 'scenario.yaml'
     write_text(parameters, f'{scenario.to_yaml()}{MARK}{version_of(scenario)}\n')
     os.environ.update(entry.environment())
@@ -171,6 +174,16 @@ def _watch(
         ended,
         tuple(view.warnings),
     )
+
+
+def _check_memory() -> None:
+    """Refuse a limit under which the middleware's threads would be killed at some time."""
+    limit, _ = resource.getrlimit(resource.RLIMIT_AS)
+    if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
+        raise RunError(
+            f'ulimit -v: {limit // 1024} kB of address space is too small; accepted: at least '
+            f'{LEAST_MEMORY // 1024} kB'
+        )
 
 
 def _owners(nodes: Sequence[str]) -> dict[str, str]:

@@ -115,7 +115,7 @@ def running() -> list[RunEntry]:
             if _alive(entry.pid) and _held(entry.domain):
                 entries.append(entry)
                 continue
-        path.unlink(missing_ok=True)
+        _forget(path)
     return entries
 
 
@@ -197,7 +197,15 @@ def _claimed(domain: int | None) -> tuple[socket.socket, int]:
     )
 
 
-def _name(domain: int) -> str:
+def _forget(path: Path) -> None:
+    """Remove an entry, unless its domain is held: then it is a new run's."""
+    domain = path.stem.removeprefix('.')
+    with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as lock, suppress(OSError):
+        lock.bind(_name(domain))
+        path.unlink(missing_ok=True)
+
+
+def _name(domain: int | str) -> str:
     """Return an address in the abstract namespace: one for all users, gone with its holders."""
     return f'\0khr-domain-{domain}'
 

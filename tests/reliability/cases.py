@@ -1,0 +1,379 @@
+"""The cases of the campaign: each does a run some harm and says what fell short, if anything."""
+
+from __future__ import annotations
+
+import os
+import random
+import re
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory, mkdtemp
+
+import psutil
+
+from khr_bringup.run_registry import running
+from khr_bringup.shared_memory import MEMORY
+from tests import ROOT
+from tests.reliability.netns import why_not
+from tests.support.runs import KHR, children
+
+NODES = (
+    'simulator', 'gyro', 'foot_force', 'gait', 'ankle_controller', 'hip_controller',
+    'fft_analyser', 'monitor', 'recorder',
+)  # fmt: skip
+PHASES = ('start', 'run', 'end')
+GONE = 5.0  # s of wall time within which nothing of a run is left
+LIMIT = 150.0  # s of wall time for a case: 30 for a hang to be noticed, on a loaded machine
+SECONDS = 3.0  # simulated, of the runs that are harmed
+LONGEST_LINE = 600
+
+
+@dataclass(frozen=True)
+class Case:
+    """One harm: of a kind, to somebody, at some time."""
+
+    kind: str
+    mode: str = '--processes'
+    victim: str = ''
+    phase: str = ''
+    seed: int = 0
+
+    @property
+    def name(self) -> str:
+        """Return what tells the case from all others."""
+        return ' '.join(map(str, (self.kind, self.mode, self.victim, self.phase, self.seed)))
+
+
+class Run:
+    """A run that is being harmed, with all that must hold at its end."""
+
+    def __init__(self, folder: Path, mode: str, seconds: float = SECONDS, *more: str) -> None:
+        self.folder, self.faults = folder, list[str]()
+        self.process = subprocess.Popen(
+            [*KHR, 'run', 'stand_0deg', mode, '--duration', str(seconds), '--out', str(folder), *more],
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+            env={**os.environ, 'COLUMNS': '1000'},
+        )  # fmt: skip
+        self.seen: dict[int, psutil.Process] = {}
+
+    def look(self) -> dict[str, psutil.Process]:
+        """Return the processes of the run by node, and remember them."""
+        found = {}
+        with suppress(psutil.Error):
+            found = children(self.process)
+        self.seen |= {each.pid: each for each in found.values()}
+        return found
+
+    def reach(self, phase: str, chance: random.Random, victim: str = '') -> None:
+        """Wait for a phase of the run, and some random time in it."""
+        log = self.folder / 'log'
+        conditions = {
+            'start': lambda: victim in self.look() or (not victim and log.is_dir()),
+            'run': lambda: (self.folder / 'bag').is_dir() and self._simulating(),
+            'end': lambda: (self.folder / 'bag').is_dir() and self._simulating(),
+        }
+        end = time.monotonic() + 60.0
+        while not conditions[phase]() and time.monotonic() < end and self.process.poll() is None:
+            self.look()
+            time.sleep(0.01)  # polls
+        self.look()
+        time.sleep(chance.uniform(*{'start': (0, 1), 'run': (0, 0.5), 'end': (0.5, 3)}[phase]))
+
+    def _simulating(self) -> bool:
+        bag = self.folder / 'bag'
+        return any(file.stat().st_size > 100_000 for file in bag.glob('*.mcap'))
+
+    def finish(self, codes: set[int], says: str = '') -> list[str]:
+        """Wait for the end; return all that fell short of what must hold."""
+        try:
+            out, err = self.process.communicate(timeout=LIMIT)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            out, err = self.process.communicate()
+            self.faults.append(f'did not end within {LIMIT:g} s')
+        self._left()
+        code = self.process.returncode
+        if code not in codes:
+            self.faults.append(f'exit {code}: {err.strip()[-300:]}')
+        if says and code == 1 and not re.search(says, err):
+            self.faults.append(f'does not say {says}: {err.strip()[-300:]}')
+        self._texts({'stderr': err, **self._logs()})
+        found = re.search(r'trajectory hash ([0-9a-f]{64})', out)
+        if code == 0 and (not found or found[1] != right_hash()):
+            self.faults.append('exit 0 with another trajectory')
+        return self.faults
+
+    def _left(self) -> None:
+        _, alive = psutil.wait_procs(list(self.seen.values()), timeout=GONE)
+        if alive:
+            self.faults.append(f'{len(alive)} processes left after {GONE:g} s')
+        for each in alive:
+            each.kill()
+
+    def _logs(self) -> dict[str, str]:
+        return {
+            path.name: path.read_text(errors='replace') for path in self.folder.glob('log/*.log')
+        }
+
+    def _texts(self, texts: dict[str, str]) -> None:
+        for name, text in texts.items():
+            if 'Traceback' in text or 'terminate called' in text:
+                self.faults.append(f'{name}: {text.strip().splitlines()[-1][:200]}')
+
+
+@cache
+def right_hash() -> str:
+    """Return the hash of the run that is harmed, from one that is not."""
+    with TemporaryDirectory() as folder:
+        ended = subprocess.run(
+            [*KHR, 'run', 'stand_0deg', '--offline', '--duration', str(SECONDS), '--out', folder],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+    return ended.stdout.split()[-1]
+
+
+def kill(case: Case, folder: Path) -> list[str]:
+    """Kill one process of a run: it is named, the rest ends, nothing raw is printed."""
+    chance, run = random.Random(case.name), Run(folder / 'run', case.mode)
+    run.reach(case.phase, chance, case.victim)
+    victim = run.look().get(case.victim)
+    if victim is not None:
+        with suppress(psutil.Error):
+            victim.send_signal(signal.SIGKILL)
+    return run.finish({0, 1}, f'{case.victim} was killed by SIGKILL')
+
+
+def stop(case: Case, folder: Path) -> list[str]:
+    """Freeze one process of a run: it is named within 30 s."""
+    run = Run(folder / 'run', case.mode, 600.0)
+    run.reach('run', random.Random(case.name))
+    victim = run.look().get(case.victim)
+    if victim is None:
+        return [*run.finish({0, 1}), f'no {case.victim} to freeze']
+    victim.suspend()
+    began = time.monotonic()
+    faults = run.finish({1}, '.')
+    seconds = time.monotonic() - began
+    return faults + ([f'took {seconds:.0f} s to end'] if seconds > 2 * 30.0 else [])
+
+
+def parent(case: Case, folder: Path) -> list[str]:
+    """Kill khr itself: its children end, and the next run is not misled."""
+    run = Run(folder / 'run', case.mode, 600.0)
+    run.reach(case.phase, random.Random(case.name))
+    run.process.kill()
+    after = Run(folder / 'next', case.mode)
+    faults = run.finish({-9})
+    after.reach('run', random.Random(0))
+    return faults + after.finish({0})
+
+
+def interrupt(case: Case, folder: Path) -> list[str]:
+    """Interrupt a run in some phase: exit 130 (or 0 if it was over), no process left."""
+    run = Run(folder / 'run', case.mode)
+    run.reach(case.phase, random.Random(case.name))
+    run.process.send_signal(signal.Signals[case.victim])
+    return run.finish({0, 130, 1} if case.phase == 'start' else {0, 130})
+
+
+def disk(case: Case, folder: Path) -> list[str]:
+    """Run on a small file system: one line with the path, and the hash all the same."""
+    if os.geteuid() != 0:
+        return []
+    place = folder / 'small'
+    place.mkdir()
+    subprocess.run(['mount', '-t', 'tmpfs', '-o', f'size={case.seed}k', 'none', place], check=True)
+    try:
+        run = Run(place / 'run', case.mode)
+        run.reach('start', random.Random(0))
+        return run.finish({1}, r'No space left|recording stopped|not a readable')
+    finally:
+        subprocess.run(['umount', '-l', place], check=False)
+
+
+def users(case: Case, folder: Path) -> list[str]:
+    """Run as two users at a time: two domains, two right results."""
+    if os.geteuid() != 0:
+        return []
+    other = folder / 'other'
+    other.mkdir()
+    shutil.chown(other, 65534, 65534)
+    folder.chmod(0o755)
+    own = Run(folder / 'run', case.mode)
+    command = [*KHR, 'run', 'stand_0deg', case.mode, '--duration', str(SECONDS)]
+    foreign = subprocess.run(
+        ['setpriv', '--reuid', '65534', '--regid', '65534', '--clear-groups', *command,
+         '--out', str(other / 'run')],
+        cwd=other, env={'PATH': os.environ['PATH'], 'TMPDIR': str(other)},
+        capture_output=True, text=True, check=False, timeout=LIMIT,
+    )  # fmt: skip
+    faults = own.finish({0})
+    if foreign.returncode != 0 or right_hash() not in foreign.stdout:
+        faults.append(f'the other user: exit {foreign.returncode}: {foreign.stderr[-300:]}')
+    return faults
+
+
+def environment(case: Case, folder: Path) -> list[str]:
+    """Run where something is missing: it works, or says so in a line."""
+    command = [
+        *KHR,
+        'run',
+        'stand_0deg',
+        case.mode,
+        '--duration',
+        '1',
+        '--out',
+        str(folder / 'run'),
+    ]
+    wrapped, changed, codes = {
+        'no HOME': (command, {'HOME': None}, {0}),
+        'read-only folder': ([*command[:-1], '/proc/run'], {}, {1, 2}),
+        'memory limit 300 MB': (['sh', '-c', 'ulimit -v 300000; exec "$@"', 'sh', *command], {}, {1}),
+        'memory limit 900 MB': (['sh', '-c', 'ulimit -v 900000; exec "$@"', 'sh', *command], {}, {0, 1}),
+        'file size limit': (['sh', '-c', 'ulimit -f 8; exec "$@"', 'sh', *command], {}, {1}),
+        'C locale': (command, {'LC_ALL': 'C', 'PYTHONUTF8': '0'}, {0}),
+    }[case.victim]  # fmt: skip
+    env = {**os.environ, **{k: v for k, v in changed.items() if v}}
+    for key in [key for key, value in changed.items() if value is None]:
+        env.pop(key, None)
+    ended = subprocess.run(
+        wrapped, env=env, capture_output=True, text=True, check=False, timeout=LIMIT
+    )
+    faults = (
+        [] if ended.returncode in codes else [f'exit {ended.returncode}: {ended.stderr[-300:]}']
+    )
+    if 'Traceback' in ended.stderr:
+        faults.append(f'a traceback: {ended.stderr.strip().splitlines()[-1][:200]}')
+    return faults
+
+
+def fuzz(case: Case, _: Path) -> list[str]:
+    """Read mutated files."""
+    ended = subprocess.run(
+        [sys.executable, '-m', 'tests.reliability.fuzz', '500', str(case.seed)],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    return ended.stdout.splitlines()[:-1] if ended.returncode == 1 else []
+
+
+def tested(case: Case, _: Path) -> list[str]:
+    """Run the tests of a file that does harm of its own; all of them must pass."""
+    ended = subprocess.run(
+        [sys.executable, '-m', 'pytest', '-q', '-p', 'no:cacheprovider', case.victim],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+        env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'},
+    )  # fmt: skip
+    return [line for line in ended.stdout.splitlines() if line.startswith('FAILED')]
+
+
+def soak(case: Case, folder: Path) -> list[str]:
+    """Run for long: memory does not grow, nothing is lost."""
+    run = Run(folder / 'run', case.mode, float(case.seed))
+    sizes: list[float] = []
+    while run.process.poll() is None:
+        with suppress(psutil.Error):
+            sizes.append(sum(each.memory_info().rss for each in run.look().values()) / 1e6)
+        time.sleep(1.0)  # a sample
+    _, err = run.process.communicate()
+    faults = (
+        [] if run.process.returncode == 0 else [f'exit {run.process.returncode}: {err[-300:]}']
+    )
+    half = sizes[len(sizes) // 2 :]
+    if len(half) > 10 and max(half[-5:]) > 1.05 * max(half[:5]):
+        faults.append(f'memory grew from {max(half[:5]):.0f} to {max(half[-5:]):.0f} MB')
+    return faults + _lost(folder / 'run' / 'bag', float(case.seed))
+
+
+def _lost(bag: Path, seconds: float) -> list[str]:
+    from rosbags.rosbag2 import Reader
+
+    from khr_common.interfaces import TRUE_FORCES
+
+    expected = round(seconds / 0.015) + 1
+    with Reader(bag) as reader:
+        counts = {topic: info.msgcount for topic, info in reader.topics.items()}
+    wanted = ['/joint_reference', '/imu/data_raw', *(f'/{topic.name}' for topic in TRUE_FORCES)]
+    return [
+        f'{topic}: {counts.get(topic, 0)} of {expected} messages'
+        for topic in wanted
+        if counts.get(topic, 0) < expected
+    ]
+
+
+def left_over() -> list[str]:
+    """Return what dead runs have left: entries of the register, locked or not, and segments."""
+    dead = [entry.scenario for entry in running() if not psutil.pid_exists(entry.pid)]
+    return [f'an entry of {name}' for name in dead]
+
+
+HARMS = {
+    'SIGKILL of a process': kill,
+    'SIGSTOP of a process': stop,
+    'SIGKILL of khr': parent,
+    'SIGINT, SIGTERM to khr': interrupt,
+    'full disk': disk,
+    'two users': users,
+    'environment': environment,
+    'mutated files, 500 each': fuzz,
+    'tests of traffic, network, hangs': tested,
+    'soak': soak,
+}
+
+
+def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
+    """Return all cases of a campaign, in an order that the seed decides."""
+    chance = random.Random(seed)
+    both = ('--processes', '--one-process')
+    victims = [('--processes', node) for node in NODES] + [('--one-process', 'graph')]
+    found = [
+        Case('SIGKILL of a process', *victims[number % len(victims)],
+             PHASES[number // len(victims) % len(PHASES)], seed + number)
+        for number in range(kills)
+    ]  # fmt: skip
+    found += [Case('SIGSTOP of a process', mode, node, '', seed) for mode, node in victims]
+    found += [Case('SIGKILL of khr', mode, '', phase, seed + n)
+              for mode in both for phase in PHASES[:2] for n in range(max(1, kills // 50))]  # fmt: skip
+    found += [Case('SIGINT, SIGTERM to khr', mode, name, phase, seed)
+              for mode in both for name in ('SIGINT', 'SIGTERM') for phase in PHASES]  # fmt: skip
+    found += [Case('full disk', mode, '', '', size) for mode in both for size in (4, 40, 400)]
+    found += [Case('two users', mode) for mode in both]
+    found += [
+        Case('environment', mode, name)
+        for mode in both
+        for name in ('no HOME', 'read-only folder', 'memory limit 300 MB', 'memory limit 900 MB',
+                     'file size limit', 'C locale')
+    ]  # fmt: skip
+    found += [Case('mutated files, 500 each', '', '', '', seed + n) for n in range(10)]
+    found += [
+        Case('tests of traffic, network, hangs', '', f'tests/reliability/{name}.py')
+        for name in ('test_traffic', 'test_no_hang', 'test_closed')
+    ]
+    found += [Case('soak', mode, '', '', soak_seconds) for mode in both]
+    chance.shuffle(found)
+    return found
+
+
+def attempt(case: Case) -> list[str]:
+    """Do a case in a folder of its own; return what fell short."""
+    folder = Path(mkdtemp(prefix='khr-chaos-'))
+    segments = set(MEMORY.glob('fastrtps_????????????????'))
+    try:
+        faults = HARMS[case.kind](case, folder)
+    except Exception as error:  # of the campaign itself: it counts as a fault, and is looked into
+        faults = [f'campaign: {type(error).__name__}: {error}']
+    finally:
+        shutil.rmtree(folder, ignore_errors=True)
+    del (
+        segments
+    )  # other runs of this machine make some too: what is left is swept at the next start
+    return [' '.join(fault.split())[:LONGEST_LINE] for fault in faults + left_over()]
+
+
+NO_OTHER_MACHINE = why_not()

@@ -1,0 +1,51 @@
+"""The campaign of faults, in its short form; it goes on where it was ended, and counts."""
+
+import json
+import subprocess
+import sys
+
+import pytest
+
+from tests import ROOT
+from tests.reliability.__main__ import page
+from tests.reliability.cases import HARMS, cases
+
+
+def campaign(folder, *arguments):
+    return subprocess.run(
+        [sys.executable, '-m', 'tests.reliability', '--journal', folder / 'journal', '--out',
+         folder / 'page.md', *arguments],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.slow
+def test_the_short_form_of_the_campaign(tmp_path):
+    short = ('--kills', '2', '--only', 'SIGKILL of a process')
+    first = campaign(tmp_path, *short)
+    assert first.returncode == 0, first.stdout + first.stderr
+    assert '| SIGKILL of a process | 2 | 0 |' in (tmp_path / 'page.md').read_text()
+    assert campaign(tmp_path, *short).stdout == '', 'what is done is not repeated'
+    lines = (tmp_path / 'journal').read_text().splitlines()
+    record = json.loads(lines[0]) | {'faults': ['2 processes left']}
+    (tmp_path / 'journal').write_text('\n'.join([json.dumps(record), *lines[1:]]) + '\n')
+    assert campaign(tmp_path, *short).returncode == 1
+    assert '2 processes left' in (tmp_path / 'page.md').read_text()
+
+
+def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
+    found = cases(0, 200, 60)
+    assert found == cases(0, 200, 60) != cases(1, 200, 60)
+    assert {case.kind for case in found} == set(HARMS)
+    assert len({case.name for case in found}) == len(found)
+    assert sum(case.kind == 'SIGKILL of a process' for case in found) == 200
+    assert len({(c.victim, c.phase) for c in found if c.kind == 'SIGKILL of a process'}) == 30
+
+
+def test_the_page_counts_by_kind():
+    results = {
+        'a': {'kind': 'full disk', 'faults': ['lost'], 'load': 1.0},
+        'b': {'kind': 'full disk', 'faults': [], 'load': 9.0},
+    }
+    text = page(results, 0)
+    assert '| full disk | 2 | 1 |' in text and '- a: lost' in text

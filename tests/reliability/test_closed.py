@@ -1,0 +1,40 @@
+"""A run is closed to other machines unless it is asked to be open."""
+
+import psutil
+import pytest
+
+from tests.reliability.netns import other_machine, spied, why_not
+from tests.support.runs import children, wait_until_running
+
+pytestmark = pytest.mark.slow
+REASON = why_not()
+RUN = ('run', 'stand_0deg', '--duration', '600', '--no-record')
+
+
+@pytest.mark.parametrize('mode', ['--one-process', '--processes'])
+def test_nothing_of_a_run_listens_beyond_the_loopback(in_background, tmp_path, mode):
+    process = in_background(*RUN, mode, '--out', tmp_path / 'run')
+    wait_until_running(tmp_path / 'run')
+    members = [psutil.Process(process.pid), *children(process).values()]
+    found = [each.laddr.ip for one in members for each in one.net_connections('inet')]
+    assert found and set(found) == {'127.0.0.1'}
+
+
+@pytest.mark.skipif(bool(REASON), reason=REASON)
+def test_another_machine_neither_sees_nor_changes_a_run(in_background, tmp_path):
+    with other_machine() as machine:
+        in_background(*RUN, '--out', tmp_path / 'run')
+        domain = wait_until_running(tmp_path / 'run')
+        assert spied(machine, domain) == {'nodes': [], 'clocks': 0, 'changed': False}
+
+
+@pytest.mark.skipif(bool(REASON), reason=REASON)
+def test_another_machine_takes_part_if_it_is_asked_to(in_background, tmp_path):
+    with other_machine() as machine:
+        process = in_background(*RUN, '--network', '--out', tmp_path / 'run')
+        domain = wait_until_running(tmp_path / 'run')
+        found = spied(machine, domain)
+        process.terminate()
+        _, err = process.communicate(timeout=60)
+    assert 'simulator' in found['nodes'] and found['clocks'] and found['changed']
+    assert 'UDP ports are open on all interfaces' in err
