@@ -1,6 +1,7 @@
 # make run    installs what a run needs into .venv and runs the main job
 # make test   installs the tools as well, checks the code, runs all tests, prints their coverage
 # make quick  runs the tests but the slow ones
+# make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_7.68deg_ka12.yaml
 VENV := .venv

@@ -1,5 +1,6 @@
 """Launch the whole graph: ``ros2 launch khr_bringup balance.launch.py scenario:=NAME``."""
 
+import os
 from pathlib import Path
 from tempfile import mkdtemp
 
@@ -11,6 +12,7 @@ from launch_ros.actions import Node
 from khr_bringup.graph import nodes_of, prepare
 from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import load
+from khr_common.lifeline import PARENT
 
 
 def _nodes(context: LaunchContext) -> list[Node]:
@@ -29,6 +31,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
             output='screen',
             namespace=LaunchConfiguration('namespace'),
             parameters=[str(parameters)],
+            additional_env={PARENT: str(os.getpid())},  # no node outlives its launch
         )
         for node in nodes_of(scenario, record)
     ]

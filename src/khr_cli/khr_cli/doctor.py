@@ -14,6 +14,7 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 
 from khr_bringup.run_registry import WITHOUT_LOG, registered, running
+from khr_cli.promises import children_end, open_sockets, register_is_private
 from khr_sim import engines
 
 VERSIONS = (
@@ -41,7 +42,8 @@ Finding = tuple[bool, str, str]
 def examine(console: Console) -> int:
     """Print one line per check; return 0 if all are good, 1 otherwise."""
     good = True
-    for check in (python, *map(_version, VERSIONS), middleware, discovery, disk, runs):
+    checks = (python, *map(_version, VERSIONS), middleware, register_is_private, discovery, closed)
+    for check in (*checks, children_end, disk, runs):
         fine, what, advice = check()
         good &= fine
         mark = '[green]ok [/green]' if fine else '[red]bad[/red]'
@@ -84,7 +86,7 @@ def discovery() -> Finding:
     with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
         os.environ.update(entry.environment())
         try:
-            seconds = _discover()
+            seconds, _ = _discover()
         except Exception as error:  # the middleware's own errors have no common base
             return False, f'discovery failed: {error}', 'look at ROS_* and RMW_* variables'
     return (
@@ -94,7 +96,23 @@ def discovery() -> Finding:
     )
 
 
-def _discover() -> float:
+def closed() -> Finding:
+    """Check that nothing of a run listens where other machines could reach it."""
+    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
+        os.environ.update(entry.environment())
+        try:
+            _, found = _discover()
+        except Exception as error:  # as above
+            return False, f'sockets were not tried: {error}', 'look at ROS_* and RMW_* variables'
+    return (
+        not found,
+        'a run listens on the loopback alone' if not found else f'open: {", ".join(found)}',
+        'unset FASTDDS_* and RMW_* variables that change the transports',
+    )
+
+
+def _discover() -> tuple[float, list[str]]:
+    """Return how long two nodes took to find each other, s, and what they opened."""
     import rclpy
     from std_msgs.msg import String
 
@@ -112,7 +130,7 @@ def _discover() -> float:
         start = time.monotonic()
         while publisher.get_subscription_count() == 0 and time.monotonic() - start < 10.0:
             time.sleep(0.005)
-        return time.monotonic() - start
+        return time.monotonic() - start, open_sockets()
     finally:
         for context in contexts:
             rclpy.try_shutdown(context=context)

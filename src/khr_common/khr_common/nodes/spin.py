@@ -16,6 +16,7 @@ from rclpy.task import Future
 
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
+from khr_common.lifeline import end_with_parent
 from khr_common.nodes.node import KhrNode
 
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
@@ -60,6 +61,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     ROS's own signal handlers tear the context down before a node could publish a last message, so
     SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
     """
+    end_with_parent()
     turn = _Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
