@@ -18,8 +18,8 @@ setup(
         'khr.nodes': [
             'gait = khr_balance.node_specs:GAIT',
             'stage = khr_balance.node_specs:STAGE',
-            'ankle_controller = khr_balance.node_specs:ANKLE_CONTROLLER',
-            'hip_controller = khr_balance.node_specs:HIP_CONTROLLER',
+            'ankle_controller = khr_balance.ankle:ANKLE_CONTROLLER',
+            'hip_controller = khr_balance.hip:HIP_CONTROLLER',
         ]
     },
     package_data={'': ['py.typed']},

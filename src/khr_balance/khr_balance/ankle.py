@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from khr_balance.board_units import force_gain
 from khr_balance.feedback import BalanceController, BalanceParameters, finite_forces
 from khr_common import parameter
-from khr_common.block import Signals
+from khr_common.block import NodeSpec, Signals
 from khr_common.interfaces import ANKLE_CORRECTION, FOOT_FORCES, GYRO, STAGE, Topic
 
 
@@ -54,6 +54,11 @@ class AnkleController(BalanceController[AnkleControllerParameters]):
             return self.rate_law(time, signals[GYRO][1])
         difference = toe_heel_difference([signals[topic][2] for topic in FOOT_FORCES])
         return force_gain(own.gain, own.force_scale) * difference  # (3.13)
+
+
+ANKLE_CONTROLLER = NodeSpec(
+    AnkleController.node, 'khr_balance', AnkleControllerParameters, AnkleController
+)
 
 
 def toe_heel_difference(foot_forces: Sequence[float]) -> float:

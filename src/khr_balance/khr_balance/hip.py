@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_balance.feedback import BalanceController, BalanceParameters
-from khr_common.block import Signals
+from khr_common.block import NodeSpec, Signals
 from khr_common.interfaces import GYRO, HIP_CORRECTION, STAGE
 
 
@@ -24,3 +24,8 @@ class HipController(BalanceController[HipControllerParameters]):
     def law(self, time: float, signals: Signals) -> float:
         """Return the correction of both hip pitches, rad."""
         return self.rate_law(time, signals[GYRO][1])
+
+
+HIP_CONTROLLER = NodeSpec(
+    HipController.node, 'khr_balance', HipControllerParameters, HipController
+)

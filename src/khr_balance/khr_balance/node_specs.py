@@ -1,11 +1,9 @@
-"""The nodes of this package, as the graph knows them."""
+"""Gait and stage as the graph knows them; each controller stands beside its law."""
 
 from __future__ import annotations
 
-from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.blocks import GaitBlock, StageBlock
 from khr_balance.gait_parameters import GaitParameters
-from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.stage import StageParameters
 from khr_common.block import NodeSpec
 from khr_common.interfaces import STAGE as STAGE_TOPIC
@@ -23,7 +21,3 @@ STAGE = NodeSpec(
     node='khr_balance.nodes.stage:StageNode',
     joins=lambda parameters: parameters.mode != 'none',
 )
-ANKLE_CONTROLLER = NodeSpec(
-    'ankle_controller', PACKAGE, AnkleControllerParameters, AnkleController
-)
-HIP_CONTROLLER = NodeSpec('hip_controller', PACKAGE, HipControllerParameters, HipController)

@@ -1,7 +1,7 @@
 """One table per node: a frozen dataclass whose field metadata say all there is to a parameter.
 
 The table is what a node declares, what a scenario file is checked against, what
-``config/defaults.yaml`` and ``docs/parameters.md`` are generated from, and the value type that
+``config/defaults.yaml`` and ``docs/nodes.md`` are generated from, and the value type that
 the node's core receives. Nothing else knows a parameter's default or range.
 
     @dataclass(frozen=True)

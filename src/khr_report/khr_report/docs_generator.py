@@ -13,10 +13,12 @@ from typing import TypeVar
 import yaml
 
 from khr_bringup import scenario as scenarios
-from khr_bringup.node_registry import registry
+from khr_bringup.node_registry import OWN as PACKAGES
+from khr_bringup.node_registry import RegisteredNode, registry
 from khr_bringup.scenario_table import scenario_markdown
 from khr_common import specifications
 from khr_common.files import write_text
+from khr_common.interfaces import PUSH, Topic
 from khr_common.markdown import put_between
 from khr_common.parameters import Specification
 from khr_experiments.findings import Findings
@@ -32,6 +34,13 @@ PARAMETER_COLUMNS: Columns[Specification] = {
     'accepted': lambda each: each.accepted,
     'meaning': lambda each: each.description + (' *(fixed)*' if each.read_only else ''),
 }
+TOPIC_COLUMNS: Columns[Topic] = {
+    'topic': lambda each: f'`{each.name}`',
+    'type': lambda each: each.kind,
+    'flow': lambda each: each.flow,
+    'frame': lambda each: each.frame,
+    'meaning': lambda each: each.meaning,
+}
 Result = TypeVar('Result')
 START, END = '<!-- scenarios: written by make docs -->', '<!-- end of scenarios -->'
 
@@ -44,6 +53,8 @@ def defaults_yaml() -> str:
         '# Written by make docs from the parameter tables: change those.',
     ]
     for node, registered in registry().items():
+        if registered.spec.package not in PACKAGES:
+            continue
         lines += ['', f'{node}:', '  ros__parameters:']
         for specification in specifications(registered.spec.table).values():
             text = f'{specification.description} {specification.accepted}'
@@ -53,21 +64,52 @@ def defaults_yaml() -> str:
     return '\n'.join(lines) + '\n'
 
 
-def parameters_markdown() -> str:
-    """Return the reference of all parameters."""
-    notice = (
-        'Written by `make docs` from the parameter tables of the nodes. '
-        '"fixed" parameters are read when a node starts; all others can change while it runs '
+def nodes_markdown() -> str:
+    """Return the reference of all nodes: their topics and their parameters."""
+    nodes = {name: node for name, node in registry().items() if node.spec.package in PACKAGES}
+    owners: dict[Topic, list[str]] = {}
+    for name, node in nodes.items():
+        for topic in node.spec.publishes:
+            owners.setdefault(topic, []).append(name)
+    columns: Columns[Topic] = {
+        **TOPIC_COLUMNS,
+        'published by': lambda each: ', '.join(owners.get(each, ['you'])),
+    }
+    topics = sorted({*owners, PUSH}, key=lambda topic: topic.name)
+    notice = 'Written by `make docs` from the node registry and the parameter tables.'
+    on_topics = (
+        'Names are relative to the namespace of the robot, but for those with a slash. A *period* '
+        'topic carries one message in every control period, stamped with its instant; a *latched* '
+        'one keeps the newest for late subscribers; an *event* comes now and then. All are '
+        'reliable.'
+    )
+    on_parameters = (
+        '*Fixed* parameters are read when a node starts; all others can change while it runs '
         '(`khr set NODE PARAMETER VALUE`, `ros2 param set`).'
     )
-    nodes = [
-        Passage(
-            f'{node} ({registered.spec.package})',
-            (table(specifications(registered.spec.table).values(), PARAMETER_COLUMNS),),
-        )
-        for node, registered in registry().items()
+    passages = [
+        Passage('Topics', (on_topics, table(topics, columns))),
+        Passage('Parameters', (on_parameters,)),
+        *(_node(name, node) for name, node in nodes.items()),
     ]
-    return f'# Parameters\n\n{markdown([notice, *nodes])}\n'
+    return f'# Nodes\n\n{markdown([notice, *passages])}\n'
+
+
+def _node(name: str, node: RegisteredNode) -> Passage:
+    """Return what a node subscribes to and publishes, and its parameters."""
+    spec = node.spec
+    subscribed, published = (
+        ', '.join(f'`{topic.name}`' for topic in topics)
+        for topics in (spec.subscribes, spec.publishes)
+    )
+    role = ' It answers every instant.' if spec.block else ' A run waits for it.' * spec.listens
+    return Passage(
+        f'{name} ({spec.package})',
+        (
+            f'Subscribes to {subscribed}. Publishes {published}.{role}',
+            table(specifications(spec.table).values(), PARAMETER_COLUMNS),
+        ),
+    )
 
 
 def generated(root: Path) -> dict[Path, str]:
@@ -76,7 +118,7 @@ def generated(root: Path) -> dict[Path, str]:
     shipped = [scenarios.load(str(path)) for path in scenarios.shipped()]
     return {
         root / 'config' / 'defaults.yaml': defaults_yaml(),
-        docs / 'parameters.md': parameters_markdown(),
+        docs / 'nodes.md': nodes_markdown(),
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
         **_from_results(docs / 'findings.json', Findings, findings_markdown),
         readme: put_between(
