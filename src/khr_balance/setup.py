@@ -20,6 +20,7 @@ setup(
             'stage = khr_balance.node_specs:STAGE',
             'ankle_controller = khr_balance.ankle:ANKLE_CONTROLLER',
             'hip_controller = khr_balance.hip:HIP_CONTROLLER',
+            'roll_controller = khr_balance.roll:ROLL_CONTROLLER',
         ]
     },
     package_data={'': ['py.typed']},
