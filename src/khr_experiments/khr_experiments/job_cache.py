@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import io
+import json
 from collections.abc import Callable
 from concurrent.futures import Future
 from contextlib import redirect_stderr
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, Protocol, get_type_hints
+
+from pydantic import TypeAdapter
 
 from khr_common.files import write_text
-from khr_experiments.typed_json import dumps, loads
 from khr_sweeps.progress import Bar
 
 
@@ -31,6 +33,8 @@ class KeptJobs:
         version: of the code that determines the results.
         bar: advances with each job.
         costs: number of runs of a job by function, for the bar; 1 for others.
+
+    The functions annotate what they return, which decides how a result is read.
     """
 
     def __init__(
@@ -53,7 +57,8 @@ class KeptJobs:
         path = self._folder / f'{_name(self._version, function, arguments)}.json'
         try:
             done: Future[Any] = Future()
-            done.set_result(loads(path.read_text(encoding='utf-8')))
+            (value,) = json.loads(path.read_text(encoding='utf-8'))
+            done.set_result(_results_of(function).validate_python(value))
             return done
         except (OSError, ValueError):
             pass  # no result yet
@@ -68,8 +73,13 @@ def compute_and_keep(path: Path, function: Callable[..., Any], *arguments: Any) 
     """Call a function without its output on stderr; keep its result in a file and return it."""
     with redirect_stderr(io.StringIO()):
         result = function(*arguments)
-    write_text(path, dumps(result))
+    value = _results_of(function).dump_python(result, mode='json')
+    write_text(path, json.dumps([value]))  # in a list, so that no part of a file reads as a whole
     return result
+
+
+def _results_of(function: Callable[..., Any]) -> TypeAdapter[Any]:
+    return TypeAdapter(get_type_hints(function)['return'])
 
 
 def _name(version: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> str:

@@ -1,5 +1,6 @@
 """Jobs whose results are kept: none is computed twice, and none is taken for another."""
 
+import math
 import sys
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -8,15 +9,18 @@ import pytest
 
 from khr_experiments.critical import Condition
 from khr_experiments.job_cache import KeptJobs
+from khr_experiments.json_file import known
+from khr_experiments.scoreboard_runs import MeasuredLift
 from khr_sweeps.progress import Bar
+from tests.fakes.benches import outcome
 
 
-def square(number, condition=None):
+def square(number: float, condition: Condition | None = None) -> float:
     print('on the way', file=sys.stderr)
     return number * number
 
 
-def cube(number):
+def cube(number: float) -> float:
     return number**3
 
 
@@ -90,5 +94,26 @@ def test_a_torn_result_is_computed_anew(tmp_path):
 
 def test_a_pool_of_processes_will_do(tmp_path):
     with ProcessPoolExecutor(1, mp_context=get_context('spawn')) as pool:
-        assert jobs(pool, tmp_path).submit(abs, -3).result() == 3
-    assert jobs(None, tmp_path).submit(abs, -3).result() == 3
+        assert jobs(pool, tmp_path).submit(known, 3.5).result() == 3.5
+    assert jobs(None, tmp_path).submit(known, 3.5).result() == 3.5
+
+
+def test_results_keep_their_types(tmp_path):
+    """So do those of a robot that fell, whose forces are not known."""
+    fallen = MeasuredLift(outcome('fell'), math.nan, math.nan, 0.1)
+
+    def measure(kind: str) -> tuple[float, list[MeasuredLift]]:
+        return 0.1, [fallen]
+
+    first, again = (jobs(Here(), tmp_path).submit(measure, 'lift').result() for _ in range(2))
+    assert repr(again) == repr(first)
+    assert type(again[1][0]) is MeasuredLift and again[1][0].outcome == fallen.outcome
+
+
+@pytest.mark.parametrize('text', ['[{"items": 1}]', '[null]', '[1, 2]', '{}', '["x"]'])
+def test_a_file_that_holds_no_such_result_is_computed_anew(tmp_path, text):
+    pool = Here()
+    jobs(pool, tmp_path).submit(square, 2)
+    next(tmp_path.iterdir()).write_text(text)
+    assert jobs(pool, tmp_path).submit(square, 2).result() == 4
+    assert pool.count == 2

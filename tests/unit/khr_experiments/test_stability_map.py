@@ -14,6 +14,7 @@ from khr_experiments.errors import ExperimentError
 from khr_experiments.stability_map import stability_map
 from khr_figures.errors import FigureError
 from khr_figures.stability import draw_map, figure
+from khr_sweeps.errors import SweepError
 from khr_sweeps.folder import Folder, read_results
 from khr_sweeps.statistics import crossing, wilson
 from khr_sweeps.trial import RESULTS
@@ -269,7 +270,7 @@ def test_an_empty_sweep_and_no_sweep_are_named(tmp_path):
         pass
     with pytest.raises(ExperimentError, match='no run'):
         draw_map(tmp_path / 'sweep', X, Y)
-    with pytest.raises(ExperimentError, match='no results of a sweep'):
+    with pytest.raises(SweepError, match='no results of a sweep'):
         draw_map(tmp_path, X, Y)
 
 

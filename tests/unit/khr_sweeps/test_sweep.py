@@ -317,9 +317,9 @@ def test_a_trial_gives_what_an_offline_run_gives():
 
 
 def test_a_run_that_its_parameters_do_not_allow_is_a_row_with_its_reason():
-    text = f'{HEAD}duration: 0.3\nset:\n  simulator.pushes: [no push]\n{GRID}'
+    text = f'scenario: walk_0deg\nset:\n  gait.stride: 0.1\n  gait.lift: 0.05\n{GRID}'
     row, _ = run_trial(trials(text, code_version())[0])
-    assert row['verdict'] is None and 'no push' in row['error']
+    assert row['verdict'] is None and 'accepted: up to 130.0 mm' in row['error']
 
 
 def test_a_worker_of_another_version_refuses():
