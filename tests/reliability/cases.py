@@ -209,7 +209,7 @@ def users(case: Case, folder: Path) -> list[str]:
     foreign = subprocess.run(
         ['unshare', '--user', '--map-user=65534', '--map-group=65534', *command,
          '--out', str(other / 'run')],
-        cwd=other, env={'PATH': os.environ['PATH'], 'TMPDIR': str(other)},
+        cwd=other, env={**os.environ, 'XDG_RUNTIME_DIR': '', 'TMPDIR': str(other)},
         capture_output=True, text=True, check=False, timeout=LIMIT,
     )  # fmt: skip
     faults = own.finish({0})
