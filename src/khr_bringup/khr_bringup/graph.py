@@ -169,7 +169,7 @@ def _watch(
         view.verdict,
         view.outcome,
         values.get('trajectory_hash', ''),
-        values.get('end', ''),
+        values.get('end') or 'stopped',  # the second if interrupted before it began
         view.entered.get('running', ended),
         ended,
         tuple(view.warnings),

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from importlib.resources import files
+from os.path import isfile
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -141,7 +142,7 @@ def find(name: str) -> Path:
         SHIPPED / f'{name}.yaml',
         SHIPPED / Path(name).name,
     ):
-        if path.is_file():
+        if isfile(path):  # Path.is_file raises if the name is too long to be one
             return path
     raise BringupError(
         f'{named(name)}: no such scenario; accepted: a file, or one of '

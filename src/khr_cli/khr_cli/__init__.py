@@ -12,6 +12,8 @@ def _one_line(
     """Report a library that cannot be loaded, as under a limit of memory, in one line."""
     if issubclass(kind, ImportError | MemoryError):
         print(f'khr: {kind.__name__}: {" ".join(str(error).split())}', file=sys.stderr)
+    elif issubclass(kind, KeyboardInterrupt):
+        print('khr: interrupted', file=sys.stderr)
     else:
         sys.__excepthook__(kind, error, trace)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated
@@ -398,6 +399,7 @@ def verify_bag(
 
 def main() -> None:
     """Run the command; a user's mistake is one line on stderr and exit code 2."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does
     try:
         sys.exit(app(standalone_mode=False) or 0)
     except TyperException as error:
@@ -409,6 +411,8 @@ def main() -> None:
     except OSError as error:
         where = f'{str(error.filename)!r}: ' if error.filename is not None else ''
         _leave(f'{where}{error.strerror or error}', 2 if where else 1)
+    except KeyboardInterrupt:
+        _leave('interrupted', 130)
     except MemoryError:
         _leave('out of memory; accepted: a larger limit (ulimit -v)', 1)
 

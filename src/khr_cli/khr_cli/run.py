@@ -88,6 +88,8 @@ def run(scenario: Scenario, options: Options) -> int:
             _draw(folder, scenario, console)
     except KhrError as error:  # what was measured is printed all the same
         failures.append(str(error))
+    except KeyboardInterrupt:
+        failures.append('interrupted while the results were written; the folder may lack some')
     _summarise(scenario, folder, result, options)
     for failure in failures:
         console.print(f'khr: {failure}', highlight=False, markup=False)
