@@ -19,9 +19,9 @@ from distributed import Client
 from khr_bringup.run_signals import Series, run_with_series
 from khr_common import KhrError, RunError
 from khr_experiments.experiments import runs_of
+from khr_sweeps import cluster
 from khr_sweeps.folder import JOURNAL, read_results, series_path
 from khr_sweeps.reading import load
-from khr_sweeps.sweep import cluster
 from tests.support import runs
 from tests.support.runs import KHR
 
