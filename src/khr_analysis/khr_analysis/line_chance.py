@@ -26,11 +26,11 @@ class Places:
     error: float
 
     @property
-    def tells(self) -> bool:
-        """Say whether the places can tell lines from other frequencies at all.
+    def decisive(self) -> bool:
+        """Say whether the places distinguish lines from other frequencies.
 
-        A line that is read wrong by up to half the distance of two lines, or more, may be found
-        anywhere between them, as any other frequency.
+        A line with a reading error of half the distance of two lines or more may be found
+        anywhere between them, like any other frequency.
         """
         return self.error < 0.5
 

@@ -109,11 +109,11 @@ def draw_over_inclination(
     Such a run is marked at the bottom of the panel and has no value in the CSV.
     """
     groups = sorted(grouped(runs, inclination_deg).items())
-    table = [np.array([value(run) for run in group]) for _, group in groups]
-    known = [index for index, values in enumerate(table) if np.isfinite(values).any()]
+    samples = [np.array([value(run) for run in group]) for _, group in groups]
+    known = [index for index, values in enumerate(samples) if np.isfinite(values).any()]
     slope = [groups[index][0] for index in known]
     low, middle, high = (
-        [float(pick(table[index])) for index in known]
+        [float(pick(samples[index])) for index in known]
         for pick in (np.nanmin, np.nanmedian, np.nanmax)
     )
     (line,) = axis.plot(slope, middle, label=label, **{'marker': 'o', **look})
@@ -131,7 +131,7 @@ def draw_over_inclination(
             )
     fallen = [
         (phi, found)
-        for (phi, group), values in zip(groups, table, strict=True)
+        for (phi, group), values in zip(groups, samples, strict=True)
         for run, found in zip(group, values, strict=True)
         if fell(run)
     ]

@@ -130,26 +130,12 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
 
 def ankle_on_soles(runs: Mapping[str, Runs]) -> Figure:
     """Draw walks with ankle control on smooth ground beside those on rubber soles."""
-    figure = _soles(runs, walking(12.0))
-    head(
-        figure,
-        'Figure 5.13: smooth against rubber soles, K_A = 12: spectrum and slip',
-        SPREAD,
-        PITCH,
-    )
-    return figure
+    return _soles('5.13', runs, walking(12.0))
 
 
 def ankle_and_hip_on_soles(runs: Mapping[str, Runs]) -> Figure:
     """Draw walks with ankle and hip control on smooth ground beside those on rubber soles."""
-    figure = _soles(runs, walking(12.0, 12.0))
-    head(
-        figure,
-        'Figure 5.14: smooth against rubber soles, K_A = 12 and K_H = 12: spectrum and slip',
-        SPREAD,
-        PITCH,
-    )
-    return figure
+    return _soles('5.14', runs, walking(12.0, 12.0))
 
 
 def compare(
@@ -327,7 +313,7 @@ def _name_marks(figure: Figure) -> None:
     )
 
 
-def _soles(runs: Mapping[str, Runs], of: Condition) -> Figure:
+def _soles(number: str, runs: Mapping[str, Runs], of: Condition) -> Figure:
     def gains_of(run: Run) -> tuple[float, float]:
         done = condition(run)
         return done.ankle_gain, done.hip_gain
@@ -351,4 +337,6 @@ def _soles(runs: Mapping[str, Runs], of: Condition) -> Figure:
             ylim=(0.0, None),
         )
         seed_legend(right, loc='upper left', fontsize=7)
+    title = f'Figure {number}: smooth against rubber soles, {control(of)}: spectrum and slip'
+    head(figure, title, SPREAD, PITCH)
     return figure

@@ -206,7 +206,7 @@ def _chance() -> str:
         f'within {NEAR:g} of one with a chance of {chance_within(NEAR):.0%}; four random ones '
         f'lie as near in sum with a chance of {found.probability:.0%}.'
     )
-    if not found.tells:
+    if not found.decisive:
         text += (
             f' But a published peak is known to +-{LINE_HZ:g} Hz, +-{found.error:.2f} lines: '
             'a line read that way may be found anywhere between two, and any other '

@@ -252,7 +252,7 @@ def test_places_among_the_lines():
     found = places([6 / 2.31, 11.5 / 2.31], 2.31, 0.22)
     assert found.orders == pytest.approx((6.0, 11.5))
     assert found.distances == pytest.approx((0.0, 0.5))
-    assert not found.tells and places([2.0], 2.31, 0.02).tells
+    assert not found.decisive and places([2.0], 2.31, 0.02).decisive
     assert chance_within(0.05) == pytest.approx(0.1) and chance_within(0.5) == 1.0
     with pytest.raises(AnalysisError):
         places([], 2.31, 0.1)
