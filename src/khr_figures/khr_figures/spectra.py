@@ -325,9 +325,9 @@ def _soles(number: str, runs: Mapping[str, Runs], of: Condition) -> Figure:
         columns=2,
         height=0.8 + 2.2 * len(grounds),
     )
-    for number, (phi, group) in enumerate(grounds):
+    for row, (phi, group) in enumerate(grounds):
         by_sole = grouped(group, condition)
-        left, right = axes[2 * number : 2 * number + 2]
+        left, right = axes[2 * row : 2 * row + 2]
         compare(left, [phi], by_sole, lambda done: done.surface)
         for (done, some), (color, line) in zip(by_sole.items(), LOOKS, strict=False):
             draw_seeds(right, some, slip, done.surface, color=color, linestyle=line)
