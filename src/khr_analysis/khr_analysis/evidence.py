@@ -168,7 +168,7 @@ def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence |
             frozenset({'feedback', 'slipping'}),
             'stays at its frequency with another cycle',
         )
-    return Evidence('cycle', frozenset(), 'another cycle does not tell whether n or Hz stays')
+    return Evidence('cycle', frozenset(), 'another cycle does not show whether n or Hz stays')
 
 
 def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -191,7 +191,7 @@ def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | 
         )
         return Evidence('gain', speaks, f'grows or shrinks with the gain: {words}')
     if not any(np.isfinite(each.low) for _, each in found):
-        return Evidence('gain', frozenset(), f'one seed tells no scatter: {words}')
+        return Evidence('gain', frozenset(), f'one seed shows no scatter: {words}')
     return Evidence(
         'gain',
         frozenset({'gait', 'slipping'}),

@@ -1,4 +1,4 @@
-"""Where a spectral line comes from: the gait, the feedback or slipping, told by experiments.
+"""Where a spectral line comes from: the gait, the feedback or slipping, as experiments show.
 
 The origin that most experiments of :mod:`khr_analysis.evidence` speak for is a peak's label.
 """

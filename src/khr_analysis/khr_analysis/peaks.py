@@ -93,7 +93,7 @@ def _tone(
 ) -> Peak:
     delta = offset(transform[k - 1 : k + 2], window)
     frequency = (k + delta) * spacing
-    # A tone delta bins above the bin turns by 2 pi delta over the window, and the bin tells its
+    # A tone delta bins above the bin turns by 2 pi delta over the window, and the bin gives its
     # phase at the center of the window's weight.
     phase = float(np.angle(transform[k])) - 2.0 * np.pi * delta * center
     return Peak(

@@ -1,4 +1,4 @@
-"""Staged control: more of it the steeper the ground, as the feet and the joints tell it.
+"""Staged control: more of it the steeper the ground, as read from the feet and the joints.
 
 Dutta (2021), chapter 3, stands in three stages: without control up to the first critical
 inclination, with the ankle up to the second, with ankle and hip beyond. The inclination is read
@@ -88,7 +88,7 @@ class StageParameters:
     )
     time_constant: float = parameter(
         0.5,
-        'By which the joint angles are delayed: that of the force sensors, so that both tell '
+        'By which the joint angles are delayed: that of the force sensors, so that both are '
         'of the same time.',
         unit='s',
         minimum=0.0,
@@ -206,9 +206,9 @@ def read_inclination(
 ) -> float:
     """Read the ground's inclination back from the forces, in rad, downhill positive.
 
-    At rest the ground's force acts straight below the centre of mass. Where it acts the sensors
-    tell: b (F_T - F_H)/(F_T + F_H) ahead of the ankle of one foot. Where the centre of mass is
-    the joints tell, so that the lean theta_A0 of (3.10), the lean theta_A of (3.7) that a control
+    At rest the ground's force acts straight below the centre of mass. The sensors show
+    where it acts: b (F_T - F_H)/(F_T + F_H) ahead of the ankle of one foot. The joints show where
+    the centre of mass is, so that the lean theta_A0 of (3.10), the lean theta_A of (3.7) that a control
     adds, the sag of the servos and a lifted leg are all in it. With Delta = F_T - F_H, one foot or
     two side by side and small angles it is (3.7), solved for phi.
 

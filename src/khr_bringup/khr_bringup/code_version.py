@@ -27,7 +27,7 @@ SOURCES = (
     ('khr_bringup', 'run_signals.py'),
 )
 LIBRARIES = ('numpy', 'numba')  # and that of the engine
-MARK = '# code version '  # begins the line that tells it at the end of a scenario as run
+MARK = '# code version '  # begins the line with it at the end of a scenario as run
 
 
 @cache
@@ -83,7 +83,7 @@ def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted({spec_of(node).package for node in nodes} - own))
 
 
-def version_told(text: str) -> str:
-    """Return the code version that a scenario as run tells; empty if it tells none."""
-    told = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
-    return told[-1] if told else ''
+def version_in(text: str) -> str:
+    """Return the code version stated in a scenario as run; empty if there is none."""
+    found = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
+    return found[-1] if found else ''

@@ -23,8 +23,8 @@ from khr_common.files import write_text
 from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, LOG, PARAMETER_EVENTS, PUSH, READY
 from khr_sim.run_parameters import RunParameters
 
-# s of wall time for nodes to appear, and at the end without a word of those that still have to
-# hear it: a loaded machine is slow, not broken.
+# s of wall time for nodes to appear, and for listeners to acknowledge the end: a loaded machine
+# is slow, not broken.
 PATIENCE = 30.0
 SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
 LEAST_MEMORY = 2**31  # bytes of address space; a process of a run takes about 1.2e9
@@ -208,8 +208,8 @@ def _silent(view: Any, simulator: str) -> str | None:
 
 
 def _awaited(simulator: RunParameters) -> Sequence[str]:
-    """List who must have heard the run whole before it is over."""
-    # In realtime a node may fall silent and the run goes on, so not all can hear all of it.
+    """Return who must have received all of the run before it is over."""
+    # In realtime a node may fall silent and the run goes on, so not all can receive all of it.
     return simulator.listeners if simulator.sync == 'lockstep' else ()
 
 
@@ -218,7 +218,7 @@ def _unfinished(view: Any) -> str | None:
     if view.state != 'finished' or time.monotonic() - view.news < PATIENCE:
         return None
     return (
-        'the run ended, but not all of it was heard: ' + ', '.join(view.behind)
+        'the run ended, but not all of it was received: ' + ', '.join(view.behind)
         if view.behind
         else 'the monitor did not judge the run'
     )

@@ -140,10 +140,10 @@ def registered(
             number, os.getpid(), scenario, str(folder), network, uuid4().hex, lock.fileno()
         )
         path = register() / f'{number}.json'
-        told = {key: value for key, value in asdict(entry).items() if key != 'lock'}
+        public = {key: value for key, value in asdict(entry).items() if key != 'lock'}
         sweep(ports_of(number))
         try:
-            write_text(path, json.dumps(told))
+            write_text(path, json.dumps(public))
             yield entry
         finally:
             path.unlink(missing_ok=True)

@@ -65,7 +65,7 @@ class Series:
         pitch_rate: true one of the torso, mean over the period, rad/s, (N,).
         gyro_rate: the same as the board reads it, rad/s, (N,).
         contact_force: true normal forces on l_toe, l_heel, r_toe, r_heel, N, (N, 4).
-        foot_force: the same as the sensors tell them, N, (N, 4).
+        foot_force: the same as the sensors read them, N, (N, 4).
         correction: of ankles and of hips, rad, (N, 2).
         stage: of the control, 1 to 3, (N,); 0 without stages.
         read_inclination: of the ground as read back from the feet, rad, (N,); 0 without stages.

@@ -18,7 +18,7 @@ COLUMNS = ('scenario', 'motion', 'inclination', 'surface', 'ankle', 'hip', 'push
 
 
 def scenario_row(scenario: Scenario) -> tuple[str, ...]:
-    """Return what tells a scenario from the others, in the order of COLUMNS."""
+    """Return what distinguishes a scenario from the others, in the order of COLUMNS."""
     simulator = scenario.table(RunParameters)
     ankle = scenario.table(AnkleControllerParameters)
     hip = scenario.table(HipControllerParameters)

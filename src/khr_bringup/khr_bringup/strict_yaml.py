@@ -56,8 +56,8 @@ def read_yaml(text: str, file: str) -> Any:
         mark = getattr(error, 'problem_mark', None)
         where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
         problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
-        told = problem if isinstance(error, _Refusal) else named(problem)
-        raise BringupError(f'{file}:{where} {told}; accepted: YAML') from error
+        reason = problem if isinstance(error, _Refusal) else named(problem)
+        raise BringupError(f'{file}:{where} {reason}; accepted: YAML') from error
 
 
 def _check_size(size: int, file: str) -> None:

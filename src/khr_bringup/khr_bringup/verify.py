@@ -10,7 +10,7 @@ from rich.progress import Progress
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.bags import changes, read_messages
-from khr_bringup.code_version import version_of, version_told
+from khr_bringup.code_version import version_in, version_of
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
@@ -105,7 +105,7 @@ def read(bag: Path) -> Recorded:
 def _scenario(bag: Path, text: str) -> Scenario:
     """Read the stored scenario; it states every parameter of the version that wrote it."""
     title = f'{bag}: made by another version of the project'
-    told = version_told(text)
+    recorded = version_in(text)
     try:
         scenario = scenarios.parse(text, 'its scenario', bag.name)
     except KhrError as error:
@@ -114,9 +114,9 @@ def _scenario(bag: Path, text: str) -> Scenario:
         missing = set(specifications(table_of(node))) - set(scenario.values.get(node, {}))
         if missing:
             raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
-    if told and told != version_of(scenario):
+    if recorded and recorded != version_of(scenario):
         raise BringupError(
-            f'{title}: its code version is {told}, this one is {version_of(scenario)}'
+            f'{title}: its code version is {recorded}, this one is {version_of(scenario)}'
         )
     return scenario
 

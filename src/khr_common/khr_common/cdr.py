@@ -2,7 +2,7 @@
 
 rclpy turns a message into a tree of Python objects, which takes longer than all that the nodes
 do with it. The few numbers that they need stand at known places: ROS 2 sends CDR (OMG DDS-XTypes
-1.3, 7.4): four bytes that tell the encoding, then the fields in order, each aligned to its size.
+1.3, 7.4): four bytes that name the encoding, then the fields in order, each aligned to its size.
 
 All of it is little-endian CDR, as :meth:`khr_common.nodes.node.KhrNode.listen_to_bytes` gives it.
 """

@@ -8,7 +8,7 @@ from typing import Any
 
 from khr_bringup import run_signals as signals
 from khr_bringup.bags import Change, changes, read_what_is_left
-from khr_bringup.code_version import version_told
+from khr_bringup.code_version import version_in
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import Scenario, parse
 from khr_bringup.strict_yaml import read_file, read_yaml
@@ -86,7 +86,7 @@ def _read_scenario(file: Path, found: RunContents) -> None:
         return
     try:
         text = read_file(file)
-        found.version = version_told(text)
+        found.version = version_in(text)
         found.scenario = parse(text, file.name, found.name)
     except KhrError as error:
         found.notes.append(f'{error}; was it made by another version of the project?')
@@ -127,7 +127,7 @@ def _read_bag(path: Path, found: RunContents) -> None:
         found.notes.append('no signals: the bag holds none of the topics of a khr run')
     if found.scenario is None and messages[SCENARIO]:
         found.scenario = signals.scenario_in(messages)
-        found.version = version_told(messages[SCENARIO][-1].data)
+        found.version = version_in(messages[SCENARIO][-1].data)
     if not found.outcome:
         for message in (*messages[STATE], *messages[OUTCOME]):
             found.outcome |= {pair.key: pair.value for pair in message.values}

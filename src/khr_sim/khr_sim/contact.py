@@ -67,7 +67,7 @@ class ContactForces:
     """The mean forces of the ground on toe and heel of both feet over one control period.
 
     A contact ahead of the ankle axis belongs to the toe, one behind it to the heel; the poses of
-    the soles at the start of the period tell which is which, as all contacts lie centimetres from
+    the soles at the start of the period show which is which, as all contacts lie centimetres from
     the axis. All contacts share the ground's normal, from which alone the engine takes the two
     directions of friction.
 

@@ -23,7 +23,7 @@ class FootForceParameters:
 
     saturation: float = parameter(
         25.0,
-        'Largest force that a sensor can tell; the robot weighs 14.7 N.',
+        'Largest force that a sensor can measure; the robot weighs 14.7 N.',
         unit='N',
         minimum=1.0,
         maximum=200.0,
@@ -76,7 +76,7 @@ class FootForce:
         self._low_pass.configure(parameters.time_constant)
 
     def update(self, contact_force: Sequence[Sequence[float]]) -> tuple[float, ...]:
-        """Return the normal forces that the sensors tell, in N, from 0 to the saturation.
+        """Return the normal forces that the sensors read, in N, from 0 to the saturation.
 
         Args:
             contact_force: (4, 3), true forces on l_toe, l_heel, r_toe and r_heel, each in its own

@@ -62,7 +62,7 @@ class GyroParameters:
         maximum=1.0,
     )
     saturation: float = parameter(
-        5.236, 'Largest rate that the sensor can tell.', unit='rad/s', minimum=0.1, maximum=60.0
+        5.236, 'Largest rate that the sensor can measure.', unit='rad/s', minimum=0.1, maximum=60.0
     )
     adc: bool = parameter(
         True,
@@ -135,7 +135,7 @@ class Gyro:
         return [circuit.update(each) for circuit, each in zip(self._circuits, rate, strict=True)]
 
     def _read(self, sensed: float, noise: float) -> float:
-        """Carry what one sensor tells to the board: noise, range, scale, offset, converter."""
+        """Carry what one sensor measures to the board: noise, range, scale, offset, converter."""
         own, limit = self.parameters, self.parameters.saturation
         scale = own.sensitivity / 1000.0 / radians(1.0)
         voltage = (

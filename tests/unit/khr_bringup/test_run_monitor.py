@@ -24,7 +24,7 @@ def test_a_listener_that_is_behind_is_waited_for_and_then_named():
     assert not VIEW.over
     assert _unfinished(replace(VIEW, news=time.monotonic())) is None
     text = _unfinished(replace(VIEW, news=long_ago()))
-    assert text == 'the run ended, but not all of it was heard: recorder up to t = 7.170 s'
+    assert text == 'the run ended, but not all of it was received: recorder up to t = 7.170 s'
 
 
 def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():

@@ -38,7 +38,7 @@ def sweep_stiffness(
     Args:
         loop: gives inertia, damping, gain and form.
         stiffness: the values of K, N m/rad.
-        tone: what the loop is told to do from rest, for instance the gait's fundamental.
+        tone: what the loop is asked to do from rest, for instance the gait's fundamental.
         window: s over which the ringing is averaged; the default is one gait cycle.
     """
     positive('window', window)

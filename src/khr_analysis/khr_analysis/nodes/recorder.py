@@ -69,7 +69,7 @@ class RecorderNode(Listener):
         if self._recording is not None:
             recording, self._recording = self._recording, None
             self._attempt(recording.close)
-        if self._stopped:  # the run went on without it, and is told at its end
+        if self._stopped:  # the run went on without it, and is notified at its end
             self.fail(self._stopped)
 
     def _record(self, recording: Recording, topic: Topic) -> None:

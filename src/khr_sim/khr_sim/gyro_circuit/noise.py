@@ -1,4 +1,4 @@
-"""The gyro's noise, and the Allan deviation that tells its kinds apart."""
+"""The gyro's noise, and the Allan deviation that separates its kinds."""
 
 from __future__ import annotations
 
