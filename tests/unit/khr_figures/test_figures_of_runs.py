@@ -73,7 +73,9 @@ def curve(rows, name, panel=''):
 )
 def test_a_figure_is_whole_whoever_falls(number, falls):
     with styled():
-        check_whole(FIGURES[number].draw(runs_for(number, falls)))
+        figure = FIGURES[number].draw(runs_for(number, falls))
+        check_whole(figure)
+        assert figure.get_suptitle().startswith(f'Figure {number}: ')
 
 
 def test_toe_and_heel_carry_the_load(table):
