@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
@@ -11,8 +12,9 @@ from pathlib import Path
 
 import pytest
 
+from khr_bringup import run_registry
 from tests import ROOT
-from tests.support.runs import Bag
+from tests.support.runs import Bag, wait_for
 
 EXAMPLE = ROOT / 'examples' / 'khr_example_controller'
 SCENARIO = EXAMPLE / 'config' / 'walk_5deg_knee.yaml'
@@ -102,6 +104,29 @@ def test_its_corrections_and_parameters_are_in_the_bag(python, recorded):
     assert any(message.position[0] > 0.0 for message in sent)
     assert 'knee_controller' in (folder / 'scenario.yaml').read_text()
     assert khr(python, 'verify', folder).strip().endswith('same')
+
+
+def test_its_gain_changes_while_it_runs(python, tmp_path):
+    own = [python, '-m', 'khr_cli.command']
+    running = subprocess.Popen(
+        [*own, 'run', SCENARIO, '--duration', '600', '--no-record', '--out', tmp_path / 'run'],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        env=environment(),
+    )
+    try:
+        entry = wait_for(lambda: _domain(running.pid), 'the run')
+        khr(python, 'set', 'knee_controller', 'gain', '9', '--domain', entry)
+        assert khr(python, 'get', 'knee_controller', 'gain', '--domain', entry) == 'gain: 9.0\n'
+    finally:
+        running.send_signal(signal.SIGINT)
+        running.communicate(timeout=60)
+
+
+def _domain(pid):
+    """Return the domain of the run of a process, once it is registered."""
+    return next((entry.domain for entry in run_registry.running() if entry.pid == pid), None)
 
 
 def test_its_mistakes_are_named(python, tmp_path):
