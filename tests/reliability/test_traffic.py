@@ -6,7 +6,7 @@ from khr_common.interfaces import CLOCK, GYRO, JOINT_REFERENCE, OUTCOME, STATE
 from tests.reliability.traffic import publisher, send, shared, topics
 from tests.support.runs import finish, joined, khr, wait_for, wait_until
 
-SHORT = ('--duration', '4')
+SHORT = ('--duration', '12')  # long enough for a report of what was refused
 
 
 @pytest.fixture(scope='module')

@@ -15,7 +15,9 @@ from khr_common.lifeline import end_with_parent
 def main() -> None:
     """Run a module as the main program."""
     end_with_parent()
-    signal.signal(signal.SIGINT, signal.SIG_DFL)  # until the module has its own handlers
+    # Until the module has its own handlers; a SIGINT that came before is taken now.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
     del sys.argv[0]
     try:
         runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)

@@ -7,7 +7,8 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 from khr_common.lifeline import PARENT
@@ -55,7 +56,7 @@ class Processes:
 
     def start_module(self, name: str, module: str, arguments: list[str]) -> None:
         """Start a module with its output in ``name.log``; it ends with this process."""
-        with (self._log / f'{name}.log').open('wb') as log:
+        with (self._log / f'{name}.log').open('wb') as log, _sigint_blocked():
             self._children[name] = subprocess.Popen(
                 [sys.executable, '-m', 'khr_bringup.child', module, *arguments],
                 env=self._environment,
@@ -108,6 +109,16 @@ class Processes:
                 elif child.returncode not in WELL:
                     failed.append(self._obituary(name, child.returncode))
         return '; '.join(failed) or None
+
+
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """Block SIGINT, which a child inherits: it waits until the child is ready to take it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _ended(child: subprocess.Popen[bytes], end: float) -> bool:
