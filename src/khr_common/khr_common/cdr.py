@@ -4,7 +4,7 @@ rclpy turns a message into a tree of Python objects, which takes longer than all
 do with it. The few numbers that they need stand at known places: ROS 2 sends CDR (OMG DDS-XTypes
 1.3, 7.4): four bytes that name the encoding, then the fields in order, each aligned to its size.
 
-All of it is little-endian CDR, as :meth:`khr_common.nodes.node.KhrNode.listen_to_bytes` gives it.
+All of it is little-endian CDR, as :func:`khr_common.nodes.messages.little_endian` returns it.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from struct import error as StructError
 
 from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES, WRENCH, Topic
 
-BLANK = -1.2345678987654321e300  # stands where numbers of a form are to be filled in
+BLANK = -1.2345678987654321e300  # stands where numbers of a template are to be filled in
 Floats = tuple[float, ...]
 # What reading bytes raises that are no message of the kind they are taken for.
 UNREADABLE = (StructError, ValueError, KeyError, IndexError, OverflowError, RuntimeError)
