@@ -1,23 +1,45 @@
 """The campaign of faults: ``make chaos``. Seeded; what is done is not repeated.
 
-python -m tests.reliability [--seed N] [--kills N] [--soak S] [--journal FILE] [--out FILE]
+python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...] [--journal FILE]
+[--out FILE]
 """
 
 from __future__ import annotations
 
 import argparse
 import json
-import os
+import subprocess
 import sys
-from collections import Counter, defaultdict
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
+
+import psutil
 
 from khr_bringup.code_version import code_version
 from khr_common.files import write_text
 from khr_common.markdown import table
-from tests.reliability.cases import HARMS, NO_OTHER_MACHINE, attempt, cases
+from tests.reliability.cases import HARMS, NO_OTHER_MACHINE, Case, attempt, cases
 
+LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
+LOOK = 1.0  # s of wall time over which their use is measured
 TITLE = '# Reliability\n\nWhat a run withstands, as `make chaos` tries it.'
+
+
+class Result(NamedTuple):
+    """What came of a case: what fell short, beside how many cores that others used."""
+
+    name: str
+    kind: str
+    faults: list[str]
+    others: float
+    version: str
+
+    @property
+    def loaded(self) -> bool:
+        """Return whether it was tried on a loaded machine."""
+        return self.others >= LOADED
 
 
 def main() -> int:
@@ -27,56 +49,97 @@ def main() -> int:
     parser.add_argument('--kills', type=int, default=200, help='processes killed')
     parser.add_argument('--soak', type=int, default=3600, help='simulated s of each long run')
     parser.add_argument('--only', default='', help='kinds that begin so')
+    parser.add_argument(
+        '--busy',
+        type=int,
+        nargs='+',
+        default=[0, 2],
+        help='busy loops beside it, one campaign each',
+    )
     parser.add_argument('--journal', type=Path, default=Path('runs/chaos.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
     given = parser.parse_args()
-    wanted = [
-        case
-        for case in cases(given.seed, given.kills, given.soak)
-        if case.kind.startswith(given.only)
-    ]
-    done = _done(given.journal)
-    given.journal.parent.mkdir(parents=True, exist_ok=True)
+    found = cases(given.seed, given.kills, given.soak)
+    wanted = [case for case in found if case.kind.startswith(given.only)]
+    for loops in given.busy:
+        with _busy(loops):
+            _campaign(wanted, given.journal, loaded=loops >= LOADED)
+    names = {case.name for case in wanted}
+    results = [each for each in _done(given.journal) if each.name in names]
+    write_text(given.out, page(results, given.seed))
+    return int(any(result.faults for result in results))
+
+
+def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> None:
+    """Try the cases that a journal does not hold yet, on a loaded machine or a quiet one."""
+    done = {each.name for each in _done(journal) if each.loaded == loaded}
+    journal.parent.mkdir(parents=True, exist_ok=True)
     for number, case in enumerate(wanted, 1):
         if case.name in done:
             continue
+        others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
         faults = attempt(case)
-        done[case.name] = {'kind': case.kind, 'faults': faults, 'load': os.getloadavg()[0]}
-        with given.journal.open('a', encoding='utf-8') as journal:
-            record = {'name': case.name, 'version': code_version(), **done[case.name]}
-            journal.write(json.dumps(record) + '\n')
-        print(f'{number}/{len(wanted)} {case.name}: {"; ".join(faults) or "good"}', flush=True)
-    results = {case.name: done[case.name] for case in wanted}
-    write_text(given.out, page(results, given.seed))
-    return int(any(result['faults'] for result in results.values()))
+        result = Result(case.name, case.kind, faults, round(others, 2), code_version())
+        with journal.open('a', encoding='utf-8') as file:
+            file.write(json.dumps(result._asdict()) + '\n')
+        said = '; '.join(faults) or 'good'
+        print(f'{number}/{len(wanted)} {case.name} (others {others:.1f}): {said}', flush=True)
 
 
-def _done(journal: Path) -> dict[str, dict]:
-    """Return what a journal of this version of the code holds, by case."""
+@contextmanager
+def _busy(loops: int) -> Iterator[None]:
+    """Keep so many cores busy."""
+    started = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(loops)]
+    try:
+        yield
+    finally:
+        for each in started:
+            each.kill()
+            each.wait()
+
+
+def _done(journal: Path) -> list[Result]:
+    """Return what a journal holds of this version of the code."""
     if not journal.is_file():
-        return {}
+        return []
     records = [json.loads(line) for line in journal.read_text(encoding='utf-8').splitlines()]
-    return {each['name']: each for each in records if each['version'] == code_version()}
+    return [Result(**each) for each in records if each['version'] == code_version()]
 
 
-def page(results: dict[str, dict], seed: int) -> str:
+def page(results: Sequence[Result], seed: int) -> str:
     """Return the table of a campaign as Markdown, and all that fell short."""
-    tried, bad, faults = Counter(), Counter(), defaultdict(list)
-    for name, result in results.items():
-        tried[result['kind']] += 1
-        bad[result['kind']] += bool(result['faults'])
-        faults[result['kind']] += [f'- {name}: {fault}' for fault in result['faults']]
-    rows = [(kind, str(tried[kind]), str(bad[kind])) for kind in HARMS if tried[kind]]
-    loads = sorted(result['load'] for result in results.values())
+    rows, short = [], []
+    for kind in HARMS:
+        of_kind = [each for each in results if each.kind == kind]
+        cells = []
+        for loaded in (False, True):
+            tried = [each for each in of_kind if each.loaded == loaded]
+            bad = [each for each in tried if each.faults]
+            cells += [str(len(tried)), str(len(bad))]
+            short += [f'- {each.name}: {fault}' for each in bad for fault in each.faults]
+        if of_kind:
+            rows.append((kind, *cells))
     lines = [
         TITLE,
-        f'Seed {seed}, code version {code_version()}, load of the machine {loads[0]:.1f} to '
-        f'{loads[-1]:.1f}, median {loads[len(loads) // 2]:.1f}.',
-        table(('harm', 'tried', 'fell short'), rows),
+        f'Seed {seed}, code version {code_version()}. A machine is loaded if other processes '
+        f'used {LOADED:g} core or more of it just before; {_others(results)}.',
+        table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
         *(['The network was not tried: ' + NO_OTHER_MACHINE] if NO_OTHER_MACHINE else []),
-        *('\n'.join(found) for found in faults.values() if found),
+        *(['\n'.join(short)] if short else []),
     ]
     return '\n\n'.join(lines) + '\n'
+
+
+def _others(results: Sequence[Result]) -> str:
+    """Return how many cores others used, quiet and loaded."""
+    said = []
+    for name, loaded in (('quiet', False), ('loaded', True)):
+        used = sorted(each.others for each in results if each.loaded == loaded)
+        if used:
+            said.append(
+                f'{name}: {used[0]:.1f} to {used[-1]:.1f}, median {used[len(used) // 2]:.1f}'
+            )
+    return f'cores that others used: {"; ".join(said)}'
 
 
 if __name__ == '__main__':

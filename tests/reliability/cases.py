@@ -19,7 +19,6 @@ from tempfile import TemporaryDirectory, mkdtemp
 import psutil
 
 from khr_bringup.run_registry import running
-from khr_bringup.shared_memory import MEMORY
 from tests import ROOT
 from tests.reliability.netns import why_not
 from tests.support.runs import KHR, children
@@ -258,7 +257,16 @@ def fuzz(case: Case, _: Path) -> list[str]:
         [sys.executable, '-m', 'tests.reliability.fuzz', '500', str(case.seed)],
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip
-    return ended.stdout.splitlines()[:-1] if ended.returncode == 1 else []
+    return [] if ended.returncode == 0 else ended.stdout.splitlines()[:-1] or [ended.stderr[-300:]]
+
+
+def damage(case: Case, _: Path) -> list[str]:
+    """Hand damaged runs to report, verify and film."""
+    ended = subprocess.run(
+        [sys.executable, '-m', 'tests.reliability.bag_fuzz', '50', str(case.seed)],
+        cwd=ROOT, capture_output=True, text=True, check=False,
+    )  # fmt: skip
+    return [] if ended.returncode == 0 else ended.stdout.splitlines()[:-1] or [ended.stderr[-300:]]
 
 
 def tested(case: Case, _: Path) -> list[str]:
@@ -320,6 +328,7 @@ HARMS = {
     'two users': users,
     'environment': environment,
     'mutated files, 500 each': fuzz,
+    'damaged runs, 50 each': damage,
     'tests of traffic, network, hangs': tested,
     'soak': soak,
 }
@@ -349,6 +358,7 @@ def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
                      'file size limit', 'C locale')
     ]  # fmt: skip
     found += [Case('mutated files, 500 each', '', '', '', seed + n) for n in range(10)]
+    found += [Case('damaged runs, 50 each', '', '', '', seed + n) for n in range(6)]
     found += [
         Case('tests of traffic, network, hangs', '', f'tests/reliability/{name}.py')
         for name in ('test_traffic', 'test_no_hang', 'test_closed')
@@ -361,16 +371,12 @@ def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
 def attempt(case: Case) -> list[str]:
     """Do a case in a folder of its own; return what fell short."""
     folder = Path(mkdtemp(prefix='khr-chaos-'))
-    segments = set(MEMORY.glob('fastrtps_????????????????'))
     try:
         faults = HARMS[case.kind](case, folder)
     except Exception as error:  # of the campaign itself: it counts as a fault, and is looked into
         faults = [f'campaign: {type(error).__name__}: {error}']
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    del (
-        segments
-    )  # other runs of this machine make some too: what is left is swept at the next start
     return [' '.join(fault.split())[:LONGEST_LINE] for fault in faults + left_over()]
 
 

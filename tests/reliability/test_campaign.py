@@ -7,7 +7,7 @@ import sys
 import pytest
 
 from tests import ROOT
-from tests.reliability.__main__ import page
+from tests.reliability.__main__ import Result, page
 from tests.reliability.cases import HARMS, cases
 
 
@@ -21,10 +21,10 @@ def campaign(folder, *arguments):
 
 @pytest.mark.slow
 def test_the_short_form_of_the_campaign(tmp_path):
-    short = ('--kills', '2', '--only', 'SIGKILL of a process')
+    short = ('--kills', '2', '--only', 'SIGKILL of a process', '--busy', '2')
     first = campaign(tmp_path, *short)
     assert first.returncode == 0, first.stdout + first.stderr
-    assert '| SIGKILL of a process | 2 | 0 |' in (tmp_path / 'page.md').read_text()
+    assert '| SIGKILL of a process | 0 | 0 | 2 | 0 |' in (tmp_path / 'page.md').read_text()
     assert campaign(tmp_path, *short).stdout == '', 'what is done is not repeated'
     lines = (tmp_path / 'journal').read_text().splitlines()
     record = json.loads(lines[0]) | {'faults': ['2 processes left']}
@@ -42,10 +42,14 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
     assert len({(c.victim, c.phase) for c in found if c.kind == 'SIGKILL of a process'}) == 30
 
 
-def test_the_page_counts_by_kind():
-    results = {
-        'a': {'kind': 'full disk', 'faults': ['lost'], 'load': 1.0},
-        'b': {'kind': 'full disk', 'faults': [], 'load': 9.0},
-    }
-    text = page(results, 0)
-    assert '| full disk | 2 | 1 |' in text and '- a: lost' in text
+def test_the_page_counts_by_kind_and_load():
+    text = page(
+        [
+            Result('a', 'full disk', ['lost'], 0.1, ''),
+            Result('b', 'full disk', [], 0.9, ''),
+            Result('a', 'full disk', [], 2.0, ''),
+        ],
+        0,
+    )
+    assert '| full disk | 2 | 1 | 1 | 0 |' in text and '- a: lost' in text
+    assert 'quiet: 0.1 to 0.9, median 0.9; loaded: 2.0 to 2.0' in text

@@ -1,4 +1,4 @@
-"""Files that went wrong on their way are refused in one line, never in a traceback."""
+"""Files and runs that went wrong on their way are refused in one line, never in a traceback."""
 
 import subprocess
 import sys
@@ -8,9 +8,9 @@ import pytest
 from tests import ROOT
 
 
-def fuzz(count):
+def fuzz(count, program='fuzz'):
     ended = subprocess.run(
-        [sys.executable, '-m', 'tests.reliability.fuzz', str(count)],
+        [sys.executable, '-m', f'tests.reliability.{program}', str(count)],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -21,6 +21,12 @@ def fuzz(count):
 
 def test_a_few_mutants_are_refused_in_one_line():
     fuzz(500)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_damaged_runs_are_refused_in_one_line():
+    fuzz(36, 'bag_fuzz')
 
 
 @pytest.mark.slow
