@@ -1,14 +1,53 @@
 """Run all benchmarks: ``python -m tests.benchmarks``, or ``make bench``.
 
-The options are those of bench_graph; ``--write docs/performance.md`` writes its report.
+Times on a shared machine are noisy. Every round runs every case, and the ratios within a round
+are what counts.
 """
 
-import sys
+from __future__ import annotations
 
-from tests.benchmarks import bench_graph, bench_gyro_circuit, bench_models
+import argparse
+import json
+from pathlib import Path
 
-arguments = sys.argv[1:]
-for bench, own in ((bench_models, []), (bench_gyro_circuit, []), (bench_graph, arguments)):
-    print(f'\n## {bench.__name__.rsplit(".", 1)[-1]}\n')
-    sys.argv[1:] = own
-    bench.main()
+from khr_common.files import write_text
+from tests.benchmarks import (
+    bench_graph,
+    bench_growth,
+    bench_gyro_circuit,
+    bench_models,
+    bench_sweeps,
+    performance_page,
+)
+
+
+def main() -> None:
+    """Measure, print the page, and write it with its data if asked to."""
+    parser = argparse.ArgumentParser(prog='python -m tests.benchmarks', description=__doc__)
+    parser.add_argument('--repeats', type=int, default=3, help='rounds of all cases')
+    parser.add_argument('--growth', type=float, default=3600.0, help='simulated s of standing')
+    parser.add_argument('--write', type=Path, help='page; its JSON lies beside it')
+    parser.add_argument('--read', type=Path, help='JSON to write a page from, without measuring')
+    options = parser.parse_args()
+    if options.read:
+        found = json.loads(options.read.read_text(encoding='utf-8'))
+    else:
+        print('## Models\n', bench_models.report(), sep='\n')
+        print('\n## Gyro circuit\n', bench_gyro_circuit.report(), '', sep='\n')
+        found = {
+            'graphs': bench_graph.measure(options.repeats),
+            'swept': [bench_sweeps.measure() for _ in range(options.repeats)],
+            'growth': {
+                engine: bench_growth.measure(engine, options.growth)
+                for engine in ('bullet', 'mujoco')
+            },
+        }
+    text = performance_page.page(**found)
+    print(text)
+    if options.write:
+        write_text(options.write, text)
+        write_text(options.write.with_suffix('.json'), json.dumps(found, indent=1) + '\n')
+
+
+if __name__ == '__main__':
+    main()

@@ -1,6 +1,5 @@
 """Time the gyro's two levels: ``python tests/benchmarks/bench_gyro_circuit.py``."""
 
-import json
 import math
 import statistics
 import time
@@ -32,8 +31,8 @@ def wave(instants: np.ndarray) -> np.ndarray:
     return 5.0 * np.sin(math.tau * 5.0 * instants)
 
 
-def main() -> None:
-    """Print a table, then the same figures as one line of JSON."""
+def report() -> str:
+    """Measure, and return a table."""
     steps = simulate(wave, DURATION).time.size
     full = median_time(lambda: simulate(wave, DURATION))
     baseband = Baseband(0.015)
@@ -49,10 +48,8 @@ def main() -> None:
         'seconds_per_2_s_of_signal': round(full, 3),
         'microseconds_per_baseband_sample': round(1e6 * quick / SAMPLES, 2),
     }
-    for name, value in figures.items():
-        print(f'{name:<36}{value:>14,}')
-    print(json.dumps(figures))
+    return '\n'.join(f'{name:<36}{value:>14,}' for name, value in figures.items())
 
 
 if __name__ == '__main__':
-    main()
+    print(report())

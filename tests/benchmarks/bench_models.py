@@ -1,14 +1,11 @@
-"""Time the models: a table, then JSON, into the file named on the command line if there is one."""
+"""Time the models: ``python -m tests.benchmarks.bench_models``."""
 
 from __future__ import annotations
 
-import json
 import math
 import statistics
-import sys
 import time
 from collections.abc import Callable
-from pathlib import Path
 
 import numpy as np
 
@@ -94,19 +91,16 @@ def measure() -> list[dict[str, float | str | None]]:
     return results
 
 
-def main() -> None:
-    """Measure, print the table, and write the JSON."""
-    results = measure()
-    print(f'{"case":48s}{"median ms":>11s}{"largest ms":>12s}{"limit ms":>10s}')
-    for row in results:
+def report() -> str:
+    """Measure, and return a table."""
+    lines = [f'{"case":48s}{"median ms":>11s}{"largest ms":>12s}{"limit ms":>10s}']
+    for row in measure():
         limit = '' if row['limit_ms'] is None else f'{row["limit_ms"]:.0f}'
-        print(f'{row["case"]:48s}{row["median_ms"]:11.2f}{row["largest_ms"]:12.2f}{limit:>10s}')
-    text = json.dumps(results, indent=2)
-    if len(sys.argv) > 1:
-        Path(sys.argv[1]).write_text(text + '\n', encoding='utf-8')
-    else:
-        print(text)
+        lines.append(
+            f'{row["case"]:48s}{row["median_ms"]:11.2f}{row["largest_ms"]:12.2f}{limit:>10s}'
+        )
+    return '\n'.join(lines)
 
 
 if __name__ == '__main__':
-    main()
+    print(report())

@@ -5,13 +5,27 @@ import sys
 
 import pytest
 
-from tests.benchmarks import bench_graph
-from tests.benchmarks.bench_graph import AGAINST, CASES, FACTORS, RAW, TWIN, report
+from tests.benchmarks import __main__ as benchmarks
+from tests.benchmarks import bench_graph as graph
+from tests.benchmarks import bench_sweeps as sweeps
+from tests.benchmarks.clock import FACTORS
+from tests.benchmarks.performance_page import GOALS, SWEEP_GOALS, page
+
+GROWTH = {'bullet': [{'until_s': 10.0, 'ms per simulated s': 87.25, 'MiB': 230.0}]}
 
 
 def runs(twin):
     """Return one round in which every case but the twin is as fast as the plain loop."""
-    return {name: [dict.fromkeys(FACTORS, twin if name == TWIN else 10.0)] for name in CASES}
+    return {
+        name: [dict.fromkeys(FACTORS, twin if name == graph.TWIN else 10.0)]
+        for name in graph.CASES
+    }
+
+
+def sweep(two_workers):
+    """Return one round of sweeps in which a run takes 1 s but for two workers."""
+    times = dict.fromkeys((sweeps.PLACE, sweeps.ONE, sweeps.MUJOCO, 'start, 1 worker'), 1.0)
+    return [times | {sweeps.TWO: two_workers}]
 
 
 def verdicts(text):
@@ -19,22 +33,25 @@ def verdicts(text):
     return {tuple(cell.strip() for cell in line[:3]): line[-1].strip() for line in lines}
 
 
-GOAL = next(goal for name, base, goal, _ in AGAINST if (name, base) == (TWIN, RAW))
-
-
-@pytest.mark.parametrize(('share', 'says'), [(1.0, 'met'), (0.99, '**missed**')])
+@pytest.mark.parametrize(('share', 'says'), [(1.001, 'met'), (0.99, '**missed**')])
 def test_a_goal_is_met_if_the_median_reaches_it(share, says):
-    found = verdicts(report(runs(10.0 * share * GOAL), {}, 0.0))
-    assert len(found) == len(AGAINST)
-    assert found[TWIN, RAW, 'wall'] == found[TWIN, RAW, 'computing'] == says
+    wanted, two = GOALS[0].least, SWEEP_GOALS[0].least
+    found = verdicts(page(runs(10.0 * share * wanted), sweep(1.0 / (share * two)), GROWTH))
+    assert len(found) == len(GOALS) + len(SWEEP_GOALS)
+    assert (
+        found[graph.TWIN, graph.RAW, 'wall'] == found[graph.TWIN, graph.RAW, 'computing'] == says
+    )
+    assert found[sweeps.TWO, sweeps.ONE, 'wall'] == says
 
 
 def test_the_page_is_written_again_from_its_data(tmp_path, monkeypatch, capsys):
-    data, page = tmp_path / 'old.json', tmp_path / 'page.md'
-    found = {'runs': runs(9.5), 'growth': {'gait': 0.25}, 'standing_s': 300.0}
+    data, out = tmp_path / 'old.json', tmp_path / 'page.md'
+    found = {'graphs': runs(9.5), 'swept': sweep(0.5), 'growth': GROWTH}
     data.write_text(json.dumps(found))
-    monkeypatch.setattr(sys, 'argv', ['bench', '--read', str(data), '--write', str(page)])
-    bench_graph.main()
-    assert page.read_text() == report(*found.values()) and 'gait +0.2' in page.read_text()
-    assert json.loads(page.with_suffix('.json').read_text()) == found
-    assert page.read_text() in capsys.readouterr().out
+    monkeypatch.setattr(sys, 'argv', ['bench', '--read', str(data), '--write', str(out)])
+    benchmarks.main()
+    assert (
+        out.read_text() == page(*found.values()) and '| bullet | 10.0 | 87.2 |' in out.read_text()
+    )
+    assert json.loads(out.with_suffix('.json').read_text()) == found
+    assert out.read_text() in capsys.readouterr().out
