@@ -89,8 +89,10 @@ def test_board_reckons_with_the_nominal_sensitivity():
     assert sensitive == pytest.approx(1.1 * pitch(Gyro(CLEAN), np.ones(10)), rel=1e-12)
 
 
-def test_offset_shows_at_rest():
-    assert pitch(Gyro(replace(CLEAN, zero_offset=0.05)), [0.0]) == pytest.approx(0.05)
+@pytest.mark.parametrize('sensitivity', [0.6, 0.67, 0.737])
+def test_offset_shows_at_rest_whatever_the_sensitivity(sensitivity):
+    offset = replace(CLEAN, zero_offset=0.05, sensitivity=sensitivity)
+    assert pitch(Gyro(offset), [0.0]) == pytest.approx(0.05)
 
 
 def test_rails_of_the_converter_bound_the_output():

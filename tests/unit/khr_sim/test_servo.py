@@ -9,7 +9,16 @@ from scipy.integrate import solve_ivp
 
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, NO_LOAD_SPEED, STALL_TORQUE, Servos, stretches
+from khr_sim.servo import (
+    ANGLE,
+    BACK_EMF,
+    COMMAND,
+    NO_LOAD_SPEED,
+    RATE,
+    STALL_TORQUE,
+    Servos,
+    stretches,
+)
 
 CARRIED = Robot.load().joint_inertia()
 SMOOTH = SimulatorParameters(servo_friction=0.0)
@@ -130,9 +139,27 @@ def test_dry_friction_holds_what_is_below_it_and_stops_what_is_not():
     for _ in range(200):
         held.update(ZERO + 0.099 / stretch, ZERO, ZERO)
     assert held.state[ANGLE, KNEE] == 0.0
+    for _ in range(200):
+        held.update(ZERO + 0.101 / stretch, ZERO, ZERO)
+    assert held.state[ANGLE, KNEE] > 0.0
     torque = settled(parameters, ZERO + 0.02, ZERO)[KNEE]
     ideal = 0.02 * stretch * gear / (stretch + gear)
     assert 0.0 < abs(ideal - torque) <= 0.1 * gear / (stretch + gear) * 1.001
+
+
+def test_dry_friction_slows_a_coasting_rotor_as_its_torque_does():
+    """The speed falls by J w' = -friction - loss w, whose solution is an exponential."""
+    parameters = replace(
+        SMOOTH, servo_friction=0.1, gear_stiffness=1.0, gear_damping=0.0, backlash_deg=3.0
+    )
+    servos, first, count = Servos(parameters, CARRIED), 1.0, 10
+    servos.reset(ZERO, ZERO)
+    servos.state[RATE] = first  # so slow that it stays inside the backlash
+    for _ in range(count):
+        servos.update(servos.state[ANGLE], ZERO, ZERO)
+    per_time, time = BACK_EMF / parameters.rotor_inertia, 0.001 * count
+    exact = (first + 0.1 / BACK_EMF) * np.exp(-per_time * time) - 0.1 / BACK_EMF
+    assert servos.state[RATE, KNEE] == pytest.approx(exact, abs=0.02 * (first - exact))
 
 
 def test_inside_the_backlash_the_gears_do_not_touch():

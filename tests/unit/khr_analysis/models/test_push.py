@@ -15,6 +15,7 @@ from khr_analysis.models.pendulum import GRAVITY, Pendulum
 from khr_analysis.models.push import capture_force, largest_push, simulate_push
 from khr_analysis.models.tipping import (
     ForcePulse,
+    Physical,
     PushLoop,
     tipping_angle,
     tipping_force,
@@ -77,6 +78,25 @@ def test_the_closed_form_has_its_limits():
     )
     # More inertia about the edge: slower to tip, so a short push may be larger.
     assert capture_force(P, 1.2 * P.inertia, 0.1) > 1.05 * capture_force(P, P.inertia, 0.1)
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-3.0, 3.0), st.floats(0.0, 8.0), st.floats(-0.3, 0.3))
+def test_on_its_edge_the_physical_foot_obeys_newton(lean, rate, force, inclination):
+    """The ground's force follows from the motion; normal to the ground it must be |torque|/b."""
+    stiff = Pid(4000.0, 0.0, 0.0)
+    loop = PushLoop(pid=stiff, inclination=inclination, step=1e-3)
+    model = Physical(loop, ForcePulse(force))
+    _, acceleration, _ = model.derivative((lean, rate, 0.0), force)
+    angle = lean + inclination
+    x = P.length * (math.cos(angle) * acceleration - math.sin(angle) * rate**2)
+    z = -P.length * (math.sin(angle) * acceleration + math.cos(angle) * rate**2)
+    ground = P.mass * x - force, P.mass * (z + GRAVITY)
+    normal = ground[0] * math.sin(inclination) + ground[1] * math.cos(inclination)
+    load = P.gravity_moment * math.sin(angle) + force * P.length * math.cos(angle)
+    torque = P.inertia * acceleration - load
+    assert abs(torque) <= normal * P.half_foot + 1e-9
+    if abs(lean) > 0.01:  # the servo asks for far more than the foot carries
+        assert abs(torque) == pytest.approx(normal * P.half_foot, abs=1e-9)
 
 
 @pytest.mark.parametrize('form', FORMS)
