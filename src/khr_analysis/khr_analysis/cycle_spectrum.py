@@ -11,6 +11,7 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
@@ -138,6 +139,24 @@ class Walks:
             return np.nan, np.zeros(len(self.records))
         place = inside[np.argmax(self.amplitude[inside])]
         return float(self.frequency[place]), np.asarray(self.amplitudes[:, place])
+
+    def chance(self, place: int) -> float:
+        """Return how probably noise makes a bin as high as it is, 0 to 1.
+
+        The noise is taken to be as strong as in the bins between the lines within a line and a
+        half, its two neighbours left out. Powers of noise are exponential, so the ratio of the
+        means has Fisher's distribution.
+        """
+        reach = 3 * self.cycles // 2
+        around = np.arange(max(1, place - reach), min(self.frequency.size, place + reach + 1))
+        around = around[self.between[around] & (np.abs(around - place) > 1)]
+        power = self.amplitudes**2
+        floor = float(power[:, around].mean()) if around.size else 0.0
+        if floor == 0.0:
+            return 0.0 if self.amplitude[place] > 0.0 else 1.0
+        seeds = len(self.records)
+        ratio = float(power[:, place].mean()) / floor
+        return float(stats.f.sf(ratio, 2 * seeds, 2 * seeds * around.size))
 
     def locked_share(self, frequency: float) -> float:
         """Return how much of what one cycle shows at a frequency repeats in every one, 0 to 1.

@@ -3,7 +3,8 @@
 A line of the gait stays at its number n when the cycle T changes and needs neither feedback nor
 slipping; a resonance of the feedback stays at its frequency and changes with the gains; what
 slipping makes is gone on ground that does not let the soles slip. Each experiment compares walks
-that differ in one thing, and speaks for the origins that would give what it found.
+that differ in one thing. It speaks for an origin only by what no noise would show: a peak that
+stays when the feedback is taken away is not thereby the gait's, it is only not the feedback's.
 """
 
 from __future__ import annotations
@@ -22,16 +23,37 @@ Array = NDArray[np.float64]
 Origin = Literal['gait', 'feedback', 'slipping']
 
 LEFT = 1.0 / 3.0  # of a peak; with less of it left it has vanished
+MOVED = 1.5  # bins by which another cycle must move a line to tell it from a fixed frequency
+APART = 0.75  # bins from the other cycle's lines at which a fixed frequency is none of them
+LOCKED = 0.5  # share of a peak's power that repeats in every cycle if the gait makes it
+ORIGINS: tuple[Origin, ...] = ('gait', 'feedback', 'slipping')
 GAINS = ('ankle_gain', 'hip_gain')
 
 
 @dataclass(frozen=True)
 class Evidence:
-    """What one experiment says of a peak; it may speak for several origins, or for none."""
+    """What one experiment says of a peak: which origins it speaks for, and against which."""
 
     experiment: str
     speaks_for: frozenset[Origin]
+    speaks_against: frozenset[Origin]
     words: str
+
+    def agrees(self, origin: Origin) -> bool:
+        """Say whether it speaks for an origin, or against others alone."""
+        if self.speaks_for:
+            return origin in self.speaks_for
+        return bool(self.speaks_against) and origin not in self.speaks_against
+
+
+def _only(experiment: str, words: str, *origins: Origin) -> Evidence:
+    """Return evidence for some origins, which excludes the others."""
+    return Evidence(experiment, frozenset(origins), frozenset(ORIGINS) - {*origins}, words)
+
+
+def _not(experiment: str, words: str, *origins: Origin) -> Evidence:
+    """Return evidence that excludes some origins and is for none."""
+    return Evidence(experiment, frozenset(), frozenset(origins), words)
 
 
 @dataclass(frozen=True)
@@ -131,44 +153,72 @@ def _controlled(treatment: Treatment) -> bool:
 
 
 def _place(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
-    order = base.order(peak.frequency)
     if peak.line is not None:
-        return Evidence('place', frozenset({'gait'}), f'on line {peak.line} of the cycle')
-    return Evidence(
-        'place', frozenset({'feedback', 'slipping'}), f'between the lines, n = {order:.2f}'
-    )
+        words = f'on line {peak.line} of the cycle'
+        return Evidence('place', frozenset({'gait'}), frozenset(), words)
+    words = f'between the lines, n = {base.order(peak.frequency):.2f}'
+    return _only('place', words, 'feedback', 'slipping')
+
+
+def _repeats(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
+    """Ask whether it is the same in every cycle: synchronous averaging."""
+    locked = base.locked_share(peak.frequency)
+    words = f'{locked:.0%} of its power repeats in every cycle'
+    if locked >= LOCKED:
+        return Evidence('repeats', frozenset({'gait'}), frozenset(), words)
+    return _not('repeats', words, 'gait')
 
 
 def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it stays at its number n, or at its frequency, when the cycle changes."""
-    said: list[Literal['n', 'Hz', '']] = []
-    for reference, other in _pairs(peak, base, others, {'cycle_period'}):
-        moved = peak.frequency * reference.treatment.cycle_period / other.treatment.cycle_period
-        if abs(moved - peak.frequency) < 1.5 * peak.spacing:
-            continue
-        least = LEFT * peak.in_walks(reference).mean()
-        reach = 1.5 * peak.spacing
-        scaled = (
-            other.at_line(peak.line)
-            if peak.line is not None
-            else other.strongest_between(moved - reach, moved + reach)[1]
-        ).mean() >= least
-        fixed = (
-            other.strongest_between(peak.frequency - reach, peak.frequency + reach)[1].mean()
-            >= least
-        )
-        said.append('' if scaled == fixed else 'n' if scaled else 'Hz')
+    said = [
+        _stays(peak, reference, other)
+        for reference, other in _pairs(peak, base, others, {'cycle_period'})
+        if _separates(peak, reference, other)
+    ]
     if not said:
         return None
-    if set(said) == {'n'}:
-        return Evidence('cycle', frozenset({'gait'}), 'stays at its n with another cycle')
-    if set(said) == {'Hz'}:
-        return Evidence(
-            'cycle',
-            frozenset({'feedback', 'slipping'}),
-            'stays at its frequency with another cycle',
+    decided = {each for each in said if each}
+    if decided == {'n'}:
+        return _only('cycle', 'stays at its n with another cycle', 'gait')
+    if decided == {'Hz'}:
+        return _only('cycle', 'stays at its frequency with another cycle', 'feedback', 'slipping')
+    return _not('cycle', 'another cycle does not show whether n or Hz stays')
+
+
+def _separates(peak: TracedPeak, reference: Walks, other: Walks) -> bool:
+    """Say whether another cycle can tell a line from a fixed frequency.
+
+    It must move the line by more than the resolution, and have no line of its own where the
+    frequency stays: 11/2.31 is 10/2.1.
+    """
+    moved = peak.frequency * reference.treatment.cycle_period / other.treatment.cycle_period
+    order = other.order(peak.frequency)
+    return (
+        abs(moved - peak.frequency) >= MOVED * peak.spacing
+        and abs(order - round(order)) * other.cycles >= APART
+    )
+
+
+def _stays(peak: TracedPeak, reference: Walks, other: Walks) -> Literal['n', 'Hz', '']:
+    """Say what of a peak stays with another cycle; nothing if both seem to, or neither."""
+    reach = MOVED * peak.spacing
+    least = LEFT * peak.in_walks(reference).mean()
+
+    def found(frequency: float) -> bool:
+        return bool(
+            other.strongest_between(frequency - reach, frequency + reach)[1].mean() >= least
         )
-    return Evidence('cycle', frozenset(), 'another cycle does not show whether n or Hz stays')
+
+    if peak.line is not None:
+        scaled = bool(other.at_line(peak.line).mean() >= least)
+    else:
+        ratio_of_cycles = reference.treatment.cycle_period / other.treatment.cycle_period
+        scaled = found(peak.frequency * ratio_of_cycles)
+    fixed = found(peak.frequency)
+    if scaled == fixed:
+        return ''
+    return 'n' if scaled else 'Hz'
 
 
 def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -184,52 +234,36 @@ def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | 
     ]
     words = ', '.join(f'{label} {each.words}' for label, each in found)
     if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for _, each in found):
-        return Evidence('gain', frozenset({'feedback'}), f'comes or goes with the gain: {words}')
+        return _only('gain', f'comes or goes with the gain: {words}', 'feedback')
     if any(each.changed for _, each in found):
-        speaks: frozenset[Origin] = (
-            frozenset() if peak.line is not None else frozenset({'feedback'})
-        )
-        return Evidence('gain', speaks, f'grows or shrinks with the gain: {words}')
+        words = f'grows or shrinks with the gain: {words}'
+        # the loop shapes what the gait drives, so a line may do so too
+        return _not('gain', words) if peak.line is not None else _only('gain', words, 'feedback')
     if not any(np.isfinite(each.low) for _, each in found):
-        return Evidence('gain', frozenset(), f'one seed shows no scatter: {words}')
-    return Evidence(
-        'gain',
-        frozenset({'gait', 'slipping'}),
-        f'the gain does not matter beyond the seeds: {words}',
-    )
+        return _not('gain', f'one seed shows no scatter: {words}')
+    return _not('gain', f'the gain does not matter beyond the seeds: {words}', 'feedback')
 
 
 def _feedback(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it is there without feedback."""
-    without = frozenset[Origin]({'gait', 'slipping'})
     if not _controlled(base.treatment):
-        return Evidence('no feedback', without, 'there is no feedback')
-    return _absent(
+        return _not('no feedback', 'there is no feedback', 'feedback')
+    pairs = _pairs(
         peak,
-        _pairs(
-            peak,
-            base,
-            others,
-            set(GAINS),
-            lambda one, other: _controlled(one) and not _controlled(other),
-        ),
-        'no feedback',
-        'without feedback',
-        frozenset({'feedback'}),
-        without,
+        base,
+        others,
+        set(GAINS),
+        lambda one, other: _controlled(one) and not _controlled(other),
     )
+    return _absent(peak, pairs, 'no feedback', 'without feedback', 'feedback')
 
 
 def _grip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it is there on ground that does not let the soles slip."""
-    return _absent(
-        peak,
-        _pairs(peak, base, others, {'friction'}, lambda one, other: other.friction > one.friction),
-        'no slipping',
-        'with more friction',
-        frozenset({'slipping'}),
-        frozenset({'gait', 'feedback'}),
+    pairs = _pairs(
+        peak, base, others, {'friction'}, lambda one, other: other.friction > one.friction
     )
+    return _absent(peak, pairs, 'no slipping', 'with more friction', 'slipping')
 
 
 def _absent(
@@ -237,9 +271,9 @@ def _absent(
     pairs: list[tuple[Walks, Walks]],
     experiment: str,
     words: str,
-    if_vanished: frozenset[Origin],
-    if_not: frozenset[Origin],
+    removed: Origin,
 ) -> Evidence | None:
+    """Ask whether it is there without one possible origin."""
     if not pairs:
         return None
     found = [
@@ -248,8 +282,8 @@ def _absent(
     ]
     text = f'{words} {", ".join(each.words for each in found)}'
     if any(each.vanished for each in found):
-        return Evidence(experiment, if_vanished, f'vanishes {text}')
-    return Evidence(experiment, if_not, f'stays {text}')
+        return _only(experiment, f'vanishes {text}', removed)
+    return _not(experiment, f'stays {text}', removed)
 
 
 def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
@@ -257,14 +291,15 @@ def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     coherence, limit = base.slip_coherence(peak.frequency)
     words = f'coherence with the slip speed {coherence:.2f}, chance stays below {limit:.2f}'
     if coherence <= limit:
-        return Evidence('slip', frozenset({'gait', 'feedback'}), words)
-    if base.locked_share(peak.frequency) >= 0.5:
-        return Evidence('slip', frozenset(), f'{words}, but most of it repeats in every cycle')
-    return Evidence('slip', frozenset({'slipping'}), words)
+        return _not('slip', words, 'slipping')
+    if base.locked_share(peak.frequency) >= LOCKED:
+        return _not('slip', f'{words}, but most of it repeats in every cycle')
+    return _only('slip', words, 'slipping')
 
 
 EXPERIMENTS: tuple[Callable[[TracedPeak, Walks, Sequence[Walks]], Evidence | None], ...] = (
     _place,
+    _repeats,
     _cycle,
     _gain,
     _feedback,

@@ -1,6 +1,8 @@
 """Where a spectral line comes from: the gait, the feedback or slipping, as experiments show.
 
-The origin that most experiments of :mod:`khr_analysis.evidence` speak for is a peak's label.
+A peak must stand out of what lies between the lines around it, and a label needs experiments of
+:mod:`khr_analysis.evidence` that speak for it: what nothing speaks for is unexplained, not the
+gait's. :mod:`khr_analysis.null_rates` says how often noise passes all the same.
 """
 
 from __future__ import annotations
@@ -13,16 +15,21 @@ import numpy as np
 from scipy import stats
 
 from khr_analysis.cycle_spectrum import Walks
-from khr_analysis.evidence import EXPERIMENTS, Array, Evidence, Origin, TracedPeak
+from khr_analysis.evidence import EXPERIMENTS, ORIGINS, Array, Evidence, Origin, TracedPeak
 
 Sureness = Literal['high', 'medium', 'low']
 
 PEAKS_PER_CYCLE = 4  # f_0 = 4/T
+SPEAKING = 2  # experiments that must speak for a label
+CHANCE = 0.05  # of one false peak or more in a spectrum of noise
 RULE = (
-    'high: at least four experiments speak for the label, none against, and averaging over '
-    'cycles agrees; medium: at least three for, and one of these conditions short of high; '
-    'low: anything less, or an amplitude whose interval over the seeds holds 0; one seed has '
-    'no interval and is short of high'
+    'a peak stands out of the bins between the lines within a line and a half of it (F test; in '
+    'one of 20 spectra of noise one does). Its label is the origin that at least two experiments '
+    'speak for, and more than speak against it, while some experiment speaks against each other '
+    'origin. High: at least five experiments agree with the label and none speaks against it; '
+    'medium: at least four agree, and one of these conditions short of high; low: anything '
+    'less, or an amplitude whose interval over the seeds holds 0; one seed has no interval and '
+    'is short of high'
 )
 
 
@@ -35,7 +42,9 @@ class Line:
         order: frequency times the cycle: a line of the gait has a whole number.
         amplitude: mean over the seeds, rad/s.
         low, high: its 95 % interval over the seeds; nan with one seed.
-        origin: what most experiments speak for; None if they tie.
+        chance: that noise as strong as what lies around it between the lines is as high.
+        stands: whether it stands out of that noise.
+        origin: what the experiments speak for; None if nothing, or if they tie.
         label: the origin in words, with the number of the line.
         sure: by ``RULE``.
         locked: share of its power that repeats in every cycle, from averaging over cycles.
@@ -46,6 +55,8 @@ class Line:
     amplitude: float
     low: float
     high: float
+    chance: float
+    stands: bool
     origin: Origin | None
     label: str
     sure: Sureness
@@ -54,7 +65,7 @@ class Line:
 
 
 def origins(base: Walks, others: Sequence[Walks], threshold: float = 0.1) -> tuple[Line, ...]:
-    """Label every peak of a walk's spectrum from ``threshold`` of the largest on.
+    """Label every peak of a walk's spectrum that stands out, from ``threshold`` of the largest on.
 
     Args:
         base: the walks whose spectrum is explained.
@@ -66,14 +77,19 @@ def origins(base: Walks, others: Sequence[Walks], threshold: float = 0.1) -> tup
     places = 1 + np.flatnonzero(
         (inner > height[:-2]) & (inner >= height[2:]) & (inner >= threshold * height[1:].max())
     )
-    return tuple(_label(_peak(base, int(place)), base, others) for place in places)
+    found = (_label(int(place), base, others) for place in places if _stands(base, int(place)))
+    return tuple(found)
+
+
+def _stands(base: Walks, place: int) -> bool:
+    return base.chance(place) <= CHANCE / base.frequency.size
 
 
 def strongest_near(base: Walks, others: Sequence[Walks], frequency: float, reach: float) -> Line:
     """Label the highest bin within ``reach`` of a frequency, Hz, however low it is."""
     inside = np.flatnonzero(np.abs(base.frequency - frequency) <= reach)
     place = inside[np.argmax(base.amplitude[inside])]
-    return _label(_peak(base, int(place)), base, others)
+    return _label(int(place), base, others)
 
 
 def _peak(base: Walks, place: int) -> TracedPeak:
@@ -90,18 +106,12 @@ def _peak(base: Walks, place: int) -> TracedPeak:
     return TracedPeak(frequency, None, spacing)
 
 
-def _label(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Line:
+def _label(place: int, base: Walks, others: Sequence[Walks]) -> Line:
+    peak = _peak(base, place)
     said = (experiment(peak, base, others) for experiment in EXPERIMENTS)
     evidence = tuple(each for each in said if each)
-    locked = base.locked_share(peak.frequency)
-    votes: dict[Origin, int] = {
-        origin: sum(origin in each.speaks_for for each in evidence)
-        for origin in ('gait', 'feedback', 'slipping')
-    }
-    most = max(votes.values())
-    leaders = [origin for origin, count in votes.items() if count == most]
-    origin = leaders[0] if len(leaders) == 1 else None
-    against = sum(bool(each.speaks_for) for each in evidence) - most
+    stands = _stands(base, place)
+    origin = _origin(evidence) if stands else None
     amplitudes = peak.in_walks(base)
     low, high = _interval(amplitudes)
     return Line(
@@ -110,18 +120,32 @@ def _label(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Line:
         float(amplitudes.mean()),
         low,
         high,
+        base.chance(place),
+        stands,
         origin,
-        _words(origin, peak, base),
-        _sure(
-            origin,
-            most,
-            against,
-            (locked >= 0.5) == (origin == 'gait'),
-            None if np.isnan(low) else low <= 0.0,
-        ),
-        locked,
+        _words(origin, peak, base) if stands else 'no peak',
+        _sure(origin, evidence, None if np.isnan(low) else low <= 0.0),
+        base.locked_share(peak.frequency),
         evidence,
     )
+
+
+def _origin(evidence: Sequence[Evidence]) -> Origin | None:
+    """Return the origin that enough experiments speak for and that no other rivals."""
+
+    def speaking(origin: Origin) -> int:
+        return sum(origin in each.speaks_for for each in evidence)
+
+    def against(origin: Origin) -> int:
+        return sum(origin in each.speaks_against for each in evidence)
+
+    found = [
+        origin
+        for origin in ORIGINS
+        if speaking(origin) >= max(SPEAKING, against(origin) + 1)
+        and all(against(other) for other in ORIGINS if other != origin)
+    ]
+    return found[0] if len(found) == 1 else None
 
 
 def _interval(values: Array) -> tuple[float, float]:
@@ -131,11 +155,13 @@ def _interval(values: Array) -> tuple[float, float]:
     return float(values.mean()) - half, float(values.mean()) + half
 
 
-def _sure(
-    origin: Origin | None, votes: int, against: int, checked: bool, scattered: bool | None
-) -> Sureness:
-    short = (votes < 4) + against + (not checked) + (scattered is None)
-    if origin is None or scattered or votes < 3 or short > 1:
+def _sure(origin: Origin | None, evidence: Sequence[Evidence], scattered: bool | None) -> Sureness:
+    if origin is None:
+        return 'low'
+    agreeing = sum(each.agrees(origin) for each in evidence)
+    against = sum(origin in each.speaks_against for each in evidence)
+    short = (agreeing < 5) + against + (scattered is None)
+    if scattered or agreeing < 4 or short > 1:
         return 'low'
     return 'medium' if short else 'high'
 

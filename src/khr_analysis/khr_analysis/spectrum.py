@@ -27,7 +27,8 @@ class FftAnalyserParameters:
 
     window_length: float = parameter(
         2.31,
-        'Length of the window, rounded to whole control periods; the default is one gait cycle.',
+        'Length of the window, rounded to whole control periods; khr makes it one gait cycle '
+        'unless the scenario states it.',
         unit='s',
         minimum=0.1,
         maximum=60.0,

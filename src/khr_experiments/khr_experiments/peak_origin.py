@@ -254,16 +254,17 @@ def settle(peak: PublishedPeak, walks: Sequence[Walks], bands: Sequence[Band]) -
     share = line.amplitude / float(own.amplitude[1:].max())
     settled = Settled(peak, own, line, share, near, '', 'low')
     ringing = settled.holding
-    if share >= PEAK and line.origin == 'gait':
+    stands = line.stands and share >= PEAK
+    if stands and line.origin == 'gait':
         if not ringing:
             return replace(settled, verdict=f'{line.label}: the gait', sure=line.sure)
         return replace(settled, verdict=f'{line.label}: the gait, where the loop rings too')
-    if share >= PEAK and line.origin is not None:
+    if stands and line.origin is not None:
         return replace(settled, verdict=line.label, sure=line.sure)
-    if share >= PEAK:
+    if stands:
         return replace(
             settled,
-            verdict='not settled: the experiments on the peak there tie'
+            verdict='not settled: the experiments do not explain the peak there'
             + (', and the loop rings' if ringing else ''),
         )
     if ringing:

@@ -19,11 +19,11 @@ SHOWN = (
     'as it is',
     'K_A 18',
     'K_H 13',
-    'T 2.1 s',
+    'T 2.145 s',
     '5 deg',
     '5 deg, no feedback',
     '5 deg, mu 0.8',
-    '5 deg, T 2.6 s',
+    '5 deg, T 2.55 s',
     '5 deg, K_A 30',
     '5 deg, K_H 24',
 )

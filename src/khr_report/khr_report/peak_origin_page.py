@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import degrees, isnan
 from pathlib import Path
 
 import numpy as np
 
-from khr_analysis.cycle_spectrum import HIGHEST, Walks
+from khr_analysis.cycle_spectrum import HIGHEST
 from khr_analysis.line_chance import chance_within, places
 from khr_analysis.models.thesis import GAIT_PERIOD
+from khr_analysis.null_rates import null_rates
 from khr_analysis.origin import RULE, Line
 from khr_common.files import write_text
 from khr_experiments.peak_origin import (
@@ -37,7 +38,7 @@ def blocks(found: PeakStudy) -> list[Block]:
     base = found.walks[0]
     return [
         _lead(found.origins),
-        Passage(f'The peaks of {found.scenario}, {base.label}', _peaks(base, found.lines)),
+        Passage(f'The peaks of {found.scenario}, {base.label}', _peaks(found)),
         Passage('Between the lines', _between(found.bands)),
         Passage("The thesis's four control frequencies", _published(found.published)),
         Passage('Evidence', _evidence(found.lines)),
@@ -102,9 +103,13 @@ LINE_COLUMNS: Columns[Line] = {
 }
 
 
-def _peaks(base: Walks, lines: Sequence[Line]) -> tuple[Block, ...]:
+def _peaks(found: PeakStudy) -> tuple[Block, ...]:
+    base, lines = found.walks[0], found.lines
     if not lines:
-        return ('The spectrum has no peak.',)
+        return (
+            'The spectrum has no peak that stands out of what lies between its lines.',
+            f'The rule: {RULE}.',
+        )
     of_gait = sum(line.origin == 'gait' for line in lines)
     strongest = max(lines, key=lambda line: line.amplitude)
     return (
@@ -113,11 +118,30 @@ def _peaks(base: Walks, lines: Sequence[Line]) -> tuple[Block, ...]:
         f'of at least {PEAK:.0%} of the largest come from the gait; the largest is '
         f'{strongest.label} at {strongest.frequency:.2f} Hz. {base.repeating_share():.1%} of the '
         f"pitch rate's variance up to {HIGHEST:g} Hz lies on lines of the gait (chance: "
-        f'{1.0 / base.cycles:.0%}). The last column, a second method, is the share of the power '
-        'that repeats in every cycle.',
+        f'{1.0 / base.cycles:.0%}). The last column is the share of the power that repeats in '
+        'every cycle (synchronous averaging).',
         table(lines, LINE_COLUMNS),
-        f'How sure: {RULE}. By the resolution, a peak anywhere is on a line with a chance of '
+        f'The rule: {RULE}. By the resolution, a peak anywhere is on a line with a chance of '
         f'{chance_within(0.5 / base.cycles):.0%}.',
+        _null_rates(found),
+    )
+
+
+def _null_rates(found: PeakStudy) -> str:
+    """Say how often these experiments would be wrong."""
+    rates = null_rates(found.walks, PEAK)
+
+    def counted(labels: Mapping[str, int]) -> str:
+        return (
+            f'{labels["gait"]} called gait, {labels["feedback"]} feedback, '
+            f'{labels["slipping"]} slipping and {labels["unexplained"]} left unexplained'
+        )
+
+    return (
+        f'How often that is wrong: in {rates.spectra} invented sets of walks like these, white '
+        f'noise alone had {rates.noise.total()} peaks, {counted(rates.noise)}; the lines of this '
+        f'gait in noise as strong as here between them had {rates.gait.total()}, '
+        f'{counted(rates.gait)}.'
     )
 
 
@@ -186,8 +210,8 @@ def _rule(settled: Sequence[Settled]) -> str:
     text = (
         f'From {PEAK:.0%} of the largest amplitude on, the verdict is the label of the line '
         'there, as above, with low sureness where the loop rings too; a line whose experiments '
-        'tie settles nothing. Below that nothing stands out, and the verdict is control if a '
-        'loop rings there: medium if more than half of two or more comparisons have a band '
+        'do not explain it settles nothing. Below that nothing stands out, and the verdict is '
+        'control if a loop rings there: medium if more than half of two or more comparisons have a band '
         'around the frequency, else low.'
     )
     if widths:

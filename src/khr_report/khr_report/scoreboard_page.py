@@ -58,7 +58,8 @@ TRENDS_TEXT = f"""At the thesis's inclination if most seeds stay up there, else 
 {COMMON_DEG:g} deg."""
 EXPLANATIONS_TEXT = """For each limit that misses, the limit of seed 0 is measured again with one
 change at a time; the numbers are degrees gained or lost. The changes are not calibrations: what
-moves one limit moves the fitted ones as well."""
+moves one limit moves the fitted ones as well. Differences under 0.2 deg are noise: half the physics
+step turns single verdicts within 0.2 deg of a limit, and moves no limit further."""
 MOTIONS = {
     'walk': 'Walking:',
     'leg_lift': """Standing. A rate is zero at rest, so feedback of a rate, (3.14), supports no

@@ -26,8 +26,8 @@ BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, the slope of the torque-sp
 SUPPLY = 11.1  # V
 POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assumed)
 # A step h resolves a spring k and a damper d on an inertia I while k h^2 <= I and d h <= I / 2 (a
-# symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: the
-# spring of the head, which carries nothing, and the dampers of head, forearms and feet.
+# symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: at the
+# defaults spring and damper of the head, which carries next to nothing, and no others.
 SPRING_LIMIT, DAMPER_LIMIT = 1.0, 0.5
 ANGLE, RATE, INTEGRAL, COMMAND = range(4)  # rows of the state
 

@@ -1,8 +1,10 @@
 """Scenario files: those shipped are sound, and a mistake is one line with what is accepted."""
 
+import numpy as np
 import pytest
 import yaml
 
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import StageParameters
@@ -161,6 +163,23 @@ def test_a_leg_lift_starts_when_the_board_has_been_tilted(inclination_deg, start
     assert stated.table(table_of('gait')).start_delay == 1.25
     on_the_slope = lift.changed({('simulator', 'level_start'): False})
     assert on_the_slope.table(table_of('gait')).start_delay == table_of('gait')().start_delay
+
+
+@pytest.mark.parametrize('period', [2.1, 2.4, 3.0])
+def test_the_spectrum_follows_the_period_of_the_gait(period):
+    """In a window of one cycle a gait of even lines has no odd ones."""
+    walk = scenarios.load('walk_0deg').changed({('gait', 'cycle_period'): period})
+    analyser = walk.table(FftAnalyserParameters)
+    assert analyser.window_length == period
+    time = np.arange(analyser.size) * analyser.control_period
+    found = spectrum(sum(np.cos(2 * np.pi * n * time / period) for n in (2, 4, 6)), analyser)
+    assert found.amplitude[1:9:2].max() < 0.01
+    assert [peak.label for peak in found.peaks if peak.label == 'f_0'] == ['f_0']
+    for controller in ('ankle_controller', 'hip_controller'):
+        assert walk.table(table_of(controller)).reference_frequency == 4.0 / period
+    own = walk.changed({('fft_analyser', 'window_length'): 4.8})
+    assert own.table(FftAnalyserParameters).window_length == 4.8
+    assert scenarios.load('walk_0deg').table(FftAnalyserParameters) == FftAnalyserParameters()
 
 
 def test_nodes_of_a_run_are_those_that_it_needs():
