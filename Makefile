@@ -8,7 +8,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/pip --quiet --disable-pip-version-check
 PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadfile
-PACKAGES := $(wildcard ./src/khr_*)
+PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
@@ -50,8 +50,8 @@ chaos: tools
 lint: tools
 	$(BIN)/ruff format --check --quiet src tests examples
 	$(BIN)/ruff check src tests examples
-	$(BIN)/mypy src/khr_*/khr_*
-	PYTHONPATH=$$(echo src/khr_* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
+	$(BIN)/mypy src/khr*/khr*
+	PYTHONPATH=$$(echo src/khr* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 docs: install
 	$(BIN)/python -m khr_report.docs_generator

@@ -10,7 +10,7 @@ import pytest
 
 from tests import ROOT
 
-PACKAGES = sorted((ROOT / 'src').glob('khr_*'))
+PACKAGES = sorted((ROOT / 'src').glob('khr*'))
 ROS = {
     'builtin_interfaces',
     'diagnostic_msgs',

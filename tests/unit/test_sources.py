@@ -7,7 +7,7 @@ import pytest
 
 from tests import ROOT
 
-PACKAGES = sorted(path for path in (ROOT / 'src').glob('khr_*') if (path / 'setup.py').is_file())
+PACKAGES = sorted(path for path in (ROOT / 'src').glob('khr*') if (path / 'setup.py').is_file())
 LARGEST = 5000  # lines of a package
 
 

@@ -136,6 +136,16 @@ def changes(events: Sequence[Any]) -> list[Change]:
     return found
 
 
+def final_state(states: Sequence[Any]) -> dict[str, str]:
+    """Return what the simulator said at the end of a run; nothing if the bag has no end.
+
+    Args:
+        states: the messages on ``simulator/state``.
+    """
+    finished = [message for message in states if message.message == 'finished']
+    return {pair.key: pair.value for pair in finished[-1].values} if finished else {}
+
+
 def _place(bag: Path) -> Path:
     return bag / 'bag' if (bag / 'bag').is_dir() else bag
 

@@ -199,6 +199,16 @@ class _Table:
 
 def series_of(messages: Messages) -> Series:
     """Put the messages of a bag on TOPICS together; what it lacks is NaN."""
+    return series_and_outcome(messages)[0]
+
+
+def series_and_outcome(messages: Messages) -> tuple[Series, Outcome | None]:
+    """Put the messages of a bag on TOPICS together, and judge the run by them.
+
+    Returns:
+        The signals, NaN where the bag lacks them, and what became of the robot; None if the bag
+        has no instant whole.
+    """
     tables = {topic: _Table(messages[topic]) for topic in SAMPLED}
     times = np.unique(np.concatenate([table.stamps for table in tables.values()]))
     scenario = scenario_in(messages)
@@ -212,15 +222,16 @@ def series_of(messages: Messages) -> Series:
     monitor = OutcomeMonitor(scenario.table(MonitorParameters))
     judged = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
     rows = zip(times.tolist(), *(tables[topic].rows(times) for topic in judged), strict=True)
-    way = np.fromiter(
-        (_way(monitor, time, dict(zip(judged, row, strict=True))) for time, *row in rows),
-        dtype=(np.float64, 2),
-        count=len(times),
-    )
-    distance, slip = way.T
+    outcome: Outcome | None = None
+    distance, slip = np.full((2, len(times)), np.nan)
+    for index, (time, *row) in enumerate(rows):
+        seen = _judged(monitor, time, dict(zip(judged, row, strict=True)))
+        if seen is not None:
+            outcome = seen
+            distance[index], slip[index] = seen.distance, seen.slip_distance
     turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
     seconds = np.array(times, dtype=np.float64) / 1e9
-    return Series(
+    series = Series(
         time=seconds,
         inclination=column(TRUE_INCLINATION, 0),
         pitch=np.array([_pitch(*turn) for turn in turns], dtype=np.float64),
@@ -234,6 +245,7 @@ def series_of(messages: Messages) -> Series:
         distance=distance,
         slip=slip,
     )
+    return series, outcome
 
 
 def scenario_in(messages: Messages) -> Scenario:
@@ -246,15 +258,14 @@ def scenario_in(messages: Messages) -> Scenario:
     return Scenario('', {})
 
 
-def _way(monitor: OutcomeMonitor, time: int, signals: dict[Topic, Any]) -> tuple[float, float]:
-    """Return distance and slip, m, at an instant; NaN if what it takes is not there or damaged."""
+def _judged(monitor: OutcomeMonitor, time: int, signals: dict[Topic, Any]) -> Outcome | None:
+    """Return the outcome at an instant; None if what it takes is not there or damaged."""
     if any(numbers is None for numbers in signals.values()):
-        return np.nan, np.nan
+        return None
     try:
-        outcome = monitor.update(Instant.of(time, signals))
+        return monitor.update(Instant.of(time, signals))
     except AnalysisError:
-        return np.nan, np.nan
-    return outcome.distance, outcome.slip_distance
+        return None
 
 
 def _pitch(x: float, y: float, z: float, w: float) -> float:

@@ -176,11 +176,15 @@ def parse_value(node: str, key: str, text: str) -> Any:
     """
     value = read_yaml(text, named(f'{node}.{key}'))
     known = specifications(table_of(node)).get(key) if node in registry() else None
-    if known and known.kind is float and type(value) is int:
-        return float(value)
     if known and known.kind is str and not isinstance(value, str):
         return text
-    return value
+    return typed(node, key, value)
+
+
+def typed(node: str, key: str, value: Any) -> Any:
+    """Return a value as its parameter has it: an integer for a float is taken as that float."""
+    known = specifications(table_of(node)).get(key) if node in registry() else None
+    return float(value) if known and known.kind is float and type(value) is int else value
 
 
 def _natural(stem: str) -> list[Any]:

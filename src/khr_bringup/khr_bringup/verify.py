@@ -9,7 +9,7 @@ from rich.console import Console
 from rich.progress import Progress
 
 from khr_bringup import scenario as scenarios
-from khr_bringup.bags import changes, read_messages
+from khr_bringup.bags import changes, final_state, read_messages
 from khr_bringup.code_version import version_in, version_of
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import table_of
@@ -82,8 +82,7 @@ def read(bag: Path) -> Recorded:
     messages = read_messages(bag, (SCENARIO, STATE, PARAMETER_EVENTS, PUSH))
     if not messages[SCENARIO]:
         raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
-    finished = [message for message in messages[STATE] if message.message == 'finished']
-    state = {pair.key: pair.value for pair in finished[-1].values} if finished else {}
+    state = final_state(messages[STATE])
     if not state.get('trajectory_hash') or not int(state.get('time_ns', 0)):
         raise BringupError(
             f'{bag}: its run has no end, or ended before it began; accepted: the '

@@ -26,6 +26,7 @@ def sweep(
     workers: int | None = None,
     scheduler: str | None = None,
     fast: bool = False,
+    summary: bool = True,
 ) -> int:
     """Compute the missing runs of a sweep and keep them in its folder; return the exit code.
 
@@ -35,6 +36,7 @@ def sweep(
         workers: processes to start on this machine; as many as it has cores by default.
         scheduler: address of a Dask scheduler, whose workers are used instead.
         fast: whether to run the quick form of the specification.
+        summary: whether to print how many runs ended how.
 
     Raises:
         SweepError: if the specification or an option is not accepted.
@@ -53,7 +55,8 @@ def sweep(
         if left:
             count = min(workers or os.cpu_count() or 1, left)
             lost, stopped = _run(specification, folder, len(planned), count, scheduler)
-        _summarise(specification, folder, len(planned))
+        if summary:
+            _summarise(specification, folder, len(planned))
     report_lost(lost)
     return INTERRUPTED if stopped else 1 if lost else 0
 
