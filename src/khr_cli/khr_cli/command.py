@@ -267,6 +267,9 @@ def calibrate(
         typer.Option(help='Free constants and rows; the shipped calibration.yaml if left out.'),
     ] = None,
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
+    members: Annotated[
+        Path, typer.Option(help='The file of the robots that fit to write.')
+    ] = Path('config/ensemble.json'),
     journal: Annotated[
         Path, typer.Option(help='A line per candidate; the same command goes on with it.')
     ] = Path('runs/calibration.jsonl'),
@@ -295,6 +298,7 @@ def calibrate(
             Request(
                 config,
                 out,
+                members,
                 journal,
                 engine,
                 candidates,

@@ -18,6 +18,7 @@ from khr_experiments.calibration_plan import SHIPPED_PLAN, FreeConstant, WantedL
 from khr_experiments.calibration_search import SPREAD, Search, best_of, search
 from khr_experiments.critical import LARGEST_JOBS
 from khr_experiments.ensemble import OPEN, Determined, determined, ensemble
+from khr_experiments.ensemble_file import write_ensemble
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import write_json
 from khr_figures.calibration import correlation_picture, frontier_picture, save
@@ -103,6 +104,7 @@ class Request:
 
     config: Path | None
     out: Path
+    members: Path
     journal: Path
     engine: str
     candidates: int
@@ -160,6 +162,7 @@ def calibrate(request: Request) -> str:
         made, request.journal, request.workers or os.cpu_count() or 1, request.scheduler
     )
     calibration = write(made, robots, request.out)
+    write_ensemble(request.members, made.plan, calibration.found)
     found, constants = calibration.found, calibration.best.constants
     values = ', '.join(f'{name} {value:g}' for name, value in constants.items())
     return (

@@ -26,6 +26,7 @@ from khr_experiments.calibration_objective import (
 from khr_experiments.calibration_plan import FreeConstant, read_plan
 from khr_experiments.calibration_search import Search, best_of, read_journal, search
 from khr_experiments.ensemble import determined, ensemble, thinned, worst_miss
+from khr_experiments.ensemble_file import read_ensemble, spread_of, write_ensemble
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import read_json
 from khr_report.calibration_page import Request, page, write
@@ -270,6 +271,28 @@ def test_page_data_pictures_and_constants_are_written(tmp_path):
         write(SEARCH, [robot(complete=False)], out)
 
 
+def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
+    path = tmp_path / 'ensemble.json'
+    robots = [robot(sway=0.025), robot(sway=0.0255)]
+    write_ensemble(path, PLAN, ensemble(PLAN, robots))
+    members = read_ensemble(path)
+    assert [member.constants['gait.sway'] for member in members] == [0.025, 0.0255]
+    assert spread_of(members)[TITLES[0]] == pytest.approx((5.9, 6.0))
+    path.write_text('{}')
+    with pytest.raises(ExperimentError, match='not an ensemble'):
+        read_ensemble(path)
+
+
+def test_shipped_ensemble_holds_parameters_and_its_best_is_the_default():
+    members = read_ensemble()
+    for member in members:
+        for name, value in member.constants.items():
+            node, key = name.split('.')
+            check(table_of(node), key, value)
+    for name, value in members[0].constants.items() if members else ():
+        assert check_default(name) == value
+
+
 def test_file_of_constants_tells_where_defaults_differ():
     fitted = yaml.safe_load(parameter_file(PLAN, robot(sway=0.011)))
     assert 'gait.sway' in differences(fitted)[0]
@@ -292,7 +315,7 @@ def test_costs_of_rows_are_weighted():
     assert row_costs(heavy, one)[TITLES[0]] == 3.0 * row_costs(PLAN, one)[TITLES[0]]
 
 
-REQUEST = Request(None, 'out', 'journal', 'mujoco', 10, 10, 0, 1, None, 1, None)
+REQUEST = Request(None, 'out', 'members', 'journal', 'mujoco', 10, 10, 0, 1, None, 1, None)
 
 
 @pytest.mark.parametrize(
