@@ -150,6 +150,17 @@ def correlations(plan: CalibrationPlan, found: Ensemble) -> tuple[list[str], Arr
     return names, np.nan_to_num(matrix)
 
 
+def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:
+    """Return pairs of fitted walks: without control, and with one."""
+    walks = [row for row in plan.fitted if row.motion == 'walk']
+    return [
+        (without, controlled)
+        for without in walks
+        for controlled in walks
+        if not without.ka and not without.kh and controlled is not without
+    ]
+
+
 def frontier(
     robots: Sequence[Candidate], without: WantedLimit, controlled: WantedLimit
 ) -> tuple[Array, Array]:

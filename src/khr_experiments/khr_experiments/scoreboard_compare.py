@@ -17,6 +17,7 @@ from khr_experiments.json_file import known, known_all
 from khr_experiments.published import (
     COMMON_DEG,
     F_0,
+    FITTED,
     LIMITS,
     LINE_HZ,
     ORDERS,
@@ -109,7 +110,7 @@ def theory_row() -> LimitRow:
 def order_rows(limits: dict[Condition, Limit]) -> list[OrderRow]:
     """Compare the order of the limits: no control < ankle < ankle and hip."""
     return [
-        OrderRow(6, 'predicted', order, motion, means, undecided=order is None)
+        OrderRow(6, 'fitted', order, motion, means, undecided=order is None)
         for motion, conditions in ORDERS
         for of_motion in [[limits[condition] for condition in conditions]]
         for means in [tuple(limit.mean for limit in of_motion)]
@@ -166,7 +167,7 @@ def walk_row(row: PublishedWalk, walks: Sequence[MeasuredWalk]) -> WalkRow:
     split = row.survives is not None and 0 < len(stayed) < len(walks)
     return WalkRow(
         5,
-        _kind(row.fitted),
+        _kind(row.condition in FITTED),
         None if row.survives is None or split else not differences,
         row.inclination_deg,
         row.condition.title.removeprefix('walk, '),

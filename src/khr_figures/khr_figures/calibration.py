@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from khr_experiments.calibration_objective import Candidate
 from khr_experiments.calibration_plan import CalibrationPlan, WantedLimit
-from khr_experiments.ensemble import Ensemble, correlations, frontier
+from khr_experiments.ensemble import Ensemble, correlations, frontier, gains
 from khr_figures.plot_style import WIDTH, head, panels, styled
 
 GAPS = (1.0, 2.0, 3.0)  # deg between the limits, drawn as lines
@@ -48,11 +48,9 @@ def frontier_picture(
 ) -> Figure:
     """Draw limit with control against limit without, of all candidates, the ensemble and thesis."""
     with styled():
-        walks = [row for row in plan.fitted if row.motion == 'walk']
-        without = next(row for row in walks if not row.ka and not row.kh)
-        controlled = [row for row in walks if row is not without]
-        figure, axes = panels(*(f'walk with {_control(row)}' for row in controlled), height=3.2)
-        for axis, row in zip(axes, controlled, strict=True):
+        pairs = gains(plan)
+        figure, axes = panels(*(f'walk with {_control(row)}' for _, row in pairs), height=3.2)
+        for axis, (without, row) in zip(axes, pairs, strict=True):
             x, y = frontier(robots, without, row)
             axis.plot(x, y, '.', color='0.7', markersize=4, label='candidates')
             axis.plot(*frontier(found.robots, without, row), '.', color='C0', label='ensemble')

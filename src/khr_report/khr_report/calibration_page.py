@@ -17,7 +17,7 @@ from khr_experiments.calibration_objective import Candidate
 from khr_experiments.calibration_plan import SHIPPED_PLAN, FreeConstant, WantedLimit, read_plan
 from khr_experiments.calibration_search import SPREAD, Search, best_of, search
 from khr_experiments.critical import LARGEST_JOBS
-from khr_experiments.ensemble import OPEN, Determined, determined, ensemble
+from khr_experiments.ensemble import OPEN, Determined, determined, ensemble, gains
 from khr_experiments.ensemble_file import write_ensemble
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import write_json
@@ -187,7 +187,8 @@ def write(made: Search, robots: list[Candidate], out: Path) -> Calibration:
     )
     write_json(out.with_suffix('.json'), calibration)
     save(correlation_picture(made.plan, found), pictures(out)[0])
-    save(frontier_picture(made.plan, robots, found), pictures(out)[1])
+    if gains(made.plan):
+        save(frontier_picture(made.plan, robots, found), pictures(out)[1])
     write_text(out, page(calibration, out.stem))
     write_text(out.with_suffix('.yaml'), parameter_file(made.plan, calibration.best))
     return calibration
@@ -239,13 +240,7 @@ def page(calibration: Calibration, stem: str) -> str:
                 f'![Rank correlations of the constants]({stem}_correlations.png)',
             ),
         ),
-        Passage(
-            'Frontier',
-            (
-                _gaps(calibration),
-                f'![Limit with control against limit without]({stem}_frontier.png)',
-            ),
-        ),
+        *_frontier(calibration, stem),
         Passage(
             'Not fitted',
             (
@@ -260,6 +255,14 @@ def page(calibration: Calibration, stem: str) -> str:
     return f'{head}\n{markdown(blocks)}\n'
 
 
+def _frontier(calibration: Calibration, stem: str) -> list[Block]:
+    """Return what control gains over no control, if the plan has such rows."""
+    if not gains(calibration.plan):
+        return []
+    picture = f'![Limit with control against limit without]({stem}_frontier.png)'
+    return [Passage('Frontier', (_gaps(calibration), picture))]
+
+
 def _rows(calibration: Calibration) -> list[_Row]:
     """Return the rows that the ensemble was measured on."""
     rows = []
@@ -272,19 +275,14 @@ def _rows(calibration: Calibration) -> list[_Row]:
 
 def _gaps(calibration: Calibration) -> str:
     """Say what control gains over no control, in the ensemble and in the thesis."""
-    walks = [row for row in calibration.plan.fitted if row.motion == 'walk']
-    without = next((row for row in walks if not row.ka and not row.kh), None)
-    if without is None:
-        return 'No limit without control is fitted.'
-    base = calibration.found.limits(without.condition.title)
     sentences = []
-    for row in walks:
-        if row is without:
-            continue
-        gaps = calibration.found.limits(row.condition.title) - base
+    for without, row in gains(calibration.plan):
+        gap = calibration.found.limits(row.condition.title) - calibration.found.limits(
+            without.condition.title
+        )
         sentences.append(
             f'{row.condition.title}: {row.thesis_deg - without.thesis_deg:.1f} deg in the thesis, '
-            f'{gaps[0]:.1f} with the chosen robot, {np.nanmin(gaps):.1f} to {np.nanmax(gaps):.1f} '
+            f'{gap[0]:.1f} with the chosen robot, {np.nanmin(gap):.1f} to {np.nanmax(gap):.1f} '
             'in the ensemble.'
         )
     return 'What control gains over no control. ' + ' '.join(sentences)

@@ -29,6 +29,7 @@ from khr_experiments.ensemble import determined, ensemble, thinned, worst_miss
 from khr_experiments.ensemble_file import read_ensemble, spread_of, write_ensemble
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import read_json
+from khr_experiments.published import LIMITS
 from khr_report.calibration_page import Request, page, write
 from tests import ROOT
 from tests.fakes.benches import outcome
@@ -48,6 +49,12 @@ def test_shipped_plan_moves_parameters_within_their_ranges_and_knows_no_row_twic
         for constant in plan.constants.values()
         if constant.origin == 'free'
         for name in constant.parameters
+    }
+
+
+def test_scoreboard_calls_fitted_what_the_shipped_plan_fits():
+    assert {row.condition: row.thesis_deg for row in LIMITS if row.fitted} == {
+        row.condition: row.thesis_deg for row in read_plan().fitted
     }
 
 
