@@ -215,7 +215,7 @@ def test_verdicts_are_counted_by_chapter():
     text = scoreboard_page.scoreboard_markdown(board)
     assert text.count('| **miss** |') == 1 and text.count('| pass |') == every.passed
     assert (
-        '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 | - | - | -7.70 | predicted | **miss** |' in text
+        '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 | - | - | -7.70 | fitted | **miss** |' in text
     )
 
 
