@@ -14,11 +14,11 @@ setup(
         (f'share/{package}', ['package.xml']),
         (f'share/{package}/launch', glob('launch/*')),
         *(
-            (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.yaml'))
+            (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.*'))
             for folder in ('', 'scenarios', 'sweeps', 'experiments')
         ),
     ],
-    package_data={'': ['py.typed', '*.xml', 'config/*.yaml', 'config/*/*.yaml']},
+    package_data={'': ['py.typed', '*.xml', 'config/*.json', 'config/*.yaml', 'config/*/*.yaml']},
     install_requires=[
         'khr_common',
         'khr_sim',

@@ -20,6 +20,7 @@ setup(
         'khr_analysis',
         'khr_bringup',
         'khr_sweeps',
+        'cma',
         'distributed',
         'numpy',
         'pyarrow',

@@ -26,6 +26,13 @@ class FeedbackParameters:
         minimum=0.0,
         maximum=60.0,
     )
+    gain_unit: float = parameter(
+        1.0,
+        'A unit of the gain on the gyro, over the unit of the controller board; the amplifier '
+        'between gyro and board is not published.',
+        minimum=0.1,
+        maximum=10.0,
+    )
     limit_deg: float = parameter(
         30.0, 'Largest correction, either way.', unit='deg', minimum=0.0, maximum=60.0
     )
@@ -47,6 +54,14 @@ class BalanceParameters(FeedbackParameters):
         unit='rad/s',
         minimum=0.0,
         maximum=5.0,
+    )
+    reference_offset: float = parameter(
+        0.0,
+        "Constant part of the reference rate, by which the comparator's reference misses the "
+        "gyro's voltage at rest; below 0 the robot leans back.",
+        unit='rad/s',
+        minimum=-1.0,
+        maximum=1.0,
     )
     reference_frequency: float = parameter(
         4.0 / 2.31,
@@ -125,8 +140,9 @@ class BalanceController(FeedbackController[BalanceTable]):
         """
         own = self.parameters
         measured = finite('pitch_rate', pitch_rate, 'rad/s')
-        reference = own.reference_amplitude * cos(tau * own.reference_frequency * time)  # (5.9)
-        return rate_gain(own.gain) * (measured - reference)
+        swing = own.reference_amplitude * cos(tau * own.reference_frequency * time)  # (5.9)
+        reference = own.reference_offset + swing
+        return rate_gain(own.gain * own.gain_unit) * (measured - reference)
 
 
 def finite(name: str, value: float, unit: str) -> float:

@@ -27,7 +27,8 @@ class RollController(FeedbackController[RollControllerParameters]):
 
     def law(self, time: float, signals: Signals) -> float:
         """Return the correction of both ankle rolls, rad."""
-        return rate_gain(self.parameters.gain) * finite('roll_rate', signals[GYRO][0], 'rad/s')
+        own = self.parameters
+        return rate_gain(own.gain * own.gain_unit) * finite('roll_rate', signals[GYRO][0], 'rad/s')
 
 
 ROLL_CONTROLLER = NodeSpec(

@@ -262,16 +262,55 @@ def critical(
 
 @app.command()
 def calibrate(
+    config: Annotated[
+        Path | None,
+        typer.Option(help='Free constants and rows; the shipped calibration.yaml if left out.'),
+    ] = None,
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
-    seed: Annotated[int, typer.Option(help='First seed.')] = 0,
-    seeds: Annotated[int, typer.Option(help='Number of seeds of each fit.')] = 5,
-    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    members: Annotated[
+        Path, typer.Option(help='The file of the robots that fit to write.')
+    ] = Path('config/ensemble.json'),
+    journal: Annotated[
+        Path, typer.Option(help='A line per candidate; the same command goes on with it.')
+    ] = Path('runs/calibration.jsonl'),
+    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'mujoco',
+    candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 400,
+    population: Annotated[int, typer.Option(help='Candidates of a generation.')] = 10,
+    seed: Annotated[int, typer.Option(help='Of the optimiser.')] = 0,
+    seeds: Annotated[int, typer.Option(help='Seeds of each measurement.')] = 2,
+    start: Annotated[
+        Path | None,
+        typer.Option(help='Begin at the best candidate of this journal, not at the defaults.'),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help='Processes on this machine; one per core by default.')
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
+    ] = None,
 ) -> None:
-    """Fit the free constants and document the source of every constant."""
-    from khr_report.calibration_page import write
+    """Search the free constants so that all rows of the thesis come out at once."""
+    from khr_report.calibration_page import Request
+    from khr_report.calibration_page import calibrate as search
 
-    for found in write(out, seed, seeds, jobs):
-        print(f'{found.fit.node}.{found.fit.key}: {found.value:g}')
+    print(
+        search(
+            Request(
+                config,
+                out,
+                members,
+                journal,
+                engine,
+                candidates,
+                population,
+                seed,
+                seeds,
+                start,
+                workers,
+                scheduler,
+            )
+        )
+    )
 
 
 @app.command()

@@ -1,48 +1,53 @@
-"""The source of the simulation's constants, and the rows on which some of them are fitted.
+"""The result of a calibration as data, and the source of the constants that no search moves.
 
-The defaults of the parameter tables are the calibrated constants. A fit moves one constant until
-the robot is on the verge of a fall on one or two rows of the thesis; nothing is fitted per
-scenario.
+The defaults of the parameter tables are the constants of the best robot found; nothing is fitted
+per scenario.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from khr_experiments.critical import Condition
+import yaml
+
+from khr_bringup.node_registry import table_of
+from khr_common import specifications
+from khr_experiments.calibration_objective import Candidate
+from khr_experiments.calibration_plan import CalibrationPlan
+from khr_experiments.ensemble import Ensemble
+
+Parameters = dict[str, dict[str, dict[str, float]]]  # of a ROS 2 parameter file
 
 
 @dataclass(frozen=True)
-class Held:
-    """A row of the thesis on which its robot did not fall."""
-
-    condition: Condition
-    inclination_deg: float
-    text: str
-
-
-@dataclass(frozen=True)
-class Fit:
-    """One fitted constant.
+class Calibration:
+    """What ``khr calibrate`` found.
 
     Attributes:
-        node, key: the parameter.
-        low, high: ends of the search; the robot survives at one and falls at the other.
-        decimals: to which the result is rounded.
-        rows: of the thesis, which the robot must just survive.
+        plan: constants and rows.
+        engine, seed, seeds: of the search.
+        runs: how many it took.
+        found: the robots that fit, the best first.
     """
 
-    node: str
-    key: str
-    low: float
-    high: float
-    decimals: int
-    rows: tuple[Held, ...]
+    plan: CalibrationPlan
+    engine: str
+    seed: int
+    seeds: int
+    runs: int
+    found: Ensemble
+
+    @property
+    def best(self) -> Candidate:
+        """Return the robot that the defaults hold."""
+        return self.found.best
 
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant that matters to the results, and its source.
+    """A constant that matters to the results and that no search moves, and its source.
 
     Attributes:
         node, key: the parameter, whose default is the value.
@@ -56,51 +61,7 @@ class Constant:
     source: str
 
 
-# In this order: a later fit uses the earlier results.
-FITS = (
-    Fit(
-        'gait',
-        'com_stance',
-        -0.009,
-        -0.001,
-        4,
-        (Held(Condition('leg_lift'), 6.4, 'standing, stage 1: no control, 6.4 deg'),),
-    ),
-    Fit(
-        'ankle_controller',
-        'force_scale',
-        0.001,
-        0.0035,
-        5,
-        (
-            Held(
-                Condition('leg_lift', 12.0),
-                7.6,
-                'standing, stage 2: K_A = 12 on the force difference, 7.6 deg',
-            ),
-        ),
-    ),
-    Fit(
-        'gait',
-        'com_lifted',
-        0.008,
-        0.02,
-        4,
-        (
-            Held(Condition('walk'), 5.55, 'walking without control, 5.55 deg'),
-            Held(Condition('walk', 12.0), 7.68, 'walking with K_A = 12, 7.68 deg'),
-        ),
-    ),
-)
-
 CONSTANTS = (
-    Constant(
-        'simulator',
-        'friction_smooth',
-        'derived',
-        'tan(10.2 deg): a foot slides from 10.2 deg on, where the thesis finds the smooth '
-        'surface to slip with any control',
-    ),
     Constant(
         'simulator',
         'pad_distance',
@@ -144,3 +105,35 @@ CONSTANTS = (
     Constant('gait', 'com_touchdown', 'published', "within the maker's walk, 24 to 31 mm"),
     Constant('gait', 'torso_pitch', 'published', "within the maker's walk, -2 to 7 deg"),
 )
+
+
+def parameters(plan: CalibrationPlan, robot: Candidate) -> Parameters:
+    """Return the constants of a robot as a ROS 2 parameter file holds them."""
+    nodes: Parameters = {}
+    for (node, key), value in plan.changes(robot.constants):
+        assert isinstance(value, float)
+        nodes.setdefault(node, {'ros__parameters': {}})['ros__parameters'][key] = value
+    return nodes
+
+
+def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
+    """Return a ROS 2 parameter file with the constants of a robot."""
+    return (
+        '# The fitted constants, written by khr calibrate; the defaults of the parameter '
+        'tables hold them.\n' + yaml.safe_dump(parameters(plan, robot), sort_keys=False)
+    )
+
+
+def differences(fitted: Mapping[str, Mapping[str, Mapping[str, float]]]) -> list[str]:
+    """List the fitted constants that differ from the defaults of the tables, in words."""
+    return [
+        f'{node}.{key}: fitted {value:g}, the default is {default(node, key)}'
+        for node, body in fitted.items()
+        for key, value in body['ros__parameters'].items()
+        if default(node, key) != value
+    ]
+
+
+def default(node: str, key: str) -> Any:
+    """Return the default of a parameter."""
+    return specifications(table_of(node))[key].default

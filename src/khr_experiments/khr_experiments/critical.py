@@ -13,7 +13,7 @@ import threading
 from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import hypot, inf, sqrt
 from multiprocessing import get_context, parent_process
 
 import numpy as np
@@ -30,6 +30,9 @@ START = 6.0  # deg, start of the first seed's search
 INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
 LARGEST_JOBS = 64
+NORMAL = 1.96  # standard deviations of 95 %
+RAGGED = 0.1  # deg by which a limit moves if the physics step is halved (tests/integration)
+GOLDEN = 0.6180339887  # spreads the seeds' lattices evenly over a tolerance
 
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 
@@ -117,10 +120,12 @@ class Limit:
     Attributes:
         of_seeds: the limit of each seed, deg: the middle between survival and fall.
         attempts: all that were run.
+        tolerance: of each bisection, deg.
     """
 
     of_seeds: tuple[float, ...]
     attempts: tuple[Attempt, ...]
+    tolerance: float = 0.0
 
     @property
     def mean(self) -> float:
@@ -131,13 +136,14 @@ class Limit:
     def half_width(self) -> float:
         """Return half the 95 % confidence interval of the mean, deg; infinite for one seed.
 
-        Student's t over the seeds; their scatter includes the error of a bisection, a twentieth of
-        a degree.
+        Student's t over the seeds, and beside it what their scatter may miss: the uniform error of
+        a bisection, and the raggedness of the boundary between survival and fall.
         """
         count = len(self.of_seeds)
         if count < 2:
             return inf
-        return float(stats.t.ppf(0.975, count - 1) * np.std(self.of_seeds, ddof=1) / sqrt(count))
+        scatter = stats.t.ppf(0.975, count - 1) * np.std(self.of_seeds, ddof=1) / sqrt(count)
+        return hypot(float(scatter), NORMAL * hypot(self.tolerance / sqrt(12.0), RAGGED))
 
     @property
     def highest(self) -> tuple[Attempt, ...]:
@@ -213,7 +219,11 @@ def bisect(survives: Callable[[float], bool], start: float, tolerance: float) ->
 def limit_of_seed(
     condition: Condition, seed: int, start: float, tolerance: float
 ) -> tuple[float, list[Attempt]]:
-    """Find the limit of one seed; return it with its attempts."""
+    """Find the limit of one seed; return it with its attempts.
+
+    Each seed searches on a lattice of its own: on a common one limits would look equal that differ
+    by less than its cell.
+    """
     attempts: list[Attempt] = []
 
     def survives(inclination_deg: float) -> bool:
@@ -221,7 +231,8 @@ def limit_of_seed(
         print(f'{condition.title:24}{attempts[-1].text}', file=sys.stderr, flush=True)
         return attempts[-1].survived
 
-    return bisect(survives, start, tolerance), attempts
+    shift = tolerance * (seed * GOLDEN % 1.0)
+    return bisect(survives, start + shift, tolerance), attempts
 
 
 def measure(
@@ -257,6 +268,7 @@ def measure(
     return Limit(
         (first, *(limit for limit, _ in results)),
         (*attempts, *(one for _, more in results for one in more)),
+        tolerance,
     )
 
 

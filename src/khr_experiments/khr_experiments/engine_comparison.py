@@ -27,7 +27,6 @@ LINES = (2, 4, 6)  # of the pitch rate over a gait cycle
 RESTING = 1.0  # s at the end of a run, over which the forces of a standing robot are averaged
 STUDIED = Condition('walk', 12.0)  # whose limit is measured under every change in any case
 WALK = 'walk_0deg'  # whose numbers are taken under every change
-RAGGED = 0.1  # deg, by which single verdicts scatter about a limit with the step size
 
 # What a scenario's numbers scatter with: the size of the step, and the seeds.
 SCATTER: tuple[Changes, ...] = (
@@ -122,8 +121,8 @@ class ComparedLimit:
 
     @property
     def scatter(self) -> float:
-        """Return what the difference scatters by, deg: both intervals, and the ragged edge."""
-        return hypot(RAGGED, *(limit.half_width for limit in self.limits))
+        """Return what the difference scatters by, deg: both intervals."""
+        return hypot(*(limit.half_width for limit in self.limits))
 
     @property
     def is_inside(self) -> bool:

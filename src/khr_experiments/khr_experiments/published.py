@@ -42,7 +42,6 @@ class PublishedWalk:
         survives: whether it walked to the end; None if this is not published.
         slips: whether it slipped; None if this is not published.
         lines: published peaks of Gait-3, Hz, each a range.
-        fitted: whether the calibration used it.
     """
 
     inclination_deg: float
@@ -51,7 +50,6 @@ class PublishedWalk:
     survives: bool | None = True
     slips: bool | None = None
     lines: tuple[tuple[float, float], ...] = ()
-    fitted: bool = False
 
 
 @dataclass(frozen=True)
@@ -79,12 +77,14 @@ F_0, F_A0 = line(1.73), line(2.58)
 LIMITS = (
     PublishedLimit(3, STAGE_1, 6.4, fitted=True),
     PublishedLimit(3, STAGE_2, 7.6, fitted=True),
-    PublishedLimit(3, STAGE_3, 9.6),
+    PublishedLimit(3, STAGE_3, 9.6, fitted=True),
     PublishedLimit(5, walking(), 5.55, fitted=True),
-    PublishedLimit(5, walking(12.0), 8.88),
-    PublishedLimit(5, walking(18.0), 9.7),
-    PublishedLimit(5, walking(12.0, 13.0), 10.2),
+    PublishedLimit(5, walking(12.0), 8.88, fitted=True),
+    PublishedLimit(5, walking(18.0), 9.7, fitted=True),
+    PublishedLimit(5, walking(12.0, 13.0), 10.2, fitted=True),
 )
+# What a walk with one of these conditions does follows from a limit that was fitted.
+FITTED = frozenset(row.condition for row in LIMITS if row.fitted)
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
     ('walking', (walking(), walking(12.0), walking(12.0, 13.0))),
@@ -92,19 +92,13 @@ ORDERS = (
 
 WALKS = (
     PublishedWalk(0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,)),
-    PublishedWalk(
-        5.55, walking(), 'walks, the steepest without control', lines=(F_0,), fitted=True
-    ),
+    PublishedWalk(5.55, walking(), 'walks, the steepest without control', lines=(F_0,)),
     PublishedWalk(6.99, walking(), 'falls at the start (beyond 5.55 deg)', survives=False),
     PublishedWalk(
         6.99, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz', lines=(F_0, F_A0)
     ),
     PublishedWalk(
-        7.68,
-        walking(12.0),
-        'walks; 1.73 Hz, and an extra peak at 2.58 Hz',
-        lines=(F_0, F_A0),
-        fitted=True,
+        7.68, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz', lines=(F_0, F_A0)
     ),
     PublishedWalk(8.88, walking(12.0), 'walks but begins to slip', slips=True),
     PublishedWalk(

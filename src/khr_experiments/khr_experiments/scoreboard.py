@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from khr_experiments.critical import Changes, Condition, Limit, workers
+from khr_experiments.ensemble_file import read_ensemble, spread_of
 from khr_experiments.errors import ExperimentError
 from khr_experiments.published import (
     LIMITS,
@@ -76,8 +77,9 @@ def scoreboard(seeds: int, tolerance: float, jobs: int, explain: bool = True) ->
     """
     if not 2 <= seeds <= 100:
         raise ExperimentError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
+    spread = spread_of(read_ensemble())
     with workers(jobs) as pool:
-        return compare(Bench(pool, seeds, tolerance), explain)
+        return compare(Bench(pool, seeds, tolerance, spread=spread), explain)
 
 
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
@@ -86,8 +88,8 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     limits = {row.condition: bench.limit(row.condition, row.thesis_deg) for row in LIMITS}
     return Scoreboard(
         bench.seeds,
-        (*limit_rows(limits), theory_row()),
-        tuple(order_rows(limits, bench.tolerance)),
+        (*limit_rows(limits, bench.spread), theory_row()),
+        tuple(order_rows(limits)),
         tuple(standing_rows(bench, limits[STAGE_1])),
         tuple(walk_row(row, bench.walks(row.condition, row.inclination_deg)) for row in WALKS),
         tuple(trend_row(row, bench) for row in TRENDS),

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
-from math import degrees, isnan, nan
+from math import degrees, hypot, isfinite, isnan, nan
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from khr_experiments.json_file import known, known_all
 from khr_experiments.published import (
     COMMON_DEG,
     F_0,
+    FITTED,
     LIMITS,
     LINE_HZ,
     ORDERS,
@@ -45,23 +46,58 @@ from khr_experiments.scoreboard_runs import Bench, MeasuredLift, MeasuredWalk
 NOTICEABLE = 0.02  # smallest growth that counts, over the first value
 
 
-def limit_rows(limits: dict[Condition, Limit]) -> list[LimitRow]:
-    """Compare the critical inclinations."""
+def limit_rows(
+    limits: dict[Condition, Limit], spread: Mapping[str, tuple[float, float]]
+) -> list[LimitRow]:
+    """Compare the critical inclinations.
+
+    Args:
+        limits: of the simulated robot.
+        spread: lowest and highest limit in deg of the robots that explain the data, by the
+            condition's title.
+    """
     return [
         LimitRow(
             row.chapter,
             _kind(row.fitted),
-            abs(limit.mean - row.thesis_deg) <= TOLERANCE_DEG,
+            agrees(limit.mean - row.thesis_deg, limit.half_width, others),
             row.condition.title,
             row.thesis_deg,
             limit.mean,
             known(limit.half_width),
             known(limit.slipped),
             known(limit.vibrated),
+            ensemble,
+            undecided=agrees(limit.mean - row.thesis_deg, limit.half_width, others) is None,
         )
         for row in LIMITS
         for limit in [limits[row.condition]]
+        for ensemble in [spread.get(row.condition.title)]
+        for others in [[deg - row.thesis_deg for deg in ensemble or ()]]
     ]
+
+
+def agrees(
+    difference: float, half_width: float, others: Sequence[float] = (), most: float = TOLERANCE_DEG
+) -> bool | None:
+    """Say whether a limit agrees with the thesis; None if that is undecided.
+
+    It agrees if its whole interval lies within the tolerance, and disagrees if none of it does and
+    none of the other robots that explain the data comes that close either. Of one seed, without an
+    interval, the difference alone decides.
+
+    Args:
+        difference: from the thesis, deg.
+        half_width: of the interval, deg; infinite for one seed.
+        others: lowest and highest difference of the other robots, deg.
+        most: tolerance, deg.
+    """
+    half = half_width if isfinite(half_width) else 0.0
+    if abs(difference) + half <= most:
+        return True
+    low = min((difference - half, *others))
+    high = max((difference + half, *others))
+    return False if low > most or high < -most else None
 
 
 def theory_row() -> LimitRow:
@@ -71,16 +107,27 @@ def theory_row() -> LimitRow:
     return LimitRow(3, 'formula', passed, 'inverted pendulum, (3.10)', THEORY_DEG, ours)
 
 
-def order_rows(limits: dict[Condition, Limit], tolerance: float) -> list[OrderRow]:
-    """Compare the order of the limits: no control < ankle < ankle and hip.
-
-    Limits that differ by no more than the tolerance of the bisection count as equal.
-    """
+def order_rows(limits: dict[Condition, Limit]) -> list[OrderRow]:
+    """Compare the order of the limits: no control < ankle < ankle and hip."""
     return [
-        OrderRow(6, 'predicted', grows(means, tolerance), motion, tuple(means))
+        OrderRow(6, 'fitted', order, motion, means, undecided=order is None)
         for motion, conditions in ORDERS
-        for means in [[limits[condition].mean for condition in conditions]]
+        for of_motion in [[limits[condition] for condition in conditions]]
+        for means in [tuple(limit.mean for limit in of_motion)]
+        for order in [_in_order(of_motion)]
     ]
+
+
+def _in_order(limits: Sequence[Limit]) -> bool | None:
+    """Say whether each limit exceeds the one before; None if their intervals leave it open."""
+    signs = []
+    for lower, upper in pairwise(limits):
+        within = hypot(*(w for w in (lower.half_width, upper.half_width) if isfinite(w)), 0.0)
+        difference = upper.mean - lower.mean
+        signs.append(None if abs(difference) <= within else difference > 0.0)
+    if False in signs:
+        return False
+    return None if None in signs else True
 
 
 def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
@@ -117,10 +164,11 @@ def walk_row(row: PublishedWalk, walks: Sequence[MeasuredWalk]) -> WalkRow:
     stayed = [one for one in walks if one.survived]
     peaks = [[peak.frequency for peak in one.peaks] for one in stayed]
     differences = _differences(row, walks, peaks)
+    split = row.survives is not None and 0 < len(stayed) < len(walks)
     return WalkRow(
         5,
-        _kind(row.fitted),
-        None if row.survives is None else not differences,
+        _kind(row.condition in FITTED),
+        None if row.survives is None or split else not differences,
         row.inclination_deg,
         row.condition.title.removeprefix('walk, '),
         row.thesis,
@@ -131,6 +179,7 @@ def walk_row(row: PublishedWalk, walks: Sequence[MeasuredWalk]) -> WalkRow:
         known(runs.vibration(walks)),
         tuple(peaks[0][:4]) if peaks else (),
         tuple(differences),
+        undecided=split,
     )
 
 

@@ -5,7 +5,7 @@ A number that could not be measured is None, as is a verdict where the thesis pu
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Literal
 
 from khr_experiments.published import Quantity
@@ -20,12 +20,14 @@ class ScoreboardRow:
     Attributes:
         chapter: of the thesis.
         kind: ``fitted`` if the calibration used this row of the thesis.
-        passed: whether the robot agrees with the thesis.
+        passed: whether the robot agrees with the thesis; None as well if that is undecided.
+        undecided: whether the uncertainty of the measurement leaves it open.
     """
 
     chapter: int
     kind: Kind
     passed: bool | None
+    undecided: bool = field(default=False, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,8 @@ class LimitRow(ScoreboardRow):
         condition: as :attr:`khr_experiments.critical.Condition.title` names it.
         thesis_deg, deg: of the thesis's robot, and of the simulated one.
         half_width_deg: half the 95 % confidence interval; None for a formula or one seed.
+        ensemble_deg: lowest and highest limit of the robots that explain the data; None if it was
+            not measured.
         slipped, vibrated: shares of the seeds on the steepest ground that they survived.
     """
 
@@ -45,6 +49,7 @@ class LimitRow(ScoreboardRow):
     half_width_deg: float | None = None
     slipped: float | None = None
     vibrated: float | None = None
+    ensemble_deg: tuple[float, float] | None = None
 
     @property
     def difference_deg(self) -> float:

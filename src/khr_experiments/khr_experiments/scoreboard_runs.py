@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import degrees
 from typing import Any
@@ -123,11 +123,19 @@ class Bench:
         seeds: of each measurement.
         tolerance: of each bisection, deg.
         curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
+        spread: lowest and highest limit of the robots that explain the data, deg, by the
+            condition's title.
     """
 
     def __init__(
-        self, pool: Pool, seeds: int, tolerance: float, curve: tuple[float, ...] = STAGE_1_GRID
+        self,
+        pool: Pool,
+        seeds: int,
+        tolerance: float,
+        curve: tuple[float, ...] = STAGE_1_GRID,
+        spread: Mapping[str, tuple[float, float]] | None = None,
     ) -> None:
+        self.spread = spread or {}
         self.seeds = seeds
         self.tolerance = tolerance
         self.curve = curve
@@ -154,6 +162,7 @@ class Bench:
         return Limit(
             tuple(limit for limit, _ in results),
             tuple(one for _, attempts in results for one in attempts),
+            self.tolerance,
         )
 
     def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:

@@ -1,32 +1,94 @@
-"""``khr calibrate``: write the fitted constants, and the source of all others."""
+"""``khr calibrate``: search, and write what was found as page, data, pictures and constants."""
 
 from __future__ import annotations
 
+import os
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
-import yaml
+import numpy as np
 
 from khr_bringup.node_registry import table_of
-from khr_common import specifications
+from khr_common import RunError, check, specifications
 from khr_common.files import write_text
-from khr_experiments.calibrate import HALVINGS, FittedConstant, calibrate, default, rows_text
-from khr_experiments.calibration import CONSTANTS, Constant
-from khr_report.page.document import Columns, markdown, table
+from khr_experiments.calibration import CONSTANTS, Calibration, Constant, default, parameter_file
+from khr_experiments.calibration_objective import Candidate
+from khr_experiments.calibration_plan import SHIPPED_PLAN, FreeConstant, WantedLimit, read_plan
+from khr_experiments.calibration_search import SPREAD, Search, best_of, search
+from khr_experiments.critical import LARGEST_JOBS
+from khr_experiments.ensemble import OPEN, Determined, determined, ensemble, gains
+from khr_experiments.ensemble_file import write_ensemble
+from khr_experiments.errors import ExperimentError
+from khr_experiments.json_file import write_json
+from khr_figures.calibration import correlation_picture, frontier_picture, save
+from khr_report.page.document import Block, Columns, Passage, markdown, table
+
+HEAD = """# Calibration
+
+Written by `khr calibrate`; do not edit. The same as data: [{json}]({json}).
+
+The free constants of the simulated robot, {count} of them, are searched together (CMA-ES) so that
+{rows} limits of Dutta (2021) and {walks} walks come out at once, with one set of constants for all
+scenarios. The other results of the thesis are predictions; the [scoreboard](scoreboard.md) marks
+which is which.
+
+The search (engine {engine}, seed {seed}, {seeds} seeds per measurement) measured {candidates}
+candidates in {runs} runs; {complete} of them on every row, the others were given up as hopeless.
+{fitting} fit every row within {tolerances:.2g} times its tolerance; the {members} most diverse of
+them are the ensemble.
+"""
+ROWS_TEXT = """A limit's tolerance is {tolerance:g} deg. *Aim* lies a little above the thesis's
+number where that is the steepest ground on which its robot walked, not a fall. Lowest and highest
+are over the ensemble."""
+CONSTANTS_TEXT = f"""One value for all scenarios. *Taken* is the share of the range searched that
+the middle 80 % of the ensemble takes: a constant that takes more than {OPEN:.0%} is left open by
+the rows."""
+AWAY = 'away'
+OTHERS = """Masses, lengths and inertias of the robot are measured: they come from its CAD models
+and the maker's data. The servo's torque, speed and resolution are the maker's. The most important
+others:"""
 
 
-def _value(node: str, key: str, value: object) -> str:
-    unit = specifications(table_of(node))[key].unit
-    return f'{value} {unit}' if unit else f'{value}'
+@dataclass(frozen=True)
+class _Row:
+    """A wanted limit and what the ensemble makes of it."""
+
+    wanted: WantedLimit
+    of_members: tuple[float, ...]
+
+    @property
+    def best(self) -> float:
+        return self.of_members[0]
 
 
-FITTED_COLUMNS: Columns[FittedConstant] = {
-    'constant': lambda one: f'`{one.fit.node}.{one.fit.key}`',
-    'value': lambda one: _value(one.fit.node, one.fit.key, f'{one.value:g}'),
-    'on the verge of a fall, over the seeds': lambda one: (
-        f'{min(one.of_seeds):.4g} to {max(one.of_seeds):.4g}'
-    ),
-    'searched': lambda one: f'{one.fit.low:g} to {one.fit.high:g}',
-    'fitted on': lambda one: rows_text(one.fit),
+@dataclass(frozen=True)
+class _Free:
+    """A free constant and what the rows say of it."""
+
+    constant: FreeConstant
+    found: Determined
+
+
+ROW_COLUMNS: Columns[_Row] = {
+    'condition': lambda row: row.wanted.condition.title,
+    'use': lambda row: row.wanted.use,
+    'thesis, deg': lambda row: f'{row.wanted.thesis_deg:g}',
+    'aim': lambda row: f'{row.wanted.aim_deg:g}',
+    'best, deg': lambda row: f'{row.best:.2f}',
+    'difference': lambda row: f'{row.best - row.wanted.thesis_deg:+.2f}',
+    'lowest': lambda row: f'{min(row.of_members):.2f}',
+    'highest': lambda row: f'{max(row.of_members):.2f}',
+}
+FREE_COLUMNS: Columns[_Free] = {
+    'constant': lambda one: ', '.join(f'`{name}`' for name in one.constant.parameters),
+    'value': lambda one: f'{one.found.best:g} {one.constant.unit}'.strip(),
+    'in the ensemble': lambda one: f'{one.found.low:g} to {one.found.high:g}',
+    'searched': lambda one: '{:g} to {:g}'.format(*one.constant.range),
+    'taken': lambda one: f'{one.found.share:.0%}',
+    'rows': lambda one: 'leave it open' if one.found.is_open else 'determine it',
+    'published or derived': lambda one: _published(one.constant, one.found.best),
+    'source': lambda one: one.constant.source,
 }
 CONSTANT_COLUMNS: Columns[Constant] = {
     'constant': lambda one: f'`{one.node}.{one.key}`',
@@ -34,62 +96,206 @@ CONSTANT_COLUMNS: Columns[Constant] = {
     'kind': lambda one: one.kind,
     'source': lambda one: one.source,
 }
-HEAD = """# Calibration
-
-Written by `khr calibrate --seed {seed} --seeds {seeds}`; do not edit. {count} constants are
-fitted, on {rows} rows of Dutta (2021). Every other result is a prediction; the
-[scoreboard](scoreboard.md) marks which is which.
-
-## Fitted
-
-A fit keeps the inclination of a row and bisects the constant between survival and fall,
-{halvings} times for each seed, each with another small error of the posture and other sensor
-noise; of two rows both must be survived. The constant is the value of the seed that falls first,
-moved on until every seed survives: on each row the thesis's robot did not fall. A later fit uses
-the earlier ones."""
-OTHERS = """## Not fitted
-
-Masses, lengths and inertias of the robot are measured: they come from its CAD models and the
-maker's data. The servo's torque, speed and resolution are the maker's. The meaning of a gain in
-rad per rad/s is derived from the data of board, gyro and servo. The most important others:"""
 
 
-def write(out: Path, seed: int, seeds: int, jobs: int) -> list[FittedConstant]:
-    """Fit all constants and write the page and the constants; return them.
+@dataclass(frozen=True)
+class Request:
+    """What ``khr calibrate`` is asked for; see its options."""
 
-    Args:
-        out: the page; the constants go into a file of the same name with the suffix ``.yaml``.
-        seed: the first of the seeds.
-        seeds: how many.
-        jobs: processes.
+    config: Path | None
+    out: Path
+    members: Path
+    journal: Path
+    engine: str
+    candidates: int
+    population: int
+    seed: int
+    seeds: int
+    start: Path | None
+    workers: int | None
+    scheduler: str | None
+
+    def search(self) -> Search:
+        """Return the search.
+
+        Raises:
+            KhrError: if an option is not accepted, or a file does not read.
+        """
+        for name, value, low, high in (
+            ('candidates', self.candidates, 4, 1_000_000),
+            ('population', self.population, 4, 1000),
+            ('seed', self.seed, 0, 2**31),
+            ('seeds', self.seeds, 1, 100),
+            ('workers', self.workers or 1, 1, LARGEST_JOBS),
+        ):
+            if not low <= value <= high:
+                raise ExperimentError(
+                    f'--{name}: {value} is not accepted; accepted: integer in [{low}, {high}]'
+                )
+        check(table_of('simulator'), 'engine', self.engine)
+        plan = read_plan(self.config or SHIPPED_PLAN)
+        start, spread = plan.defaults, SPREAD
+        if self.start is not None:
+            start, spread = best_of(self.start).constants, SPREAD / 2.0
+        return Search(
+            plan,
+            self.engine,
+            self.seed,
+            self.seeds,
+            self.population,
+            self.candidates,
+            start,
+            spread,
+        )
+
+
+def calibrate(request: Request) -> str:
+    """Search, and write page, data, pictures and constants beside one another; summarise them.
 
     Raises:
-        ExperimentError: if an argument is not accepted.
-        KhrError: if a file cannot be written.
-        RunError: if a row cannot be met with any value of its constant.
+        KhrError: if an option is not accepted, the journal is of another search, or a file cannot
+            be written.
+        RunError: if no candidate could be measured on every row.
     """
-    found = calibrate(seed, seeds, jobs)
-    write_text(out, page(found, seed, seeds))
-    write_text(out.with_suffix('.yaml'), constants_file(found))
-    return found
-
-
-def page(found: list[FittedConstant], seed: int, seeds: int) -> str:
-    """Return the documentation of all constants."""
-    rows = sum(len(one.fit.rows) for one in found)
-    head = HEAD.format(count=len(found), rows=rows, seed=seed, seeds=seeds, halvings=HALVINGS)
-    fitted, others = table(found, FITTED_COLUMNS), table(CONSTANTS, CONSTANT_COLUMNS)
-    return markdown([head, fitted, OTHERS, others]) + '\n'
-
-
-def constants_file(found: list[FittedConstant]) -> str:
-    """Return the fitted constants as a ROS 2 parameter file."""
-    nodes: dict[str, dict[str, dict[str, float]]] = {}
-    for one in found:
-        nodes.setdefault(one.fit.node, {'ros__parameters': {}})['ros__parameters'][one.fit.key] = (
-            one.value
-        )
-    return (
-        '# The fitted constants, written by khr calibrate; the defaults of the parameter '
-        'tables hold them.\n' + yaml.safe_dump(nodes, sort_keys=False)
+    made = request.search()
+    robots = search(
+        made, request.journal, request.workers or os.cpu_count() or 1, request.scheduler
     )
+    calibration = write(made, robots, request.out)
+    write_ensemble(request.members, made.plan, calibration.found)
+    found, constants = calibration.found, calibration.best.constants
+    values = ', '.join(f'{name} {value:g}' for name, value in constants.items())
+    return (
+        f'{request.out}: {len(found.robots)} robots within {found.tolerances:.2g} tolerances of '
+        f'{found.candidates} candidates; the best: {values}'
+    )
+
+
+def write(made: Search, robots: list[Candidate], out: Path) -> Calibration:
+    """Write page, data, pictures and constants of a search; return what it found.
+
+    Raises:
+        RunError: if no candidate was measured on every row and kept walking.
+    """
+    found = ensemble(made.plan, robots)
+    if not found.robots:
+        raise RunError(
+            f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
+        )
+    calibration = Calibration(
+        made.plan, made.engine, made.seed, made.seeds, sum(robot.runs for robot in robots), found
+    )
+    write_json(out.with_suffix('.json'), calibration)
+    save(correlation_picture(made.plan, found), pictures(out)[0])
+    if gains(made.plan):
+        save(frontier_picture(made.plan, robots, found), pictures(out)[1])
+    write_text(out, page(calibration, out.stem))
+    write_text(out.with_suffix('.yaml'), parameter_file(made.plan, calibration.best))
+    return calibration
+
+
+def pictures(out: Path) -> tuple[Path, Path]:
+    """Return the paths of correlations and frontier beside a page."""
+    return out.with_name(f'{out.stem}_correlations.png'), out.with_name(f'{out.stem}_frontier.png')
+
+
+def calibration_markdown(calibration: Calibration) -> str:
+    """Return the page of a calibration."""
+    return page(calibration, 'calibration')
+
+
+def page(calibration: Calibration, stem: str) -> str:
+    """Return the page of a calibration whose files have this stem."""
+    plan, found = calibration.plan, calibration.found
+    free = [_Free(plan.constants[one.name], one) for one in determined(plan, found)]
+    moved = {parameter for parameter, _ in plan.changes(calibration.best.constants)}
+    head = HEAD.format(
+        json=f'{stem}.json',
+        count=len(plan.constants),
+        rows=len(plan.fitted),
+        walks=len(plan.walks),
+        engine=calibration.engine,
+        seed=calibration.seed,
+        seeds=calibration.seeds,
+        candidates=found.candidates,
+        runs=calibration.runs,
+        complete=found.complete,
+        fitting=found.fitting,
+        tolerances=found.tolerances,
+        members=len(found.robots),
+    )
+    blocks: list[Block] = [
+        Passage(
+            'Rows',
+            (
+                ROWS_TEXT.format(tolerance=plan.fitted[0].tolerance_deg),
+                table(_rows(calibration), ROW_COLUMNS),
+            ),
+        ),
+        Passage(
+            'Constants',
+            (
+                CONSTANTS_TEXT,
+                table(free, FREE_COLUMNS),
+                f'![Rank correlations of the constants]({stem}_correlations.png)',
+            ),
+        ),
+        *_frontier(calibration, stem),
+        Passage(
+            'Not fitted',
+            (
+                OTHERS,
+                table(
+                    [one for one in CONSTANTS if (one.node, one.key) not in moved],
+                    CONSTANT_COLUMNS,
+                ),
+            ),
+        ),
+    ]
+    return f'{head}\n{markdown(blocks)}\n'
+
+
+def _frontier(calibration: Calibration, stem: str) -> list[Block]:
+    """Return what control gains over no control, if the plan has such rows."""
+    if not gains(calibration.plan):
+        return []
+    picture = f'![Limit with control against limit without]({stem}_frontier.png)'
+    return [Passage('Frontier', (_gaps(calibration), picture))]
+
+
+def _rows(calibration: Calibration) -> list[_Row]:
+    """Return the rows that the ensemble was measured on."""
+    rows = []
+    for wanted in calibration.plan.limits:
+        values = calibration.found.limits(wanted.condition.title)
+        if not np.isnan(values).all():
+            rows.append(_Row(wanted, tuple(values[~np.isnan(values)].tolist())))
+    return rows
+
+
+def _gaps(calibration: Calibration) -> str:
+    """Say what control gains over no control, in the ensemble and in the thesis."""
+    sentences = []
+    for without, row in gains(calibration.plan):
+        gap = calibration.found.limits(row.condition.title) - calibration.found.limits(
+            without.condition.title
+        )
+        sentences.append(
+            f'{row.condition.title}: {row.thesis_deg - without.thesis_deg:.1f} deg in the thesis, '
+            f'{gap[0]:.1f} with the chosen robot, {np.nanmin(gap):.1f} to {np.nanmax(gap):.1f} '
+            'in the ensemble.'
+        )
+    return 'What control gains over no control. ' + ' '.join(sentences)
+
+
+def _published(constant: FreeConstant, value: float) -> str:
+    if constant.value is None:
+        return ''
+    low, high = constant.value
+    text = f'{low:g}' if low == high else f'{low:g} to {high:g}'
+    return f'{constant.origin}: {text}' + (f', {AWAY}' if constant.away(value) else '')
+
+
+def _value(node: str, key: str, value: Any) -> str:
+    unit = specifications(table_of(node))[key].unit
+    return f'{value} {unit}' if unit else f'{value}'

@@ -21,9 +21,11 @@ from khr_common.files import write_text
 from khr_common.interfaces import PUSH, Topic
 from khr_common.markdown import put_between
 from khr_common.parameters import Specification
+from khr_experiments.calibration import Calibration
 from khr_experiments.findings import Findings
 from khr_experiments.json_file import read_json
 from khr_experiments.scoreboard_rows import Scoreboard
+from khr_report.calibration_page import calibration_markdown
 from khr_report.findings_page import findings_markdown
 from khr_report.page.document import Columns, Passage, markdown, table
 from khr_report.scoreboard_page import scoreboard_markdown
@@ -120,6 +122,7 @@ def generated(root: Path) -> dict[Path, str]:
         root / 'config' / 'defaults.yaml': defaults_yaml(),
         docs / 'nodes.md': nodes_markdown(),
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
+        **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
         **_from_results(docs / 'findings.json', Findings, findings_markdown),
         readme: put_between(
             readme.read_text(encoding='utf-8'), START, END, scenario_markdown(shipped).strip()

@@ -13,7 +13,6 @@ from khr_common.markdown import table
 from khr_experiments.critical import workers
 from khr_experiments.engine_comparison import (
     ENGINES,
-    RAGGED,
     WALK,
     Cause,
     ComparedLimit,
@@ -39,9 +38,9 @@ Each engine runs each scenario as it is, with half the step, and with two seeds 
 error. A number is of the run as it is; a difference is *inside* where the ranges over those runs
 overlap, and **outside** where they do not.
 """
-LIMITS_TEXT = f"""## Limits
+LIMITS_TEXT = """## Limits
 Critical inclinations in deg, with the 95 % interval over the seeds. A difference is *inside* if
-it is no larger than both intervals and the ragged edge of a limit ({RAGGED:g} deg) together.
+it is no larger than both intervals together; each holds the ragged edge of a limit.
 """
 CAUSES_TEXT = """## What moves a limit
 The limit under one change at a time, in deg, of every condition on which the engines differ: first

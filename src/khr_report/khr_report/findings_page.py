@@ -98,6 +98,7 @@ def blocks(findings: Findings) -> list[Block]:
         _answer(findings),
         Passage('What the simulation confirms', _rows(findings.scoreboard, True)),
         Passage('What it contradicts', _rows(findings.scoreboard, False)),
+        *_undecided(findings.scoreboard),
         Passage('What it adds', _added(findings)),
         Passage('How to repeat it', (_repeat(findings),)),
     ]
@@ -106,7 +107,7 @@ def blocks(findings: Findings) -> list[Block]:
 def _answer(findings: Findings) -> str:
     if findings.scoreboard is None:
         return 'The scoreboard was not measured, so the rows of the thesis are not judged.'
-    judged = [row for row in findings.scoreboard.rows if row.passed is not None]
+    judged = [row for row in findings.scoreboard.rows if row.passed is not None or row.undecided]
     predicted = [row for row in judged if row.kind != 'fitted']
     return (
         f'Of {len(judged)} rows of the thesis {count(judged).passed} agree; of the '
@@ -115,8 +116,15 @@ def _answer(findings: Findings) -> str:
     )
 
 
-def _rows(board: Scoreboard | None, passed: bool) -> tuple[Block, ...]:
-    """Return the tables of the rows that agree with the thesis, or of those that do not."""
+def _undecided(board: Scoreboard | None) -> list[Block]:
+    """Return what the uncertainty of the measurements leaves open, if there is something."""
+    if board is None or not any(row.undecided for row in board.rows):
+        return []
+    return [Passage('What stays undecided', _rows(board, None))]
+
+
+def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:
+    """Return the tables of the rows that agree with the thesis, do not, or are undecided: None."""
     if board is None:
         return (NOTHING,)
     found: list[Block] = []
@@ -126,7 +134,7 @@ def _rows(board: Scoreboard | None, passed: bool) -> tuple[Block, ...]:
             found.append(Passage(title, (of,)))
 
     limits = dict(LIMIT_COLUMNS)
-    if not passed and board.explanations:
+    if passed is False and board.explanations:
         best = {each.condition: closest(each) for each in board.explanations}
         limits['closest with one change, deg'] = lambda row: best.get(row.condition, '-')
     kept = ('chapter', 'verdict')
@@ -141,7 +149,7 @@ def _rows(board: Scoreboard | None, passed: bool) -> tuple[Block, ...]:
 def _added(findings: Findings) -> tuple[Block, ...]:
     """Return the tables of results beyond the thesis."""
     board = findings.scoreboard
-    open_walks = _judged(board.walks, None) if board else []
+    open_walks = _unpublished(board.walks) if board else []
     kept = ('thesis', 'difference', 'kind', 'verdict')
     parts = (
         ('Walks without a published result', '', table(open_walks, WALK_COLUMNS, *kept)),
@@ -170,7 +178,11 @@ def _added(findings: Findings) -> tuple[Block, ...]:
 
 
 def _judged(rows: Iterable[Row], passed: bool | None) -> list[Row]:
-    return [row for row in rows if row.passed is passed]
+    return [row for row in rows if row.passed is passed and row.undecided == (passed is None)]
+
+
+def _unpublished(rows: Iterable[Row]) -> list[Row]:
+    return [row for row in rows if row.passed is None and not row.undecided]
 
 
 def _shifts(board: Scoreboard | None) -> list[tuple[str, float]]:

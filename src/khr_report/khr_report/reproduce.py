@@ -18,6 +18,7 @@ from khr_common.files import write_text
 from khr_experiments import experiments
 from khr_experiments.best_gain import map_result
 from khr_experiments.critical import limit_of_seed
+from khr_experiments.ensemble_file import read_ensemble, spread_of
 from khr_experiments.experiments import ROOT, Opened, Runs, shipped
 from khr_experiments.findings import (
     Findings,
@@ -281,10 +282,11 @@ def _bench(client: Client, bar: Bar, fast: bool) -> Bench:
     pool = KeptJobs(
         client, ROOT / SCOREBOARD, code_version(*MEASURING), bar, {limit_of_seed: LIMIT_RUNS}
     )
+    spread = spread_of(read_ensemble())
     return (
-        Bench(pool, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE)
+        Bench(pool, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE, spread)
         if fast
-        else Bench(pool, SEEDS, TOLERANCE)
+        else Bench(pool, SEEDS, TOLERANCE, spread=spread)
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from khr_common.files import write_text
-from khr_experiments.critical import VIBRATES
+from khr_experiments.critical import RAGGED, VIBRATES
 from khr_experiments.json_file import write_json
 from khr_experiments.published import COMMON_DEG, TOLERANCE_DEG
 from khr_experiments.scoreboard import scoreboard
@@ -42,11 +42,14 @@ What the robot of Dutta (2021) did, and what the simulated one does. Written by 
 with {seeds} seeds; do not edit. The same as data: [{json}]({json}). *Fitted* rows were used by the
 calibration ([calibration.md](calibration.md)), all others are predictions. A row that misses stays.
 """
-LIMITS_TEXT = f"""Confidence intervals of 95 % are over the seeds. A limit passes within
-{TOLERANCE_DEG:g} deg. The thesis's limit of a control is the steepest ground on which it walked.
+LIMITS_TEXT = f"""Intervals of 95 % hold the scatter over the seeds, the error of the
+bisection and the raggedness of the boundary, {RAGGED:g} deg. A limit passes if its whole interval
+is within {TOLERANCE_DEG:g} deg of the thesis's, and misses if nothing of it is, nor the limit of
+any robot of the ensemble ([calibration.md](calibration.md)), which is given as lowest and highest;
+else it is undecided. So is a walk that some seeds survive and others do not, and an order of limits
+whose intervals overlap. The thesis's limit of a control is the steepest ground on which it walked.
 "Slip" and "vibrate" are shares of the seeds on the steepest ground that they survived: a sole slid
-by a quarter of a step; more than {VIBRATES:g} rad/s above 4 Hz. The calibration used the walk with
-K_A 12 at 7.68 deg, but not its limit."""
+by a quarter of a step; more than {VIBRATES:g} rad/s above 4 Hz."""
 ORDERS_TEXT = 'The limits should grow: no control, ankle, ankle and hip.'
 STANDING_TEXT = """Mean forces on the support foot while the other foot is up; the board tilts under
 the standing robot. phi is read back by interpolating Delta on the curve of whole degrees."""
@@ -84,13 +87,16 @@ def _share(value: float | None) -> str:
 
 JUDGEMENT: Columns[ScoreboardRow] = {
     'kind': lambda row: row.kind,
-    'verdict': lambda row: Verdict(row.passed),
+    'verdict': lambda row: Verdict(row.passed, row.undecided),
 }
 LIMIT_COLUMNS: Columns[LimitRow] = {
     'chapter': lambda row: str(row.chapter),
     'condition': lambda row: row.condition,
     'thesis, deg': lambda row: f'{row.thesis_deg:g}',
     'simulation, deg': _limit,
+    'robots that fit': lambda row: (
+        '{:.2f} to {:.2f}'.format(*row.ensemble_deg) if row.ensemble_deg else ''
+    ),
     'slip': lambda row: _share(row.slipped),
     'vibrate': lambda row: _share(row.vibrated),
     'difference': lambda row: _signed(row.difference_deg),
@@ -142,13 +148,27 @@ class Count:
     title: str
     passed: int
     missed: int
+    undecided: int
     unpublished: int
+
+    @property
+    def judged(self) -> int:
+        """Return how many rows have a published number."""
+        return self.passed + self.missed + self.undecided
 
 
 def count(rows: Iterable[ScoreboardRow], title: str = '') -> Count:
     """Count rows by verdict."""
-    verdicts = [row.passed for row in rows]
-    return Count(title, verdicts.count(True), verdicts.count(False), verdicts.count(None))
+    every = list(rows)
+    verdicts = [row.passed for row in every]
+    undecided = sum(row.undecided for row in every)
+    return Count(
+        title,
+        verdicts.count(True),
+        verdicts.count(False),
+        undecided,
+        verdicts.count(None) - undecided,
+    )
 
 
 def counts(board: Scoreboard) -> list[Count]:
@@ -163,8 +183,8 @@ def summary(board: Scoreboard) -> str:
     """Summarise a scoreboard in one line."""
     every = count(board.rows)
     return (
-        f'{every.passed} of {every.passed + every.missed} rows pass, {every.unpublished} have no '
-        'published number'
+        f'{every.passed} of {every.judged} rows pass, {every.missed} miss, {every.undecided} are '
+        f'undecided; {every.unpublished} have no published number'
     )
 
 

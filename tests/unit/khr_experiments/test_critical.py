@@ -16,11 +16,13 @@ from khr_common import KhrError
 from khr_experiments.critical import (
     HIGHEST,
     LOWEST,
+    RAGGED,
     VIBRATES,
     Attempt,
     Condition,
     Limit,
     bisect,
+    measure,
     report,
     run,
     text_of,
@@ -55,11 +57,24 @@ def test_search_ends_at_the_ends():
     assert bisect(lambda _: False, 6.0, 0.1) == LOWEST
 
 
-def test_interval_is_students():
-    limit = Limit((5.0, 6.0, 7.0), ())
+def test_interval_is_students_over_what_bisection_and_raggedness_leave():
+    limit = Limit((5.0, 6.0, 7.0), (), 0.2)
     assert limit.mean == 6.0
-    assert limit.half_width == pytest.approx(4.302653 / np.sqrt(3.0), rel=1e-6)
+    rest = 1.96 * np.hypot(0.2 / np.sqrt(12.0), RAGGED)
+    assert limit.half_width == pytest.approx(np.hypot(4.302653 / np.sqrt(3.0), rest), rel=1e-6)
+    assert Limit((6.0, 6.0, 6.0), (), 0.2).half_width == pytest.approx(rest)
     assert Limit((5.0,), ()).half_width == inf
+
+
+def test_seeds_search_on_lattices_of_their_own(monkeypatch):
+    def attempt(condition, inclination_deg, seed):
+        return Attempt(inclination_deg, seed, outcome('walked' if inclination_deg < 7 else 'fell'))
+
+    monkeypatch.setattr('khr_experiments.critical.attempt', attempt)
+    limit = measure(Condition(), 6, 0.2)
+    assert len(set(limit.of_seeds)) == 6
+    assert limit.of_seeds == pytest.approx([7.0] * 6, abs=0.1)
+    assert limit.tolerance == 0.2
 
 
 def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():

@@ -208,14 +208,14 @@ def test_verdicts_are_counted_by_chapter():
     assert [one.title[:9] for one in found] == ['Chapter 3', 'Chapter 5', 'Chapter 6']
     assert [one.missed for one in found] == [0, 1, 0]
     every = scoreboard_page.count(board.rows)
-    for name in ('passed', 'missed', 'unpublished'):
+    for name in ('passed', 'missed', 'undecided', 'unpublished'):
         assert sum(getattr(one, name) for one in found) == getattr(every, name)
-    judged = every.passed + every.missed
+    judged = every.passed + every.missed + every.undecided
     assert scoreboard_page.summary(board).startswith(f'{every.passed} of {judged} rows pass')
     text = scoreboard_page.scoreboard_markdown(board)
     assert text.count('| **miss** |') == 1 and text.count('| pass |') == every.passed
     assert (
-        '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.00 | - | - | -7.70 | predicted | **miss** |' in text
+        '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 | - | - | -7.70 | fitted | **miss** |' in text
     )
 
 
@@ -287,7 +287,7 @@ class Explained(Thesis):
 def test_findings_name_the_best_explanation(kind, says):
     text = sections(findings(kind(amiss=walking(18.0))))
     (line,) = [line for line in text[CONTRADICTS].splitlines() if 'walk, K_A 18' in line]
-    assert line.startswith('| walk, K_A 18 | 9.7 | 2.00 +- 0.00 |')
+    assert line.startswith('| walk, K_A 18 | 9.7 | 2.00 +- 0.20 |')
     assert '| -7.70 |' in line and line.endswith(f'| {says} |')
     assert ('| friction 0.15 | +7.50 |' in text[ADDS]) == (kind is Explained)
 

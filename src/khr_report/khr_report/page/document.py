@@ -16,9 +16,15 @@ Item = TypeVar('Item')
 
 @dataclass(frozen=True)
 class Verdict:
-    """A cell that says whether a row agrees with the thesis; None without a published number."""
+    """A cell that says whether a row agrees with the thesis.
+
+    Attributes:
+        passed: None without a published number, or if it is undecided.
+        undecided: whether the uncertainty leaves it open.
+    """
 
     passed: bool | None
+    undecided: bool = False
 
     @property
     def css(self) -> str:
@@ -26,6 +32,8 @@ class Verdict:
         return {True: 'pass', False: 'miss', None: 'none'}[self.passed]
 
     def __str__(self) -> str:
+        if self.undecided:
+            return 'undecided'
         return {True: 'pass', False: 'miss', None: 'no number published'}[self.passed]
 
 

@@ -1,0 +1,39 @@
+"""Invented robots: candidates of a calibration whose limits follow from their constants."""
+
+from khr_experiments.calibration_objective import Candidate, cost_of
+from khr_experiments.calibration_plan import CalibrationPlan, FreeConstant, WantedLimit, WantedWalk
+
+PLAN = CalibrationPlan(
+    {
+        'sway': FreeConstant(('gait.sway',), (0.01, 0.04), 'invented'),
+        'board': FreeConstant(
+            ('simulator.friction_smooth',), (0.1, 0.4), 'invented', 'derived', (0.2, 0.3), True
+        ),
+        'lift': FreeConstant(('gait.lift',), (0.01, 0.03), 'invented'),
+    },
+    (
+        WantedLimit('walk', 5.5, 5.9),
+        WantedLimit('walk', 8.9, 9.2, ka=12.0),
+        WantedLimit('walk', 9.3, 9.3, ka=15.0, use='held back'),
+    ),
+    (WantedWalk(0.0, cycles=20),),
+)
+TITLES = [row.condition.title for row in PLAN.fitted]
+
+
+def robot(sway=0.025, board=0.2, lift=0.02, complete=True, walk_cost=0.0):
+    """Return a robot; sway decides its limits, lift nothing."""
+    base = 5.9 + 200.0 * (sway - 0.025)
+    found = Candidate(
+        {'sway': sway, 'board': board, 'lift': lift},
+        {TITLES[0]: [base], TITLES[1]: [base + 3.3 + 5.0 * (board - 0.2)]},
+        {PLAN.walks[0].title: [walk_cost]},
+    )
+    return Candidate(
+        found.constants, found.limits, found.walks, cost_of(PLAN, found), complete, runs=7
+    )
+
+
+def measure(task):
+    """Measure a candidate: a stand-in of ``measure_robot``."""
+    return robot(**task.constants)
