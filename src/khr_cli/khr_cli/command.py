@@ -91,8 +91,11 @@ def run(
 
 
 @app.command(name='view')
-def view_live(
-    what: Annotated[str, typer.Argument(help='A scenario file or name.')],
+def view(
+    what: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
+    against: Annotated[
+        Path | None, typer.Option(help='Another run to play back beside it.')
+    ] = None,
     pace: Annotated[
         float, typer.Option(help='Simulated by wall time; 0 goes as fast as it can.')
     ] = 1.0,
@@ -118,9 +121,12 @@ def view_live(
     ] = None,
     domain: DomainOption = None,
 ) -> None:
-    """Run a scenario and show it in a browser, with its gains at hand, until Ctrl-C."""
+    """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
     from khr_cli import run as runs
 
+    if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
+        both = [Path(what), *([against] if against else [])]
+        raise typer.Exit(runs.play(both, runs.Viewing(host, port, browser)))
     changes = scenarios.changes_of(set_ or [])
     changes |= {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     viewing = runs.Viewing(host, port, browser, stay=True)

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -24,6 +24,9 @@ from khr_bringup.scenario import Scenario
 from khr_common import KhrError
 from khr_common.files import write_text
 from khr_sim.run_parameters import RunParameters
+
+if TYPE_CHECKING:
+    from khr_view.guard import Door
 
 VERDICTS = ('walked', 'stood', 'fell', 'slipped')
 INTERRUPTED = 130  # the shell's exit code for SIGINT
@@ -203,15 +206,28 @@ def _graph(
     )
 
 
+def play(paths: Sequence[Path], viewing: Viewing) -> int:
+    """Play recorded runs back in a browser until interrupted; return the exit code."""
+    from khr_view import playback
+
+    return playback.play(paths, _door(viewing, Console(stderr=True)))
+
+
+def _door(viewing: Viewing, console: Console) -> Callable[[], Door]:
+    """Return what opens the door of the page and says where it is."""
+    from khr_view import beside
+
+    say = partial(console.print, highlight=False, markup=False, soft_wrap=True)
+    return partial(beside.opened, viewing.host, viewing.port, viewing.browser, say)
+
+
 def _page(viewing: Viewing | None, console: Console) -> Callable[[Processes], None]:
     """Open the door of the page, if there is to be one; return what starts it."""
     if viewing is None:
         return lambda _: None
     from khr_view import beside
 
-    say = partial(console.print, highlight=False, markup=False, soft_wrap=True)
-    door = beside.opened(viewing.host, viewing.port, viewing.browser, say)
-    return partial(beside.start, door)
+    return partial(beside.start, _door(viewing, console)())
 
 
 def _offline(

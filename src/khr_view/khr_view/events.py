@@ -40,3 +40,31 @@ class Switch:
     """Another scenario is to take the place of the one that runs."""
 
     scenario: str
+
+
+@dataclass(frozen=True)
+class Play:
+    """A recording is to go on, or to stand still."""
+
+    on: bool
+
+
+@dataclass(frozen=True)
+class Seek:
+    """A recording is to be shown at a time, s."""
+
+    time: float
+
+
+@dataclass(frozen=True)
+class Step:
+    """A recording is to go some control periods on, or back."""
+
+    periods: int
+
+
+@dataclass(frozen=True)
+class Speed:
+    """A recording is to be played at a speed, recorded by wall time."""
+
+    factor: float

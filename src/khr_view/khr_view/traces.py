@@ -6,6 +6,7 @@ from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -87,6 +88,13 @@ CHARTS = (
     ),
 )
 TOPICS = tuple(sorted({topic for chart in CHARTS for topic in chart.topics}, key=lambda t: t.name))
+
+
+class Columns(Protocol):
+    """What charts are drawn from."""
+
+    def columns(self, chart: Chart) -> tuple[Array, ...]:
+        """Return times in s, and for each line of a chart its values at these times."""
 
 
 class Traces:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from khr_view.spectrum_lines import SpectrumLines
-from khr_view.traces import BLUE, CHARTS, ORANGE, Chart, Traces
+from khr_view.traces import BLUE, ORANGE, Chart, Columns
 
 HEIGHT = 110  # px
 GREY = '#8A8F98'
@@ -33,11 +33,11 @@ def _line(label: str, color: str, width: float = 1.5, dashed: bool = False) -> d
 class TimeCharts:
     """One chart per group of signals, over the last seconds."""
 
-    def __init__(self, gui: Any, charts: tuple[Chart, ...] = CHARTS) -> None:
+    def __init__(self, gui: Any, charts: tuple[Chart, ...]) -> None:
         self._charts = charts
         self._handles = [self._add(gui, chart) for chart in charts]
 
-    def show(self, traces: Traces) -> None:
+    def show(self, traces: Columns) -> None:
         """Draw what the traces hold."""
         for chart, handle in zip(self._charts, self._handles, strict=True):
             columns = traces.columns(chart)

@@ -18,7 +18,7 @@ from khr_view.page.robot_view import BoardView, RobotView
 from khr_view.page.server import PageServer
 from khr_view.snapshot import Snapshot
 from khr_view.spectrum_lines import SpectrumLines
-from khr_view.traces import Traces
+from khr_view.traces import CHARTS, Chart, Columns
 
 ROOT = '/world'
 TITLE = 'khr'
@@ -63,12 +63,13 @@ class Display:
 
     Args:
         door: where it is served.
+        charts: to show beside the scene.
 
     Attributes:
         events: what readers did, oldest first; taken by the one who owns the window.
     """
 
-    def __init__(self, door: Door) -> None:
+    def __init__(self, door: Door, charts: tuple[Chart, ...] = CHARTS) -> None:
         self.events: SimpleQueue[Any] = SimpleQueue()
         self.server = PageServer(door, TITLE)
         server = self.server
@@ -92,7 +93,7 @@ class Display:
         panel = server.gui.add_panel()
         with panel.add_tab('Signals'):
             self._spectrum = SpectrumChart(server.gui)
-            self._charts = TimeCharts(server.gui)
+            self._charts = TimeCharts(server.gui, charts)
         panel.dock_left()
         panel.set_width(360)
         server.gui.main_panel.dock_right()
@@ -122,6 +123,9 @@ class Display:
             first = scenes[0] if scenes else None
             if first is not None:
                 self._board.show(first)
+                for robot, scene in list(zip(self._robots, scenes, strict=True))[1:]:
+                    if scene is not None:
+                        robot.tilt(first.inclination - scene.inclination)
                 if self._follow:
                     self._root.position = -first.way
 
@@ -152,7 +156,7 @@ class Display:
             dark_mode=dark,
         )
 
-    def show_traces(self, traces: Traces) -> None:
+    def show_traces(self, traces: Columns) -> None:
         """Draw the charts over time."""
         self._charts.show(traces)
 
@@ -160,10 +164,10 @@ class Display:
         """Draw the spectrum."""
         self._spectrum.show(lines)
 
-    def show_status(self, note: Note, rows: Sequence[tuple[str, str]]) -> None:
+    def show_status(self, note: Note, rows: Sequence[tuple[str, ...]]) -> None:
         """Write how the run goes."""
         cells = ''.join(
-            f'<tr><td>{escape(name)}</td><td>{escape(value)}</td></tr>' for name, value in rows
+            '<tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row) + '</tr>' for row in rows
         )
         trouble = f'<div class="khr-note">{escape(note.trouble)}</div>' if note.trouble else ''
         self._status.content = (

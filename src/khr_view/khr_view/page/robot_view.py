@@ -119,6 +119,10 @@ class RobotView:
         self._support.points = outline(scene.support)
         self._walk(scene)
 
+    def tilt(self, angle: float) -> None:
+        """Turn all of it about the board's axis, rad: from the board it stands on to another."""
+        self.frame.wxyz = _wxyz(pitched(angle))
+
     def show_push(self, scene: Snapshot, force: NDArray[np.float64]) -> None:
         """Show a push that acts or is being dragged, N in odom; a zero one hides it."""
         size = float(np.linalg.norm(force))
