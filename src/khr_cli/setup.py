@@ -23,6 +23,7 @@ setup(
         'khr_experiments',
         'khr_figures',
         'khr_report',
+        'khr_view',
         'rich',
         'typer',
     ],

@@ -47,6 +47,7 @@ ROSDEP_KEYS = {  # in rosdep/python.yaml of rosdistro
     'rosbags': 'python3-rosbags-pip',
     'scipy': 'python3-scipy',
     'typer': 'python3-typer',
+    'websockets': 'python3-websockets',
 }
 OPTIONAL = {'mujoco'}  # an extra of pip's, imported if it is asked for
 

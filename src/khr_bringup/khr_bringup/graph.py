@@ -86,6 +86,8 @@ def run_graph(
     record: bool = True,
     one_process: bool = False,
     show: Callable[[Any], None] = lambda _: None,
+    beside: Callable[[Processes], None] = lambda _: None,
+    stay: bool = False,
 ) -> GraphResult:
     """Run a prepared scenario over topics until it ends or is interrupted.
 
@@ -96,6 +98,8 @@ def run_graph(
         record: start the recorder.
         one_process: all nodes in one process instead of one each.
         show: called some times a second with the :class:`~khr_bringup.run_monitor.View`.
+        beside: starts what looks on at the run, which goes on without it.
+        stay: keep the graph when the run is over, for a reset, until it is interrupted.
 
     Raises:
         RunError: if a node dies, or does not appear or answer in time; it is named, the rest
@@ -114,12 +118,14 @@ def run_graph(
                 {'graph': nodes} if one_process else {n: [n] for n in nodes}
             ).items():
                 processes.start(name, [entries[node] for node in group], parameters)
+            beside(processes)
             result = _watch(
                 processes,
                 (_awaited(scenario.table(RunParameters)), entry.run, _owners(nodes)),
                 interrupted,
                 show,
                 'graph' if one_process else 'simulator',
+                stay,
             )
         finally:
             failure = processes.stop()
@@ -132,6 +138,7 @@ def _watch(
     interrupted: list[int],
     show: Callable[[Any], None],
     simulator: str,
+    stay: bool,
 ) -> GraphResult:
     import rclpy
     from rclpy.experimental.events_executor import EventsExecutor
@@ -145,9 +152,12 @@ def _watch(
     executor.add_node(watcher)
     view, deadline = watcher.view, float('inf')
     try:
-        while not view.over and time.monotonic() < deadline:
+        while (stay or not view.over) and time.monotonic() < deadline:
             executor.spin_once(0.1)
+            view.warnings += processes.left()
             show(view)
+            if interrupted:
+                stay = False
             if interrupted and deadline == float('inf'):
                 deadline = time.monotonic() + LAST_WORDS
                 processes.interrupt(simulator)

@@ -21,7 +21,12 @@ from khr_common.interfaces import CLOCK, JOINT_STATE
 from khr_common.parameters import specifications
 
 GROUP = 'khr.nodes'
-OWN = ('khr_sim', 'khr_balance', 'khr_analysis')  # the packages of this project that have nodes
+OWN = (
+    'khr_sim',
+    'khr_balance',
+    'khr_analysis',
+    'khr_view',
+)  # the packages of this project that have nodes
 
 
 @dataclass(frozen=True)

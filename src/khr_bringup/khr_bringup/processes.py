@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -41,6 +41,7 @@ class Processes:
         self._log = log
         self._locks = (lock,) if lock >= 0 else ()
         self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._beside: set[str] = set()
         log.mkdir(parents=True, exist_ok=True)
 
     def start(self, name: str, nodes: Sequence[str], parameters: Path) -> None:
@@ -54,26 +55,55 @@ class Processes:
         ros = ['--ros-args', '--params-file', str(parameters)]
         self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
 
-    def start_module(self, name: str, module: str, arguments: list[str]) -> None:
-        """Start a module with its output in ``name.log``; it ends with this process."""
+    def start_module(
+        self,
+        name: str,
+        module: str,
+        arguments: list[str],
+        environment: Mapping[str, str] | None = None,
+        descriptor: int = -1,
+        beside: bool = False,
+    ) -> None:
+        """Start a module with its output in ``name.log``; it ends with this process.
+
+        Args:
+            name: of the process.
+            module: to run.
+            arguments: of its command line.
+            environment: added to that of all.
+            descriptor: of a file that it inherits; negative if there is none.
+            beside: whether the run goes on without it.
+        """
+        if beside:
+            self._beside.add(name)
+        inherited = (*self._locks, *([descriptor] if descriptor >= 0 else []))
         with (self._log / f'{name}.log').open('wb') as log, _sigint_blocked():
             self._children[name] = subprocess.Popen(
                 [sys.executable, '-m', 'khr_bringup.child', module, *arguments],
-                env=self._environment,
+                env={**self._environment, **(environment or {})},
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                pass_fds=self._locks,
+                pass_fds=inherited,
             )
 
     def ended(self) -> str | None:
-        """Describe a process that has ended, if one has."""
+        """Describe a process that has ended, if one has, of those that the run needs."""
         for name, child in self._children.items():
             code = child.poll()
-            if code is not None:
+            if code is not None and name not in self._beside:
                 return self._obituary(name, code)
         return None
+
+    def left(self) -> list[str]:
+        """Describe those that were beside the run and have ended; forget them."""
+        gone = {name: self._children[name].poll() for name in self._beside}
+        ended = {name: code for name, code in gone.items() if code is not None}
+        self._beside -= set(ended)
+        for name in ended:
+            del self._children[name]
+        return [self._obituary(name, code) for name, code in ended.items()]
 
     def _obituary(self, name: str, code: int) -> str:
         how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with {code}'

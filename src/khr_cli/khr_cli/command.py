@@ -64,6 +64,9 @@ def run(
     network: Annotated[
         bool, typer.Option('--network', help='Let other machines join; by default none can.')
     ] = False,
+    view: Annotated[
+        bool, typer.Option('--view', help='Show it in a browser while it runs.')
+    ] = False,
 ) -> None:
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr_cli import run as runs
@@ -82,8 +85,53 @@ def run(
         expect=expect,
         domain=domain,
         network=network,
+        view=runs.Viewing() if view else None,
     )
     raise typer.Exit(runs.run(chosen, options))
+
+
+@app.command(name='view')
+def view(
+    what: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
+    against: Annotated[
+        Path | None, typer.Option(help='Another run to play back beside it.')
+    ] = None,
+    pace: Annotated[
+        float, typer.Option(help='Simulated by wall time; 0 goes as fast as it can.')
+    ] = 1.0,
+    duration: Annotated[
+        float, typer.Option(help='Simulated seconds; 0 goes on until stopped.')
+    ] = 0.0,
+    host: Annotated[
+        str, typer.Option(help='Address of the page; one that others reach needs a token.')
+    ] = '127.0.0.1',
+    port: Annotated[
+        int, typer.Option(help='Port of the page; the first free one from 8090 on by default.')
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option('--browser/--no-browser', help='Open the page in a browser.')
+    ] = True,
+    record: Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')] = True,
+    out: Annotated[
+        Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
+    ] = None,
+    domain: DomainOption = None,
+) -> None:
+    """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
+    from khr_cli import run as runs
+
+    if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
+        both = [Path(what), *([against] if against else [])]
+        raise typer.Exit(runs.play(both, runs.Viewing(host, port, browser)))
+    changes = scenarios.changes_of(set_ or [])
+    changes |= {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
+    viewing = runs.Viewing(host, port, browser, stay=True)
+    options = runs.Options(one_process=True, record=record, out=out, domain=domain, view=viewing)
+    raise typer.Exit(runs.run(scenarios.load(what).changed(changes), options))
 
 
 @app.command(name='scenarios')

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import datetime
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -17,11 +18,15 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from khr_bringup.offline import duration, run_offline
+from khr_bringup.processes import Processes
 from khr_bringup.run_registry import registered
 from khr_bringup.scenario import Scenario
 from khr_common import KhrError
 from khr_common.files import write_text
 from khr_sim.run_parameters import RunParameters
+
+if TYPE_CHECKING:
+    from khr_view.guard import Door
 
 VERDICTS = ('walked', 'stood', 'fell', 'slipped')
 INTERRUPTED = 130  # the shell's exit code for SIGINT
@@ -30,6 +35,22 @@ NETWORK = (
     '--network: every machine that reaches this one may see all topics, publish on them and '
     'change parameters; UDP ports are open on all interfaces'
 )
+
+
+@dataclass(frozen=True)
+class Viewing:
+    """How a run is shown in a browser; see ``khr view --help``.
+
+    Attributes:
+        host, port: that the page is served on.
+        browser: whether to open it.
+        stay: whether the run stays until it is interrupted, and may be started anew.
+    """
+
+    host: str = '127.0.0.1'
+    port: int = 0
+    browser: bool = True
+    stay: bool = False
 
 
 @dataclass(frozen=True)
@@ -43,6 +64,12 @@ class Options:
     expect: str | None = None
     domain: int | None = None
     network: bool = False
+    view: Viewing | None = None
+
+    @property
+    def stay(self) -> bool:
+        """Return whether the run goes on until it is interrupted."""
+        return self.view is not None and self.view.stay
 
 
 @dataclass(frozen=True)
@@ -75,7 +102,7 @@ def run(scenario: Scenario, options: Options) -> int:
             f'--expect: {options.expect!r} is not accepted; accepted: {" | ".join(VERDICTS)}'
         )
     console = Console(stderr=True)
-    scenario = scenario.changed({('simulator', 'duration'): duration(scenario)})
+    scenario = _bounded(scenario, options)
     folder = _folder(scenario, options.out)
     start = time.monotonic()
     if options.offline:
@@ -96,7 +123,7 @@ def run(scenario: Scenario, options: Options) -> int:
     if failures:
         return 1
     if result.end == 'stopped':
-        return INTERRUPTED
+        return 0 if options.stay else INTERRUPTED
     if options.expect is not None and result.verdict != options.expect:
         console.print(
             f'khr: expected {options.expect}, the outcome is {result.verdict or "unknown"}',
@@ -104,6 +131,13 @@ def run(scenario: Scenario, options: Options) -> int:
         )
         return 1
     return 0
+
+
+def _bounded(scenario: Scenario, options: Options) -> Scenario:
+    """Return the scenario with its duration, the motion's by default."""
+    if options.stay:
+        return scenario
+    return scenario.changed({('simulator', 'duration'): duration(scenario)})
 
 
 def _folder(scenario: Scenario, out: Path | None) -> Path:
@@ -131,6 +165,7 @@ def _graph(
         )
         if entry.network:
             console.print(f'khr: {NETWORK}', highlight=False)
+        beside = _page(options.view, console)
         with _progress(console, seconds) as show:
 
             def show_view(view: Any) -> None:
@@ -155,6 +190,8 @@ def _graph(
                 record=options.record,
                 one_process=options.one_process,
                 show=show_view,
+                beside=beside,
+                stay=options.stay,
             )
     for warning in result.warnings:
         console.print(f'khr: {warning}', highlight=False, markup=False)
@@ -167,6 +204,30 @@ def _graph(
         result.ended - result.started,
         result.failure,
     )
+
+
+def play(paths: Sequence[Path], viewing: Viewing) -> int:
+    """Play recorded runs back in a browser until interrupted; return the exit code."""
+    from khr_view import playback
+
+    return playback.play(paths, _door(viewing, Console(stderr=True)))
+
+
+def _door(viewing: Viewing, console: Console) -> Callable[[], Door]:
+    """Return what opens the door of the page and says where it is."""
+    from khr_view import beside
+
+    say = partial(console.print, highlight=False, markup=False, soft_wrap=True)
+    return partial(beside.opened, viewing.host, viewing.port, viewing.browser, say)
+
+
+def _page(viewing: Viewing | None, console: Console) -> Callable[[Processes], None]:
+    """Open the door of the page, if there is to be one; return what starts it."""
+    if viewing is None:
+        return lambda _: None
+    from khr_view import beside
+
+    return partial(beside.start, _door(viewing, console)())
 
 
 def _offline(

@@ -66,11 +66,13 @@ class RunParameters(SimulatorParameters):
         maximum=3600.0,
     )
     realtime_factor: float = parameter(
-        1.0,
-        'Simulated by wall time in realtime mode.',
-        minimum=0.01,
+        1.0, 'Simulated by wall time in realtime mode.', minimum=0.01, maximum=100.0
+    )
+    pace: float = parameter(
+        0.0,
+        'Simulated by wall time that lockstep does not exceed; 0 goes as fast as it can.',
+        minimum=0.0,
         maximum=100.0,
-        read_only=True,
     )
     command_timeout: float = parameter(
         0.1,

@@ -110,6 +110,7 @@ class MonitorNode(Listener):
                                 'real_time_factor': f'{factor:.2f}',
                                 'pitch_rate': f'{self._pitch_rate:.3f}',
                                 'peak': self._peak,
+                                **(quantities(self._outcome) if self._outcome else {}),
                             }
                         ),
                     )

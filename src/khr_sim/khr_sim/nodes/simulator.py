@@ -11,6 +11,7 @@ from typing import NamedTuple
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
+from rclpy.timer import Timer
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
@@ -40,6 +41,7 @@ LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a lis
 SILENCE = 4.0  # s of wall time without a report of those that have not received the end
 LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
+TICKS = 4  # looks per control period whether its time has come, if there is a pace
 
 
 class Answer(NamedTuple):
@@ -80,13 +82,10 @@ class SimulatorNode(KhrNode):
         self.create_service(SetBool, '~/pause', self._on_pause)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(ASK_AGAIN, self._on_watch, clock=self._steady)
+        self._metronome: Timer | None = None
+        self._tick = 0.0
         self._restart()
-        if not self._lockstep:
-            self.create_timer(
-                self.parameters.control_period / self.parameters.realtime_factor,
-                self._on_tick,
-                clock=self._steady,
-            )
+        self._set_metronome()
 
     @property
     def _lockstep(self) -> bool:
@@ -95,6 +94,21 @@ class SimulatorNode(KhrNode):
     def configure(self, parameters: RunParameters) -> None:
         """Pass changed parameters to the physics; they act from the next control period."""
         self.plant.configure(parameters)
+        self._set_metronome()
+
+    def _set_metronome(self) -> None:
+        """Tick by the wall clock: each period in realtime mode, more often to keep a pace."""
+        p = self.parameters
+        factor = TICKS * p.pace if self._lockstep else p.realtime_factor
+        tick = p.control_period / factor if factor else 0.0
+        if tick == self._tick:
+            return
+        if self._metronome is not None:
+            self.destroy_timer(self._metronome)
+        self._tick, self._metronome = tick, None
+        if tick:
+            on_tick = self._pump if self._lockstep else self._on_tick
+            self._metronome = self.create_timer(tick, on_tick, clock=self._steady)
 
     def finish(self) -> None:
         """Publish how far the run got."""
@@ -121,7 +135,7 @@ class SimulatorNode(KhrNode):
         self._started = False
         self._progress = self._attention = self._born = self._reported = time.monotonic()
         self._stale = self._missed = 0
-        self._last_tick = 0.0
+        self._last_tick = self._beat = 0.0
         self._enter('waiting')
         if GAIT not in self._sources:
             self._begin([0.0] * len(JOINTS))
@@ -142,8 +156,22 @@ class SimulatorNode(KhrNode):
             self._begin(list(reference.position))
         if self.state == 'waiting' and not self._waiting_for():
             self._enter('running')
-        while self.state == 'running' and self._lockstep and not self._missing():
+        while (
+            self.state == 'running' and self._lockstep and not self._missing() and self._in_time()
+        ):
             self._advance(self._barrier.at(self._due))
+
+    def _in_time(self) -> bool:
+        """Return whether the pace lets the coming period begin, and count it if so."""
+        pace = self.parameters.pace
+        if not pace:
+            return True
+        now, period = time.monotonic(), self.parameters.control_period / pace
+        if now < self._beat:
+            return False
+        # What a slow computer loses is not made up for by more than a period.
+        self._beat = max(self._beat, now - period) + period
+        return True
 
     @property
     def _due(self) -> int:
@@ -271,7 +299,7 @@ class SimulatorNode(KhrNode):
         silent = now - max(self._progress, self._attention)
         if self.state == 'waiting':
             self._wait(now)
-        elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN:
+        elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN and self._missing():
             if silent > self.parameters.lockstep_timeout:
                 self._abort(
                     f'{self._silence()} within {self.parameters.lockstep_timeout:g} s of wall time'

@@ -1,0 +1,55 @@
+"""The page beside a run: in a process of its own, which the run does not wait for."""
+
+from __future__ import annotations
+
+import os
+import sys
+import webbrowser
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from khr_view.guard import SOCKET, TOKEN, Door, open_door
+
+if TYPE_CHECKING:
+    from khr_bringup.processes import Processes
+
+ENTRY = 'khr_view.node_specs:PAGE'
+OPENED = (
+    '--host: whoever reaches {host} and has this address may look on, change parameters and push; '
+    'it is not encrypted'
+)
+
+
+def opened(host: str, port: int, browser: bool, say: Callable[[str], None]) -> Door:
+    """Open a door, print its address, and open it in a browser if there is one to see.
+
+    Raises:
+        ViewError: as :func:`khr_view.guard.open_door`.
+    """
+    door = open_door(host, port)
+    say(f'page: {door.address}')
+    if door.token:
+        say(f'khr: {OPENED.format(host=host)}')
+    if browser and _screen():
+        webbrowser.open(door.address)
+    return door
+
+
+def start(door: Door, processes: Processes) -> None:
+    """Start the page; a browser that asks before it is up waits at the door."""
+    processes.start_module(
+        'page',
+        'khr_common.nodes.run',
+        [ENTRY],
+        {SOCKET: str(door.socket.fileno()), TOKEN: door.token},
+        door.socket.fileno(),
+        beside=True,
+    )
+    door.socket.close()  # it is the page's now
+
+
+def _screen() -> bool:
+    """Return whether a browser would have a window: one of text alone cannot show the page."""
+    if sys.platform != 'linux':
+        return True
+    return bool(os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY'))

@@ -1,0 +1,148 @@
+"""Who may open the page: the socket it is served on, and the check of every request.
+
+A web page from anywhere can make the reader's browser send requests to this machine. Its origin
+gives it away, or, if its name has been made to point here (DNS rebinding), the host it asks for.
+"""
+
+from __future__ import annotations
+
+import ipaddress
+import secrets
+import socket
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from http.cookies import CookieError, SimpleCookie
+from urllib.parse import parse_qs, urlsplit
+
+from khr_view.errors import ViewError
+
+COOKIE = 'khr_view'
+KEY = 'token'
+# In the environment of a page whose door another process has opened: descriptor and token.
+SOCKET, TOKEN = 'KHR_VIEW_SOCKET', 'KHR_VIEW_TOKEN'
+FREE = 100  # ports that are tried from the default one on
+# What the browser may load and connect to: this page alone, so no request leaves the machine.
+HEADERS = {
+    'Content-Security-Policy': "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
+    "connect-src 'self' data: blob: ws: wss:; frame-ancestors 'none'; form-action 'none'",
+    'Referrer-Policy': 'no-referrer',
+    'X-Content-Type-Options': 'nosniff',
+}
+
+
+@dataclass(frozen=True)
+class Door:
+    """A socket that listens, and what one must know to come in.
+
+    Attributes:
+        socket: bound and listening.
+        host: as the user named it.
+        port: that it listens on.
+        token: needed from other machines; empty if only this one can reach the socket.
+    """
+
+    socket: socket.socket = field(compare=False)
+    host: str
+    port: int
+    token: str = ''
+
+    @property
+    def address(self) -> str:
+        """Return what to type into a browser."""
+        name = f'[{self.host}]' if ':' in self.host else self.host
+        return f'http://{name}:{self.port}/' + (f'?{KEY}={self.token}' if self.token else '')
+
+    def refusal(self, headers: Mapping[str, str], path: str) -> str:
+        """Say why a request is refused; empty if it is not.
+
+        Args:
+            headers: of the request, whose names are found in whatever case.
+            path: that it asks for, with its query.
+        """
+        host = headers.get('Host', '')
+        if not self.token and host not in self._names:
+            return f'host {host!r} is not accepted; accepted: {", ".join(self._names)}'
+        if self.token and not self._knows(headers, path):
+            return f'no valid token; accepted: the address that khr printed, with its {KEY}'
+        if headers.get('Upgrade', '').lower() == 'websocket':
+            origin = headers.get('Origin', '')
+            if urlsplit(origin).netloc != host or not host:
+                return f'origin {origin!r} is not accepted; accepted: http://{host}'
+        return ''
+
+    def headers(self, path: str) -> dict[str, str]:
+        """Return what to add to the answer to an accepted request."""
+        if not self.token or self._given(path) != self.token:
+            return HEADERS
+        cookie = f'{COOKIE}={self.token}; HttpOnly; SameSite=Strict; Path=/'
+        return HEADERS | {'Set-Cookie': cookie}
+
+    @property
+    def _names(self) -> tuple[str, ...]:
+        return tuple(f'{name}:{self.port}' for name in ('127.0.0.1', 'localhost', '[::1]'))
+
+    def _knows(self, headers: Mapping[str, str], path: str) -> bool:
+        try:
+            cookie = SimpleCookie(headers.get('Cookie', '')).get(COOKIE)
+        except CookieError:
+            cookie = None
+        given = (self._given(path), cookie.value if cookie else '')
+        return any(secrets.compare_digest(each.encode(), self.token.encode()) for each in given)
+
+    @staticmethod
+    def _given(path: str) -> str:
+        return (parse_qs(urlsplit(path).query).get(KEY) or [''])[0]
+
+
+def open_door(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> Door:
+    """Listen on an address; one that others can reach gets a token.
+
+    Args:
+        host: an address of this machine.
+        port: to listen on; 0 takes the first free one from ``first`` on.
+        first: the port that a user sees most of the time.
+
+    Raises:
+        ViewError: if the address or the port cannot be had.
+    """
+    if not 0 <= port < 65536:
+        raise ViewError(f'--port: {port} is not accepted; accepted: 0 to 65535')
+    for number in [port] if port else [*range(first, first + FREE), 0]:
+        try:
+            family, *_, address = socket.getaddrinfo(
+                host, number, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
+            )[0]
+            listening = socket.create_server(address[:2], family=family)
+        except (OSError, UnicodeError) as error:
+            if not port and not isinstance(error, socket.gaierror | UnicodeError) and number:
+                continue
+            raise ViewError(_why(host, port, error)) from error
+        token = '' if _local(listening) else secrets.token_urlsafe(24)
+        return Door(listening, host, listening.getsockname()[1], token)
+    raise ViewError(f'--port: no free port on {host}')
+
+
+def inherited(descriptor: int, host: str, token: str) -> Door:
+    """Return the door that another process has opened and passed on.
+
+    Raises:
+        ViewError: if the descriptor is no socket.
+    """
+    try:
+        listening = socket.socket(fileno=descriptor)
+    except OSError as error:
+        raise ViewError(
+            f'descriptor {descriptor}: {error.strerror}; accepted: a socket'
+        ) from error
+    return Door(listening, host, listening.getsockname()[1], token)
+
+
+def _local(listening: socket.socket) -> bool:
+    return ipaddress.ip_address(listening.getsockname()[0].partition('%')[0]).is_loopback
+
+
+def _why(host: str, port: int, error: Exception) -> str:
+    text = getattr(error, 'strerror', None) or str(error)
+    if port and not isinstance(error, socket.gaierror | UnicodeError):
+        return f'--port: {port} on {host}: {text}; accepted: a free port'
+    return f'--host: {host!r}: {text}; accepted: an address of this machine'

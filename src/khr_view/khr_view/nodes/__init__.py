@@ -1,0 +1,1 @@
+"""The node that follows a graph and serves its page."""

@@ -1,0 +1,153 @@
+"""The nodes of the run, as their services let the page change them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from rcl_interfaces.msg import ParameterEvent
+from rclpy.client import Client
+from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter_client import AsyncParameterClient
+from std_srvs.srv import SetBool, Trigger
+
+from khr_common.interfaces import PARAMETER_EVENTS
+from khr_view.controls import Control, Pending, Tunable, Value, control
+
+GONE = 'the simulator does not answer; is the run still there?'
+
+
+class Remote:
+    """Describe, read and change parameters of the run's nodes, and pause and reset it.
+
+    Nothing waits: answers come to the callbacks, or not at all.
+
+    Args:
+        node: that asks; its executor brings the answers.
+        tunables: the parameters.
+        found: called with the control of each parameter that can change.
+        changed: called with a parameter and its value whenever it has been set.
+        refused: called with a node's reason, and the parameter that keeps its value.
+    """
+
+    def __init__(
+        self,
+        node: Any,
+        tunables: Sequence[Tunable],
+        found: Callable[[Control], None],
+        changed: Callable[[Tunable, Value], None],
+        refused: Callable[[str], None],
+    ) -> None:
+        self._node, self._tunables = node, tunables
+        self._found, self._changed, self._refused = found, changed, refused
+        names = dict.fromkeys(each.node for each in tunables)
+        self._clients = {name: AsyncParameterClient(node, name) for name in names}
+        self._asked: set[str] = set()
+        self._pending = Pending()
+        self._by_key = {each.key: each for each in tunables}
+        self._reset: Client = node.create_client(Trigger, 'simulator/reset')
+        self._pause: Client = node.create_client(SetBool, 'simulator/pause')
+        node.subscribe(PARAMETER_EVENTS, self._on_event)
+
+    def discover(self) -> None:
+        """Ask the nodes that have appeared what can be changed; called now and then."""
+        for name, client in self._clients.items():
+            if name not in self._asked and client.services_are_ready():
+                self._asked.add(name)
+                self._describe(name, client)
+
+    def forget(self) -> None:
+        """Ask all nodes anew: another run may have taken the place of the last."""
+        self._asked.clear()
+
+    def ask(self, tunable: Tunable, value: Value) -> None:
+        """Have a parameter changed; of several values the newest counts."""
+        self._pending.ask(tunable.key, value)
+
+    def send(self) -> None:
+        """Send what has been asked for."""
+        for key, value in self._pending.due().items():
+            self._send(self._by_key[key], value)
+
+    def pause(self, halt: bool) -> None:
+        """Halt the time of the run, or let it go on."""
+        self._call(self._pause, SetBool.Request(data=halt))
+
+    def reset(self) -> None:
+        """Start the run anew."""
+        self._call(self._reset, Trigger.Request())
+
+    def _describe(self, node: str, client: AsyncParameterClient) -> None:
+        own = [each for each in self._tunables if each.node == node]
+        listing = client.list_parameters()
+
+        def listed(future: Any) -> None:
+            known = set(_answer(future).result.names)
+            mine = [each for each in own if each.name in known]
+            names = [each.name for each in mine]
+            descriptions = client.describe_parameters(names)
+
+            def described(future: Any) -> None:
+                descriptors = _answer(future).descriptors
+                values = client.get_parameters(names)
+                values.add_done_callback(
+                    lambda future: self._on_values(mine, descriptors, _answer(future).values)
+                )
+
+            descriptions.add_done_callback(described)
+
+        listing.add_done_callback(listed)
+
+    def _on_values(self, tunables: Sequence[Tunable], descriptors: Any, values: Any) -> None:
+        for each, descriptor, value in zip(tunables, descriptors, values, strict=True):
+            found = control(each, descriptor, parameter_value_to_python(value))
+            if found is not None:
+                self._found(found)
+
+    def _send(self, tunable: Tunable, value: Value) -> None:
+        client = self._clients[tunable.node]
+        if not client.services_are_ready():
+            self._pending.answered(tunable.key)
+            self._refused(f'{tunable.node}: no such node in the run')
+            return
+        future = client.set_parameters([Parameter(tunable.name, value=value)])
+
+        def answered(future: Any) -> None:
+            self._pending.answered(tunable.key)
+            (result,) = _answer(future).results
+            self._refused('' if result.successful else f'{tunable.node}: {result.reason}')
+            if not result.successful:
+                self._restore(tunable)
+
+        future.add_done_callback(answered)
+
+    def _restore(self, tunable: Tunable) -> None:
+        future = self._clients[tunable.node].get_parameters([tunable.name])
+        future.add_done_callback(
+            lambda future: self._changed(
+                tunable, parameter_value_to_python(_answer(future).values[0])
+            )
+        )
+
+    def _call(self, client: Client, request: Any) -> None:
+        if not client.service_is_ready():
+            self._refused(GONE)
+            return
+
+        def answered(future: Any) -> None:
+            response = _answer(future)
+            self._refused('' if response.success else f'simulator: {response.message}')
+
+        client.call_async(request).add_done_callback(answered)
+
+    def _on_event(self, event: ParameterEvent) -> None:
+        node = event.node.rsplit('/', 1)[-1]
+        for parameter in event.changed_parameters:
+            tunable = self._by_key.get((node, parameter.name))
+            if tunable is not None and tunable.key not in self._pending:
+                self._changed(tunable, parameter_value_to_python(parameter.value))
+
+
+def _answer(future: Any) -> Any:
+    """Return what a service has answered; a call that failed raises."""
+    return future.result()

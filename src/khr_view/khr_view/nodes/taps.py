@@ -1,0 +1,78 @@
+"""What flows in every period, looked at now and then."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import rclpy
+from rclpy.node import Node
+from rclpy.qos import QoSProfile, ReliabilityPolicy
+
+from khr_common import cdr
+from khr_common.cdr import Floats
+from khr_common.interfaces import JOINT_STATE, Topic
+from khr_common.nodes.messages import little_endian, message_class
+from khr_common.nodes.node import KhrNode
+from khr_common.run_identity import MalformedError, check_run
+
+
+class Taps:
+    """Subscriptions that wake nobody: the middleware keeps the last messages until they are taken.
+
+    They are best effort, so that no publisher keeps anything for them or waits, and the node that
+    holds them is on no executor: what is not looked at costs nothing but its transport.
+
+    Args:
+        node: whose run and namespace they are in.
+        topics: to look at.
+        depth: messages of each that are kept.
+    """
+
+    def __init__(self, node: KhrNode, topics: Sequence[Topic], depth: int) -> None:
+        self._run = node.run
+        # Its name begins with an underscore: ROS 2 tools do not list it.
+        self._node: Node = rclpy.create_node(
+            f'_{node.get_name()}_taps',
+            namespace=node.get_namespace(),
+            context=node.context,
+            start_parameter_services=False,
+            enable_rosout=False,
+            use_global_arguments=False,
+        )
+        qos = QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
+        self._taps = [
+            (
+                topic,
+                self._node.create_subscription(
+                    message_class(topic.kind), topic.name, _unused, qos, raw=True
+                ),
+            )
+            for topic in topics
+        ]
+
+    def take(self) -> Iterator[tuple[Topic, int, Floats]]:
+        """Yield topic, stamp in ns and numbers of what has come; what is not readable is left."""
+        for topic, subscription in self._taps:
+            kind, read = message_class(topic.kind), cdr.numbers_of(topic)
+            while True:
+                with subscription.handle:
+                    taken = subscription.handle.take_message(kind, True)
+                if taken is None:
+                    break
+                try:
+                    data = little_endian(taken[0], kind)
+                    if topic.kind == JOINT_STATE:
+                        check_run(cdr.frame(data), self._run)
+                    found = cdr.clock(data), read(data)
+                except (MalformedError, *cdr.UNREADABLE):
+                    continue
+                yield topic, *found
+
+    def close(self) -> None:
+        """Leave the topics."""
+        self._node.destroy_node()
+
+
+def _unused(_: Any) -> None:
+    """Stand for the callback that a subscription must have."""

@@ -1,0 +1,187 @@
+"""The whole page: scene, charts, status and controls; what the reader does comes out as events."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from html import escape
+from queue import SimpleQueue
+from typing import Any, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_sim.robot import Robot
+from khr_view.guard import Door
+from khr_view.page.charts import SpectrumChart, TimeCharts
+from khr_view.page.robot_view import BoardView, RobotView
+from khr_view.page.server import PageServer
+from khr_view.snapshot import Snapshot
+from khr_view.spectrum_lines import SpectrumLines
+from khr_view.traces import CHARTS, Chart, Columns
+
+ROOT = '/world'
+TITLE = 'khr'
+# From pale to dark, about Okabe and Ito's blue; viser takes those at 6 and 8.
+BRAND = (
+    '#e6f2fa',
+    '#cce5f4',
+    '#99cbe9',
+    '#66b1de',
+    '#3397d3',
+    '#1a85c2',
+    '#0072b2',
+    '#00649c',
+    '#005a8c',
+    '#004a73',
+)
+WIDE = 1.0  # width by height of a window from which on panels lie beside the scene
+CAMERA, TARGET = (0.45, -0.75, 0.35), (0.0, 0.0, 0.17)
+# On a phone the controls cover the lower half: the robot stands in the upper one.
+CAMERA_NARROW, TARGET_NARROW = (0.85, -1.4, 0.12), (0.0, 0.0, -0.28)
+CSS = """<style>
+.khr { padding: 0.2rem 0.7rem; font-size: 0.8rem; line-height: 1.5; }
+.khr table { width: 100%; border-collapse: collapse; }
+.khr td { padding: 0; }
+.khr td + td { text-align: right; font-variant-numeric: tabular-nums; }
+.khr-state { font-weight: 600; font-size: 1rem; }
+.khr-note { border-left: 3px solid #D55E00; padding-left: 0.5rem; overflow-wrap: anywhere; }
+</style>"""
+"""The look of what the page writes itself; colours come from viser's theme."""
+
+
+@dataclass(frozen=True)
+class Note:
+    """What the page tells the reader: a state, and what is wrong."""
+
+    state: str
+    trouble: str = ''
+
+
+class Display:
+    """Show frames to whoever has the page open.
+
+    Args:
+        door: where it is served.
+        charts: to show beside the scene.
+
+    Attributes:
+        events: what readers did, oldest first; taken by the one who owns the window.
+    """
+
+    def __init__(self, door: Door, charts: tuple[Chart, ...] = CHARTS) -> None:
+        self.events: SimpleQueue[Any] = SimpleQueue()
+        self.server = PageServer(door, TITLE)
+        server = self.server
+        server.scene.configure_environment_map(hdri=None)
+        # Shadows need a scene of metres: on a robot of 0.4 m they are all noise.
+        server.scene.configure_default_lights(enabled=False)
+        server.scene.add_light_ambient('/light/around', intensity=1.3)
+        for number, place in enumerate(((0.6, -1.0, 1.4), (-0.8, 0.9, 0.9))):
+            server.scene.add_light_directional(
+                f'/light/sun_{number}', intensity=1.8 - number, position=place
+            )
+        server.initial_camera.position = CAMERA
+        server.initial_camera.look_at = TARGET
+        server.on_client_connect(_frame)
+        self._root = server.scene.add_frame(ROOT, show_axes=False)
+        self._board = BoardView(server.scene, ROOT)
+        self._robots: list[RobotView] = []
+        self._follow = True
+        self._theme(dark=False)
+        self._status = server.gui.add_html(CSS)
+        panel = server.gui.add_panel()
+        with panel.add_tab('Signals'):
+            self._spectrum = SpectrumChart(server.gui)
+            self._charts = TimeCharts(server.gui, charts)
+        panel.dock_left()
+        panel.set_width(360)
+        server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(340)
+
+    @property
+    def readers(self) -> int:
+        """Count those who have the page open."""
+        return len(self.server.get_clients())
+
+    def add_robot(self, robot: Robot, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
+        """Put a robot on the board."""
+        name = f'robot_{len(self._robots)}'
+        ghost = bool(self._robots)
+        self._robots.append(RobotView(self.server.scene, ROOT, name, robot, shift, ghost))
+
+    def let_push(self) -> None:
+        """Let the first robot be pushed by dragging its torso."""
+        self._robots[0].on_drag(self.events.put)
+
+    def show_scenes(self, scenes: Sequence[Snapshot | None]) -> None:
+        """Show the robots where they are; the camera goes along with the first."""
+        with self.server.atomic():
+            for robot, scene in zip(self._robots, scenes, strict=True):
+                if scene is not None:
+                    robot.show(scene)
+            first = scenes[0] if scenes else None
+            if first is not None:
+                self._board.show(first)
+                for robot, scene in list(zip(self._robots, scenes, strict=True))[1:]:
+                    if scene is not None:
+                        robot.tilt(first.inclination - scene.inclination)
+                if self._follow:
+                    self._root.position = -first.way
+
+    def show_push(self, scene: Snapshot, force: NDArray[np.float64]) -> None:
+        """Show a push on the first robot."""
+        self._robots[0].show_push(scene, force)
+
+    def add_look(self) -> None:
+        """Let the reader choose what the scene shows, and how."""
+        gui = self.server.gui
+        with gui.add_folder('View'):
+            forces = gui.add_checkbox('Forces and support', True)
+            follow = gui.add_checkbox('Follow the robot', True)
+            dark = gui.add_checkbox('Dark', False)
+        forces.on_update(lambda _: self._show_marks(forces.value))
+        follow.on_update(lambda _: setattr(self, '_follow', follow.value))
+        dark.on_update(lambda _: self._theme(dark.value))
+
+    def _show_marks(self, visible: bool) -> None:
+        for robot in self._robots:
+            robot.show_marks(visible)
+
+    def _theme(self, dark: bool) -> None:
+        self.server.gui.configure_theme(
+            show_logo=False,
+            show_share_button=False,
+            brand_color=cast(Any, BRAND),  # it takes ten colours as well
+            dark_mode=dark,
+        )
+
+    def show_traces(self, traces: Columns) -> None:
+        """Draw the charts over time."""
+        self._charts.show(traces)
+
+    def show_spectrum(self, lines: SpectrumLines) -> None:
+        """Draw the spectrum."""
+        self._spectrum.show(lines)
+
+    def show_status(self, note: Note, rows: Sequence[tuple[str, ...]]) -> None:
+        """Write how the run goes."""
+        cells = ''.join(
+            '<tr>' + ''.join(f'<td>{escape(cell)}</td>' for cell in row) + '</tr>' for row in rows
+        )
+        trouble = f'<div class="khr-note">{escape(note.trouble)}</div>' if note.trouble else ''
+        self._status.content = (
+            f'{CSS}<div class="khr"><div class="khr-state">{escape(note.state)}</div>{trouble}'
+            f'<table>{cells}</table></div>'
+        )
+
+    def close(self) -> None:
+        """Stop serving the page."""
+        self.server.stop()
+
+
+def _frame(client: Any) -> None:
+    """Keep the robot clear of the controls, however wide the window is."""
+    if client.camera.aspect < WIDE:
+        client.camera.position = CAMERA_NARROW
+        client.camera.look_at = TARGET_NARROW

@@ -1,0 +1,66 @@
+"""The controls of recorded runs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from khr_view.events import Play, Seek, Speed, Step
+
+Tell = Callable[[object], None]
+SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
+MOST_MARKS = 200  # that are listed
+START = '0.00 s  start'
+
+
+class PlaybackPanel:
+    """A time line, play and pause, single steps, speed, and a list of what happened.
+
+    Args:
+        gui: viser's.
+        tell: called with each event.
+        player: of the runs.
+        runs: whose marks are listed.
+    """
+
+    def __init__(self, gui: Any, tell: Tell, player: Any, runs: Sequence[Any]) -> None:
+        self._playing = player.playing
+        label, icon = self._name(player.playing)
+        self._play = gui.add_button(label, icon=icon)
+        self._play.on_click(lambda _: tell(Play(not self._playing)))
+        end = max(player.end, player.period)
+        self._time = gui.add_slider('Time, s', 0.0, end, player.period, 0.0)
+        steps = gui.add_button_group('Step', ('back', 'forward'))
+        speed = gui.add_dropdown('Speed', SPEEDS, initial_value='1')
+        marks = _marks(runs)
+        places = gui.add_dropdown('Go to', tuple(marks))
+        self._time.on_update(_by_reader(lambda value: tell(Seek(value))))
+        steps.on_click(lambda event: tell(Step(1 if event.target.value == 'forward' else -1)))
+        speed.on_update(_by_reader(lambda value: tell(Speed(float(value)))))
+        places.on_update(_by_reader(lambda value: tell(Seek(marks[value]))))
+
+    def show(self, player: Any) -> None:
+        """Move the time line, and name the button after what it does."""
+        self._time.value = min(player.now, self._time.max)
+        if player.playing != self._playing:
+            self._playing = player.playing
+            self._play.label, self._play.icon = self._name(player.playing)
+
+    @staticmethod
+    def _name(playing: bool) -> tuple[str, Any]:
+        return ('Pause', 'player-pause') if playing else ('Play', 'player-play')
+
+
+def _by_reader(act: Callable[[Any], None]) -> Callable[[Any], None]:
+    """Call with the new value when a reader has changed it, not when we have."""
+    return lambda event: act(event.target.value) if event.client is not None else None
+
+
+def _marks(runs: Sequence[Any]) -> dict[str, float]:
+    """Return the times of what happened, by what the list shows."""
+    found = {START: 0.0}
+    for run in runs:
+        of = f' ({run.name})' if len(runs) > 1 else ''
+        for mark in run.marks[:MOST_MARKS]:
+            found[f'{mark.time:.2f} s  {mark.text}{of}'] = mark.time
+    return found

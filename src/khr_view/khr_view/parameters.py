@@ -1,0 +1,34 @@
+"""The parameters of the page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from khr_common import parameter
+
+
+@dataclass(frozen=True)
+class PageParameters:
+    """The parameter table of the page."""
+
+    host: str = parameter(
+        '127.0.0.1',
+        'Address that it is served on; one that other machines reach makes a token necessary, '
+        'which the printed address holds.',
+        read_only=True,
+    )
+    port: int = parameter(
+        0,
+        'Port that it is served on; 0 takes the first free one from 8090 on.',
+        minimum=0,
+        maximum=65535,
+        read_only=True,
+    )
+    rate: float = parameter(
+        30.0,
+        'Pictures per second of wall time while somebody looks.',
+        unit='Hz',
+        minimum=1.0,
+        maximum=60.0,
+        read_only=True,
+    )

@@ -1,0 +1,160 @@
+"""Play recorded runs back: the time that is shown, and the loop that shows it."""
+
+from __future__ import annotations
+
+import signal
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from khr_view.events import Play, Seek, Speed, Step
+from khr_view.guard import Door
+from khr_view.recorded import RecordedRun
+from khr_view.traces import BLUE, CHARTS, ORANGE, Array, Chart
+
+RATE = 30.0  # pictures per s
+CHARTS_EVERY = 5  # pictures
+SIDE = 0.36  # m between two robots
+
+
+@dataclass
+class Player:
+    """The time of a recording: it goes on at a speed, jumps, and stops at the end.
+
+    Attributes:
+        end: of the longest run, s.
+        period: of a single step, s.
+        now: what is shown, s.
+        speed: simulated by wall time.
+        playing: whether it goes on.
+    """
+
+    end: float
+    period: float
+    now: float = 0.0
+    speed: float = 1.0
+    playing: bool = True
+
+    def take(self, event: Any) -> None:
+        """Do what a reader wants."""
+        if isinstance(event, Play):
+            self.playing = event.on
+            if event.on and self.now >= self.end:
+                self.now = 0.0
+        elif isinstance(event, Seek):
+            self.now = min(max(event.time, 0.0), self.end)
+        elif isinstance(event, Step):
+            self.playing = False
+            self.now = min(max(self.now + event.periods * self.period, 0.0), self.end)
+        elif isinstance(event, Speed):
+            self.speed = event.factor
+
+    def advance(self, wall: float) -> None:
+        """Let ``wall`` s pass."""
+        if self.playing:
+            self.now = min(self.now + wall * self.speed, self.end)
+            self.playing = self.now < self.end
+
+
+class Comparison:
+    """The traces of one run, or the first curve of each chart of several, at one time."""
+
+    def __init__(self, runs: Sequence[RecordedRun]) -> None:
+        self._runs = runs
+        self.now = 0.0
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """Return what to draw."""
+        if len(self._runs) == 1:
+            return CHARTS
+        return tuple(
+            replace(
+                chart,
+                lines=tuple(
+                    replace(
+                        chart.lines[0],
+                        label=f'{chart.lines[0].label}, {run.name}',
+                        color=color,
+                        dashed=color == ORANGE,
+                    )
+                    for run, color in zip(self._runs, (BLUE, ORANGE), strict=False)
+                ),
+            )
+            for chart in CHARTS
+        )
+
+    def columns(self, chart: Chart) -> tuple[Array, ...]:
+        """Return times and the values of each curve."""
+        if len(self._runs) == 1:
+            return self._runs[0].columns(chart, self.now)
+        found = [
+            run.columns(replace(chart, lines=(line,)), self.now)
+            for run, line in zip(self._runs, chart.lines, strict=True)
+        ]
+        times = max((each[0] for each in found), key=len)
+        return times, *(
+            np.interp(times, own, values) if len(own) else np.zeros(len(times))
+            for own, values in found
+        )
+
+
+def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
+    """Play runs back, side by side, until interrupted.
+
+    Args:
+        paths: folders of runs, or bags.
+        door: opens the page's; called once the runs have been read.
+
+    Raises:
+        KhrError: if a run cannot be read or the page not be served.
+    """
+    from khr_view.page.display import Display, Note
+    from khr_view.page.playback_panel import PlaybackPanel
+
+    runs = [RecordedRun(path) for path in paths]
+    player = Player(max(run.end for run in runs), min(run.period for run in runs))
+    comparison = Comparison(runs)
+    display = Display(door(), comparison.charts)
+    for number, run in enumerate(runs):
+        display.add_robot(run.robot, (0.0, -number * SIDE, 0.0))
+    panel = PlaybackPanel(display.server.gui, display.events.put, player, runs)
+    display.add_look()
+    note = Note(
+        runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs),
+        '; '.join(run.damage for run in runs if run.damage),
+    )
+    interrupted: list[int] = []
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, lambda caught, _: interrupted.append(caught))
+    count, shown, before = 0, -1.0, time.monotonic()
+    while not interrupted:
+        time.sleep(1.0 / RATE)
+        now = time.monotonic()
+        player.advance(now - before)
+        count, before = count + 1, now
+        while not display.events.empty():
+            player.take(display.events.get())
+        panel.show(player)
+        if not display.readers or (player.now == shown and count % CHARTS_EVERY):
+            continue
+        shown = comparison.now = player.now
+        display.show_scenes([run.snapshot(player.now) for run in runs])
+        if count % CHARTS_EVERY == 0:
+            display.show_traces(comparison)
+            lines = runs[0].spectrum(player.now)
+            if lines is not None:
+                display.show_spectrum(lines)
+            display.show_status(note, side_by_side([run.rows(player.now) for run in runs]))
+    display.close()
+    return 0
+
+
+def side_by_side(columns: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
+    """Return rows of a name and its value in each column, empty where one has none."""
+    names = dict.fromkeys(name for column in columns for name in column)
+    return [(name, *(column.get(name, '') for column in columns)) for name in names]

@@ -1,0 +1,68 @@
+"""How the run goes, in a few lines of text."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+
+@dataclass
+class Status:
+    """The newest that the graph has said of itself.
+
+    Attributes:
+        scenario: name of what runs.
+        state: of the simulator; ``no run`` while there is none.
+        reason: why it is so.
+        verdict: of the monitor, so far.
+        outcome: the monitor's quantities, as texts by name.
+        factor: simulated by wall time.
+        stage: of the control; 0 without stages.
+        late: periods that came late, and corrections too old to use, in realtime mode.
+    """
+
+    scenario: str = ''
+    state: str = 'no run'
+    reason: str = ''
+    verdict: str = ''
+    outcome: dict[str, str] = field(default_factory=dict)
+    factor: str = ''
+    stage: int = 0
+    late: str = ''
+
+    def simulator(self, values: Mapping[str, str]) -> None:
+        """Take the simulator's report in ``/diagnostics``."""
+        if values.get('sync') != 'realtime':
+            self.late = ''
+            return
+        self.late = (
+            f'{values["missed_periods"]} periods, {values["stale_corrections"]} corrections'
+        )
+
+    def monitor(self, verdict: str, values: Mapping[str, str]) -> None:
+        """Take the monitor's report in ``/diagnostics``."""
+        self.verdict, self.outcome = verdict, dict(values)
+        self.factor = values.get('real_time_factor', '')
+
+    def rows(self, time: float) -> list[tuple[str, str]]:
+        """Return names and values to show at a simulated time, s."""
+        rows = [('time', f'{time:.2f} s'), ('verdict', self.verdict or 'not yet')]
+        for name, key, unit, factor in QUANTITIES:
+            if key in self.outcome:
+                rows.append((name, f'{float(self.outcome[key]) * factor:.1f} {unit}'))
+        if self.stage:
+            rows.append(('stage', str(self.stage)))
+        if self.factor:
+            rows.append(('speed', f'{self.factor} times real time'))
+        if self.late:
+            rows.append(('late', self.late))
+        return rows
+
+
+QUANTITIES = (
+    ('fell at', 'fell_at_s', 's', 1.0),
+    ('distance', 'distance_m', 'mm', 1e3),
+    ('slip', 'slip_distance_m', 'mm', 1e3),
+    ('vibration', 'vibration_rad_s', 'mrad/s', 1e3),
+    ('largest pitch', 'largest_pitch_deg', 'deg', 1.0),
+)
