@@ -10,11 +10,12 @@ from __future__ import annotations
 import os
 import sys
 import threading
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass
 from math import hypot, inf, sqrt
-from multiprocessing import get_context, parent_process
+from multiprocessing import active_children, get_context, parent_process
 
 import numpy as np
 from scipy import stats
@@ -272,8 +273,9 @@ def measure(
     )
 
 
-def workers(jobs: int) -> ProcessPoolExecutor:
-    """Return a pool of fresh processes.
+@contextmanager
+def workers(jobs: int) -> Iterator[ProcessPoolExecutor]:
+    """Keep a pool of fresh processes; what they still do when it is left early is not waited for.
 
     Raises:
         ExperimentError: if the number is not accepted.
@@ -282,7 +284,15 @@ def workers(jobs: int) -> ProcessPoolExecutor:
         raise ExperimentError(
             f'--jobs: {jobs} is not accepted; accepted: integer in [1, {LARGEST_JOBS}]'
         )
-    return ProcessPoolExecutor(jobs, mp_context=get_context('spawn'), initializer=_end_with_parent)
+    pool = ProcessPoolExecutor(jobs, mp_context=get_context('spawn'), initializer=_end_with_parent)
+    try:
+        yield pool
+    except BaseException:
+        for child in active_children():
+            child.terminate()
+        pool.shutdown(wait=False, cancel_futures=True)
+        raise
+    pool.shutdown()
 
 
 def _end_with_parent() -> None:

@@ -1,8 +1,11 @@
 """The critical inclination: the search, its statistics, and what a trial does."""
 
+import os
+import time
 from math import inf
 
 import numpy as np
+import psutil
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -26,6 +29,7 @@ from khr_experiments.critical import (
     report,
     run,
     text_of,
+    workers,
 )
 from khr_sim.run_parameters import RunParameters
 
@@ -151,3 +155,11 @@ def test_arguments_are_refused_in_one_line(seeds, tolerance, jobs, word):
 def test_unknown_surface_is_refused_before_anything_starts():
     with pytest.raises(KhrError, match='surface'):
         report(Condition(surface='ice'), 1, 0.1, 1)
+
+
+def test_a_pool_that_is_left_early_is_not_waited_for():
+    with pytest.raises(KeyboardInterrupt), workers(1) as pool:
+        worker = psutil.Process(pool.submit(os.getpid).result())
+        pool.submit(time.sleep, 600.0)
+        raise KeyboardInterrupt
+    assert psutil.wait_procs([worker], timeout=20.0)[1] == []
