@@ -183,16 +183,18 @@ def doctor() -> None:
 
 @app.command()
 def figure(
-    number: Annotated[str, typer.Argument(help='A figure of the thesis, such as 3.8.')],
+    numbers: Annotated[
+        list[str], typer.Argument(help='Figures of the thesis, such as 3.8 5.9, or all.')
+    ],
     out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
     fast: Annotated[
         bool, typer.Option('--fast', help='Use the quick, coarse form of its experiments.')
     ] = False,
 ) -> None:
-    """Draw a figure of the thesis from its models, or from experiments, which are run first."""
-    from khr_report.reproduce import figure as draw_figure
+    """Draw figures of the thesis from its models, or from experiments, which are run first."""
+    from khr_report.reproduce import figures
 
-    for path in draw_figure(number, out, fast):
+    for path in figures(numbers, out, fast):
         print(path)
 
 

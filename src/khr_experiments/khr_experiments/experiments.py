@@ -141,7 +141,7 @@ def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Sweep]:
 def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
     """Open the folders of sweeps to add missing runs; write their results at the end.
 
-    Runs of another version of the code or the experiment are discarded.
+    A folder that another command is writing is waited for. Runs of another version of the code or the experiment are discarded.
 
     Raises:
         ExperimentError: if a folder cannot be written.
@@ -155,7 +155,7 @@ def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
                     f'khr: {path}: its runs are of another version or experiment and are repeated',
                     file=sys.stderr,
                 )
-            entered.append((specification, stack.enter_context(Folder(path, request))))
+            entered.append((specification, stack.enter_context(Folder(path, request, wait=True))))
         try:
             yield entered
         finally:

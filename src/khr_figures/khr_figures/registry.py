@@ -6,7 +6,7 @@ runs. Its CSV has one row per point of every labelled line, with the panel and t
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -48,6 +48,7 @@ class Drawing:
 
 
 LIFTS = ('lift_inclination',)
+ALL = 'all'
 FIGURES: dict[str, Drawing] = {
     '3.4': Drawing('Toe and heel force of the support foot', standing.forces_over_time, LIFTS),
     '3.5': Drawing('Toe and heel force against the inclination', standing.toe_and_heel, LIFTS),
@@ -124,8 +125,29 @@ def drawing_of(number: str) -> Drawing:
         FigureError: if there is no such figure.
     """
     if number not in FIGURES:
-        raise FigureError(f'figure: {number!r} is not known; accepted: {", ".join(FIGURES)}')
+        raise FigureError(
+            f'figure: {number!r} is not known; accepted: {ALL}, {", ".join(FIGURES)}'
+        )
     return FIGURES[number]
+
+
+def numbers_of(asked: Sequence[str]) -> list[str]:
+    """Return the figures that are asked for, each once.
+
+    Args:
+        asked: numbers; ``all`` is all figures, and a number such as 3.11 also those with a letter.
+
+    Raises:
+        FigureError: if there is no such figure.
+    """
+    found: dict[str, None] = {}
+    for number in asked:
+        parts = [each for each in FIGURES if each[:-1] == number and each[-1].isalpha()]
+        chosen = list(FIGURES) if number == ALL else [number] if number in FIGURES else parts
+        if not chosen:
+            drawing_of(number)  # which says what is known
+        found.update(dict.fromkeys(chosen))
+    return list(found)
 
 
 def paths(number: str, out: Path) -> tuple[Path, Path]:

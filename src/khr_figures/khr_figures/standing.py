@@ -31,6 +31,7 @@ from khr_figures.records import (
     control,
     draw_over_inclination,
     draw_seeds,
+    fell,
     grouped,
     inclination_deg,
     legend_below,
@@ -103,10 +104,10 @@ def held_difference(run: Run) -> float:
 
 
 def largest_rate(run: Run) -> float:
-    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN after a fall."""
-    series, lift = record(run), lift_of(run)
-    if series.time[-1] < lift.end:
+    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if the robot fell."""
+    if fell(run):
         return math.nan
+    series, lift = record(run), lift_of(run)
     return math.degrees(float(np.abs(series.pitch_rate[series.time >= lift.start]).max()))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from importlib.metadata import version as version_of
@@ -33,7 +33,7 @@ from khr_experiments.peak_origin import PeakStudy, study
 from khr_experiments.scoreboard import compare, submit_all
 from khr_experiments.scoreboard_rows import Scoreboard
 from khr_experiments.scoreboard_runs import Bench
-from khr_figures.registry import FIGURES, draw, drawing_of
+from khr_figures.registry import FIGURES, draw, drawing_of, numbers_of
 from khr_report.errors import ReportError
 from khr_report.findings_page import findings_markdown
 from khr_report.page.text import duration
@@ -160,15 +160,26 @@ def reproduce(
     return 1 if failed or computed.lost else 0
 
 
-def figure(number: str, out: Path, fast: bool) -> list[Path]:
-    """Draw one figure from its models, or from its experiments, which are run first.
+def figures(asked: Sequence[str], out: Path, fast: bool) -> Iterator[Path]:
+    """Draw figures from their models, or from their experiments, which are run first.
+
+    Args:
+        asked: as :func:`khr_figures.registry.numbers_of` takes it.
+        out: folder of the PNG and CSV files.
+        fast: whether to use the quick form of the experiments.
+
+    Yields:
+        The files, as they are written.
 
     Raises:
-        KhrError: if there is no such figure, or it cannot be drawn or written.
+        KhrError: if there is no such figure, or one cannot be drawn or written.
     """
-    needed = drawing_of(number).experiments
+    numbers = numbers_of(asked)
+    needed = tuple(dict.fromkeys(x for number in numbers for x in drawing_of(number).experiments))
     experiments.run(experiments.sweeps_of(needed, fast), os.cpu_count() or 1)
-    return draw(number, out, runs_by_name(needed, ROOT, fast), fast)
+    for number in numbers:
+        runs = runs_by_name(drawing_of(number).experiments, ROOT, fast)
+        yield from draw(number, out, runs, fast)
 
 
 @dataclass

@@ -12,6 +12,7 @@ import fcntl
 import json
 import os
 import shutil
+import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -45,13 +46,14 @@ class Folder:
     Args:
         path: the folder; made if needed.
         request: all that determines the runs of the sweep, from Specification.record and the version.
+        wait: whether to wait for another command that is writing it; it says so.
 
     Raises:
         SweepError: if the folder cannot be written, contains something else or another
             sweep, or is being written by another command.
     """
 
-    def __init__(self, path: Path, request: dict[str, Any]) -> None:
+    def __init__(self, path: Path, request: dict[str, Any], wait: bool = False) -> None:
         self.path = path
         self._request = request
         try:
@@ -65,10 +67,14 @@ class Folder:
         try:
             fcntl.flock(self._journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            self._journal.close()
-            raise SweepError(
-                f'--out: {str(path)!r} is being written by another command; accepted: {_ACCEPTED}'
-            ) from error
+            if not wait:
+                self._journal.close()
+                raise SweepError(
+                    f'--out: {str(path)!r} is being written by another command; '
+                    f'accepted: {_ACCEPTED}'
+                ) from error
+            print(f'khr: {path}: waiting for another command that computes it', file=sys.stderr)
+            fcntl.flock(self._journal, fcntl.LOCK_EX)
         self._journal.truncate(_whole(path / JOURNAL))
 
     def __enter__(self) -> Folder:

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from khr_analysis.models.pendulum import Pendulum, critical_inclination
 from khr_common.errors import KhrError
 from khr_figures.plot_style import styled
-from khr_figures.registry import FIGURES, FigureError, draw
+from khr_figures.registry import FIGURES, FigureError, draw, numbers_of
 
 ASKED = (
     '3.4',
@@ -111,3 +111,10 @@ def test_a_directory_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / 'file').write_text('in the way')
     with pytest.raises(FigureError, match=r'^out: .*file.*accepted: '):
         draw('3.9', tmp_path / 'file')
+
+
+def test_several_figures_are_asked_for_at_once_each_drawn_once():
+    assert numbers_of(['5.8', '3.11', '5.8']) == ['5.8', '3.11b']
+    assert numbers_of(['3.8', 'all']) == ['3.8', *(each for each in FIGURES if each != '3.8')]
+    with pytest.raises(KhrError, match=r"'9.9' is not known; accepted: all, 3.4, "):
+        numbers_of(['5.8', '9.9'])

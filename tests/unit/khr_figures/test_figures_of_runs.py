@@ -1,6 +1,7 @@
 """Figures of runs: their CSV files hold the runs' numbers; a run that fell ends at its fall."""
 
 import csv
+import dataclasses
 import math
 
 import numpy as np
@@ -12,6 +13,7 @@ from khr_experiments.push_recovery import stance
 from khr_figures.plot_style import styled
 from khr_figures.points import write_points
 from khr_figures.registry import FIGURES
+from khr_figures.standing import largest_rate
 from tests.fakes.invented_runs import FELL_AT, RATE, TONE, WEIGHT, difference, runs_for
 
 OF_LIFTS = ('3.4', '3.5', '3.6', '3.10', '3.12', '3.13', '3.15')
@@ -143,6 +145,14 @@ def test_the_largest_rate_is_that_of_the_runs(table):
     for name in ('no control', 'K_A = 12', 'K_A = 12, K_H = 13'):
         _, rate = curve(table('3.13'), name)
         np.testing.assert_allclose(rate, math.degrees(RATE), rtol=1e-3)
+
+
+@pytest.mark.parametrize('part', [0.1, 0.98])
+def test_a_lift_that_falls_has_no_largest_rate_whenever_it_falls(part):
+    (run, *_) = runs_for('3.13', NOBODY)['lift_stages']
+    late = part * run.series.time[-1]
+    fallen = dataclasses.replace(run, row={'verdict': 'fell', 'fell_at_s': late})
+    assert math.isnan(largest_rate(fallen)) and not math.isnan(largest_rate(run))
 
 
 def test_gait_3_is_one_cycle_of_the_pitch_rate(table):

@@ -1,6 +1,7 @@
 """What a sweep is, what it leaves, and that nothing is lost or done twice."""
 
 import json
+import threading
 from itertools import islice
 
 import numpy as np
@@ -448,3 +449,20 @@ def test_an_unreadable_table_is_named(tmp_path):
     for path in (tmp_path, tmp_path / 'absent'):
         with pytest.raises(KhrError, match='no results of a sweep'):
             read_results(path)
+
+
+def test_a_folder_that_another_command_writes_can_be_waited_for(tmp_path, capsys):
+    path, found = tmp_path / 'sweep', []
+
+    def wait():
+        with Folder(path, REQUEST, wait=True) as folder:
+            found.append(folder.finished())
+
+    with Folder(path, REQUEST) as folder:
+        waiting = threading.Thread(target=wait)
+        waiting.start()
+        while 'waiting for another command' not in capsys.readouterr().err:
+            assert waiting.is_alive()
+        folder.append([row_of(1)])
+    waiting.join()
+    assert found == [{row_of(1)['id']}]
