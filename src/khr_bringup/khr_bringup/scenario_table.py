@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from math import hypot
 from typing import Any
 
 from rich.table import Table
@@ -12,9 +13,10 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import Scenario
 from khr_common.markdown import table
+from khr_sim.push import Push
 from khr_sim.run_parameters import RunParameters
 
-COLUMNS = ('scenario', 'motion', 'inclination', 'surface', 'ankle', 'hip', 'push')
+COLUMNS = ('scenario', 'motion', 'deg', 'surface', 'K_A', 'K_H', 'push')
 
 
 def scenario_row(scenario: Scenario) -> tuple[str, ...]:
@@ -26,21 +28,27 @@ def scenario_row(scenario: Scenario) -> tuple[str, ...]:
     return (
         scenario.name,
         scenario.table(GaitParameters).motion,
-        f'{simulator.inclination_deg:g} deg' + (f' {growth:+g} deg/s' if growth else ''),
+        f'{simulator.inclination_deg:g}' + (f' {growth:+g}/s' if growth else ''),
         simulator.surface,
-        f'{ankle.gain:g} ({ankle.source}){_staged(ankle)}' if ankle.enabled else 'off',
+        f'{ankle.gain:g} {ankle.source}{_staged(ankle)}' if ankle.enabled else 'off',
         f'{hip.gain:g}{_staged(hip)}' if hip.enabled else 'off',
-        '; '.join(push for push in simulator.pushes if push) or '-',
+        '; '.join(_short(Push.parse(push)) for push in simulator.pushes if push) or '-',
     )
 
 
 def _staged(controller: Any) -> str:
-    return ', staged' if controller.staged else ''
+    return ' staged' if controller.staged else ''
+
+
+def _short(push: Push) -> str:
+    return f'{hypot(*push.force):g} N'
 
 
 def scenario_table(scenarios: Iterable[Scenario]) -> Table:
     """Return the table that ``khr scenarios`` prints."""
-    shown = Table(*COLUMNS)
+    shown = Table(*COLUMNS, box=None, padding=(0, 1, 0, 0))
+    for column in shown.columns:
+        column.no_wrap = column.header not in ('K_A', 'K_H')
     for scenario in scenarios:
         shown.add_row(*scenario_row(scenario))
     return shown

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import sys
+from importlib import metadata
 from pathlib import Path
 from typing import Annotated
 
@@ -14,20 +15,41 @@ from typer.exceptions import TyperException
 from khr_bringup import scenario as scenarios
 from khr_common import KhrError, RunError
 
-app = typer.Typer(
-    add_completion=False,
-    no_args_is_help=True,
-    pretty_exceptions_enable=False,
-    help='Balance control of the KHR-3HV humanoid as a ROS 2 node graph.',
+app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+def _scenario_names(incomplete: str) -> list[str]:
+    """Complete the name of a scenario that comes with the project."""
+    return [path.stem for path in scenarios.shipped() if path.stem.startswith(incomplete)]
+
+
+def _show_version(asked: bool) -> None:
+    if asked:
+        print(f'khr {metadata.version("khr_cli")}')
+        raise typer.Exit
+
+
+ScenarioArgument = typer.Argument(
+    help='A scenario file or name; without one, they are listed.', autocompletion=_scenario_names
 )
 DomainOption = Annotated[
     int | None, typer.Option('--domain', help='ROS domain of the run (1 to 99).')
 ]
 
 
+@app.callback()
+def top(
+    version: Annotated[
+        bool,
+        typer.Option('--version', help='Show the version.', callback=_show_version, is_eager=True),
+    ] = False,
+) -> None:
+    """Balance control of the KHR-3HV humanoid as a ROS 2 node graph."""
+
+
 @app.command()
 def run(
-    scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
+    scenario: Annotated[str | None, ScenarioArgument] = None,
     duration: Annotated[
         float | None, typer.Option(help='Simulated seconds; the length of the motion by default.')
     ] = None,
@@ -71,6 +93,9 @@ def run(
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr_cli import run as runs
 
+    if scenario is None:
+        list_scenarios()
+        raise KhrError('run: no scenario given; accepted: one of these, or a scenario file')
     changes = scenarios.changes_of(set_ or [])
     if duration is not None:
         changes['simulator', 'duration'] = duration
@@ -139,9 +164,7 @@ def list_scenarios() -> None:
     """List the scenarios that come with the project."""
     from khr_bringup.scenario_table import scenario_table
 
-    table = scenario_table(map(scenarios.load, map(str, scenarios.shipped())))
-    table.columns[0].no_wrap = True  # a name that is cut cannot be typed
-    Console().print(table)
+    Console().print(scenario_table(map(scenarios.load, map(str, scenarios.shipped()))))
 
 
 @app.command(name='get')

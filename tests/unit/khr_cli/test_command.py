@@ -1,5 +1,11 @@
 """The command line: mistakes are one line on stderr and exit code 2, and start nothing."""
 
+import os
+import subprocess
+import sys
+from importlib.metadata import version
+from pathlib import Path
+
 import pytest
 
 from khr_cli import command
@@ -33,7 +39,6 @@ def khr(monkeypatch, capsys, *arguments):
         (['reproduce', '--workers', '0'], ['--workers', '0']),
         (['critical', '--ka', 'much'], ['--ka', 'number', 'khr critical --help']),
         (['run', 'walk_0deg', '--fly'], ['--fly', 'khr run --help']),
-        (['run'], ['scenario', 'khr run --help']),
         (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
         (['fly'], ['fly', 'khr --help']),
     ],
@@ -48,6 +53,25 @@ def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
     for word in says:
         assert word in lines[0]
     assert not (tmp_path / 'runs').exists() or not any((tmp_path / 'runs').rglob('*.yaml'))
+
+
+def test_a_run_of_nothing_lists_the_scenarios(monkeypatch, capsys):
+    code, out, err = khr(monkeypatch, capsys, 'run')
+    assert code == 2 and 'walk_7.68deg_ka12' in out
+    assert err == 'khr: run: no scenario given; accepted: one of these, or a scenario file\n'
+
+
+def test_the_version_is_that_of_the_package(monkeypatch, capsys):
+    assert khr(monkeypatch, capsys, '--version')[:2] == (0, f'khr {version("khr_cli")}\n')
+
+
+def test_the_shell_completes_scenarios():
+    ended = subprocess.run(
+        ['khr'], executable=Path(sys.executable).with_name('khr'), capture_output=True, text=True,
+        check=False, env={**os.environ, '_KHR_COMPLETE': 'complete_bash',
+                          'COMP_WORDS': 'khr run walk_7', 'COMP_CWORD': '2'},
+    )  # fmt: skip
+    assert ended.stdout.split() == ['walk_7.68deg_ka12'], ended.stderr
 
 
 def test_out_folder_must_be_new_or_empty(monkeypatch, capsys, tmp_path):
