@@ -115,6 +115,8 @@ def sweep(
 ) -> pa.Table:
     """Run a scenario over every combination of some parameters.
 
+    In a script, call it under ``if __name__ == '__main__':``, for the workers import the script.
+
     Args:
         scenario: name of a scenario, or its file.
         grid: values by ``node.parameter``.

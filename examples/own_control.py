@@ -1,0 +1,48 @@
+"""Your own control law: the robot as a Gymnasium environment.
+
+A push from behind, 3 N for 0.4 s, meets a standing robot without control, with the pitch rate fed
+back to its ankles, and with a law that also presses the toes down when they are loaded.
+
+python examples/own_control.py
+"""
+
+import numpy as np
+
+import khr
+
+PUSH = 't=2.0 duration=0.4 link=base_link frame=odom force=3,0,0 point=0,0,0.05'
+RATE, FORCE = 0.05, 0.01  # rad per rad/s, rad per N
+
+
+def nothing(observation):
+    """Leave the gait as it is."""
+    return np.zeros(2)
+
+
+def rate(observation):
+    """Oppose the pitch rate with the ankles, as (3.14) does."""
+    return np.array([RATE * observation[1], 0.0])
+
+
+def rate_and_force(observation):
+    """Press the toes down as well when they are loaded."""
+    toe, heel = observation[3] + observation[5], observation[4] + observation[6]
+    return np.array([RATE * observation[1] - FORCE * (toe - heel), 0.0])
+
+
+environment = khr.env(
+    'stand_0deg',
+    set={'simulator.pushes': [PUSH], 'simulator.duration': 6, 'simulator.surface': 'rubber'},
+)
+for law in (nothing, rate, rate_and_force):
+    observation, info = environment.reset()
+    over, seconds = False, 0.0
+    while not over:
+        observation, reward, fell, cut, info = environment.step(law(observation))
+        seconds, over = seconds + reward, fell or cut
+    outcome = info['outcome']
+    print(
+        f'{law.__name__:15s} {outcome.verdict:8s} up for {seconds:.2f} s, '
+        f'largest pitch {np.degrees(outcome.largest_pitch):.1f} deg'
+    )
+environment.close()
