@@ -1,7 +1,7 @@
 """The interfaces of the node graph, each stated once: joints, frames, regions, topics.
 
 Names follow REP 103, 105, 120 and 145, with ``l_heel`` and ``r_heel`` added. Topic names are
-relative, so that a namespace holds a second robot.
+relative, the clock's too, so that a namespace holds a second robot with a time of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ JOINTS: tuple[str, ...] = (  # their order in every vector
     *(f'{side}_{joint}' for side in SIDES for joint in LEG),
 )
 
+HARDWARE = 'khr3hv'  # what diagnostics call the robot
 WORLD, BODY, IMU_FRAME = 'odom', 'base_link', 'imu_link'
 REGIONS = {  # of the feet that carry a force sensor: their frames, by name
     'left_toe': 'l_toe',
@@ -72,7 +73,7 @@ STATUS, STATUS_ARRAY = (
 TEXT = 'std_msgs/msg/String'
 
 # What the robot and the ground truly do.
-CLOCK = Topic('/clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
+CLOCK = Topic('clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
 JOINT_STATES = Topic(
     'joint_states',
     JOINT_STATE,
@@ -155,7 +156,7 @@ OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 
 # How the run goes.
 STATE = Topic('simulator/state', STATUS, 'State of the run, and why it ended.', 'latched')
 READY = Topic('ready', TEXT, 'How far each listener has received the run.', 'latched')
-DIAGNOSTICS = Topic('/diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
+DIAGNOSTICS = Topic('diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
 PARAMETER_EVENTS = Topic(
     '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', 'Changes of parameters.', 'event'
 )

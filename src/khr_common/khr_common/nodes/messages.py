@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Vector3
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
 
 from khr_common.cdr import BLANK, MessageTemplate
 from khr_common.errors import KhrError
-from khr_common.interfaces import IMU, JOINT_STATE, WRENCH, Topic
+from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, WRENCH, Topic
 
 
 def to_stamp(nanoseconds: int) -> Time:
@@ -31,6 +32,19 @@ def to_nanoseconds(stamp: Time) -> int:
 def restamp(stamp: Time, nanoseconds: int) -> None:
     """Set a stamp to integer nanoseconds."""
     stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
+
+
+def status(
+    name: str, message: str, values: Mapping[str, str], level: bytes = DiagnosticStatus.OK
+) -> DiagnosticStatus:
+    """Return a status with quantities by name; the hardware is the robot."""
+    return DiagnosticStatus(
+        level=level,
+        name=name,
+        message=message,
+        hardware_id=HARDWARE,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
 
 
 @cache

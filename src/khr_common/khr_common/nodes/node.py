@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from math import isfinite
 from typing import Any, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -32,7 +33,14 @@ from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
 from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, Topic
-from khr_common.nodes.messages import Output, blank_message, little_endian, message_class
+from khr_common.nodes.messages import (
+    Output,
+    blank_message,
+    little_endian,
+    message_class,
+    status,
+    to_stamp,
+)
 from khr_common.parameters import ParameterError, Specification, build, specifications
 from khr_common.run_identity import MalformedError, check_run, own_run
 from khr_common.stamps import HISTORY
@@ -42,10 +50,12 @@ Value = TypeVar('Value')
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
 # ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
 DATA = QoSProfile(depth=HISTORY)
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# A late subscriber gets the newest alone: one that takes a single message takes the oldest of
+# those that are kept. Who follows a latched topic keeps more: it may have many sources.
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 MOST_REASONS = 50  # that are reported one by one
 REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
-LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class KhrNode(Node):  # type: ignore[misc]
@@ -57,6 +67,7 @@ class KhrNode(Node):  # type: ignore[misc]
         patience: s of wall time that it may take to settle; a run kills what needs much longer.
         failure: why it ended by itself, in one line.
         run: identity of its run; empty if it was started by hand.
+        now_ns: the newest simulated time that it knows of, ns.
     """
 
     patience = 4.0
@@ -66,6 +77,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self.table = spec.table
         self.failure: str | None = None
         self.run = own_run()
+        self.now_ns = 0
         self._refused: Counter[tuple[Topic, str]] = Counter()
         for specification in specifications(self.table).values():
             self._declare(specification)
@@ -148,14 +160,17 @@ class KhrNode(Node):  # type: ignore[misc]
         return self.subscribe_bytes(topic, read, lambda found: callback(topic, *found))
 
     def refuse(self, topic: Topic, reason: str) -> None:
-        """Count a message that is not accepted; ``/diagnostics`` names topic, reason, senders."""
+        """Count a message that is not accepted; ``diagnostics`` names topic, reason, senders."""
         if not self._refused:
-            self._diagnostics_of_refused = self.publisher(DIAGNOSTICS)
             self.create_timer(
                 REPORT_PERIOD, self._report_refused, clock=Clock(clock_type=ClockType.STEADY_TIME)
             )
         known = (topic, reason) in self._refused or len(self._refused) < MOST_REASONS
         self._refused[topic, reason if known else 'other reasons'] += 1
+
+    def report(self, level: bytes, message: str, values: Mapping[str, str]) -> None:
+        """Publish on ``diagnostics`` how the node does, stamped with the time that it knows."""
+        self._publish_health([status(self.get_name(), message, values, level)])
 
     def fail(self, reason: str) -> None:
         """End this node with an error of one line."""
@@ -186,19 +201,26 @@ class KhrNode(Node):  # type: ignore[misc]
         )
 
     def _report_refused(self) -> None:
-        self._diagnostics_of_refused.publish(
-            DiagnosticArray(
-                status=[
-                    DiagnosticStatus(
-                        level=DiagnosticStatus.ERROR,
-                        name=self.get_name(),
-                        message=f'{topic.name}: refused: {reason}; from {self._senders(topic)}',
-                        values=[KeyValue(key='refused', value=str(count))],
-                    )
-                    for (topic, reason), count in self._refused.items()
-                ]
-            )
+        self._publish_health(
+            [
+                status(
+                    self.get_name(),
+                    f'{topic.name}: refused: {reason}; from {self._senders(topic)}',
+                    {'refused': str(count)},
+                    DiagnosticStatus.ERROR,
+                )
+                for (topic, reason), count in self._refused.items()
+            ]
         )
+
+    def _publish_health(self, statuses: list[DiagnosticStatus]) -> None:
+        message = DiagnosticArray(status=statuses)
+        message.header.stamp = to_stamp(self.now_ns)
+        self._diagnostics.publish(message)
+
+    @cached_property
+    def _diagnostics(self) -> Publisher:
+        return self.publisher(DIAGNOSTICS)
 
     def _senders(self, topic: Topic) -> str:
         """Return who may have sent: the middleware does not say which of several it was."""

@@ -23,23 +23,23 @@ LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published
 
 
 class _Turn:
-    """Process messages until there are none, or a signal comes.
+    """Process messages until there are none, or a signal comes; count the signals.
 
     To spin once is to process one message, and costs as much as to process two. Spinning with a
     time limit processes all, but while messages keep coming it does not return: a signal ends it.
     """
 
     def __init__(self) -> None:
-        self.interrupted = False
+        self.signals = 0
         self._over: Future[None] = Future()
 
     def take(self, executor: EventsExecutor) -> None:
         self._over = Future()
-        if not self.interrupted:
+        if not self.signals:
             executor.spin_until_future_complete(self._over, 0.1)
 
     def interrupt(self, *_: object) -> None:
-        self.interrupted = True
+        self.signals += 1
         self._over.set_result(None)
 
 
@@ -59,7 +59,8 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     """Run nodes on one executor until one ends or they are interrupted; return the exit code.
 
     ROS's own signal handlers tear the context down before a node could publish a last message, so
-    SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
+    SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
+    second one they wait for nobody.
     """
     end_with_parent()
     turn = _Turn()
@@ -74,12 +75,12 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
             executor.add_node(nodes[-1])
         gc.collect()
         gc.freeze()  # a full garbage collection outlasts a control period
-        while not turn.interrupted and not any(node.failure for node in nodes):
+        while not turn.signals and not any(node.failure for node in nodes):
             turn.take(executor)
         for node in nodes:
             node.finish()
         for node in nodes:
-            _close(node, executor)
+            _close(node, executor, turn)
     except KhrError as error:
         print(f'{spec.name}: {error}', file=sys.stderr)
         return 2
@@ -91,10 +92,10 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     return 1 if failed else 0
 
 
-def _close(node: KhrNode, executor: EventsExecutor) -> None:
+def _close(node: KhrNode, executor: EventsExecutor, turn: _Turn) -> None:
     """Let a node receive what is on its way, close it, and send what it publishes last."""
     end = time.monotonic() + node.patience
-    while not node.settled() and time.monotonic() < end:
+    while turn.signals < 2 and not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
     node.close()
     sent = time.monotonic() + LAST_WORDS
