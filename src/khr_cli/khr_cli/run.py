@@ -17,6 +17,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
+from khr_bringup.bags import bag_of
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.processes import Processes
 from khr_bringup.run_registry import registered
@@ -303,7 +304,7 @@ def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
     from khr_figures.run_overview import draw_run
 
     try:
-        draw_run(folder / 'bag', scenario, folder / 'overview.png')
+        draw_run(folder, scenario, folder / 'overview.png')
     except KhrError as error:  # the run itself is done and kept
         console.print(f'khr: no overview: {error}', highlight=False)
 
@@ -321,6 +322,6 @@ def _summarise(scenario: Scenario, folder: Path, result: Result, options: Option
     table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
     table.add_row('folder', escape(str(folder)))
     if options.record and not options.offline:
-        table.add_row('bag', escape(str(folder / 'bag')))
+        table.add_row('bag', escape(str(bag_of(folder))))
     Console().print(table)
     print(f'trajectory hash {result.trajectory_hash}')

@@ -144,7 +144,13 @@ STAGE = Topic(
     names=('stage', 'inclination', 'ankle_controller', 'hip_controller'),
 )
 STAGE_CHANGES = Topic('stage/changes', STATUS_ARRAY, 'Each stage when it is entered.', 'latched')
-PUSH = Topic('push', WRENCH, 'A push, N, from its stamp on.', 'event')
+PUSH = Topic('push', WRENCH, 'Asks for a push, N, from its stamp on.', 'event')
+PUSHED = Topic(
+    'simulator/push',
+    WRENCH,
+    'Each push that was asked for and acts, N, from its stamp on.',
+    'event',
+)
 
 # What comes of it.
 SPECTRUM = Topic(
@@ -155,6 +161,7 @@ OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 
 
 # How the run goes.
 STATE = Topic('simulator/state', STATUS, 'State of the run, and why it ended.', 'latched')
+OVER = ('finished', 'resetting')  # the states in which a run has had its last instant
 READY = Topic('ready', TEXT, 'How far each listener has received the run.', 'latched')
 DIAGNOSTICS = Topic('diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
 PARAMETER_EVENTS = Topic(
@@ -184,6 +191,7 @@ OF_EVERY_RUN = (
     SPECTRUM,
     PEAKS,
     PUSH,
+    PUSHED,
     DIAGNOSTICS,
     PARAMETER_EVENTS,
     LOG,

@@ -9,6 +9,7 @@ from khr_common.interfaces import (
     HIP_CORRECTION,
     JOINT_REFERENCE,
     PUSH,
+    PUSHED,
     READY,
     ROBOT_DESCRIPTION,
     STATE,
@@ -24,7 +25,7 @@ SIMULATOR = NodeSpec(
     'khr_sim',
     RunParameters,
     subscribes=(JOINT_REFERENCE, ANKLE_CORRECTION, HIP_CORRECTION, PUSH, READY),
-    publishes=(*SIGNALS, ROBOT_DESCRIPTION, STATE, DIAGNOSTICS),
+    publishes=(*SIGNALS, ROBOT_DESCRIPTION, STATE, PUSHED, DIAGNOSTICS),
     node='khr_sim.nodes.simulator:SimulatorNode',
 )
 GYRO = NodeSpec('gyro', 'khr_sim', GyroParameters, GyroBlock)

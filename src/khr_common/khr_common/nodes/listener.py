@@ -6,12 +6,11 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import String
 
 from khr_common.block import NodeSpec
-from khr_common.interfaces import READY, STATE
+from khr_common.interfaces import OVER, READY, STATE
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import check_status, ready_text
 
 REPORT_PERIOD = 1_500_000_000  # ns of simulated time between reports of how far a listener is
-OVER = ('finished', 'resetting')  # states of the simulator in which a run has had its last instant
 
 
 class Listener(KhrNode):

@@ -17,9 +17,18 @@ from std_srvs.srv import SetBool, Trigger
 
 from khr_common import KhrError, cdr
 from khr_common.block import NodeSpec
-from khr_common.interfaces import JOINT_REFERENCE, JOINTS, PUSH, READY, STATE, WORLD, correction
-from khr_common.nodes.listener import OVER
-from khr_common.nodes.messages import status, to_nanoseconds
+from khr_common.interfaces import (
+    JOINT_REFERENCE,
+    JOINTS,
+    OVER,
+    PUSH,
+    PUSHED,
+    READY,
+    STATE,
+    WORLD,
+    correction,
+)
+from khr_common.nodes.messages import restamp, status, to_nanoseconds
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import Barrier
@@ -69,6 +78,7 @@ class SimulatorNode(KhrNode):
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
             self.subscribe_bytes(topic, _read_answer, partial(self._on_answer, source))
         self.subscribe(READY, self._on_ready)
+        self._pushes_out = self.publisher(PUSHED)
         self.subscribe(PUSH, self._on_push)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
@@ -253,6 +263,9 @@ class SimulatorNode(KhrNode):
             self.plant.world.push(push)
         except KhrError as error:
             raise MalformedError(str(error)) from error
+        message.header.frame_id = frame
+        restamp(message.header.stamp, round(start * 1e9))
+        self._pushes_out.publish(message)  # who asks once may be unknown to a recorder
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._started:
