@@ -13,7 +13,7 @@ setup(
         (f'share/{package}', ['package.xml']),
     ],
     package_data={'': ['py.typed']},
-    install_requires=['numpy'],
+    install_requires=['numpy', 'PyYAML'],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': ['pytest'],

@@ -57,7 +57,7 @@ def defaults_yaml() -> str:
     for node, registered in registry().items():
         if registered.spec.package not in PACKAGES:
             continue
-        lines += ['', f'{node}:', '  ros__parameters:']
+        lines += ['', f'{scenarios.ANYWHERE}{node}:', '  ros__parameters:']
         for specification in specifications(registered.spec.table).values():
             text = f'{specification.description} {specification.accepted}'
             lines += [f'    # {line}' for line in textwrap.wrap(text, 90)]

@@ -14,7 +14,7 @@ from khr_analysis.errors import AnalysisError
 from khr_analysis.recording import Recording, numbered
 from khr_common import cdr
 from khr_common.block import NodeSpec
-from khr_common.interfaces import CLOCK, LOG, PARAMETER_EVENTS, SCENARIO, Topic
+from khr_common.interfaces import CLOCK, LOG, OVER, PARAMETER_EVENTS, SCENARIO, STATE, Topic
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.stamps import ExactTimeSynchronizer
@@ -37,7 +37,7 @@ class RecorderNode(Listener):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._stopped = ''  # why no more is recorded
-        self._runs = 0
+        self._runs, self._over = 0, False
         self._last: dict[str, bytes] = {}
         self._clock_topic = self.resolve_topic_name(CLOCK.name)
         recorded = self.parameters.recorded()
@@ -122,12 +122,27 @@ class RecorderNode(Listener):
                 self._take_time(stamp_ns)
             if self._instants.put(name, stamp_ns, None) is not None:
                 self.received(stamp_ns)
+        elif self._topics[name] == STATE:
+            self._follow_state(data)
         recording = self._recording
         if recording is not None and name in recording.counts:
             self._attempt(lambda: recording.write(name, data, self.now_ns))
 
+    def _follow_state(self, data: bytes) -> None:
+        try:
+            state = deserialize_message(data, message_class(STATE.kind)).message
+        except cdr.UNREADABLE:
+            self.refuse(STATE, f'no readable {STATE.kind}')
+            return
+        if self._over and state not in OVER:
+            self._take_time(0)
+        self._over = state in OVER
+
     def _take_time(self, stamp_ns: int) -> None:
-        """Begin another bag if time goes back; the simulator waits until the run is received."""
+        """Begin another bag if time goes back; the simulator waits until the run is received.
+
+        Its clock and its state say so, in whatever order the middleware delivers them.
+        """
         if stamp_ns < self.now_ns and self._recording is not None:
             self._finish_bag()
             self._attempt(self._begin_bag)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
 from functools import cached_property
@@ -41,7 +42,8 @@ from khr_common.nodes.messages import (
     status,
     to_stamp,
 )
-from khr_common.parameters import ParameterError, Specification, build, specifications
+from khr_common.parameter_files import check_blocks, files_in, read_blocks
+from khr_common.parameters import ParameterError, Specification, build, check, specifications
 from khr_common.run_identity import MalformedError, check_run, own_run
 from khr_common.stamps import HISTORY
 
@@ -54,6 +56,9 @@ DATA = QoSProfile(depth=HISTORY)
 # those that are kept. Who follows a latched topic keeps more: it may have many sources.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# Parameters that every node of ROS 2 has.
+OF_ROS = ('use_sim_time', 'start_type_description_service')
+QOS_OF_ROS = 'qos_overrides.'
 MOST_REASONS = 50  # that are reported one by one
 REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
 
@@ -82,6 +87,7 @@ class KhrNode(Node):  # type: ignore[misc]
         for specification in specifications(self.table).values():
             self._declare(specification)
         self.parameters = self._build({})
+        self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
 
@@ -241,6 +247,16 @@ class KhrNode(Node):  # type: ignore[misc]
             if override is not None:
                 specification.check(override.value)
             raise ParameterError(str(error)) from error
+
+    def _check_given(self) -> None:
+        """Refuse parameters that no one takes: ROS leaves them out without a word."""
+        known = frozenset({*specifications(self.table), *OF_ROS})
+        given = [each for each in self._parameter_overrides if not each.startswith(QOS_OF_ROS)]
+        blocks = [block for file in files_in(sys.argv) for block in read_blocks(file)]
+        for warning in check_blocks(blocks, self.get_fully_qualified_name(), known):
+            self.get_logger().warning(warning)
+        for name in set(given) - known - {key for block in blocks for key in block.parameters}:
+            check(self.table, name, None)  # says what is accepted
 
     def _build(self, changes: dict[str, Any]) -> Any:
         values = {

@@ -130,7 +130,6 @@ class SimulatorNode(KhrNode):
     # ---- the course of a run ----
 
     def _restart(self) -> None:
-        self._output.describe()
         self._barrier: Barrier[Answer] = Barrier(self._sources)
         self._barrier.open(0)
         self.now_ns = 0
@@ -140,6 +139,7 @@ class SimulatorNode(KhrNode):
         self._stale = self._missed = 0
         self._last_tick = self._beat = 0.0
         self._enter('waiting')
+        self._output.describe()
         if GAIT not in self._sources:
             self._begin([0.0] * len(JOINTS))
         else:
