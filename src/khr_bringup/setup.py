@@ -12,6 +12,7 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
+        (f'lib/{package}', glob('scripts/*')),
         (f'share/{package}/launch', glob('launch/*')),
         *(
             (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.*'))

@@ -120,10 +120,10 @@ def parse(text: str, file: str, name: str) -> Scenario:
         raise BringupError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
     values: Values = {}
     for node, body in document.items():
-        name = _known_node(file, node)
-        if name in values:
-            raise BringupError(f'{file}: {named(name)}: given twice; accepted: one block per node')
-        values[name] = _node_values(file, node, body)
+        known = _known_node(file, node)
+        if known in values:
+            raise BringupError(f'{file}: {known}: given twice; accepted: one block per node')
+        values[known] = _node_values(file, node, body)
     return Scenario(name, _consistent(file, values), title_of(text))
 
 

@@ -27,7 +27,7 @@ _PARAMETERS = 'ros__parameters'
 
 
 @dataclass(frozen=True)
-class Block:
+class ParameterBlock:
     """A block of a parameter file: the nodes that it is for, and the parameters that it names."""
 
     file: str
@@ -66,13 +66,15 @@ def files_in(arguments: Sequence[str]) -> list[str]:
     return [file for flag, file in pairwise(arguments) if flag == '--params-file']
 
 
-def read_blocks(file: str) -> list[Block]:
+def read_blocks(file: str) -> list[ParameterBlock]:
     """Return the blocks of a parameter file that ROS 2 has read."""
     document = yaml.load(Path(file).read_text(encoding='utf-8'), _LOADER)
     return list(_blocks(file, '', document))
 
 
-def check_blocks(blocks: Sequence[Block], node: str, parameters: frozenset[str]) -> list[str]:
+def check_blocks(
+    blocks: Sequence[ParameterBlock], node: str, parameters: frozenset[str]
+) -> list[str]:
     """Check what parameter files say to a node.
 
     Args:
@@ -108,14 +110,14 @@ def check_blocks(blocks: Sequence[Block], node: str, parameters: frozenset[str])
     ]
 
 
-def _blocks(file: str, above: str, document: Any) -> Iterator[Block]:
+def _blocks(file: str, above: str, document: Any) -> Iterator[ParameterBlock]:
     """Yield the blocks of a mapping; namespaces may be nested."""
     if not isinstance(document, Mapping):
         return
     for key, body in document.items():
         nodes = f'{above}/{str(key).strip("/")}'
         if isinstance(body, Mapping) and _PARAMETERS in body:
-            yield Block(file, nodes, frozenset(_names('', body[_PARAMETERS])))
+            yield ParameterBlock(file, nodes, frozenset(_names('', body[_PARAMETERS])))
         else:
             yield from _blocks(file, nodes, body)
 

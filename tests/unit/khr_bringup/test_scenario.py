@@ -64,7 +64,7 @@ def test_keys_without_a_namespace_are_read_too():
 
 def test_defaults_file_holds_the_defaults_of_the_tables():
     document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
-    assert set(document) == set(registry())
+    assert set(document) == {f'/**/{node}' for node in registry()}
     defaults = scenarios.load(str(scenarios.CONFIG / 'defaults.yaml'))
     for node in registry():
         assert defaults.table(table_of(node)) == table_of(node)()
@@ -192,5 +192,9 @@ def test_nodes_of_a_run_are_those_that_it_needs():
 
 def test_a_node_is_described_once():
     text = '/**/gait: {ros__parameters: {motion: walk}}\ngait: {ros__parameters: {motion: stand}}'
-    with pytest.raises(BringupError, match='mine.yaml: gait: given twice'):
+    with pytest.raises(BringupError, match=r'mine\.yaml: gait: given twice'):
         scenarios.parse(text, 'mine.yaml', 'mine')
+
+
+def test_a_scenario_has_the_name_of_its_file():
+    assert scenarios.load('walk_8.88deg_ka18').name == 'walk_8.88deg_ka18'

@@ -3,7 +3,7 @@
 import pytest
 
 from khr_common import ParameterError
-from khr_common.parameter_files import Block, check_blocks, files_in, read_blocks
+from khr_common.parameter_files import ParameterBlock, check_blocks, files_in, read_blocks
 
 KNOWN = frozenset({'gain', 'limit_deg'})
 
@@ -29,7 +29,7 @@ def check(tmp_path, text, node):
     ],
 )
 def test_wildcards_are_those_of_ros(nodes, node, holds):
-    assert Block('', nodes, KNOWN).holds_for(node) is holds
+    assert ParameterBlock('', nodes, KNOWN).holds_for(node) is holds
 
 
 @pytest.mark.parametrize(

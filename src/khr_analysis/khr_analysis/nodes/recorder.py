@@ -33,6 +33,7 @@ class RecorderNode(Listener):
     """
 
     patience = 3.0
+    keeps = True
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)

@@ -70,12 +70,14 @@ class KhrNode(Node):  # type: ignore[misc]
 
     Attributes:
         patience: s of wall time that it may take to settle; a run kills what needs much longer.
+        keeps: whether what it writes is whole only once it has closed.
         failure: why it ended by itself, in one line.
         run: identity of its run; empty if it was started by hand.
         now_ns: the newest simulated time that it knows of, ns.
     """
 
     patience = 4.0
+    keeps = False
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec.name)

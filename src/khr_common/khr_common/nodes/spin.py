@@ -7,7 +7,7 @@ import importlib
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
@@ -43,10 +43,10 @@ class _Turn:
         self._over.set_result(None)
 
 
-def node_class(spec: NodeSpec) -> Callable[[NodeSpec], KhrNode]:
+def node_class(spec: NodeSpec) -> type[KhrNode]:
     """Return the class that runs a node."""
     module, name = spec.node.split(':')
-    found: Callable[[NodeSpec], KhrNode] = getattr(importlib.import_module(module), name)
+    found: type[KhrNode] = getattr(importlib.import_module(module), name)
     return found
 
 
@@ -62,16 +62,17 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
     second one they wait for nobody.
     """
-    end_with_parent()
     turn = _Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
+    classes = [node_class(spec) for spec in specs]
+    end_with_parent(signal.SIGTERM if any(each.keeps for each in classes) else signal.SIGKILL)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[KhrNode] = []
     try:
         executor = EventsExecutor()
-        for spec in specs:
-            nodes.append(node_class(spec)(spec))
+        for spec, kind in zip(specs, classes, strict=True):
+            nodes.append(kind(spec))
             executor.add_node(nodes[-1])
         gc.collect()
         gc.freeze()  # a full garbage collection outlasts a control period
