@@ -125,7 +125,7 @@ def generated(root: Path) -> dict[Path, str]:
         docs / 'nodes.md': nodes_markdown(),
         **{
             package / 'CHANGELOG.rst': changelog_rst(package.name, changelog)
-            for package in sorted(root.glob('src/khr_*'))
+            for package in sorted(root.glob('src/khr*'))
         },
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
         **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),

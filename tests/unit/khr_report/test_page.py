@@ -214,9 +214,7 @@ def test_verdicts_are_counted_by_chapter():
     assert scoreboard_page.summary(board).startswith(f'{every.passed} of {judged} rows pass')
     text = scoreboard_page.scoreboard_markdown(board)
     assert text.count('| **miss** |') == 1 and text.count('| pass |') == every.passed
-    assert (
-        '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 | - | - | -7.70 | fitted | **miss** |' in text
-    )
+    assert '| 5 | walk, K_A 18 | 9.7 | 2.00 +- 0.20 | - | - | -7.70 | fitted | **miss** |' in text
 
 
 def test_page_and_data_lie_side_by_side(tmp_path):
