@@ -59,6 +59,7 @@ LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LO
 # Parameters that every node of ROS 2 has.
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 QOS_OF_ROS = 'qos_overrides.'
+LARGEST = 2**63 - 1  # of an integer parameter
 MOST_REASONS = 50  # that are reported one by one
 REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
 
@@ -298,11 +299,21 @@ def _descriptor(specification: Specification) -> ParameterDescriptor:
         additional_constraints=f'accepted: {specification.accepted}',
     )
     low, high = specification.minimum, specification.maximum
-    if low is not None and high is not None and specification.element is None:
-        if specification.kind is float:
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=float(low), to_value=float(high))
-            ]
-        elif specification.kind is int:
-            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    if specification.element is not None or (low is None and high is None):
+        return descriptor  # a descriptor has no range for lists: the text has it
+    if specification.kind is float:
+        most = sys.float_info.max
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=-most if low is None else float(low),
+                to_value=most if high is None else float(high),
+            )
+        ]
+    elif specification.kind is int:
+        descriptor.integer_range = [
+            IntegerRange(
+                from_value=-LARGEST if low is None else int(low),
+                to_value=LARGEST if high is None else int(high),
+            )
+        ]
     return descriptor
