@@ -18,8 +18,18 @@ setup(
             (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.*'))
             for folder in ('', 'scenarios', 'sweeps', 'experiments')
         ),
+        (f'share/{package}/config/view', glob(f'{package}/config/view/*')),
     ],
-    package_data={'': ['py.typed', '*.xml', 'config/*.json', 'config/*.yaml', 'config/*/*.yaml']},
+    package_data={
+        '': [
+            'py.typed',
+            '*.xml',
+            'config/*.json',
+            'config/*.yaml',
+            'config/*/*.yaml',
+            'config/view/*',
+        ]
+    },
     install_requires=[
         'khr_common',
         'khr_sim',

@@ -20,6 +20,7 @@ setup(
             'simulator = khr_sim.node_specs:SIMULATOR',
             'gyro = khr_sim.node_specs:GYRO',
             'foot_force = khr_sim.node_specs:FOOT_FORCE',
+            'transforms = khr_sim.node_specs:TRANSFORMS',
         ]
     },
     package_data={'': ['py.typed', 'urdf/*.urdf']},

@@ -16,6 +16,7 @@ from khr_analysis.nodes.recorder import RecorderNode
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup import scenario as scenarios
 from khr_bringup.run_registry import registered
+from khr_sim.robot import link_names
 from khr_sim.run_parameters import RunParameters
 from tests.support.runs import Bag, children, finish, joined, khr, stamp_ns, wait_for, wait_until
 
@@ -72,6 +73,22 @@ def test_feet_carry_the_weight(bag):
     ]
     settled = sums[-len(sums) // 4 :]  # the sensors take half a second
     assert sum(settled) / len(settled) == pytest.approx(WEIGHT, rel=0.02)
+
+
+def test_frames_are_a_tree_from_the_ground_to_every_link(bag):
+    """As a viewer needs them: `odom` to `base_link`, and all joints, at one stamp."""
+    parents = {}
+    for topic in ('/tf', '/tf_static'):
+        for _, message in bag[topic]:
+            for each in message.transforms:
+                parents.setdefault(each.child_frame_id, each.header.frame_id)
+    assert set(parents) == {'base_link', *(set(link_names()) - {'base_link'})}
+    for link in link_names():
+        while link != 'odom':
+            link = parents[link]
+    stamps = [[stamp_ns(each) for each in message.transforms] for _, message in bag['/tf']]
+    assert all(len(set(of_one)) == 1 for of_one in stamps)
+    assert stamps[-1][0] > 3_900_000_000
 
 
 def test_imu_says_what_it_does_not_measure(bag):

@@ -12,6 +12,7 @@ from tests import ROOT
 
 PACKAGES = sorted((ROOT / 'src').glob('khr*'))
 ROS = {
+    'ament_index_python',
     'builtin_interfaces',
     'diagnostic_msgs',
     'geometry_msgs',
@@ -24,6 +25,7 @@ ROS = {
     'sensor_msgs',
     'std_msgs',
     'std_srvs',
+    'tf2_msgs',
 }
 PIP_NAMES = {
     'PIL': 'pillow',

@@ -38,9 +38,9 @@ def check_prefix(prefix, name):
             assert os.access(executable, os.X_OK), executable
     if name == 'khr_bringup':
         assert (prefix / 'share' / name / 'launch' / 'balance.launch.py').is_file()
-        assert (
-            prefix / 'share' / name / 'config' / 'scenarios' / 'walk_7.68deg_ka12.yaml'
-        ).is_file()
+        config = prefix / 'share' / name / 'config'
+        assert (config / 'scenarios' / 'walk_7.68deg_ka12.yaml').is_file()
+        assert (config / 'view' / 'khr.rviz').is_file()
     if name == 'khr_sim':
         assert (prefix / 'share' / name / 'urdf' / 'khr3hv.urdf').is_file()
 

@@ -16,7 +16,7 @@ from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import Scenario
 from khr_common import RunError
 from khr_common.files import write_text
-from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, READY
+from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, READY, TF, TF_STATIC
 from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and for listeners to acknowledge the end: a loaded machine
@@ -143,7 +143,7 @@ def _owners(scenario: Scenario, table: RunParameters) -> dict[str, str]:
         topic.name: node
         for node in nodes_of(scenario, RECORDER.name in table.listeners)
         for topic in spec_of(node).publishes
-        if topic not in (DIAGNOSTICS, READY) and topic.kind != JOINT_STATE
+        if topic not in (DIAGNOSTICS, READY, TF, TF_STATIC) and topic.kind != JOINT_STATE
     }
 
 

@@ -57,11 +57,12 @@ class Launch:
     rviz: bool
 
 
-def arrange(given: Mapping[str, str]) -> Launch:
+def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
     """Write the parameter file that a launch needs.
 
     Args:
         given: the launch file's arguments.
+        joints: whether the node ``transforms`` is to publish the joints' frames.
 
     Raises:
         BringupError: if one is not accepted.
@@ -78,7 +79,9 @@ def arrange(given: Mapping[str, str]) -> Launch:
         if given[name]
     ) | scenarios.changes_of(_parted(given['set']))
     scenario = scenarios.load(given['scenario']).changed(changes)
-    scenario = scenario.changed({('simulator', 'duration'): duration(scenario)})
+    scenario = scenario.changed(
+        {('simulator', 'duration'): duration(scenario), ('transforms', 'joints'): joints}
+    )
     folder = _folder(given['out'], scenario.name)
     prepared = prepare(scenario, folder, record)
     parameters = folder / 'scenario.yaml'

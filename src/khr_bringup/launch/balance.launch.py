@@ -5,22 +5,27 @@ It ends by itself with the run, with 0 if that was whole and its verdict the one
 
 import os
 from functools import partial
+from pathlib import Path
 
+from ament_index_python.packages import get_package_share_directory, get_packages_with_prefixes
 from launch import Action, LaunchContext, LaunchDescription
 from launch.actions import DeclareLaunchArgument, EmitEvent, LogInfo, OpaqueFunction
 from launch.events import Shutdown
 from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
 from khr_bringup.launching import ARGUMENTS, Launch, arrange
 from khr_common import RunError
 from khr_common.lifeline import PARENT
+from khr_sim.robot import Robot
 
 
 def _launched(context: LaunchContext) -> list[Action]:
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
-    launch = arrange(given)
+    state_publisher = 'robot_state_publisher' in get_packages_with_prefixes()
+    launch = arrange(given, joints=not state_publisher)
     own = partial(
         Node,
         output='screen',
@@ -45,7 +50,38 @@ def _launched(context: LaunchContext) -> list[Action]:
             arguments=_for_verdict(launch),
             on_exit=_on_verdict,
         ),
+        *([_state_publisher(given['namespace'])] if state_publisher else []),
+        *([_rviz(given['namespace'])] if launch.rviz else []),
     ]
+
+
+# What is made for one robot in a domain, in the namespace of this one.
+OWN = [(f'/{topic}', topic) for topic in ('clock', 'tf', 'tf_static')]
+
+
+def _state_publisher(namespace: str) -> Node:
+    """Return the node that publishes the joints' frames in a full ROS 2."""
+    description = ParameterValue(Robot.load().urdf, value_type=str)
+    return Node(
+        package='robot_state_publisher',
+        executable='robot_state_publisher',
+        namespace=namespace,
+        parameters=[{'robot_description': description, 'use_sim_time': True}],
+        # The simulator publishes the description already.
+        remappings=[*OWN, ('robot_description', 'robot_state_publisher/robot_description')],
+    )
+
+
+def _rviz(namespace: str) -> Node:
+    view = Path(get_package_share_directory('khr_bringup')) / 'config' / 'view' / 'khr.rviz'
+    return Node(
+        package='rviz2',
+        executable='rviz2',
+        namespace=namespace,
+        arguments=['-d', str(view)],
+        parameters=[{'use_sim_time': True}],
+        remappings=OWN,
+    )
 
 
 def _for_verdict(launch: Launch) -> list[str]:

@@ -71,6 +71,7 @@ STATUS, STATUS_ARRAY = (
     'diagnostic_msgs/msg/DiagnosticArray',
 )
 TEXT = 'std_msgs/msg/String'
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
 
 # What the robot and the ground truly do.
 CLOCK = Topic('clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
@@ -108,6 +109,9 @@ TRUE_FORCES = tuple(
     for region, frame in REGIONS.items()
 )
 ROBOT_DESCRIPTION = Topic('robot_description', TEXT, 'The URDF.', 'latched')
+
+TF = Topic('tf', TRANSFORMS, 'Frames that move: odom to base_link, and each joint.', 'event')
+TF_STATIC = Topic('tf_static', TRANSFORMS, 'Frames that do not move.', 'latched')
 
 # What the sensors read.
 GYRO = Topic(
@@ -185,6 +189,8 @@ OF_EVERY_RUN = (
     ANKLE_CORRECTION,
     HIP_CORRECTION,
     ROBOT_DESCRIPTION,
+    TF,
+    TF_STATIC,
     STATE,
     READY,
     OUTCOME,

@@ -28,6 +28,7 @@ from khr_experiments.scoreboard_rows import Scoreboard
 from khr_report.calibration_page import calibration_markdown
 from khr_report.changelog import changelog_rst
 from khr_report.findings_page import findings_markdown
+from khr_report.interfaces_page import interfaces_markdown
 from khr_report.page.document import Columns, Passage, markdown, table
 from khr_report.scoreboard_page import scoreboard_markdown
 
@@ -123,6 +124,7 @@ def generated(root: Path) -> dict[Path, str]:
     return {
         root / 'config' / 'defaults.yaml': defaults_yaml(),
         docs / 'nodes.md': nodes_markdown(),
+        docs / 'interfaces.md': interfaces_markdown(),
         **{
             package / 'CHANGELOG.rst': changelog_rst(package.name, changelog)
             for package in sorted(root.glob('src/khr*'))

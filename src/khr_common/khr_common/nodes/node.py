@@ -39,6 +39,7 @@ from khr_common.nodes.messages import (
     blank_message,
     little_endian,
     message_class,
+    serialized,
     status,
     to_stamp,
 )
@@ -122,7 +123,7 @@ class KhrNode(Node):  # type: ignore[misc]
         filled = message or blank_message(topic)
         if topic.kind == JOINT_STATE:
             filled.header.frame_id = self.run  # it has no frame, and answers must be of this run
-        return Output(self.publisher(topic), filled)
+        return Output(self.publisher(topic), cdr.MessageTemplate(serialized(filled)))
 
     def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Subscription:
         """Create a subscription to whole messages."""
