@@ -12,13 +12,24 @@ setup(
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
+        (f'lib/{package}', glob('scripts/*')),
         (f'share/{package}/launch', glob('launch/*')),
         *(
             (f'share/{package}/config/{folder}', glob(f'{package}/config/{folder}/*.*'))
             for folder in ('', 'scenarios', 'sweeps', 'experiments')
         ),
+        (f'share/{package}/config/view', glob(f'{package}/config/view/*')),
     ],
-    package_data={'': ['py.typed', '*.xml', 'config/*.json', 'config/*.yaml', 'config/*/*.yaml']},
+    package_data={
+        '': [
+            'py.typed',
+            '*.xml',
+            'config/*.json',
+            'config/*.yaml',
+            'config/*/*.yaml',
+            'config/view/*',
+        ]
+    },
     install_requires=[
         'khr_common',
         'khr_sim',
@@ -33,6 +44,7 @@ setup(
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),
     maintainer_email=manifest.find('maintainer').get('email'),
+    url=manifest.findtext('url'),
     description=manifest.findtext('description'),
     license=manifest.findtext('license'),
 )

@@ -13,7 +13,7 @@ setup(
         (f'share/{package}', ['package.xml']),
     ],
     package_data={'': ['py.typed']},
-    install_requires=['numpy'],
+    install_requires=['numpy', 'PyYAML'],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
         'test': ['pytest'],
@@ -21,6 +21,7 @@ setup(
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),
     maintainer_email=manifest.find('maintainer').get('email'),
+    url=manifest.findtext('url'),
     description=manifest.findtext('description'),
     license=manifest.findtext('license'),
 )

@@ -20,6 +20,7 @@ setup(
             'simulator = khr_sim.node_specs:SIMULATOR',
             'gyro = khr_sim.node_specs:GYRO',
             'foot_force = khr_sim.node_specs:FOOT_FORCE',
+            'transforms = khr_sim.node_specs:TRANSFORMS',
         ]
     },
     package_data={'': ['py.typed', 'urdf/*.urdf']},
@@ -28,6 +29,7 @@ setup(
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),
     maintainer_email=manifest.find('maintainer').get('email'),
+    url=manifest.findtext('url'),
     description=manifest.findtext('description'),
     license=manifest.findtext('license'),
 )

@@ -1,4 +1,4 @@
-"""Nine executables started by hand, as with ``ros2 run``: any order, any delay, the same bits."""
+"""Ten executables started by hand, as with ``ros2 run``: any order, any delay, the same bits."""
 
 import os
 import signal
@@ -16,7 +16,7 @@ from khr_bringup.run_registry import registered
 
 PATIENCE = 60.0  # s of wall time
 FIRST = ['simulator']
-LATER = ['recorder', 'hip_controller', 'monitor', 'gait']
+LATER = ['recorder', 'hip_controller', 'monitor', 'gait', 'transforms']
 LAST = ['foot_force', 'ankle_controller', 'fft_analyser', 'gyro']
 SCENARIO = scenarios.load('walk_7.68deg_ka12').changed({('simulator', 'duration'): 1.5})
 

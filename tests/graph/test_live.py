@@ -115,7 +115,7 @@ def test_a_silent_node_is_named(run):
 @pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
 def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
     pids = [child.pid for child in children(run).values()]
-    assert len(pids) == 9
+    assert len(pids) == 10
     ended = interrupt(run, number)
     assert ended.code == 130
     assert re.fullmatch('[0-9a-f]{64}', ended.hash)

@@ -1,20 +1,28 @@
 """The bag of a run: every topic of the graph, at its rate, with scenario and outcome."""
 
 import math
+import os
 import re
 import signal
-from contextlib import suppress
+import subprocess
+import sys
+import threading
+from contextlib import contextmanager, suppress
 
 import psutil
 import pytest
 
+from khr_analysis.nodes.recorder import RecorderNode
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup import scenario as scenarios
+from khr_bringup.run_registry import registered
+from khr_sim.robot import link_names
 from khr_sim.run_parameters import RunParameters
-from tests.support.runs import Bag, children, finish, joined, stamp_ns, wait_for, wait_until
+from tests.support.runs import Bag, children, finish, joined, khr, stamp_ns, wait_for, wait_until
 
 pytestmark = pytest.mark.slow
 PERIOD_NS = 15_000_000
+RECORDER = 'khr_analysis.node_specs:RECORDER'
 EACH_PERIOD = [
     '/clock',
     '/joint_states',
@@ -65,6 +73,22 @@ def test_feet_carry_the_weight(bag):
     ]
     settled = sums[-len(sums) // 4 :]  # the sensors take half a second
     assert sum(settled) / len(settled) == pytest.approx(WEIGHT, rel=0.02)
+
+
+def test_frames_are_a_tree_from_the_ground_to_every_link(bag):
+    """As a viewer needs them: `odom` to `base_link`, and all joints, at one stamp."""
+    parents = {}
+    for topic in ('/tf', '/tf_static'):
+        for _, message in bag[topic]:
+            for each in message.transforms:
+                parents.setdefault(each.child_frame_id, each.header.frame_id)
+    assert set(parents) == {'base_link', *(set(link_names()) - {'base_link'})}
+    for link in link_names():
+        while link != 'odom':
+            link = parents[link]
+    stamps = [[stamp_ns(each) for each in message.transforms] for _, message in bag['/tf']]
+    assert all(len(set(of_one)) == 1 for of_one in stamps)
+    assert stamps[-1][0] > 3_900_000_000
 
 
 def test_imu_says_what_it_does_not_measure(bag):
@@ -164,6 +188,72 @@ def test_run_that_waits_for_a_recorder_in_vain_ends_with_its_name(stopped_record
         result.err,
     )
     assert len(Bag(folder / 'bag')['/clock']) > 10, 'what was received must be kept'
+
+
+def test_a_killed_recorder_leaves_a_bag_that_can_be_recovered(in_background, tmp_path):
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', '--processes', '--duration', 600, '--out', folder)
+    with joined(folder) as node:
+        wait_until(node, seconds=3.0)
+    children(process)['recorder'].kill()
+    assert 'recorder was killed by SIGKILL' in finish(process, folder).err
+    assert khr('verify', folder).code == 2
+    recovered = khr('recover', folder)
+    assert recovered.code == 0, recovered.err
+    bag = Bag(folder / 'bag')
+    stamps = [stamp_ns(message) for _, message in bag['/clock']]
+    assert stamps == list(range(0, len(stamps) * PERIOD_NS, PERIOD_NS))
+    assert stamps[-1] > 1_900_000_000, 'all but the last simulated second is on the disk'
+
+
+@pytest.mark.parametrize('signals', [1, 2])
+def test_a_recorder_ends_though_others_never_fall_silent(tmp_path, monkeypatch, signals):
+    """Messages of other robots, and of no robot, keep coming on the topics of the whole domain."""
+    with chattering(tmp_path, monkeypatch) as environment:
+        recorder = subprocess.Popen(
+            [
+                *(sys.executable, '-m', 'khr_common.nodes.run', RECORDER, '--ros-args'),
+                *('-p', f'folder:={tmp_path / "bag"}'),
+            ],
+            env=environment,
+        )
+        wait_for(lambda: list(tmp_path.glob('bag/*.mcap')), 'the bag')
+        for _ in range(signals):
+            recorder.send_signal(signal.SIGINT)
+        assert recorder.wait(30.0) == 0
+    assert '/chatter' not in Bag(tmp_path / 'bag')
+    assert RecorderNode.patience < 4.0, 'a launch kills what takes longer'
+
+
+@contextmanager
+def chattering(folder, monkeypatch):
+    """Publish on a topic of the run and one that is none, all the time, in a domain of its own."""
+    import rclpy
+    from rcl_interfaces.msg import Log
+    from std_msgs.msg import String
+
+    with registered('chatter', folder) as entry:
+        for key, value in entry.environment().items():
+            monkeypatch.setenv(key, value)
+        context = rclpy.Context()
+        rclpy.init(args=[], context=context)
+        node, over = rclpy.create_node('chatter', context=context), threading.Event()
+        publishers = [
+            (node.create_publisher(Log, '/rosout', 10), Log(name='stranger')),
+            (node.create_publisher(String, 'chatter', 10), String(data='hello')),
+        ]
+
+        def chatter():
+            while not over.wait(0.005):
+                for publisher, message in publishers:
+                    publisher.publish(message)
+
+        thread = threading.Thread(target=chatter)
+        thread.start()
+        yield os.environ.copy()
+        over.set()
+        thread.join()
+        rclpy.try_shutdown(context=context)
 
 
 def is_idle(process):

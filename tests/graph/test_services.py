@@ -12,6 +12,7 @@ from tests.support.runs import (
     finish,
     joined,
     khr,
+    stamp_ns,
     wait_for,
     wait_until,
     wait_until_running,
@@ -25,14 +26,7 @@ def test_reset_is_a_fresh_run(in_background, tmp_path):
 
     duration = ('--duration', '6')
     process = in_background(
-        'run',
-        'stand_0deg',
-        '--one-process',
-        '--no-record',
-        *duration,
-        '--out',
-        tmp_path / 'run',
-        measured=True,
+        'run', 'stand_0deg', '--one-process', *duration, '--out', tmp_path / 'run', measured=True
     )
     with joined(tmp_path / 'run') as node:
         wait_until(node, seconds=0.5)
@@ -41,6 +35,23 @@ def test_reset_is_a_fresh_run(in_background, tmp_path):
     assert ended.code == 0, ended.err
     fresh = khr('run', 'stand_0deg', '--offline', *duration, '--out', tmp_path / 'fresh')
     assert ended.hash == fresh.hash
+    check_bags_of_both_runs(tmp_path / 'run', fresh.hash)
+
+
+def check_bags_of_both_runs(folder, fresh_hash):
+    """Each run has a bag of its own, whole, with its verdict and the robot's description."""
+    for name, end in (('bag', 'reset'), ('bag_2', 'duration')):
+        bag = Bag(folder / name)
+        states = [message for _, message in bag['/simulator/state']]
+        last = {pair.key: pair.value for pair in states[-1].values}
+        assert last['end'] == end
+        assert (last['trajectory_hash'] == fresh_hash) == (name == 'bag_2')
+        for topic in ('/clock', '/joint_states', '/ground_truth/odom', '/imu/data_raw'):
+            instants = list(range(0, int(last['time_ns']) + 1, 15_000_000))
+            assert [stamp_ns(message) for _, message in bag[topic]] == instants
+        verdict = {pair.key: pair.value for pair in bag['/outcome'][-1][1].values}
+        assert verdict['final'] == 'true'
+        assert bag['/robot_description'] and bag['/scenario']
 
 
 def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background, tmp_path):
@@ -68,8 +79,9 @@ def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background,
     bag = Bag(folder / 'bag')
     _, outcome = bag['/outcome'][-1]
     assert outcome.message == 'fell', 'a push of 30 N for 0.1 s topples the robot'
-    ((pushed_at, message),) = bag['/push']
+    ((pushed_at, message),) = bag['/simulator/push']
     assert message.wrench.force.x == -30.0
+    assert stamp_ns(message) == pushed_at
     rates = [(time_ns, m.angular_velocity.y) for time_ns, m in bag['/ground_truth/imu']]
     before = max(abs(rate) for time_ns, rate in rates if 0.5e9 < time_ns <= pushed_at)
     after = [rate for time_ns, rate in rates if pushed_at < time_ns < pushed_at + 0.3e9]

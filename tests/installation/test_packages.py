@@ -1,10 +1,12 @@
 """What a ROS 2 user finds: ament index, executables, shares; from pip and from colcon."""
 
+import configparser
 import os
+import re
 import shutil
 import subprocess
 import sys
-from importlib.metadata import version
+from importlib.metadata import metadata, version
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -13,18 +15,8 @@ import pytest
 from khr_bringup.node_registry import registry
 from tests import ROOT
 
-NAMES = [
-    'khr_common',
-    'khr_sim',
-    'khr_balance',
-    'khr_analysis',
-    'khr_bringup',
-    'khr_sweeps',
-    'khr_experiments',
-    'khr_figures',
-    'khr_report',
-    'khr_cli',
-]
+NAMES = sorted(path.parent.name for path in (ROOT / 'src').glob('*/package.xml'))
+TESTED = [name for name in NAMES if (ROOT / 'tests' / 'unit' / name).is_dir()]
 
 
 def environment(**extra):
@@ -46,9 +38,9 @@ def check_prefix(prefix, name):
             assert os.access(executable, os.X_OK), executable
     if name == 'khr_bringup':
         assert (prefix / 'share' / name / 'launch' / 'balance.launch.py').is_file()
-        assert (
-            prefix / 'share' / name / 'config' / 'scenarios' / 'walk_7.68deg_ka12.yaml'
-        ).is_file()
+        config = prefix / 'share' / name / 'config'
+        assert (config / 'scenarios' / 'walk_7.68deg_ka12.yaml').is_file()
+        assert (config / 'view' / 'khr.rviz').is_file()
     if name == 'khr_sim':
         assert (prefix / 'share' / name / 'urdf' / 'khr3hv.urdf').is_file()
 
@@ -61,6 +53,42 @@ def test_manifest_is_format_3_and_agrees_with_setup(name):
     assert manifest.findtext('license') == 'Apache-2.0'
     assert manifest.findtext('export/build_type') == 'ament_python'
     assert manifest.findtext('version') == version(name)
+
+
+@pytest.mark.parametrize('name', NAMES)
+def test_manifest_says_where_licence_and_home_are(name):
+    folder = ROOT / 'src' / name
+    manifest = ElementTree.parse(folder / 'package.xml').getroot()
+    licence = folder / manifest.find('license').get('file')
+    assert licence.read_text() == (ROOT / 'LICENSE').read_text()
+    assert manifest.find('url').get('type') == 'website'
+    (home,) = metadata(name).get_all('Home-page')
+    assert home == manifest.findtext('url')
+    released = re.search(
+        r'^(\S+) \(\d{4}-\d\d-\d\d\)$', (folder / 'CHANGELOG.rst').read_text(), re.M
+    )
+    assert released[1] == manifest.findtext('version')
+
+
+def test_fields_that_wait_for_the_owner_are_named_in_contributing():
+    """As long as they hold an address that cannot be one."""
+    text = (ROOT / 'CONTRIBUTING.md').read_text()
+    manifest = ElementTree.parse(ROOT / 'src/khr_common/package.xml').getroot()
+    for value in (manifest.find('maintainer').get('email'), manifest.findtext('url')):
+        if value.endswith('.invalid'):
+            assert value in text
+
+
+@pytest.mark.parametrize('name', TESTED)
+def test_colcon_finds_the_unit_tests_of_a_package(name):
+    """One copy of them serves both: those of the top-level folder."""
+    settings = configparser.ConfigParser()
+    settings.read(ROOT / 'src' / name / 'setup.cfg')
+    own = settings['tool:pytest']
+    places = [(ROOT / 'src' / name / place).resolve() for place in own['testpaths'].split()]
+    assert places == [ROOT / 'tests' / 'unit' / name]
+    assert list(places[0].rglob('test_*.py'))
+    assert (ROOT / 'src' / name / own['pythonpath']).resolve() == ROOT
 
 
 @pytest.mark.parametrize('name', NAMES)
@@ -132,6 +160,25 @@ def test_colcon_builds_and_a_node_runs_from_the_overlay(tmp_path):
         check=False,
     )
     assert str(tmp_path / 'install') in where.stdout, where.stderr
+    check_colcon_test(tmp_path)
+
+
+def check_colcon_test(workspace):
+    """One package stands for all: its tests run, and their number is known."""
+    skipped = shutil.ignore_patterns('__pycache__')
+    shutil.copytree(ROOT / 'tests', workspace / 'tests', ignore=skipped)
+    for command in (['test', '--packages-select', 'khr_common'], ['test-result', '--verbose']):
+        ended = subprocess.run(
+            ['colcon', *command],
+            cwd=workspace,
+            env=environment(),
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert ended.returncode == 0, ended.stdout + ended.stderr
+    counted = re.search(r'Summary: (\d+) tests, 0 errors, 0 failures', ended.stdout)
+    assert int(counted[1]) > 100
 
 
 def test_ros2_users_find_no_launch_import_outside_launch_files():

@@ -18,7 +18,7 @@ from khr_bringup.run_signals import run_with_series, series_of_bag
 from khr_bringup.scenario import load
 from khr_cli import command
 from khr_common import KhrError
-from khr_common.interfaces import PUSH
+from khr_common.interfaces import PUSHED
 from khr_report.run_contents import find
 from khr_report.run_page import OUTCOME, report
 from tests.fakes.bags import change, make_bag, push, state
@@ -137,7 +137,7 @@ def test_changes_while_it_ran_are_listed(tmp_path):
         tmp_path / 'run',
         scenario.to_yaml(),
         ('/parameter_events', event),
-        ('/push', push()),
+        ('/simulator/push', push()),
         ('/simulator/state', state(end='duration')),
     )
     text = check_alone(report(folder, None, None)).text
@@ -249,19 +249,19 @@ def test_what_is_left_of_a_bag_cut_anywhere_is_its_beginning(tmp_path_factory, d
     pushes = [push() for _ in range(20)]
     for number, each in enumerate(pushes):
         each.wrench.force.x = float(number)
-    make_bag(folder, None, *(('/push', each) for each in pushes))
+    make_bag(folder, None, *(('/simulator/push', each) for each in pushes))
     file = folder / 'bag' / 'bag.mcap'
     content = file.read_bytes()
     file.write_bytes(content[: data.draw(st.integers(0, len(content) - 1))])
     with pytest.raises(KhrError):
-        read_messages(folder, [PUSH])
+        read_messages(folder, [PUSHED])
     try:
-        messages, damage = read_what_is_left(folder, [PUSH])
+        messages, damage = read_what_is_left(folder, [PUSHED])
     except KhrError:
         return  # nothing is left
     assert damage
-    assert [each.wrench.force.x for each in messages[PUSH]] == [
-        float(number) for number in range(len(messages[PUSH]))
+    assert [each.wrench.force.x for each in messages[PUSHED]] == [
+        float(number) for number in range(len(messages[PUSHED]))
     ]
 
 

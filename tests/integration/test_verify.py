@@ -102,7 +102,7 @@ def test_a_run_changed_from_outside_is_not_repeated(tmp_path, result):
             tmp_path,
             SCENARIO.to_yaml(),
             end(result),
-            ('/push', push()),
+            ('/simulator/push', push()),
             ('/parameter_events', change('/ankle_controller', 'gain', 18.0)),
             ('/parameter_events', change('/other_node', 'gain', 1.0)),
             ('/parameter_events', change('/gyro', 'use_sim_time', 1.0)),

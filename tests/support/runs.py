@@ -176,7 +176,7 @@ def wait_until(node, seconds):
         if message.clock.sec + message.clock.nanosec / 1e9 > seconds and not reached.done():
             reached.set_result(True)
 
-    subscription = node.create_subscription(Clock, '/clock', on_clock, 10)
+    subscription = node.create_subscription(Clock, 'clock', on_clock, 10)
     rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
     assert reached.done()
     node.destroy_subscription(subscription)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import cast, get_args
+from typing import Any, cast, get_args
 
 from rosbags.interfaces import (
     Connection,
@@ -23,6 +23,7 @@ from khr_common import ParameterError, parameter
 from khr_common.interfaces import OF_EVERY_RUN, Flow, Topic
 
 _FOREVER = QosTime(2147483647, 4294967295)
+FLUSH_PERIOD = 1_000_000_000  # ns of simulated time that a recorder which is killed may lose
 
 
 @dataclass(frozen=True)
@@ -68,8 +69,13 @@ def _topic(line: str) -> Topic:
     return Topic(name, kind, '', cast(Flow, flow))
 
 
+def numbered(folder: str, run: int) -> Path:
+    """Return the bag of a run that follows others in one graph: ``bag``, ``bag_2``, ``bag_3``."""
+    return Path(folder if run == 1 else f'{folder}_{run}')
+
+
 class Recording:
-    """One bag that is being written.
+    """One bag that is being written; what it holds is on the disk after each simulated second.
 
     Args:
         folder: the bag's folder; it is created.
@@ -82,6 +88,7 @@ class Recording:
         self._store = get_typestore(Stores.ROS2_JAZZY)
         self._connections: dict[str, Connection] = {}
         self.counts: dict[str, int] = {}
+        self._flushed = 0
         self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
         try:
             folder.parent.mkdir(parents=True, exist_ok=True)
@@ -114,6 +121,9 @@ class Recording:
         """
         self._writer.write(self._connections[topic], time_ns, data)
         self.counts[topic] += 1
+        if time_ns - self._flushed >= FLUSH_PERIOD:
+            self._flushed = time_ns
+            self._flush()
 
     def write_text(self, topic: str, text: str, time_ns: int) -> None:
         """Write a text as a latched std_msgs/String."""
@@ -122,6 +132,12 @@ class Recording:
             self.add_topic(topic, kind, latched=True)
         message = self._store.types[kind](data=text)
         self.write(topic, bytes(self._store.serialize_cdr(message, kind)), time_ns)
+
+    def _flush(self) -> None:
+        """End the chunk that is being filled, and pass it to the system: it survives a kill."""
+        storage: Any = self._writer.storage
+        storage.close_chunk()
+        storage.bio.flush()
 
     def close(self) -> None:
         """Finish the bag; it is readable from now on.

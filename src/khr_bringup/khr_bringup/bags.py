@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import struct
 from array import array
 from collections.abc import Callable, Iterator, Sequence
@@ -19,7 +20,7 @@ from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import registry, table_of
 from khr_common import KhrError, cdr, specifications
 from khr_common.cdr import Floats
-from khr_common.interfaces import Topic
+from khr_common.interfaces import OVER, Topic
 
 # By topic: (stamp in ns, numbers) of what flows in every period, whole messages of the rest.
 Messages = dict[Topic, Any]  # a list of messages, or Samples of what flows in every period
@@ -70,11 +71,17 @@ class Samples:
             yield stamp_ns, tuple(self.numbers[index * self.width : (index + 1) * self.width])
 
 
+def bag_of(path: Path) -> Path:
+    """Return the bag of a run's folder, the newest if there was a reset; a bag stands for itself."""
+    bags = [each for each in path.glob('bag*') if re.fullmatch(r'bag(_\d+)?', each.name)]
+    return max(bags, key=lambda each: int(each.name[4:] or 1), default=path)
+
+
 def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
     """Return the messages of some topics in the order they were recorded.
 
     Args:
-        bag: the bag, or the folder of the run that holds it.
+        bag: the bag, or the folder of the run that holds it (then its newest bag).
         topics: in whatever namespace; one that is not in the bag has no messages.
 
     Raises:
@@ -82,7 +89,7 @@ def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
     """
     messages = _empty(topics)
     try:
-        _collect(_place(bag), messages)
+        _collect(bag_of(bag), messages)
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise BringupError(
@@ -105,12 +112,12 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
         return read_messages(bag, topics), ''
     except KhrError as damage:
         messages = _empty(topics)
-        place = _place(bag)
+        place = bag_of(bag)
         files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
         with TemporaryDirectory() as folder, suppress(Exception):
             mended = Path(folder) / 'mended.mcap'
             for file in files:
-                mended.write_bytes(_mend(file.read_bytes()))
+                mended.write_bytes(mend(file.read_bytes()))
                 _collect(mended, messages)
         if not any(messages.values()):
             raise
@@ -142,12 +149,8 @@ def final_state(states: Sequence[Any]) -> dict[str, str]:
     Args:
         states: the messages on ``simulator/state``.
     """
-    finished = [message for message in states if message.message == 'finished']
+    finished = [message for message in states if message.message in OVER]
     return {pair.key: pair.value for pair in finished[-1].values} if finished else {}
-
-
-def _place(bag: Path) -> Path:
-    return bag / 'bag' if (bag / 'bag').is_dir() else bag
 
 
 def _empty(topics: Sequence[Topic]) -> Messages:
@@ -186,7 +189,7 @@ def _sample(read: Callable[[bytes], Floats], data: bytes) -> tuple[int, Floats]:
     return cdr.clock(data), read(data)
 
 
-def _mend(content: bytes) -> bytes:
+def mend(content: bytes) -> bytes:
     """Return a whole MCAP file of what stands before the damage of one.
 
     A recorder that is killed leaves a file without an end, and its last chunk may be cut: chunks

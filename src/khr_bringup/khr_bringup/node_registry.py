@@ -16,11 +16,10 @@ from types import MappingProxyType
 from typing import Any
 
 from khr_bringup.errors import BringupError
-from khr_common.block import NodeSpec
+from khr_common.block import GROUP, NodeSpec
 from khr_common.interfaces import CLOCK, JOINT_STATE
 from khr_common.parameters import specifications
 
-GROUP = 'khr.nodes'
 OWN = (
     'khr_sim',
     'khr_balance',

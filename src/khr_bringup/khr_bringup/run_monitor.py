@@ -15,7 +15,7 @@ from rclpy.serialization import deserialize_message
 from khr_common import cdr
 from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
 from khr_common.nodes.messages import message_class
-from khr_common.nodes.node import DATA, LATCHED
+from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
 from khr_common.run_identity import KEY, MalformedError, check_run, check_status, read_ready
 
 
@@ -71,9 +71,9 @@ class Watcher(Node):  # type: ignore[misc]
         super().__init__('khr', start_parameter_services=False, enable_rosout=False)
         self.view = View(listeners=tuple(listeners))
         self._run, self._owners = run, owners or {}
-        self._follow(STATE, self._on_state, LATCHED)
-        self._follow(OUTCOME, self._on_outcome, LATCHED)
-        self._follow(READY, self._on_ready, LATCHED)
+        self._follow(STATE, self._on_state, LATCHED_FROM_ALL)
+        self._follow(OUTCOME, self._on_outcome, LATCHED_FROM_ALL)
+        self._follow(READY, self._on_ready, LATCHED_FROM_ALL)
         self._follow(DIAGNOSTICS, self._on_diagnostics, DATA)
 
     def stranger(self) -> str | None:
@@ -118,9 +118,11 @@ class Watcher(Node):  # type: ignore[misc]
 
     def _on_diagnostics(self, array: DiagnosticArray) -> None:
         for status in array.status:
-            if status.name == 'monitor' and status.level != DiagnosticStatus.ERROR:
-                self.view.progress = pairs(status)
-            elif status.name == 'simulator' and status.hardware_id:
+            values = pairs(status)
+            if status.name == 'monitor' and 'real_time_factor' in values:
+                self.view.progress = values  # at level ERROR if the robot fell: that is a result
+                continue
+            if status.name == 'simulator' and 'sync' in values:
                 self.view.alive = time.monotonic()
             if status.level == DiagnosticStatus.ERROR:
                 self._warn(f'{status.name}: {status.message}')

@@ -20,6 +20,7 @@ from khr_common import ParameterError, build, check, specifications
 from khr_common.quoting import LONGEST, named, quoted
 from khr_sim.run_parameters import GAIT
 
+ANYWHERE = '/**/'  # in a parameter file, before the name of a node in whatever namespace
 CONFIG = Path(str(files('khr_bringup') / 'config'))
 SHIPPED = CONFIG / 'scenarios'
 Values = dict[str, dict[str, Any]]
@@ -80,14 +81,13 @@ class Scenario:
             values.setdefault(node, {})[key] = _checked(self.name, node, key, value)
         return Scenario(self.name, _consistent(self.name, values), self.title)
 
-    def to_yaml(self, prefix: str = '') -> str:
+    def to_yaml(self) -> str:
         """Write the whole scenario, defaults included, as a ROS 2 parameter file.
 
-        Args:
-            prefix: before each node's name: ``/**/`` for nodes in whatever namespace.
+        It holds for nodes in whatever namespace.
         """
         document = {
-            prefix + node: {
+            ANYWHERE + node: {
                 'ros__parameters': {
                     key: self.of(node).get(key, specification.default)
                     for key, specification in specifications(table_of(node)).items()
@@ -120,7 +120,10 @@ def parse(text: str, file: str, name: str) -> Scenario:
         raise BringupError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
     values: Values = {}
     for node, body in document.items():
-        values[_known_node(file, node)] = _node_values(file, node, body)
+        known = _known_node(file, node)
+        if known in values:
+            raise BringupError(f'{file}: {known}: given twice; accepted: one block per node')
+        values[known] = _node_values(file, node, body)
     return Scenario(name, _consistent(file, values), title_of(text))
 
 

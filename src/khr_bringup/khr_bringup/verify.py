@@ -16,7 +16,7 @@ from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
 from khr_common import KhrError, specifications
-from khr_common.interfaces import PARAMETER_EVENTS, PUSH, SCENARIO, STATE
+from khr_common.interfaces import PARAMETER_EVENTS, PUSHED, SCENARIO, STATE
 from khr_sim.run_parameters import RunParameters
 
 
@@ -79,7 +79,7 @@ def read(bag: Path) -> Recorded:
         BringupError: if it is no bag, is damaged, has no scenario or end of a run, or was made
             by another version of the project.
     """
-    messages = read_messages(bag, (SCENARIO, STATE, PARAMETER_EVENTS, PUSH))
+    messages = read_messages(bag, (SCENARIO, STATE, PARAMETER_EVENTS, PUSHED))
     if not messages[SCENARIO]:
         raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
     state = final_state(messages[STATE])
@@ -97,7 +97,7 @@ def read(bag: Path) -> Recorded:
             f'{each.node}.{each.parameter} was set to {each.value}'
             for each in changes(messages[PARAMETER_EVENTS])
         )
-        + (('a push over its topic',) if messages[PUSH] else ()),
+        + (('a push over its topic',) if messages[PUSHED] else ()),
     )
 
 

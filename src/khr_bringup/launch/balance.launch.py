@@ -1,62 +1,119 @@
-"""Launch the whole graph: ``ros2 launch khr_bringup balance.launch.py scenario:=NAME``."""
+"""Launch the whole graph: ``ros2 launch khr_bringup balance.launch.py scenario:=NAME``.
+
+It ends by itself with the run, with 0 if that was whole and its verdict the one expected.
+"""
 
 import os
+from functools import partial
 from pathlib import Path
-from tempfile import mkdtemp
 
-from launch import LaunchContext, LaunchDescription
-from launch.actions import DeclareLaunchArgument, OpaqueFunction
+from ament_index_python.packages import get_package_share_directory, get_packages_with_prefixes
+from launch import Action, LaunchContext, LaunchDescription
+from launch.actions import DeclareLaunchArgument, EmitEvent, LogInfo, OpaqueFunction
+from launch.events import Shutdown
+from launch.events.process import ProcessExited
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
+from launch_ros.parameter_descriptions import ParameterValue
 
-from khr_bringup.graph import nodes_of, prepare
-from khr_bringup.node_registry import spec_of
-from khr_bringup.scenario import load
+from khr_bringup.launching import ARGUMENTS, Launch, arrange
+from khr_common import RunError
 from khr_common.lifeline import PARENT
+from khr_sim.robot import Robot
 
 
-def _nodes(context: LaunchContext) -> list[Node]:
-    scenario = load(LaunchConfiguration('scenario').perform(context))
-    record = LaunchConfiguration('record').perform(context).lower() == 'true'
-    out = LaunchConfiguration('out').perform(context)
-    folder = Path(out or mkdtemp(prefix=f'{scenario.name}-'))
-    folder.mkdir(parents=True, exist_ok=True)
-    parameters = folder / 'scenario.yaml'
-    parameters.write_text(prepare(scenario, folder, record).to_yaml('/**/'), encoding='utf-8')
+def _launched(context: LaunchContext) -> list[Action]:
+    given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
+    state_publisher = 'robot_state_publisher' in get_packages_with_prefixes()
+    launch = arrange(given, joints=not state_publisher)
+    own = partial(
+        Node,
+        output='screen',
+        namespace=given['namespace'],
+        additional_env={PARENT: str(os.getpid())},  # no node outlives its launch
+    )
     return [
-        Node(
-            package=spec_of(node).package,
-            executable=node,
-            name=node,
-            output='screen',
-            namespace=LaunchConfiguration('namespace'),
-            parameters=[str(parameters)],
-            additional_env={PARENT: str(os.getpid())},  # no node outlives its launch
-        )
-        for node in nodes_of(scenario, record)
+        LogInfo(msg=f'{launch.scenario}: folder {launch.folder}'),
+        *(
+            own(
+                package=package,
+                executable=name,
+                name=name,
+                parameters=[str(launch.parameters)],
+                on_exit=_on_exit,
+            )
+            for package, name in launch.nodes
+        ),
+        own(
+            package='khr_bringup',
+            executable='verdict',
+            arguments=_for_verdict(launch),
+            on_exit=_on_verdict,
+        ),
+        *([_state_publisher(given['namespace'])] if state_publisher else []),
+        *([_rviz(given['namespace'])] if launch.rviz else []),
     ]
+
+
+# What is made for one robot in a domain, in the namespace of this one.
+OWN = [(f'/{topic}', topic) for topic in ('clock', 'tf', 'tf_static')]
+
+
+def _state_publisher(namespace: str) -> Node:
+    """Return the node that publishes the joints' frames in a full ROS 2."""
+    description = ParameterValue(Robot.load().urdf, value_type=str)
+    return Node(
+        package='robot_state_publisher',
+        executable='robot_state_publisher',
+        namespace=namespace,
+        parameters=[{'robot_description': description, 'use_sim_time': True}],
+        # The simulator publishes the description already.
+        remappings=[*OWN, ('robot_description', 'robot_state_publisher/robot_description')],
+    )
+
+
+def _rviz(namespace: str) -> Node:
+    view = Path(get_package_share_directory('khr_bringup')) / 'config' / 'view' / 'khr.rviz'
+    return Node(
+        package='rviz2',
+        executable='rviz2',
+        namespace=namespace,
+        arguments=['-d', str(view)],
+        parameters=[{'use_sim_time': True}],
+        remappings=OWN,
+    )
+
+
+def _for_verdict(launch: Launch) -> list[str]:
+    expected = ['--expect', launch.expect] if launch.expect else []
+    return [
+        str(launch.parameters),
+        *('--name', launch.scenario, '--out', str(launch.folder)),
+        *expected,
+    ]
+
+
+def _on_exit(event: ProcessExited, context: LaunchContext) -> None:
+    """Fail if a node ends before it is asked to, or does not end well."""
+    if event.returncode or not context.is_shutdown:
+        raise RunError(f'{event.action.name} ended with {event.returncode}')
+
+
+def _on_verdict(event: ProcessExited, context: LaunchContext) -> EmitEvent:
+    """End the launch with the run; what is raised makes its exit code 1."""
+    if event.returncode:
+        raise RunError(f'the run was not as it should be (verdict: {event.returncode})')
+    return EmitEvent(event=Shutdown(reason='the run is over'))
 
 
 def generate_launch_description() -> LaunchDescription:
     """Describe the launch: arguments, then one process per node."""
     return LaunchDescription(
         [
-            DeclareLaunchArgument(
-                'scenario',
-                default_value='walk_7.68deg_ka12',
-                description='A scenario of khr_bringup/config, or a file.',
+            *(
+                DeclareLaunchArgument(name, default_value=default, description=meaning)
+                for name, (default, meaning) in ARGUMENTS.items()
             ),
-            DeclareLaunchArgument('record', default_value='true', description='Write a bag.'),
-            DeclareLaunchArgument(
-                'out',
-                default_value='',
-                description='Folder for the bag; a temporary one by default.',
-            ),
-            DeclareLaunchArgument(
-                'namespace',
-                default_value='',
-                description='Namespace of all nodes, for a second robot.',
-            ),
-            OpaqueFunction(function=_nodes),
+            OpaqueFunction(function=_launched),
         ]
     )

@@ -509,6 +509,21 @@ def verify_bag(
     raise typer.Exit(verify(bag))
 
 
+@app.command(name='recover')
+def recover_bag(
+    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of a run.')],
+) -> None:
+    """Repair the bag of a recorder that was killed; the cut one is kept beside it."""
+    from khr_bringup.recover import recover
+
+    found = recover(bag)
+    if found is None:
+        print(f'{bag}: whole')
+        return
+    print(f'{found.bag}: {found.messages} messages up to t = {found.seconds:.3f} s')
+    print(f'the cut bag is kept as {found.kept}')
+
+
 def main() -> None:
     """Run the command; a user's mistake is one line on stderr and exit code 2."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # ends as Ctrl-C does

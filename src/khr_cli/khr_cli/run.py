@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
@@ -10,13 +9,16 @@ from dataclasses import dataclass
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, get_args
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
+from khr_analysis.outcome import Verdict
+from khr_bringup.bags import bag_of
+from khr_bringup.following import write_outcome
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.processes import Processes
 from khr_bringup.run_registry import registered
@@ -28,7 +30,7 @@ from khr_sim.run_parameters import RunParameters
 if TYPE_CHECKING:
     from khr_view.guard import Door
 
-VERDICTS = ('walked', 'stood', 'fell', 'slipped')
+VERDICTS = get_args(Verdict)
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 REFRESH = 0.2  # s of wall time
 NETWORK = (
@@ -287,23 +289,23 @@ def _progress(console: Console, seconds: float) -> Iterator[Callable[..., None]]
 
 
 def _keep(folder: Path, scenario: Scenario, result: Result) -> None:
-    outcome = {
-        'scenario': scenario.name,
-        'verdict': result.verdict,
-        **result.quantities,
-        'end': result.end,
-        'startup_s': round(result.startup, 3),
-        'real_time_factor': round(result.real_time_factor, 3),
-        'trajectory_hash': result.trajectory_hash,
-    }
-    write_text(folder / 'outcome.json', json.dumps(outcome, indent=2) + '\n')
+    write_outcome(
+        folder,
+        scenario.name,
+        result.verdict,
+        result.quantities,
+        end=result.end,
+        startup_s=round(result.startup, 3),
+        real_time_factor=round(result.real_time_factor, 3),
+        trajectory_hash=result.trajectory_hash,
+    )
 
 
 def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
     from khr_figures.run_overview import draw_run
 
     try:
-        draw_run(folder / 'bag', scenario, folder / 'overview.png')
+        draw_run(folder, scenario, folder / 'overview.png')
     except KhrError as error:  # the run itself is done and kept
         console.print(f'khr: no overview: {error}', highlight=False)
 
@@ -321,6 +323,6 @@ def _summarise(scenario: Scenario, folder: Path, result: Result, options: Option
     table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
     table.add_row('folder', escape(str(folder)))
     if options.record and not options.offline:
-        table.add_row('bag', escape(str(folder / 'bag')))
+        table.add_row('bag', escape(str(bag_of(folder))))
     Console().print(table)
     print(f'trajectory hash {result.trajectory_hash}')

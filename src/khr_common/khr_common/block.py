@@ -9,6 +9,7 @@ from typing import Any, ClassVar, Generic, Protocol, TypeVar
 
 from khr_common.interfaces import Topic
 
+GROUP = 'khr.nodes'  # of the entry points that name the nodes
 Numbers = Sequence[float]
 Signals = Mapping[Topic, Numbers]  # what each topic carries at one instant, see khr_common.cdr
 Table = TypeVar('Table')

@@ -36,10 +36,11 @@ class MessageTemplate:
 
     Args:
         data: the serialized message, a Clock or one with a header, :data:`BLANK` in its blanks.
+        stamps: where its stamps are, if not at the beginning alone.
     """
 
-    def __init__(self, data: bytes) -> None:
-        self._data = bytearray(data)
+    def __init__(self, data: bytes, stamps: Sequence[int] = (4,)) -> None:
+        self._data, self._stamps = bytearray(data), tuple(stamps)
         blanks = [
             place
             for place in range(_START, len(data) - _DOUBLE + 1, _DOUBLE)
@@ -64,10 +65,32 @@ class MessageTemplate:
         """
         if len(numbers) != self._count:
             raise ValueError(f'numbers: {len(numbers)} are not accepted; accepted: {self._count}')
-        _TIME.pack_into(self._data, _START, *divmod(stamp_ns, 1_000_000_000))
+        time = divmod(stamp_ns, 1_000_000_000)
+        for place in self._stamps:
+            _TIME.pack_into(self._data, place, *time)
         for place, part, pack_into in self._runs:
             pack_into(self._data, place, *numbers[part])
         return bytes(self._data)
+
+
+def transforms(frames: Sequence[tuple[str, str]]) -> tuple[bytes, list[int]]:
+    """Return a tf2_msgs/TFMessage with blanks for all transforms, and where its stamps are.
+
+    Args:
+        frames: parent and child of each transform, of which x, y, z and quaternion x y z w are
+            blank.
+    """
+    data = bytearray(b'\0\1\0\0') + _COUNT.pack(len(frames))
+    stamps = []
+    for names in frames:
+        data += bytes(_padded(len(data), 4) - len(data))
+        stamps.append(len(data))
+        data += bytes(_TIME.size)
+        for name in names:
+            text = name.encode() + b'\0'
+            data += bytes(_padded(len(data), 4) - len(data)) + _COUNT.pack(len(text)) + text
+        data += bytes(_aligned(len(data)) - len(data)) + 7 * _BLANK
+    return bytes(data), stamps
 
 
 def clock(data: bytes) -> int:

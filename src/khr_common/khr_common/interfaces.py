@@ -1,7 +1,7 @@
 """The interfaces of the node graph, each stated once: joints, frames, regions, topics.
 
 Names follow REP 103, 105, 120 and 145, with ``l_heel`` and ``r_heel`` added. Topic names are
-relative, so that a namespace holds a second robot.
+relative, the clock's too, so that a namespace holds a second robot with a time of its own.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ JOINTS: tuple[str, ...] = (  # their order in every vector
     *(f'{side}_{joint}' for side in SIDES for joint in LEG),
 )
 
+HARDWARE = 'khr3hv'  # what diagnostics call the robot
 WORLD, BODY, IMU_FRAME = 'odom', 'base_link', 'imu_link'
 REGIONS = {  # of the feet that carry a force sensor: their frames, by name
     'left_toe': 'l_toe',
@@ -70,9 +71,10 @@ STATUS, STATUS_ARRAY = (
     'diagnostic_msgs/msg/DiagnosticArray',
 )
 TEXT = 'std_msgs/msg/String'
+TRANSFORMS = 'tf2_msgs/msg/TFMessage'
 
 # What the robot and the ground truly do.
-CLOCK = Topic('/clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
+CLOCK = Topic('clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
 JOINT_STATES = Topic(
     'joint_states',
     JOINT_STATE,
@@ -107,6 +109,9 @@ TRUE_FORCES = tuple(
     for region, frame in REGIONS.items()
 )
 ROBOT_DESCRIPTION = Topic('robot_description', TEXT, 'The URDF.', 'latched')
+
+TF = Topic('tf', TRANSFORMS, 'Frames that move: odom to base_link, and each joint.', 'event')
+TF_STATIC = Topic('tf_static', TRANSFORMS, 'Frames that do not move.', 'latched')
 
 # What the sensors read.
 GYRO = Topic(
@@ -143,7 +148,13 @@ STAGE = Topic(
     names=('stage', 'inclination', 'ankle_controller', 'hip_controller'),
 )
 STAGE_CHANGES = Topic('stage/changes', STATUS_ARRAY, 'Each stage when it is entered.', 'latched')
-PUSH = Topic('push', WRENCH, 'A push, N, from its stamp on.', 'event')
+PUSH = Topic('push', WRENCH, 'Asks for a push, N, from its stamp on.', 'event')
+PUSHED = Topic(
+    'simulator/push',
+    WRENCH,
+    'Each push that was asked for and acts, N, from its stamp on.',
+    'event',
+)
 
 # What comes of it.
 SPECTRUM = Topic(
@@ -154,8 +165,9 @@ OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 
 
 # How the run goes.
 STATE = Topic('simulator/state', STATUS, 'State of the run, and why it ended.', 'latched')
+OVER = ('finished', 'resetting')  # the states in which a run has had its last instant
 READY = Topic('ready', TEXT, 'How far each listener has received the run.', 'latched')
-DIAGNOSTICS = Topic('/diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
+DIAGNOSTICS = Topic('diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
 PARAMETER_EVENTS = Topic(
     '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', 'Changes of parameters.', 'event'
 )
@@ -177,12 +189,15 @@ OF_EVERY_RUN = (
     ANKLE_CORRECTION,
     HIP_CORRECTION,
     ROBOT_DESCRIPTION,
+    TF,
+    TF_STATIC,
     STATE,
     READY,
     OUTCOME,
     SPECTRUM,
     PEAKS,
     PUSH,
+    PUSHED,
     DIAGNOSTICS,
     PARAMETER_EVENTS,
     LOG,

@@ -26,7 +26,9 @@ from khr_experiments.findings import Findings
 from khr_experiments.json_file import read_json
 from khr_experiments.scoreboard_rows import Scoreboard
 from khr_report.calibration_page import calibration_markdown
+from khr_report.changelog import changelog_rst
 from khr_report.findings_page import findings_markdown
+from khr_report.interfaces_page import interfaces_markdown
 from khr_report.page.document import Columns, Passage, markdown, table
 from khr_report.scoreboard_page import scoreboard_markdown
 
@@ -57,7 +59,7 @@ def defaults_yaml() -> str:
     for node, registered in registry().items():
         if registered.spec.package not in PACKAGES:
             continue
-        lines += ['', f'{node}:', '  ros__parameters:']
+        lines += ['', f'{scenarios.ANYWHERE}{node}:', '  ros__parameters:']
         for specification in specifications(registered.spec.table).values():
             text = f'{specification.description} {specification.accepted}'
             lines += [f'    # {line}' for line in textwrap.wrap(text, 90)]
@@ -117,10 +119,16 @@ def _node(name: str, node: RegisteredNode) -> Passage:
 def generated(root: Path) -> dict[Path, str]:
     """Return all generated documents by path."""
     readme, docs = root / 'README.md', root / 'docs'
+    changelog = (root / 'CHANGELOG.md').read_text(encoding='utf-8')
     shipped = [scenarios.load(str(path)) for path in scenarios.shipped()]
     return {
         root / 'config' / 'defaults.yaml': defaults_yaml(),
         docs / 'nodes.md': nodes_markdown(),
+        docs / 'interfaces.md': interfaces_markdown(),
+        **{
+            package / 'CHANGELOG.rst': changelog_rst(package.name, changelog)
+            for package in sorted(root.glob('src/khr*'))
+        },
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
         **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
         **_from_results(docs / 'findings.json', Findings, findings_markdown),

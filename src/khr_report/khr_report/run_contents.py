@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import Any
 
 from khr_bringup import run_signals as signals
-from khr_bringup.bags import Change, changes, read_what_is_left
+from khr_bringup.bags import Change, bag_of, changes, read_what_is_left
 from khr_bringup.code_version import version_in
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import Scenario, parse
 from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import KhrError
-from khr_common.interfaces import OUTCOME, PARAMETER_EVENTS, PUSH, SCENARIO, STATE
+from khr_common.interfaces import OUTCOME, PARAMETER_EVENTS, PUSHED, SCENARIO, STATE
 from khr_report.errors import ReportError
 from khr_sim.run_parameters import RunParameters
 
@@ -70,7 +70,7 @@ def find(path: Path) -> RunContents:
     if path.is_dir():
         _read_scenario(path / 'scenario.yaml', found)
         _read_outcome(path, found)
-    if path.is_file() or (path / 'bag').is_dir() or any(path.glob('*.mcap')):
+    if path.is_file() or bag_of(path) != path or any(path.glob('*.mcap')):
         _read_bag(path, found)
     else:
         _repeat(found)
@@ -109,7 +109,7 @@ def _read_outcome(folder: Path, found: RunContents) -> None:
 
 
 def _read_bag(path: Path, found: RunContents) -> None:
-    topics = (*signals.TOPICS, PUSH, OUTCOME, STATE)
+    topics = (*signals.TOPICS, PUSHED, OUTCOME, STATE)
     try:
         messages, damage = read_what_is_left(path, topics)
     except KhrError as error:
@@ -117,7 +117,7 @@ def _read_bag(path: Path, found: RunContents) -> None:
         return
     series = signals.series_of(messages)
     found.changes = changes(messages[PARAMETER_EVENTS])
-    found.pushes = len(messages[PUSH])
+    found.pushes = len(messages[PUSHED])
     if series.time.size:
         found.series = series
     if damage:

@@ -8,15 +8,21 @@ from khr_common.interfaces import (
     DIAGNOSTICS,
     HIP_CORRECTION,
     JOINT_REFERENCE,
+    JOINT_STATES,
     PUSH,
+    PUSHED,
     READY,
     ROBOT_DESCRIPTION,
     STATE,
+    TF,
+    TF_STATIC,
+    TRUE_POSE,
 )
 from khr_sim.blocks import FootForceBlock, GyroBlock
 from khr_sim.foot_force import FootForceParameters
 from khr_sim.gyro import GyroParameters
 from khr_sim.run_parameters import RunParameters
+from khr_sim.transforms import TransformsParameters
 from khr_sim.truth import SIGNALS
 
 SIMULATOR = NodeSpec(
@@ -24,8 +30,17 @@ SIMULATOR = NodeSpec(
     'khr_sim',
     RunParameters,
     subscribes=(JOINT_REFERENCE, ANKLE_CORRECTION, HIP_CORRECTION, PUSH, READY),
-    publishes=(*SIGNALS, ROBOT_DESCRIPTION, STATE, DIAGNOSTICS),
+    publishes=(*SIGNALS, ROBOT_DESCRIPTION, STATE, PUSHED, DIAGNOSTICS),
     node='khr_sim.nodes.simulator:SimulatorNode',
 )
 GYRO = NodeSpec('gyro', 'khr_sim', GyroParameters, GyroBlock)
 FOOT_FORCE = NodeSpec('foot_force', 'khr_sim', FootForceParameters, FootForceBlock)
+TRANSFORMS = NodeSpec(
+    'transforms',
+    'khr_sim',
+    TransformsParameters,
+    subscribes=(TRUE_POSE, JOINT_STATES),
+    publishes=(TF, TF_STATIC),
+    node='khr_sim.nodes.transforms:TransformsNode',
+    joins=lambda table: bool(table.enabled),
+)

@@ -118,6 +118,11 @@ class RunParameters(SimulatorParameters):
                 f'push_link: {quoted(self.push_link)} is not accepted; '
                 f'accepted: {" | ".join(link_names())}'
             )
+        if math.hypot(*self.push_point) > LONGEST_ARM:
+            raise ParameterError(
+                f'push_point: {quoted(self.push_point)} is not accepted; '
+                f'accepted: up to {LONGEST_ARM:g} m away'
+            )
         try:
             for text in filter(None, self.pushes):
                 self.check_push(Push.parse(text))

@@ -3,7 +3,7 @@
 import time
 from dataclasses import replace
 
-from khr_bringup.graph import PATIENCE, _unfinished
+from khr_bringup.following import PATIENCE, _unfinished
 from khr_bringup.run_monitor import View
 
 END = 12_000_000_000

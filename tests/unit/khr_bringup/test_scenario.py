@@ -54,15 +54,17 @@ def test_whole_scenario_reads_back_the_same():
     assert again.title == scenario.title
 
 
-def test_namespaced_keys_read_back_too():
+def test_keys_without_a_namespace_are_read_too():
     scenario = scenarios.load('walk_0deg')
-    again = scenarios.parse(scenario.to_yaml('/**/'), 'again.yaml', scenario.name)
+    text = scenario.to_yaml()
+    assert text.count('/**/') == len(scenario.nodes)
+    again = scenarios.parse(text.replace('/**/', ''), 'again.yaml', scenario.name)
     assert again.to_yaml() == scenario.to_yaml()
 
 
 def test_defaults_file_holds_the_defaults_of_the_tables():
     document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
-    assert set(document) == set(registry())
+    assert set(document) == {f'/**/{node}' for node in registry()}
     defaults = scenarios.load(str(scenarios.CONFIG / 'defaults.yaml'))
     for node in registry():
         assert defaults.table(table_of(node)) == table_of(node)()
@@ -186,3 +188,13 @@ def test_nodes_of_a_run_are_those_that_it_needs():
     assert 'stage' not in scenarios.load('walk_0deg').nodes
     assert 'stage' in scenarios.load('stand_tilting_staged').nodes
     assert scenarios.load('walk_0deg').answers == ['gait', 'ankle_controller', 'hip_controller']
+
+
+def test_a_node_is_described_once():
+    text = '/**/gait: {ros__parameters: {motion: walk}}\ngait: {ros__parameters: {motion: stand}}'
+    with pytest.raises(BringupError, match=r'mine\.yaml: gait: given twice'):
+        scenarios.parse(text, 'mine.yaml', 'mine')
+
+
+def test_a_scenario_has_the_name_of_its_file():
+    assert scenarios.load('walk_8.88deg_ka18').name == 'walk_8.88deg_ka18'

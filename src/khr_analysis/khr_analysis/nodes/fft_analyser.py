@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
@@ -10,7 +10,7 @@ from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import GYRO, PEAKS, SPECTRUM, Topic
 from khr_common.nodes.listener import Listener
-from khr_common.nodes.messages import restamp
+from khr_common.nodes.messages import restamp, status
 from khr_common.stamps import StampJudge
 
 
@@ -35,6 +35,7 @@ class FftAnalyserNode(Listener):
         self._analyser.configure(parameters)
 
     def _on_gyro(self, _: Topic, stamp_ns: int, rates: Floats) -> None:
+        self.now_ns = stamp_ns
         self.received(stamp_ns)
         if not self._judge.is_new(stamp_ns):
             return
@@ -66,13 +67,10 @@ def _array(spectrum: Spectrum) -> Float64MultiArray:
 def _peaks(spectrum: Spectrum) -> DiagnosticArray:
     return DiagnosticArray(
         status=[
-            DiagnosticStatus(
-                name=peak.label,
-                message=f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f} rad/s',
-                values=[
-                    KeyValue(key='frequency_hz', value=repr(peak.frequency)),
-                    KeyValue(key='amplitude_rad_s', value=repr(peak.amplitude)),
-                ],
+            status(
+                peak.label,
+                f'{peak.frequency:.2f} Hz, {peak.amplitude:.3f} rad/s',
+                {'frequency_hz': repr(peak.frequency), 'amplitude_rad_s': repr(peak.amplitude)},
             )
             for peak in spectrum.peaks
         ]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 
 from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
@@ -12,7 +12,6 @@ from khr_analysis.outcome_text import quantities
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import (
-    DIAGNOSTICS,
     OUTCOME,
     PEAKS,
     TRUE_FORCES,
@@ -22,11 +21,13 @@ from khr_common.interfaces import (
     Topic,
 )
 from khr_common.nodes.listener import Listener
+from khr_common.nodes.messages import status
 from khr_common.run_identity import KEY
 from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 
 INPUTS = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
 REPORT_PERIOD = 0.5  # s of wall time
+LEVELS: dict[str, bytes] = {'fell': DiagnosticStatus.ERROR, 'slipped': DiagnosticStatus.WARN}
 
 
 class MonitorNode(Listener):
@@ -41,7 +42,6 @@ class MonitorNode(Listener):
         self._judge = StampJudge(self._restart)
         self._inputs = ExactTimeSynchronizer(INPUTS)
         self._outcome_out = self.publisher(OUTCOME)
-        self._diagnostics = self.publisher(DIAGNOSTICS)
         self._restart()
         for topic in INPUTS:
             self.subscribe_numbers(topic, self._on_numbers)
@@ -57,7 +57,7 @@ class MonitorNode(Listener):
     def _restart(self) -> None:
         self._monitor.reset()
         self._outcome: Outcome | None = None
-        self._now = -1
+        self.now_ns = 0
         self._pitch_rate = 0.0
         self._peak = ''
         self._mark = (time.monotonic(), 0)
@@ -72,13 +72,13 @@ class MonitorNode(Listener):
         before = self._outcome
         self._pitch_rate = signals[TRUE_RATE][1]
         self._outcome = self._monitor.update(Instant.of(stamp_ns, signals))
-        self._now = stamp_ns
+        self.now_ns = stamp_ns
         if self.received_all or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
 
-    def on_state(self, status: DiagnosticStatus) -> None:
+    def on_state(self, state: DiagnosticStatus) -> None:
         """Publish the outcome once more when it is final."""
-        super().on_state(status)
+        super().on_state(state)
         if self._outcome is not None and self.received_all:
             self._publish(self._outcome)
 
@@ -87,37 +87,28 @@ class MonitorNode(Listener):
 
     def _publish(self, outcome: Outcome) -> None:
         values = {**quantities(outcome), 'final': str(self.received_all).lower(), KEY: self.run}
-        self._outcome_out.publish(
-            DiagnosticStatus(name='outcome', message=outcome.verdict, values=_pairs(values))
-        )
+        self._outcome_out.publish(status('outcome', outcome.verdict, values, _level(outcome)))
 
     def _report(self) -> None:
-        if self._now < 0:
+        if self._outcome is None:
             return
         wall, simulated = self._mark
         now = time.monotonic()
-        factor = (self._now - simulated) / 1e9 / (now - wall)
-        self._mark = (now, self._now)
-        self._diagnostics.publish(
-            DiagnosticArray(
-                status=[
-                    DiagnosticStatus(
-                        name='monitor',
-                        message=self._outcome.verdict if self._outcome else '',
-                        values=_pairs(
-                            {
-                                'time': f'{self._now / 1e9:.3f}',
-                                'real_time_factor': f'{factor:.2f}',
-                                'pitch_rate': f'{self._pitch_rate:.3f}',
-                                'peak': self._peak,
-                                **(quantities(self._outcome) if self._outcome else {}),
-                            }
-                        ),
-                    )
-                ]
-            )
+        factor = (self.now_ns - simulated) / 1e9 / (now - wall)
+        self._mark = (now, self.now_ns)
+        self.report(
+            _level(self._outcome),
+            self._outcome.verdict,
+            {
+                'time': f'{self.now_ns / 1e9:.3f}',
+                'real_time_factor': f'{factor:.2f}',
+                'pitch_rate': f'{self._pitch_rate:.3f}',
+                'peak': self._peak,
+                **quantities(self._outcome),
+            },
         )
 
 
-def _pairs(values: dict[str, str]) -> list[KeyValue]:
-    return [KeyValue(key=key, value=value) for key, value in values.items()]
+def _level(outcome: Outcome) -> bytes:
+    level: bytes = LEVELS.get(outcome.verdict, DiagnosticStatus.OK)
+    return level

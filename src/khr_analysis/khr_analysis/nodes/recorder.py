@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import Any
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.serialization import deserialize_message
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.recording import Recording
+from khr_analysis.recording import Recording, numbered
 from khr_common import cdr
 from khr_common.block import NodeSpec
-from khr_common.interfaces import CLOCK, DIAGNOSTICS, SCENARIO, Topic
+from khr_common.interfaces import CLOCK, LOG, OVER, PARAMETER_EVENTS, SCENARIO, STATE, Topic
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.stamps import ExactTimeSynchronizer
@@ -26,32 +27,32 @@ IDLE_SPINS, LOST_SPINS = 10, 50
 
 
 class RecorderNode(Listener):
-    """Record raw messages of the run's topics; stop, and say so, when the disk takes no more."""
+    """Record raw messages of the run's topics; stop, and say so, when the disk takes no more.
 
-    patience = 20.0
+    Each run has a bag of its own: after a reset it is the next of ``bag``, ``bag_2``, ``bag_3``.
+    """
+
+    patience = 3.0
+    keeps = True
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
-        recording = Recording(Path(self.parameters.folder))
-        self._recording: Recording | None = recording
         self._stopped = ''  # why no more is recorded
-        self._now = 0
+        self._runs, self._over = 0, False
         self._last: dict[str, bytes] = {}
-        self._diagnostics = self.publisher(DIAGNOSTICS)
         self._clock_topic = self.resolve_topic_name(CLOCK.name)
-        topics = self.parameters.recorded()
-        self._topics = {self.resolve_topic_name(topic.name): topic for topic in topics}
+        recorded = self.parameters.recorded()
+        self._topics = {self.resolve_topic_name(topic.name): topic for topic in recorded}
         self._kinds = {
             name: message_class(topic.kind)
             for name, topic in self._topics.items()
             if topic.flow == 'period'
         }
         self._instants = ExactTimeSynchronizer[str](tuple(self._kinds))
-        if self.parameters.scenario_file:
-            text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
-            self._attempt(lambda: recording.write_text(SCENARIO.name, text, 0))
-        for topic in topics:
-            self._record(recording, topic)
+        self._recording: Recording | None = None
+        self._begin_bag()
+        for name, topic in self._topics.items():
+            self._subscribe_to(name, topic)
         self._idle_spins = 0
 
     def settled(self) -> bool:
@@ -61,74 +62,111 @@ class RecorderNode(Listener):
 
     def close(self) -> None:
         """Finish the bag."""
-        late = [topic for topic in self._kinds if self._stamp(topic) < self._now]
+        late = [topic for topic in self._kinds if self._stamp(topic) < self.now_ns]
         if late:
             self.get_logger().warning(
-                f'not received up to t = {self._now / 1e9:.3f} s: {", ".join(late)}'
+                f'not received up to t = {self.now_ns / 1e9:.3f} s: {", ".join(late)}'
             )
-        if self._recording is not None:
-            recording, self._recording = self._recording, None
-            self._attempt(recording.close)
+        self._finish_bag()
         if self._stopped:  # the run went on without it, and is notified at its end
             self.fail(self._stopped)
 
-    def _record(self, recording: Recording, topic: Topic) -> None:
-        name, latched = self.resolve_topic_name(topic.name), topic.flow == 'latched'
-        try:
-            recording.add_topic(name, topic.kind, latched)
-        except AnalysisError as error:
-            self.get_logger().warning(str(error))
-            return
+    def _begin_bag(self) -> None:
+        self._runs += 1
+        recording = self._recording = Recording(numbered(self.parameters.folder, self._runs))
+        if self.parameters.scenario_file:
+            text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
+            self._attempt(lambda: recording.write_text(SCENARIO.name, text, 0))
+        for name, topic in self._topics.items():
+            try:
+                recording.add_topic(name, topic.kind, topic.flow == 'latched')
+            except AnalysisError as error:
+                self.get_logger().warning(str(error))
+
+    def _finish_bag(self) -> None:
+        if self._recording is not None:
+            recording, self._recording = self._recording, None
+            self._attempt(recording.close)
+
+    def _subscribe_to(self, name: str, topic: Topic) -> None:
         self.create_subscription(
             message_class(topic.kind),
             name,
-            partial(self._on_message, name),
-            DEPTH_LATCHED if latched else DEPTH,
+            partial(self._on_of_many if topic in NAMED else self._on_message, name),
+            DEPTH_LATCHED if topic.flow == 'latched' else DEPTH,
             raw=True,
         )
 
-    def _on_message(self, topic: str, data: bytes) -> None:
+    def _on_of_many(self, name: str, data: bytes) -> None:
+        """Take a message of a topic that all nodes of the domain share, if it is of this robot."""
+        topic = self._topics[name]
+        try:
+            source = NAMED[topic](deserialize_message(data, message_class(topic.kind)))
+        except cdr.UNREADABLE:
+            self.refuse(topic, f'no readable {topic.kind}')
+            return
+        if source.rpartition('/')[0] == self.get_namespace().rstrip('/'):
+            self._on_message(name, data)
+
+    def _on_message(self, name: str, data: bytes) -> None:
         self._idle_spins = 0
-        if topic in self._kinds:
-            if self._last.get(topic) == data:
+        if name in self._kinds:
+            if self._last.get(name) == data:
                 return  # the simulator asked again for what it missed
             try:
-                stamp_ns = cdr.clock(little_endian(data, self._kinds[topic]))
+                stamp_ns = cdr.clock(little_endian(data, self._kinds[name]))
             except cdr.UNREADABLE:
-                self.refuse(self._topics[topic], f'no readable {self._topics[topic].kind}')
+                self.refuse(self._topics[name], f'no readable {self._topics[name].kind}')
                 return
-            self._last[topic] = data
-            if topic == self._clock_topic:
-                self._now = stamp_ns
-            if self._instants.put(topic, stamp_ns, None) is not None:
+            self._last[name] = data
+            if name == self._clock_topic:
+                self._take_time(stamp_ns)
+            if self._instants.put(name, stamp_ns, None) is not None:
                 self.received(stamp_ns)
+        elif self._topics[name] == STATE:
+            self._follow_state(data)
         recording = self._recording
-        if recording is not None:
-            self._attempt(lambda: recording.write(topic, data, self._now))
+        if recording is not None and name in recording.counts:
+            self._attempt(lambda: recording.write(name, data, self.now_ns))
+
+    def _follow_state(self, data: bytes) -> None:
+        try:
+            state = deserialize_message(data, message_class(STATE.kind)).message
+        except cdr.UNREADABLE:
+            self.refuse(STATE, f'no readable {STATE.kind}')
+            return
+        if self._over and state not in OVER:
+            self._take_time(0)
+        self._over = state in OVER
+
+    def _take_time(self, stamp_ns: int) -> None:
+        """Begin another bag if time goes back; the simulator waits until the run is received.
+
+        Its clock and its state say so, in whatever order the middleware delivers them.
+        """
+        if stamp_ns < self.now_ns and self._recording is not None:
+            self._finish_bag()
+            self._attempt(self._begin_bag)
+        self.now_ns = stamp_ns
 
     def _stamp(self, topic: str) -> int:
         """Return the newest stamp of a topic, ns; negative before the first."""
         data = self._last.get(topic)
         return -1 if data is None else cdr.clock(little_endian(data, self._kinds[topic]))
 
-    def _attempt(self, action: Any) -> None:
+    def _attempt(self, action: Callable[[], object]) -> None:
         try:
             action()
-        except OSError as error:
+        except (OSError, AnalysisError) as error:
+            text = error.strerror or error if isinstance(error, OSError) else error
             self._recording = None
-            self._stopped = reason = (
-                f'recording stopped: {self.parameters.folder}: {error.strerror or error}'
-            )
-            self.get_logger().error(reason)
-            self._diagnostics.publish(
-                DiagnosticArray(
-                    status=[
-                        DiagnosticStatus(
-                            level=DiagnosticStatus.ERROR,
-                            name='recorder',
-                            message=reason,
-                            values=[KeyValue(key='folder', value=self.parameters.folder)],
-                        )
-                    ]
-                )
-            )
+            self._stopped = f'recording stopped: {self.parameters.folder}: {text}'
+            self.get_logger().error(self._stopped)
+            self.report(DiagnosticStatus.ERROR, self._stopped, {'folder': self.parameters.folder})
+
+
+# Full names of the nodes that send on topics without a namespace.
+NAMED: dict[Topic, Callable[..., str]] = {
+    PARAMETER_EVENTS: lambda event: str(event.node),
+    LOG: lambda log: '/' + log.name.replace('.', '/'),
+}

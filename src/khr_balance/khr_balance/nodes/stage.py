@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from math import degrees
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray
 
 from khr_common.block import NodeSpec, Numbers
 from khr_common.interfaces import STAGE_CHANGES
 from khr_common.nodes.block_node import BlockNode
-from khr_common.nodes.messages import restamp
+from khr_common.nodes.messages import restamp, status
 
 MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 
@@ -45,13 +45,7 @@ class StageNode(BlockNode):
         }
         self._number = number
         change = DiagnosticArray(
-            status=[
-                DiagnosticStatus(
-                    name='stage',
-                    message=f'stage {number}: {MEANING[number]}',
-                    values=[KeyValue(key=key, value=value) for key, value in values.items()],
-                )
-            ]
+            status=[status('stage', f'stage {number}: {MEANING[number]}', values)]
         )
         restamp(change.header.stamp, stamp_ns)
         self._changes.publish(change)

@@ -52,6 +52,7 @@ class BlockNode(KhrNode):
 
     def _take(self, stamp_ns: int, signals: Signals) -> None:
         another_run, self._newest = stamp_ns < self._newest, stamp_ns
+        self.now_ns = stamp_ns
         # What is older than the last answer, in the same run, has been answered.
         if not another_run and stamp_ns < self._judge.last:
             return

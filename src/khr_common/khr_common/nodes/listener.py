@@ -6,7 +6,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import String
 
 from khr_common.block import NodeSpec
-from khr_common.interfaces import READY, STATE
+from khr_common.interfaces import OVER, READY, STATE
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import check_status, ready_text
 
@@ -23,6 +23,8 @@ class Listener(KhrNode):
     Attributes:
         end: the last instant of a finished run, ns; negative while it goes on.
     """
+
+    patience = 2.0
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
@@ -43,15 +45,22 @@ class Listener(KhrNode):
         """Return whether the run has finished and its last instant has arrived."""
         return self._received == self.end >= 0
 
-    def on_state(self, status: DiagnosticStatus) -> None:
+    def settled(self) -> bool:
+        """Return whether the end of the run has arrived, which the simulator waits for.
+
+        All nodes of a launch are interrupted at once, so the end may be yet to come.
+        """
+        return self.received_all
+
+    def on_state(self, state: DiagnosticStatus) -> None:
         """Take a change of the simulator's state.
 
         Raises:
             MalformedError: if it is of another run, or not readable.
         """
-        values = {pair.key: pair.value for pair in status.values}
+        values = {pair.key: pair.value for pair in state.values}
         check_status(values, self.run)
-        self.end = int(values['time_ns']) if status.message == 'finished' else -1
+        self.end = int(values['time_ns']) if state.message in OVER else -1
         if self.received_all:
             self._report_progress()
 

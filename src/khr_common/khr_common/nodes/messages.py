@@ -3,18 +3,20 @@
 from __future__ import annotations
 
 import importlib
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
 
 from builtin_interfaces.msg import Time
+from diagnostic_msgs.msg import DiagnosticStatus, KeyValue
 from geometry_msgs.msg import Vector3
 from rclpy.publisher import Publisher
 from rclpy.serialization import deserialize_message, serialize_message
 
 from khr_common.cdr import BLANK, MessageTemplate
 from khr_common.errors import KhrError
-from khr_common.interfaces import IMU, JOINT_STATE, WRENCH, Topic
+from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, TRANSFORMS, WRENCH, Topic
+from khr_common.nodes.transform_messages import transform_message
 
 
 def to_stamp(nanoseconds: int) -> Time:
@@ -33,6 +35,19 @@ def restamp(stamp: Time, nanoseconds: int) -> None:
     stamp.sec, stamp.nanosec = divmod(nanoseconds, 1_000_000_000)
 
 
+def status(
+    name: str, message: str, values: Mapping[str, str], level: bytes = DiagnosticStatus.OK
+) -> DiagnosticStatus:
+    """Return a status with quantities by name; the hardware is the robot."""
+    return DiagnosticStatus(
+        level=level,
+        name=name,
+        message=message,
+        hardware_id=HARDWARE,
+        values=[KeyValue(key=key, value=value) for key, value in values.items()],
+    )
+
+
 @cache
 def message_class(kind: str) -> type[Any]:
     """Return the class of a message type such as ``sensor_msgs/msg/Imu``.
@@ -40,6 +55,8 @@ def message_class(kind: str) -> type[Any]:
     Raises:
         KhrError: if there is no such type.
     """
+    if kind == TRANSFORMS:
+        return transform_message()
     package, _, name = kind.split('/')
     try:
         found: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)
@@ -96,13 +113,11 @@ class Output:
 
     Args:
         publisher: of the topic.
-        message: a Clock or a message with a header; it has :data:`khr_common.cdr.BLANK` where
-            numbers change, and the rest of it stays.
+        form: of what flows; its blanks change, and the rest of it stays.
     """
 
-    def __init__(self, publisher: Publisher, message: Any) -> None:
-        self._publisher = publisher
-        self._form = MessageTemplate(serialized(message))
+    def __init__(self, publisher: Publisher, form: MessageTemplate) -> None:
+        self._publisher, self._form = publisher, form
         self._data = b''
 
     def fill(self, stamp_ns: int, numbers: Sequence[float] = ()) -> None:

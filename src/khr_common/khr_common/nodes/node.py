@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from functools import cached_property
 from math import isfinite
 from typing import Any, TypeVar
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import (
     FloatingPointRange,
     IntegerRange,
@@ -32,8 +34,17 @@ from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
 from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, Topic
-from khr_common.nodes.messages import Output, blank_message, little_endian, message_class
-from khr_common.parameters import ParameterError, Specification, build, specifications
+from khr_common.nodes.messages import (
+    Output,
+    blank_message,
+    little_endian,
+    message_class,
+    serialized,
+    status,
+    to_stamp,
+)
+from khr_common.parameter_files import check_blocks, files_in, read_blocks
+from khr_common.parameters import ParameterError, Specification, build, check, specifications
 from khr_common.run_identity import MalformedError, check_run, own_run
 from khr_common.stamps import HISTORY
 
@@ -42,10 +53,16 @@ Value = TypeVar('Value')
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
 # ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
 DATA = QoSProfile(depth=HISTORY)
-LATCHED = QoSProfile(depth=10, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# A late subscriber gets the newest alone: one that takes a single message takes the oldest of
+# those that are kept. Who follows a latched topic keeps more: it may have many sources.
+LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+# Parameters that every node of ROS 2 has.
+OF_ROS = ('use_sim_time', 'start_type_description_service')
+QOS_OF_ROS = 'qos_overrides.'
+LARGEST = 2**63 - 1  # of an integer parameter
 MOST_REASONS = 50  # that are reported one by one
 REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
-LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
 
 class KhrNode(Node):  # type: ignore[misc]
@@ -55,21 +72,26 @@ class KhrNode(Node):  # type: ignore[misc]
 
     Attributes:
         patience: s of wall time that it may take to settle; a run kills what needs much longer.
+        keeps: whether what it writes is whole only once it has closed.
         failure: why it ended by itself, in one line.
         run: identity of its run; empty if it was started by hand.
+        now_ns: the newest simulated time that it knows of, ns.
     """
 
     patience = 4.0
+    keeps = False
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec.name)
         self.table = spec.table
         self.failure: str | None = None
         self.run = own_run()
+        self.now_ns = 0
         self._refused: Counter[tuple[Topic, str]] = Counter()
         for specification in specifications(self.table).values():
             self._declare(specification)
         self.parameters = self._build({})
+        self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
 
@@ -101,7 +123,7 @@ class KhrNode(Node):  # type: ignore[misc]
         filled = message or blank_message(topic)
         if topic.kind == JOINT_STATE:
             filled.header.frame_id = self.run  # it has no frame, and answers must be of this run
-        return Output(self.publisher(topic), filled)
+        return Output(self.publisher(topic), cdr.MessageTemplate(serialized(filled)))
 
     def subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> Subscription:
         """Create a subscription to whole messages."""
@@ -148,14 +170,17 @@ class KhrNode(Node):  # type: ignore[misc]
         return self.subscribe_bytes(topic, read, lambda found: callback(topic, *found))
 
     def refuse(self, topic: Topic, reason: str) -> None:
-        """Count a message that is not accepted; ``/diagnostics`` names topic, reason, senders."""
+        """Count a message that is not accepted; ``diagnostics`` names topic, reason, senders."""
         if not self._refused:
-            self._diagnostics_of_refused = self.publisher(DIAGNOSTICS)
             self.create_timer(
                 REPORT_PERIOD, self._report_refused, clock=Clock(clock_type=ClockType.STEADY_TIME)
             )
         known = (topic, reason) in self._refused or len(self._refused) < MOST_REASONS
         self._refused[topic, reason if known else 'other reasons'] += 1
+
+    def report(self, level: bytes, message: str, values: Mapping[str, str]) -> None:
+        """Publish on ``diagnostics`` how the node does, stamped with the time that it knows."""
+        self._publish_health([status(self.get_name(), message, values, level)])
 
     def fail(self, reason: str) -> None:
         """End this node with an error of one line."""
@@ -186,19 +211,26 @@ class KhrNode(Node):  # type: ignore[misc]
         )
 
     def _report_refused(self) -> None:
-        self._diagnostics_of_refused.publish(
-            DiagnosticArray(
-                status=[
-                    DiagnosticStatus(
-                        level=DiagnosticStatus.ERROR,
-                        name=self.get_name(),
-                        message=f'{topic.name}: refused: {reason}; from {self._senders(topic)}',
-                        values=[KeyValue(key='refused', value=str(count))],
-                    )
-                    for (topic, reason), count in self._refused.items()
-                ]
-            )
+        self._publish_health(
+            [
+                status(
+                    self.get_name(),
+                    f'{topic.name}: refused: {reason}; from {self._senders(topic)}',
+                    {'refused': str(count)},
+                    DiagnosticStatus.ERROR,
+                )
+                for (topic, reason), count in self._refused.items()
+            ]
         )
+
+    def _publish_health(self, statuses: list[DiagnosticStatus]) -> None:
+        message = DiagnosticArray(status=statuses)
+        message.header.stamp = to_stamp(self.now_ns)
+        self._diagnostics.publish(message)
+
+    @cached_property
+    def _diagnostics(self) -> Publisher:
+        return self.publisher(DIAGNOSTICS)
 
     def _senders(self, topic: Topic) -> str:
         """Return who may have sent: the middleware does not say which of several it was."""
@@ -219,6 +251,16 @@ class KhrNode(Node):  # type: ignore[misc]
             if override is not None:
                 specification.check(override.value)
             raise ParameterError(str(error)) from error
+
+    def _check_given(self) -> None:
+        """Refuse parameters that no one takes: ROS leaves them out without a word."""
+        known = frozenset({*specifications(self.table), *OF_ROS})
+        given = [each for each in self._parameter_overrides if not each.startswith(QOS_OF_ROS)]
+        blocks = [block for file in files_in(sys.argv) for block in read_blocks(file)]
+        for warning in check_blocks(blocks, self.get_fully_qualified_name(), known):
+            self.get_logger().warning(warning)
+        for name in set(given) - known - {key for block in blocks for key in block.parameters}:
+            check(self.table, name, None)  # says what is accepted
 
     def _build(self, changes: dict[str, Any]) -> Any:
         values = {
@@ -258,11 +300,21 @@ def _descriptor(specification: Specification) -> ParameterDescriptor:
         additional_constraints=f'accepted: {specification.accepted}',
     )
     low, high = specification.minimum, specification.maximum
-    if low is not None and high is not None and specification.element is None:
-        if specification.kind is float:
-            descriptor.floating_point_range = [
-                FloatingPointRange(from_value=float(low), to_value=float(high))
-            ]
-        elif specification.kind is int:
-            descriptor.integer_range = [IntegerRange(from_value=int(low), to_value=int(high))]
+    if specification.element is not None or (low is None and high is None):
+        return descriptor  # a descriptor has no range for lists: the text has it
+    if specification.kind is float:
+        most = sys.float_info.max
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=-most if low is None else float(low),
+                to_value=most if high is None else float(high),
+            )
+        ]
+    elif specification.kind is int:
+        descriptor.integer_range = [
+            IntegerRange(
+                from_value=-LARGEST if low is None else int(low),
+                to_value=LARGEST if high is None else int(high),
+            )
+        ]
     return descriptor

@@ -7,7 +7,7 @@ import importlib
 import signal
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
@@ -23,30 +23,30 @@ LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published
 
 
 class _Turn:
-    """Process messages until there are none, or a signal comes.
+    """Process messages until there are none, or a signal comes; count the signals.
 
     To spin once is to process one message, and costs as much as to process two. Spinning with a
     time limit processes all, but while messages keep coming it does not return: a signal ends it.
     """
 
     def __init__(self) -> None:
-        self.interrupted = False
+        self.signals = 0
         self._over: Future[None] = Future()
 
     def take(self, executor: EventsExecutor) -> None:
         self._over = Future()
-        if not self.interrupted:
+        if not self.signals:
             executor.spin_until_future_complete(self._over, 0.1)
 
     def interrupt(self, *_: object) -> None:
-        self.interrupted = True
+        self.signals += 1
         self._over.set_result(None)
 
 
-def node_class(spec: NodeSpec) -> Callable[[NodeSpec], KhrNode]:
+def node_class(spec: NodeSpec) -> type[KhrNode]:
     """Return the class that runs a node."""
     module, name = spec.node.split(':')
-    found: Callable[[NodeSpec], KhrNode] = getattr(importlib.import_module(module), name)
+    found: type[KhrNode] = getattr(importlib.import_module(module), name)
     return found
 
 
@@ -59,27 +59,29 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     """Run nodes on one executor until one ends or they are interrupted; return the exit code.
 
     ROS's own signal handlers tear the context down before a node could publish a last message, so
-    SIGINT and SIGTERM only raise a flag here, and nodes close while they can still publish.
+    SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
+    second one they wait for nobody.
     """
-    end_with_parent()
     turn = _Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
+    classes = [node_class(spec) for spec in specs]
+    end_with_parent(signal.SIGTERM if any(each.keeps for each in classes) else signal.SIGKILL)
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[KhrNode] = []
     try:
         executor = EventsExecutor()
-        for spec in specs:
-            nodes.append(node_class(spec)(spec))
+        for spec, kind in zip(specs, classes, strict=True):
+            nodes.append(kind(spec))
             executor.add_node(nodes[-1])
         gc.collect()
         gc.freeze()  # a full garbage collection outlasts a control period
-        while not turn.interrupted and not any(node.failure for node in nodes):
+        while not turn.signals and not any(node.failure for node in nodes):
             turn.take(executor)
         for node in nodes:
             node.finish()
         for node in nodes:
-            _close(node, executor)
+            _close(node, executor, turn)
     except KhrError as error:
         print(f'{spec.name}: {error}', file=sys.stderr)
         return 2
@@ -91,10 +93,10 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     return 1 if failed else 0
 
 
-def _close(node: KhrNode, executor: EventsExecutor) -> None:
+def _close(node: KhrNode, executor: EventsExecutor, turn: _Turn) -> None:
     """Let a node receive what is on its way, close it, and send what it publishes last."""
     end = time.monotonic() + node.patience
-    while not node.settled() and time.monotonic() < end:
+    while turn.signals < 2 and not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
     node.close()
     sent = time.monotonic() + LAST_WORDS

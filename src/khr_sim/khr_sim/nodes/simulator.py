@@ -8,7 +8,7 @@ from functools import partial
 from math import isfinite
 from typing import NamedTuple
 
-from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
+from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from rclpy.timer import Timer
@@ -18,16 +18,17 @@ from std_srvs.srv import SetBool, Trigger
 from khr_common import KhrError, cdr
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
-    DIAGNOSTICS,
     JOINT_REFERENCE,
     JOINTS,
+    OVER,
     PUSH,
+    PUSHED,
     READY,
     STATE,
     WORLD,
     correction,
 )
-from khr_common.nodes.messages import to_nanoseconds, to_stamp
+from khr_common.nodes.messages import restamp, status, to_nanoseconds
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import Barrier
@@ -56,7 +57,8 @@ class SimulatorNode(KhrNode):
     """Publish the truth of each control period, take the answers, step the physics.
 
     States: ``waiting`` (for the first reference, the first answers and the listeners),
-    ``running``, ``paused``, ``finished``.
+    ``running``, ``paused``, ``finished``, and ``resetting`` until the listeners have received all
+    of a run that another is to follow.
     """
 
     parameters: RunParameters
@@ -68,7 +70,6 @@ class SimulatorNode(KhrNode):
         self._period_ns = round(self.parameters.control_period * 1e9)
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
         self._state_out = self.publisher(STATE)
-        self._diagnostics = self.publisher(DIAGNOSTICS)
         self._listeners = [name for name in self.parameters.listeners if name]
         self._received: dict[str, int] = {}  # by listener, up to when, ns
         self._latencies: deque[float] = deque(maxlen=LATENCIES)
@@ -77,6 +78,7 @@ class SimulatorNode(KhrNode):
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
             self.subscribe_bytes(topic, _read_answer, partial(self._on_answer, source))
         self.subscribe(READY, self._on_ready)
+        self._pushes_out = self.publisher(PUSHED)
         self.subscribe(PUSH, self._on_push)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
@@ -130,13 +132,14 @@ class SimulatorNode(KhrNode):
     def _restart(self) -> None:
         self._barrier: Barrier[Answer] = Barrier(self._sources)
         self._barrier.open(0)
-        self._now = 0
+        self.now_ns = 0
         self._received = dict.fromkeys(self._received, 0)
         self._started = False
         self._progress = self._attention = self._born = self._reported = time.monotonic()
         self._stale = self._missed = 0
         self._last_tick = self._beat = 0.0
         self._enter('waiting')
+        self._output.describe()
         if GAIT not in self._sources:
             self._begin([0.0] * len(JOINTS))
         else:
@@ -176,7 +179,7 @@ class SimulatorNode(KhrNode):
     @property
     def _due(self) -> int:
         """The instant whose answers act in the coming period."""
-        return max(0, self._now - self.parameters.control_delay * self._period_ns)
+        return max(0, self.now_ns - self.parameters.control_delay * self._period_ns)
 
     def _missing(self) -> list[str]:
         """List whom the coming period waits for: answers, and listeners that are far behind."""
@@ -184,7 +187,9 @@ class SimulatorNode(KhrNode):
 
     def _behind(self, lead: int) -> list[str]:
         """List the listeners that have not received what was ``lead`` ns ago."""
-        return [name for name in self._listeners if self._now - self._received.get(name, 0) > lead]
+        return [
+            name for name in self._listeners if self.now_ns - self._received.get(name, 0) > lead
+        ]
 
     def _waiting_for(self) -> list[str]:
         return self._barrier.missing(0) + [
@@ -193,7 +198,7 @@ class SimulatorNode(KhrNode):
 
     def _advance(self, answers: dict[str, Answer]) -> None:
         # With a delay the first period has no answer yet: the board holds the first reference.
-        held = self._now == 0 and self.parameters.control_delay > 0
+        held = self.now_ns == 0 and self.parameters.control_delay > 0
         if GAIT in answers:
             self._held = list(answers[GAIT].position)
         corrections = (
@@ -210,8 +215,8 @@ class SimulatorNode(KhrNode):
         except KhrError as error:
             self._abort(str(error))
             return
-        self._now = truth.stamp_ns
-        self._barrier.open(self._now)
+        self.now_ns = truth.stamp_ns
+        self._barrier.open(self.now_ns)
         self._progress = time.monotonic()
         self._output.publish(truth)
         if self.plant.end:
@@ -224,7 +229,7 @@ class SimulatorNode(KhrNode):
             raise MalformedError('not all joints in their order')
         if not self._barrier.put(source, answer.stamp_ns, answer):
             return
-        if source != GAIT and answer.stamp_ns == self._now:
+        if source != GAIT and answer.stamp_ns == self.now_ns:
             self._latencies.append(time.monotonic() - self._progress)
         try:
             self._pump()
@@ -235,7 +240,7 @@ class SimulatorNode(KhrNode):
         name, stamp_ns = read_ready(message.data, self.run)
         if name not in self._listeners:
             return
-        if stamp_ns <= self._now:  # otherwise it is from before a reset
+        if stamp_ns <= self.now_ns:  # otherwise it is from before a reset
             self._received[name] = stamp_ns
             self._attention = time.monotonic()
             self._pump()
@@ -243,7 +248,7 @@ class SimulatorNode(KhrNode):
     def _on_push(self, message: WrenchStamped) -> None:
         p, force = self.parameters, message.wrench.force
         frame = message.header.frame_id or WORLD
-        start = max(to_nanoseconds(message.header.stamp), self._now) / 1e9
+        start = max(to_nanoseconds(message.header.stamp), self.now_ns) / 1e9
         x, y, z = p.push_point
         try:
             push = Push(
@@ -258,10 +263,17 @@ class SimulatorNode(KhrNode):
             self.plant.world.push(push)
         except KhrError as error:
             raise MalformedError(str(error)) from error
+        message.header.frame_id = frame
+        restamp(message.header.stamp, round(start * 1e9))
+        self._pushes_out.publish(message)  # who asks once may be unknown to a recorder
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        self._restart()
-        response.success, response.message = True, 'the robot is back at time 0'
+        if self._started:
+            self._attention = time.monotonic()
+            self._enter('resetting', end='reset')
+        else:
+            self._restart()
+        response.success, response.message = True, 'a new run begins at time 0'
         return response
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
@@ -284,7 +296,7 @@ class SimulatorNode(KhrNode):
         self._missed += int(self._last_tick > 0.0 and now - self._last_tick > 1.5 * period)
         self._last_tick = now
         answers = self._barrier.newest()
-        oldest = self._now - round(self.parameters.command_timeout * 1e9)
+        oldest = self.now_ns - round(self.parameters.command_timeout * 1e9)
         fresh = {
             source: answer
             for source, answer in answers.items()
@@ -299,6 +311,9 @@ class SimulatorNode(KhrNode):
         silent = now - max(self._progress, self._attention)
         if self.state == 'waiting':
             self._wait(now)
+        elif self.state == 'resetting':
+            if silent > ASK_AGAIN and self.settled():
+                self._restart()
         elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN and self._missing():
             if silent > self.parameters.lockstep_timeout:
                 self._abort(
@@ -341,43 +356,36 @@ class SimulatorNode(KhrNode):
         self.state = state
         self._absent = self._waiting_for() if state == 'waiting' else []
         values = {
-            'time_ns': str(self._now),
+            'time_ns': str(self.now_ns),
             'end': end,
             'reason': reason,
             'waiting_for': ', '.join(self._absent),
             KEY: self.run,
         }
-        if state == 'finished':
+        if state in OVER:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
         self._state_out.publish(
-            DiagnosticStatus(
-                name='simulator',
-                message=state,
-                values=_pairs(values),
-                level=DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK,
+            status(
+                'simulator',
+                state,
+                values,
+                DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK,
             )
         )
 
     def _report(self) -> None:
         late = self._stale + self._missed
-        status = DiagnosticStatus(
-            name='simulator',
-            message=self.state,
-            hardware_id='khr3hv',
-            level=DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
-            values=_pairs(
-                {
-                    'sync': self.parameters.sync,
-                    'missed_periods': str(self._missed),
-                    'stale_corrections': str(self._stale),
-                    'latency_p50_ms': self._latency(0.50),
-                    'latency_p99_ms': self._latency(0.99),
-                }
-            ),
+        self.report(
+            DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
+            self.state,
+            {
+                'sync': self.parameters.sync,
+                'missed_periods': str(self._missed),
+                'stale_corrections': str(self._stale),
+                'latency_p50_ms': self._latency(0.50),
+                'latency_p99_ms': self._latency(0.99),
+            },
         )
-        message = DiagnosticArray(status=[status])
-        message.header.stamp = to_stamp(self._now)
-        self._diagnostics.publish(message)
 
     def _latency(self, share: float) -> str:
         """Return the time in ms within which this share of corrections came after its sample."""
@@ -390,7 +398,3 @@ def _read_answer(data: bytes) -> Answer:
     if len(names) != len(positions) or not isfinite(sum(positions)):
         raise MalformedError('not one finite position per joint')
     return Answer(cdr.clock(data), names, positions)
-
-
-def _pairs(values: dict[str, str]) -> list[KeyValue]:
-    return [KeyValue(key=key, value=value) for key, value in values.items()]

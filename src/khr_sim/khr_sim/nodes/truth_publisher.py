@@ -43,8 +43,11 @@ class TruthPublisher:
         }
         # The clock first: it is what asks for answers.
         self._outputs = {topic: node.output(topic, messages.get(topic)) for topic in SIGNALS}
-        description = node.publisher(ROBOT_DESCRIPTION)
-        description.publish(String(data=urdf))
+        self._description, self._urdf = node.publisher(ROBOT_DESCRIPTION), urdf
+
+    def describe(self) -> None:
+        """Publish the robot's description, once in every run."""
+        self._description.publish(String(data=self._urdf))
 
     def tick(self, stamp_ns: int) -> None:
         """Publish the time alone."""

@@ -1,0 +1,63 @@
+"""The robot's frames as transforms from parent to child, for ``/tf``."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import cos, sin
+
+from khr_common import parameter
+from khr_common.interfaces import JOINTS
+from khr_sim.robot import Joint, Robot
+
+Numbers = tuple[float, ...]
+Frames = tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class TransformsParameters:
+    """The parameter table of the transforms."""
+
+    enabled: bool = parameter(True, 'Publish the frames of the robot.', read_only=True)
+    joints: bool = parameter(
+        True,
+        'Publish the frames below base_link as well; false where robot_state_publisher does.',
+        read_only=True,
+    )
+    every: int = parameter(
+        2, 'Control periods from one transform to the next.', minimum=1, maximum=100
+    )
+
+
+class JointTree:
+    """The frames below ``base_link``: those that joints move, and those that stay.
+
+    Attributes:
+        moving: parent and child of each joint, in the order of JOINTS.
+        fixed: the same of the frames that do not move.
+    """
+
+    def __init__(self, robot: Robot) -> None:
+        self._joints = [robot.joints[name] for name in JOINTS]
+        still = [joint for joint in robot.joints.values() if joint.name not in JOINTS]
+        self.moving: Frames = tuple((joint.parent, joint.child) for joint in self._joints)
+        self.fixed: Frames = tuple((joint.parent, joint.child) for joint in still)
+        self._places = [tuple(joint.origin.tolist()) for joint in self._joints]
+        self._axes = [tuple(joint.axis.tolist()) for joint in self._joints]
+        self.still: Numbers = tuple(number for joint in still for number in _at_rest(joint))
+
+    def moved(self, positions: Sequence[float]) -> Numbers:
+        """Return the transforms of the joints: x, y, z in m and quaternion x y z w of each.
+
+        Args:
+            positions: of the 17 joints, rad.
+        """
+        numbers: list[float] = []
+        for place, (x, y, z), angle in zip(self._places, self._axes, positions, strict=True):
+            half = sin(angle / 2.0)
+            numbers += (*place, x * half, y * half, z * half, cos(angle / 2.0))
+        return tuple(numbers)
+
+
+def _at_rest(joint: Joint) -> Numbers:
+    return (*joint.origin.tolist(), 0.0, 0.0, 0.0, 1.0)

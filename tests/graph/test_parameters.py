@@ -1,0 +1,80 @@
+"""What a node says of its parameters, and what it refuses when they are set."""
+
+import pytest
+
+from khr_bringup.node_registry import registry
+from khr_bringup.run_registry import registered
+from khr_common import specifications
+from khr_common.nodes.spin import node_class
+
+
+@pytest.fixture(scope='module')
+def nodes(tmp_path_factory):
+    import rclpy
+
+    folder = tmp_path_factory.mktemp('nodes')
+    with registered('parameters', folder) as entry, pytest.MonkeyPatch.context() as patch:
+        for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(folder)}.items():
+            patch.setenv(key, value)
+        rclpy.init(args=[])
+        names = ('simulator', 'gyro', 'gait')
+        found = {name: node_class(registry()[name].spec)(registry()[name].spec) for name in names}
+        yield found
+        found['simulator'].close()
+        rclpy.try_shutdown()
+
+
+def change(node, **values):
+    from rclpy.parameter import Parameter
+
+    changes = [Parameter(name, value=value) for name, value in values.items()]
+    return node.set_parameters_atomically(changes)
+
+
+@pytest.mark.parametrize('name', ['simulator', 'gyro', 'gait'])
+def test_ranges_are_in_the_descriptors_as_far_as_these_can_hold_them(nodes, name):
+    for key, each in specifications(nodes[name].table).items():
+        descriptor = nodes[name].describe_parameter(key)
+        ranges = [*descriptor.floating_point_range, *descriptor.integer_range]
+        assert each.accepted in descriptor.additional_constraints
+        if each.element is None and (each.minimum is not None or each.maximum is not None):
+            assert ranges[0].from_value == (each.minimum if each.minimum is not None else -(2**63))
+            assert each.maximum is None or ranges[0].to_value == each.maximum
+        else:
+            assert not ranges
+    if name == 'gyro':
+        (seed,) = nodes[name].describe_parameter('seed').integer_range
+        assert (seed.from_value, seed.to_value) == (0, 2**63 - 1)
+
+
+@pytest.mark.parametrize(
+    ('values', 'reason'),
+    [
+        ({'push_link': 'nolink'}, 'base_link'),
+        ({'push_point': [0.0, 3.0, 0.0]}, 'up to 1 m away'),
+        ({'push_point': [0.0, 0.0]}, '3 of them'),
+        ({'friction': 3.0}, ''),
+    ],
+)
+def test_what_would_fail_later_is_refused_when_it_is_set(nodes, values, reason):
+    before = nodes['simulator'].parameters
+    result = change(nodes['simulator'], **values)
+    assert not result.successful
+    assert reason in result.reason
+    assert nodes['simulator'].parameters == before
+
+
+def test_what_is_accepted_reaches_the_node(nodes):
+    assert change(nodes['simulator'], push_link='l_sole', push_point=[0.0, 0.1, 0.0]).successful
+    assert nodes['simulator'].parameters.push_point == (0.0, 0.1, 0.0)
+
+
+@pytest.mark.parametrize('flow', ['latched'])
+def test_latched_topics_keep_their_newest_entry_alone(nodes, flow):
+    for name, node in nodes.items():
+        latched = {topic.name for topic in registry()[name].spec.publishes if topic.flow == flow}
+        for publisher in node.publishers:
+            if publisher.topic_name.lstrip('/') in latched:
+                assert publisher.qos_profile.depth == 1
+                latched.remove(publisher.topic_name.lstrip('/'))
+        assert not latched

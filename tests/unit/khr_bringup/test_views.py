@@ -1,0 +1,43 @@
+"""The views that ship for RViz, Foxglove and Lichtblick show topics and frames that there are."""
+
+import json
+import re
+
+import yaml
+
+from khr_bringup import scenario as scenarios
+from khr_bringup.node_registry import registry
+from khr_common.interfaces import BODY, WORLD
+
+VIEWS = scenarios.CONFIG / 'view'
+TOPICS = {topic.name for node in registry().values() for topic in node.spec.publishes}
+
+
+def test_rviz_shows_what_there_is():
+    view = yaml.safe_load((VIEWS / 'khr.rviz').read_text())['Visualization Manager']
+    named = [
+        body['Value']
+        for display in view['Displays']
+        for key, body in display.items()
+        if key in ('Topic', 'Description Topic')
+    ]
+    assert set(named) <= TOPICS, 'relative names: they hold in a namespace as well'
+    assert 'robot_description' in named
+    assert view['Global Options']['Fixed Frame'] == WORLD
+
+
+def test_foxglove_shows_what_there_is():
+    layout = json.loads((VIEWS / 'khr.json').read_text())
+    panels = layout['configById']
+    paths = [line['value'] for panel in panels.values() for line in panel.get('paths', [])]
+    paths += [panel['topicPath'] for panel in panels.values() if 'topicPath' in panel]
+    topics = {re.match(r'/([\w/]+)', path)[1] for path in paths}
+    assert len(topics) > 5
+    assert topics <= TOPICS
+    assert panels['3D!robot']['fixedFrame'] == WORLD
+    assert panels['3D!robot']['followTf'] == BODY
+
+    def shown(part):
+        return [part] if isinstance(part, str) else shown(part['first']) + shown(part['second'])
+
+    assert sorted(shown(layout['layout'])) == sorted(panels)
