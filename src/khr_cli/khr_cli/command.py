@@ -419,6 +419,25 @@ def engines(
 
 
 @app.command()
+def stage3(
+    out: Annotated[
+        Path, typer.Option(help='The page to write; data and picture beside it.')
+    ] = Path('docs/stage3.md'),
+    seeds: Annotated[int, typer.Option(help='Seeds of every point.')] = 2,
+    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'mujoco',
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    measured: Annotated[
+        bool,
+        typer.Option('--measured', help='Write page and picture from the data, without runs.'),
+    ] = False,
+) -> None:
+    """Explain the third stage of standing: what the hip's damping is worth, and where."""
+    from khr_report import stage3_page
+
+    print(stage3_page.again(out) if measured else stage3_page.write(out, seeds, engine, jobs))
+
+
+@app.command()
 def film(
     run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
     out: Annotated[

@@ -1,0 +1,305 @@
+"""The third stage of standing, explained: what the hip's damping is worth, and where.
+
+The force loop (3.13) has one scale (force sensor and gain together) and one time constant. Over the
+plane of both, the limit of a leg lift is measured with the ankle loop alone and with the hip's
+rate feedback (3.14) as well. Ground that tips the robot over and a loop that swings end a lift
+alike, so the limit is climbed to from the flat: it is the steepest ground below which no step of
+the climb fell, and 0 where the loop topples the robot on the flat.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from itertools import product
+from math import nan
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_analysis.models.force_loop import StandingLoop
+from khr_bringup.code_version import code_version
+from khr_experiments.critical import Condition, workers
+from khr_experiments.engine_comparison import ENGINES
+from khr_experiments.errors import ExperimentError
+from khr_experiments.job_cache import KeptJobs
+from khr_experiments.scoreboard_runs import MeasuredLift, lift
+from khr_experiments.standing_model import standing_loop
+from khr_sweeps.progress import Bar
+
+Array = NDArray[np.float64]
+STEP = 1.9  # deg, of the climb: its steps meet the thesis's 3.8, 7.6 and 9.5 deg
+HIGHEST = 7  # steps
+HALVINGS = 3  # of the last step: to a quarter of a degree
+OVERSHOOT_AT = 2  # steps: 3.8 deg, where the overshoot is taken
+ANKLE_GAIN, HIP_GAIN = 12.0, 13.0  # the thesis's
+SCALES = (0.001, 0.002, 0.0025, 0.003, 0.0035, 0.004, 0.0045, 0.005, 0.0055, 0.006, 0.007, 0.008)
+TIMES = (0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8)  # s; the scales are in V/N
+CHECKED = ((0.0045, 0.5), (0.005, 0.5), (0.003, 0.3), (0.007, 0.7))  # on the other engine
+THESIS = (6.4, 7.6, 9.6)  # deg, the limits of the three stages
+WITHIN = 0.7  # deg, in which a limit counts as met
+WORTH = 0.7  # deg, from which on the hip counts as what holds the robot
+
+
+@dataclass(frozen=True)
+class Setting:
+    """One point of the plane, with a hip gain.
+
+    Attributes:
+        force_scale: of the force sensors, V/N.
+        time_constant: of their low-pass, s.
+        hip_gain: K_H; 0 is the ankle loop alone.
+    """
+
+    force_scale: float
+    time_constant: float
+    hip_gain: float
+
+    def condition(self, engine: str) -> Condition:
+        """Return the leg lift to be measured."""
+        return Condition(
+            'leg_lift',
+            ANKLE_GAIN,
+            self.hip_gain,
+            changes=(
+                (('simulator', 'engine'), engine),
+                (('ankle_controller', 'force_scale'), self.force_scale),
+                (('foot_force', 'time_constant'), self.time_constant),
+            ),
+        )
+
+
+@dataclass(frozen=True)
+class Climb:
+    """What one seed did on ever steeper ground.
+
+    Attributes:
+        limit_deg: between the last survival and the first fall; 0 if it fell on the flat.
+        overshoot: largest pitch rate of the lift at 3.8 deg, rad/s; None if it got no further.
+        runs: how many it took.
+    """
+
+    limit_deg: float
+    overshoot: float | None
+    runs: int
+
+
+def climb(setting: Setting, engine: str, seed: int) -> Climb:
+    """Climb from the flat to the first fall, then bisect the last step."""
+    condition = setting.condition(engine)
+    found: list[MeasuredLift] = []
+
+    def survives(inclination_deg: float) -> bool:
+        found.append(lift(condition, inclination_deg, seed))
+        return found[-1].survived
+
+    count = next((n for n in range(HIGHEST + 1) if not survives(n * STEP)), HIGHEST + 1)
+    overshoot = found[OVERSHOOT_AT].overshoot if count > OVERSHOOT_AT else None
+    if not 0 < count <= HIGHEST:
+        return Climb(STEP * max(count - 1, 0), overshoot, len(found))
+    low, high = (count - 1) * STEP, count * STEP
+    for _ in range(HALVINGS):
+        middle = (low + high) / 2.0
+        low, high = (middle, high) if survives(middle) else (low, middle)
+    return Climb((low + high) / 2.0, overshoot, len(found))
+
+
+@dataclass(frozen=True)
+class Point:
+    """A point of the plane and what each seed did there."""
+
+    setting: Setting
+    climbs: tuple[Climb, ...]
+
+    @property
+    def limit_deg(self) -> float:
+        """Return the mean limit over the seeds, deg."""
+        return float(np.mean([each.limit_deg for each in self.climbs]))
+
+    @property
+    def overshoot(self) -> float:
+        """Return the mean largest pitch rate at 3.8 deg, rad/s; nan if a seed fell before."""
+        return float(np.mean([nan if c.overshoot is None else c.overshoot for c in self.climbs]))
+
+
+@dataclass(frozen=True)
+class Plane:
+    """The plane of force scale and time constant.
+
+    Attributes:
+        engine: physics engine of the points.
+        points: with and without the hip, for every scale and time constant.
+        without: the leg lift without any control.
+        checks: some of the points on the other engine.
+    """
+
+    engine: str
+    points: tuple[Point, ...]
+    without: Point
+    checks: tuple[Point, ...]
+
+    @property
+    def scales(self) -> list[float]:
+        """Return the force scales, V/N."""
+        return sorted({point.setting.force_scale for point in self.points})
+
+    @property
+    def times(self) -> list[float]:
+        """Return the time constants, s."""
+        return sorted({point.setting.time_constant for point in self.points})
+
+    @property
+    def runs(self) -> int:
+        """Count the leg lifts."""
+        points = (*self.points, self.without, *self.checks)
+        return sum(climb.runs for point in points for climb in point.climbs)
+
+    def at(self, setting: Setting) -> Point:
+        """Return the point of a setting."""
+        return next(point for point in self.points if point.setting == setting)
+
+    def grid(self, hip_gain: float, value: Callable[[Point], float]) -> Array:
+        """Return a value of every point with a hip gain, (times, scales)."""
+        return np.array(
+            [
+                [value(self.at(Setting(scale, time, hip_gain))) for scale in self.scales]
+                for time in self.times
+            ]
+        )
+
+    def limits(self, hip_gain: float) -> Array:
+        """Return the limits with a hip gain, deg, (times, scales)."""
+        return self.grid(hip_gain, lambda point: point.limit_deg)
+
+    @property
+    def worth(self) -> Array:
+        """Return by how much the hip raises the limit, deg, (times, scales)."""
+        return self.limits(HIP_GAIN) - self.limits(0.0)
+
+    @property
+    def nearest(self) -> Setting:
+        """Return the point, with the hip, whose two limits miss the thesis's least."""
+        miss = np.maximum(
+            np.abs(self.limits(0.0) - THESIS[1]), np.abs(self.limits(HIP_GAIN) - THESIS[2])
+        )
+        time, scale = np.unravel_index(int(np.argmin(miss)), miss.shape)
+        return Setting(self.scales[scale], self.times[time], HIP_GAIN)
+
+    def edge(self, time: float, hip_gain: float) -> float | None:
+        """Return the force scale between the last point that holds and the first that does not.
+
+        What does not hold falls on the flat with some seed. None if all hold, or none does.
+        """
+        column = [self.at(Setting(scale, time, hip_gain)) for scale in self.scales]
+        holds = [all(climb.limit_deg > 0.0 for climb in point.climbs) for point in column]
+        if all(holds) or not holds[0]:
+            return None
+        first = holds.index(False)
+        return (self.scales[first - 1] + self.scales[first]) / 2.0
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Where the loop begins to topple the robot on the flat, measured and from the linear model.
+
+    Attributes:
+        time_constant: of the force sensors, s.
+        without_hip, with_hip: force scales, V/N; None if they lie outside of the plane.
+        growth: of the model's worst motion at ``without_hip``, 1/s.
+        predicted: force scale at which the model with the hip grows as fast as those without do
+            on average; None if that lies outside of the plane.
+    """
+
+    time_constant: float
+    without_hip: float | None
+    with_hip: float | None
+    growth: float | None
+    predicted: float | None
+
+
+def growth(scale: float, time: float, hip_gain: float, feet: int = 2) -> float:
+    """Return how fast the linear model's worst motion grows on the flat, 1/s."""
+    return loop_at(Setting(scale, time, hip_gain), feet).growth
+
+
+def loop_at(setting: Setting, feet: int) -> StandingLoop:
+    """Return the linear model at a point of the plane, on the flat, on one foot or two."""
+    unit = _of_unit_scale(setting.hip_gain, feet)
+    return replace(
+        unit, ankle_gain=setting.force_scale * unit.ankle_gain, force_time=setting.time_constant
+    )
+
+
+@cache
+def _of_unit_scale(hip_gain: float, feet: int) -> StandingLoop:
+    """Return the model for 1 V/N: to plan the posture takes a fifth of a second."""
+    return standing_loop(Setting(1.0, 1.0, hip_gain).condition('bullet').scenario(0.0), feet)
+
+
+def edges(plane: Plane) -> list[Edge]:
+    """Compare where the robot is toppled with where the linear model swings.
+
+    The model has no dry friction, which takes energy from every swing. What it takes is one number,
+    the growth rate that the robot without the hip just bears, here its mean over the time
+    constants; that number then predicts the edge with the hip.
+    """
+    measured = {time: plane.edge(time, 0.0) for time in plane.times}
+    rates = {
+        time: growth(scale, time, 0.0) for time, scale in measured.items() if scale is not None
+    }
+    borne = float(np.mean([*rates.values()])) if rates else nan
+    return [
+        Edge(
+            time,
+            measured[time],
+            plane.edge(time, HIP_GAIN),
+            rates.get(time),
+            _scale_at(borne, time, plane.scales),
+        )
+        for time in plane.times
+    ]
+
+
+def _scale_at(rate: float, time: float, scales: Sequence[float]) -> float | None:
+    rates = [growth(scale, time, HIP_GAIN) for scale in scales]
+    if not rates[0] <= rate <= rates[-1]:
+        return None
+    return float(np.interp(rate, rates, scales))
+
+
+def measure(
+    seeds: int,
+    engine: str,
+    jobs: int,
+    folder: Path,
+    scales: Sequence[float],
+    times: Sequence[float],
+) -> Plane:
+    """Measure the plane; what a folder holds already is not run again.
+
+    Raises:
+        ExperimentError: if an argument is not accepted.
+    """
+    if not 1 <= seeds <= 100:
+        raise ExperimentError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 100]')
+    other = next(name for name in ENGINES if name != engine)
+    wanted = [Setting(*each) for each in product(scales, times, (0.0, HIP_GAIN))]
+    checked = [each for each in wanted if (each.force_scale, each.time_constant) in CHECKED]
+    without = Setting(0.0, times[0], 0.0)
+    every = [(each, engine) for each in (without, *wanted)] + [(each, other) for each in checked]
+    for setting, name in every:
+        setting.condition(name).scenario(0.0)  # a mistake is reported before anything starts
+    with workers(jobs) as pool, Bar('stage 3', 0, lines=True) as bar:
+        kept = KeptJobs(pool, folder, code_version(), bar, {})
+        futures = [
+            [kept.submit(climb, setting, name, seed) for seed in range(seeds)]
+            for setting, name in every
+        ]
+        points = [
+            Point(setting, tuple(future.result() for future in of_seeds))
+            for (setting, _), of_seeds in zip(every, futures, strict=True)
+        ]
+    inside = len(wanted) + 1
+    return Plane(engine, tuple(points[1:inside]), points[0], tuple(points[inside:]))

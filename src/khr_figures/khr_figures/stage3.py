@@ -1,0 +1,107 @@
+"""The third stage of standing: limits, overshoot and damping over the plane of the force loop."""
+
+from __future__ import annotations
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from khr_experiments.stage3 import ANKLE_GAIN, HIP_GAIN, Edge, Plane, growth
+from khr_figures.plot_style import WIDTH, head, styled
+
+Array = NDArray[np.float64]
+HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
+LARGEST_RATE = 60.0  # deg/s, end of the colours
+
+
+def plane_picture(plane: Plane, found: list[Edge]) -> Figure:
+    """Draw the plane with each measured number in its place, and the model's edge over them."""
+    with styled():
+        figure = Figure(figsize=(WIDTH, 8.4), layout='constrained')
+        axes = figure.subplots(3, 2, sharex=True, sharey=True)
+        limits = [plane.limits(hip) for hip in HIPS]
+        top = float(np.max(limits))
+        for axis, title, values in zip(axes[0], HIPS.values(), limits, strict=True):
+            _cells(axis, plane, values, (0.0, top), 'viridis', '.1f')
+            axis.set_title(f'limit in °: {title}')
+        rates = [plane.grid(hip, lambda point: np.degrees(point.overshoot)) for hip in HIPS]
+        for axis, title, values in zip(axes[1], HIPS.values(), rates, strict=True):
+            _cells(axis, plane, values, (0.0, LARGEST_RATE), 'cividis', '.0f')
+            axis.set_title(f'overshoot at 3.8° in °/s: {title}')
+        worth = plane.worth
+        reach = float(np.abs(worth).max())
+        _cells(axes[2][0], plane, worth, (-reach, reach), 'RdBu', '+.1f')
+        axes[2][0].set_title('what the hip is worth, °')
+        _damping(axes[2][1], plane)
+        for axis in axes.flat:
+            _edges(axis, plane, found)
+            nearest = plane.nearest
+            axis.plot(
+                *_place(plane, nearest.force_scale, nearest.time_constant),
+                marker='s',
+                markersize=15,
+                markerfacecolor='none',
+                markeredgecolor='black',
+                linestyle='none',
+            )
+        lines, names = axes[0][0].get_legend_handles_labels()
+        figure.legend(lines, names, loc='outside lower center', ncols=3)
+        for axis in axes[2]:
+            axis.set_xlabel('force scale (mV/N)')
+        for axis in axes[:, 0]:
+            axis.set_ylabel('time constant (s)')
+        head(
+            figure,
+            'Standing on one leg: what the force loop holds, and what the hip adds.',
+            "The square is where both limits come nearest to the thesis's.",
+        )
+        return figure
+
+
+def _cells(
+    axis: Axes, plane: Plane, values: Array, ends: tuple[float, float], colors: str, form: str
+) -> None:
+    image = axis.imshow(
+        values, origin='lower', aspect='auto', vmin=ends[0], vmax=ends[1], cmap=colors
+    )
+    axis.grid(visible=False)
+    axis.set_xticks(range(len(plane.scales)), [f'{1e3 * scale:g}' for scale in plane.scales])
+    axis.set_yticks(range(len(plane.times)), [f'{time:g}' for time in plane.times])
+    axis.tick_params(labelsize=7)
+    for (row, column), value in np.ndenumerate(values):
+        if np.isnan(value):
+            continue
+        red, green, blue, _ = image.to_rgba(values)[row, column]
+        dark = 0.3 * red + 0.6 * green + 0.1 * blue < 0.5
+        color = 'white' if dark else 'black'
+        axis.text(column, row, format(value, form), ha='center', va='center', size=6, color=color)
+
+
+def _damping(axis: Axes, plane: Plane) -> None:
+    """Draw the growth of the model's swing against the scale, for some time constants."""
+    axis.set_title('model, two feet: growth of its swing, 1/s')
+    values = np.array([[growth(s, time, 0.0) for s in plane.scales] for time in plane.times])
+    reach = float(np.abs(values).max())
+    _cells(axis, plane, values, (-reach, reach), 'PuOr_r', '+.1f')
+
+
+def _edges(axis: Axes, plane: Plane, found: list[Edge]) -> None:
+    for name, color, line, scales in (
+        ('falls on the flat beyond', 'black', '-', [edge.without_hip for edge in found]),
+        ('the same with the hip', '#D55E00', '-', [edge.with_hip for edge in found]),
+        ('with the hip, predicted', '#D55E00', ':', [edge.predicted for edge in found]),
+    ):
+        places = [
+            _place(plane, scale, edge.time_constant)
+            for scale, edge in zip(scales, found, strict=True)
+            if scale is not None
+        ]
+        if places:
+            axis.plot(*zip(*places, strict=True), color=color, linestyle=line, label=name)
+
+
+def _place(plane: Plane, scale: float, time: float) -> tuple[float, float]:
+    x = np.interp(scale, plane.scales, range(len(plane.scales)))
+    y = np.interp(time, plane.times, range(len(plane.times)))
+    return float(x), float(y)
