@@ -1,6 +1,7 @@
 # make run    installs what a run needs into .venv and runs the main job
 # make test   installs the tools as well, checks the code, runs all tests, prints their coverage
 # make quick  runs the tests but the slow ones
+# make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_7.68deg_ka12.yaml
@@ -12,7 +13,7 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick install tools lint docs bench chaos lock version clean
+.PHONY: run test quick install tools lint docs bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -46,6 +47,10 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 # every kind of fault, some hours; resumes, and writes docs/reliability.md
 chaos: tools
 	$(BIN)/python -m tests.reliability
+
+# MODULES='khr_sim.servo ...' chooses core modules; a module takes some minutes
+mutants: tools
+	$(BIN)/python -m tests.mutation $(MODULES) --write docs/mutants.md
 
 lint: tools
 	$(BIN)/ruff format --check --quiet src tests examples

@@ -1,0 +1,1 @@
+"""Mutation tests of the cores: what the tests would not notice."""
