@@ -21,6 +21,7 @@ setup(
         'khr_bringup',
         'khr_sweeps',
         'khr_experiments',
+        'khr_tuning',
         'khr_figures',
         'distributed',
         'imageio-ffmpeg',

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from khr_experiments.stage3 import ANKLE_GAIN, HIP_GAIN, Edge, Plane, growth
 from khr_figures.plot_style import WIDTH, head, styled
+from khr_tuning.stage3 import ANKLE_GAIN, HIP_GAIN, Edge, Plane, growth
 
 Array = NDArray[np.float64]
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}

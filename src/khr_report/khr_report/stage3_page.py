@@ -9,7 +9,10 @@ import numpy as np
 
 from khr_common.files import write_text
 from khr_experiments.json_file import read_json, write_json
-from khr_experiments.stage3 import (
+from khr_figures.plot_style import styled
+from khr_figures.stage3 import plane_picture
+from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, table
+from khr_tuning.stage3 import (
     ANKLE_GAIN,
     HIP_GAIN,
     SCALES,
@@ -25,9 +28,6 @@ from khr_experiments.stage3 import (
     loop_at,
     measure,
 )
-from khr_figures.plot_style import styled
-from khr_figures.stage3 import plane_picture
-from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, table
 
 ROOT = Path('runs/stage3')
 HEAD = f"""# The third stage

@@ -7,10 +7,13 @@ import pytest
 
 from khr_analysis.outcome import Outcome
 from khr_common import KhrError
-from khr_experiments import stage3
 from khr_experiments.json_file import read_json, write_json
 from khr_experiments.scoreboard_runs import MeasuredLift
-from khr_experiments.stage3 import (
+from khr_report.stage3_page import again, summary
+from khr_sim.robot import JOINTS, Robot
+from khr_sim.world import Array
+from khr_tuning import stage3
+from khr_tuning.stage3 import (
     HIP_GAIN,
     STEP,
     Climb,
@@ -22,10 +25,7 @@ from khr_experiments.stage3 import (
     growth,
     measure,
 )
-from khr_experiments.standing_model import chain_of, standing_loop
-from khr_report.stage3_page import again, summary
-from khr_sim.robot import JOINTS, Robot
-from khr_sim.world import Array
+from khr_tuning.standing_model import chain_of, standing_loop
 
 POINT = Setting(0.002, 0.5, 0.0)
 

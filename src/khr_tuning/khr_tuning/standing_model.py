@@ -58,7 +58,7 @@ def standing_loop(scenario: Scenario, feet: int) -> StandingLoop:
         ),
         simulator.pad_distance,
         force_gain(ankle.gain, ankle.force_scale) if ankle.enabled else 0.0,
-        rate_gain(hip.gain) if hip.enabled else 0.0,
+        rate_gain(hip.gain * hip.gain_unit) if hip.enabled else 0.0,
         scenario.table(FootForceParameters).time_constant,
         1.0 / (tau * scenario.table(GyroParameters).bandwidth),
         simulator.control_period,

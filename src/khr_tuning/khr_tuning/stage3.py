@@ -23,11 +23,11 @@ from khr_analysis.models.force_loop import StandingLoop
 from khr_bringup.code_version import code_version
 from khr_experiments.critical import Condition, workers
 from khr_experiments.engine_comparison import ENGINES
-from khr_experiments.errors import ExperimentError
 from khr_experiments.job_cache import KeptJobs
 from khr_experiments.scoreboard_runs import MeasuredLift, lift
-from khr_experiments.standing_model import standing_loop
 from khr_sweeps.progress import Bar
+from khr_tuning.errors import TuningError
+from khr_tuning.standing_model import standing_loop
 
 Array = NDArray[np.float64]
 STEP = 1.9  # deg, of the climb: its steps meet the thesis's 3.8, 7.6 and 9.5 deg
@@ -280,10 +280,10 @@ def measure(
     """Measure the plane; what a folder holds already is not run again.
 
     Raises:
-        ExperimentError: if an argument is not accepted.
+        TuningError: if an argument is not accepted.
     """
     if not 1 <= seeds <= 100:
-        raise ExperimentError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 100]')
+        raise TuningError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 100]')
     other = next(name for name in ENGINES if name != engine)
     wanted = [Setting(*each) for each in product(scales, times, (0.0, HIP_GAIN))]
     checked = [each for each in wanted if (each.force_scale, each.time_constant) in CHECKED]

@@ -1,0 +1,1 @@
+"""What the feedback loops do, and which gains to choose for a slope."""

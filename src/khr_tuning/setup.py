@@ -1,0 +1,32 @@
+from xml.etree import ElementTree
+
+from setuptools import find_packages, setup
+
+package = 'khr_tuning'
+manifest = ElementTree.parse('package.xml')
+setup(
+    name=package,
+    version=manifest.findtext('version'),
+    packages=find_packages(include=[package, f'{package}.*']),
+    data_files=[
+        ('share/ament_index/resource_index/packages', [f'resource/{package}']),
+        (f'share/{package}', ['package.xml']),
+    ],
+    package_data={'': ['py.typed']},
+    install_requires=[
+        'khr_common',
+        'khr_sim',
+        'khr_balance',
+        'khr_analysis',
+        'khr_bringup',
+        'khr_sweeps',
+        'khr_experiments',
+        'numpy',
+    ],
+    extras_require={'test': ['pytest']},
+    zip_safe=True,
+    maintainer=manifest.findtext('maintainer'),
+    maintainer_email=manifest.find('maintainer').get('email'),
+    description=manifest.findtext('description'),
+    license=manifest.findtext('license'),
+)
