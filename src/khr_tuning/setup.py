@@ -21,6 +21,7 @@ setup(
         'khr_bringup',
         'khr_sweeps',
         'khr_experiments',
+        'cma',
         'numpy',
     ],
     extras_require={'test': ['pytest']},

@@ -419,6 +419,34 @@ def engines(
 
 
 @app.command()
+def tune(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name: motion and ground.')],
+    set_: Annotated[
+        list[str] | None,
+        typer.Option('--set', help='Change a parameter first, such as the inclination.'),
+    ] = None,
+    gait: Annotated[
+        bool, typer.Option('--gait', help='Search where the gait carries the centre of mass too.')
+    ] = False,
+    robust: Annotated[
+        bool,
+        typer.Option('--robust', help='For every robot of the ensemble that calibrate found.'),
+    ] = False,
+    seeds: Annotated[int, typer.Option(help='Runs of each candidate.')] = 3,
+    candidates: Annotated[int, typer.Option(help='Candidates to try.')] = 64,
+    seed: Annotated[int, typer.Option(help='Of the optimiser.')] = 0,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    out: Annotated[
+        Path | None, typer.Option(help='Folder of the results; runs/tune/NAME by default.')
+    ] = None,
+) -> None:
+    """Find gains for a slope: most seeds up, then least slip, then least vibration."""
+    from khr_report.tune_page import write
+
+    print(write(scenario, set_ or [], gait, robust, seeds, candidates, seed, jobs, out))
+
+
+@app.command()
 def stage3(
     out: Annotated[
         Path, typer.Option(help='The page to write; data and picture beside it.')
