@@ -10,10 +10,10 @@ from matplotlib.figure import Figure
 
 from khr_figures.plot_style import WIDTH, head, styled
 from khr_tuning.knobs import Knob
-from khr_tuning.tune import Answer, Tuned
+from khr_tuning.tune import Tuned, Tuning
 
 
-def front_picture(answer: Answer) -> Figure:
+def front_picture(answer: Tuning) -> Figure:
     """Draw slip against vibration of every candidate that stays up most, and the front."""
     with styled():
         figure = Figure(figsize=(WIDTH, 4.2), layout='constrained')

@@ -18,7 +18,7 @@ from khr_figures.tuning import front_picture, values_text
 from khr_report.page.document import Block, Columns, Passage, markdown, table
 from khr_tuning.errors import TuningError
 from khr_tuning.knobs import GAINS, PLACEMENT
-from khr_tuning.tune import ORDERS, Answer, Question, Tuned, tune
+from khr_tuning.tune import ORDERS, Question, Tuned, Tuning, tune
 
 ROOT = Path('runs/tune')
 MOST_ROBOTS = 12  # of an ensemble, the best; each multiplies the runs
@@ -67,7 +67,7 @@ def write(
     return render(answer, folder)
 
 
-def render(answer: Answer, folder: Path) -> str:
+def render(answer: Tuning, folder: Path) -> str:
     """Write the files of an answer; return a summary.
 
     Raises:
@@ -95,7 +95,7 @@ def render(answer: Answer, folder: Path) -> str:
     )
 
 
-def scenario_text(answer: Answer) -> str:
+def scenario_text(answer: Tuning) -> str:
     """Return the tuned scenario as the text of its file, thin over the defaults."""
     tuned: Scenario = answer.scenario
     document = {node: {'ros__parameters': keys} for node, keys in tuned.values.items() if keys}
@@ -117,7 +117,7 @@ def _value(index: int) -> Callable[[tuple[str, Tuned]], str]:
     return lambda row: f'{row[1].values[index]:g}'
 
 
-def blocks(answer: Answer) -> list[Block]:
+def blocks(answer: Tuning) -> list[Block]:
     """Return the page."""
     question = answer.question
     robots = f'{len(question.robots)} robots of the ensemble' if question.robots else 'the robot'

@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import product
-from math import nan
+from math import inf, nan
 from pathlib import Path
 
 import numpy as np
@@ -178,6 +178,17 @@ class Plane:
         """Return by how much the hip raises the limit, deg, (times, scales)."""
         return self.limits(HIP_GAIN) - self.limits(0.0)
 
+    def columns_off(self, time: float, scale: float) -> float:
+        """Return how many columns a point lies from the edge without the hip; inf without one."""
+        edge = self.edge(time, 0.0)
+        if edge is None:
+            return inf
+        return abs(self.scales.index(scale) - float(np.interp(edge, self.scales, self._columns)))
+
+    @property
+    def _columns(self) -> Array:
+        return np.arange(len(self.scales), dtype=np.float64)
+
     @property
     def nearest(self) -> Setting:
         """Return the point, with the hip, whose two limits miss the thesis's least."""
@@ -286,20 +297,25 @@ def measure(
         raise TuningError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 100]')
     other = next(name for name in ENGINES if name != engine)
     wanted = [Setting(*each) for each in product(scales, times, (0.0, HIP_GAIN))]
-    checked = [each for each in wanted if (each.force_scale, each.time_constant) in CHECKED]
     without = Setting(0.0, times[0], 0.0)
-    every = [(each, engine) for each in (without, *wanted)] + [(each, other) for each in checked]
-    for setting, name in every:
-        setting.condition(name).scenario(0.0)  # a mistake is reported before anything starts
+    for setting in (without, *wanted):
+        setting.condition(engine).scenario(0.0)  # a mistake is reported before anything starts
     with workers(jobs) as pool, Bar('stage 3', 0, lines=True) as bar:
         kept = KeptJobs(pool, folder, code_version(), bar, {})
-        futures = [
-            [kept.submit(climb, setting, name, seed) for seed in range(seeds)]
-            for setting, name in every
-        ]
-        points = [
-            Point(setting, tuple(future.result() for future in of_seeds))
-            for (setting, _), of_seeds in zip(every, futures, strict=True)
-        ]
-    inside = len(wanted) + 1
-    return Plane(engine, tuple(points[1:inside]), points[0], tuple(points[inside:]))
+
+        def points(settings: Sequence[Setting], name: str) -> tuple[Point, ...]:
+            futures = [
+                [kept.submit(climb, setting, name, seed) for seed in range(seeds)]
+                for setting in settings
+            ]
+            return tuple(
+                Point(setting, tuple(future.result() for future in of_seeds))
+                for setting, of_seeds in zip(settings, futures, strict=True)
+            )
+
+        alone, *found = points((without, *wanted), engine)
+        plane = Plane(engine, tuple(found), alone, ())
+        near = plane.nearest
+        checked = {*CHECKED, (near.force_scale, near.time_constant)}
+        again = [each for each in wanted if (each.force_scale, each.time_constant) in checked]
+        return replace(plane, checks=points(again, other))

@@ -34,7 +34,7 @@ SEEDS, CANDIDATES = (1, 100), (POPULATION, 10_000)
 
 
 @dataclass(frozen=True)
-class Trial:
+class TunedRun:
     """One run.
 
     Attributes:
@@ -60,7 +60,7 @@ class Tuned:
     """
 
     values: tuple[float, ...]
-    trials: tuple[tuple[Trial, ...], ...]
+    trials: tuple[tuple[TunedRun, ...], ...]
 
     @property
     def survived(self) -> float:
@@ -162,7 +162,7 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Answer:
+class Tuning:
     """What a search found.
 
     Attributes:
@@ -199,12 +199,12 @@ class Answer:
         return self.question.scenario.changed(changes(self.question.knobs, self.best.values))
 
 
-def attempt(scenario: Scenario) -> Trial:
+def attempt(scenario: Scenario) -> TunedRun:
     """Run a scenario once."""
     outcome = run_offline(scenario).outcome
     survived = outcome.verdict != 'fell'
     lasted = 1.0 if survived else (outcome.fell_at or 0.0) / duration(scenario)
-    return Trial(survived, min(lasted, 1.0), outcome.largest_slip, outcome.vibration)
+    return TunedRun(survived, min(lasted, 1.0), outcome.largest_slip, outcome.vibration)
 
 
 class _Bench:
@@ -233,7 +233,7 @@ class _Bench:
         return list(self._known.values())
 
 
-def tune(question: Question, jobs: int, folder: Path) -> Answer:
+def tune(question: Question, jobs: int, folder: Path) -> Tuning:
     """Search; what a folder holds already is not run again.
 
     Args:
@@ -262,7 +262,7 @@ def tune(question: Question, jobs: int, folder: Path) -> Answer:
         tried = tuple(bench.tried)
         best = min(tried, key=Tuned.rank)
         (confirmed,) = bench.measure([best.values], range(seeds.stop, 2 * seeds.stop))
-    return Answer(question, before, tried, best, confirmed)
+    return Tuning(question, before, tried, best, confirmed)
 
 
 def _generations(

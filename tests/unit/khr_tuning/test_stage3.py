@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 
 from khr_analysis.outcome import Outcome
+from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.json_file import read_json, write_json
 from khr_experiments.scoreboard_runs import MeasuredLift
 from khr_report.stage3_page import again, summary
 from khr_sim.robot import JOINTS, Robot
+from khr_sim.run_parameters import RunParameters
 from khr_sim.world import Array
 from khr_tuning import stage3
 from khr_tuning.stage3 import (
@@ -195,3 +197,22 @@ def test_a_plane_is_measured_once(tmp_path):
 def test_arguments_are_refused(tmp_path, seeds, engine, word):
     with pytest.raises(KhrError, match=word):
         measure(seeds, engine, 1, tmp_path, (0.002,), (0.5,))
+
+
+@pytest.mark.slow
+def test_the_robot_swings_at_the_frequency_of_the_model():
+    """Standing on two feet without dry friction, from a small error of its posture."""
+    still = {
+        ('gait', 'motion'): 'stand',
+        ('simulator', 'level_start'): False,
+        ('simulator', 'servo_friction'): 0.0,
+        ('simulator', 'duration'): 6.0,
+    }
+    scenario = Setting(0.001, 0.5, 0.0).condition('mujoco').scenario(0.0, 0).changed(still)
+    rates = []
+    run_offline(scenario, lambda truth, *_: rates.append(truth.mean_angular_velocity[1]))
+    period = scenario.table(RunParameters).control_period
+    heard = np.array(rates[round(0.5 / period) :])
+    spectrum = np.abs(np.fft.rfft(heard - heard.mean(), 8 * heard.size))
+    frequency = np.argmax(spectrum) / (8 * heard.size * period)
+    assert standing_loop(scenario, 2).frequency == pytest.approx(frequency, rel=0.08)

@@ -19,7 +19,7 @@ from khr_report import tune_page
 from khr_sim.run_parameters import RunParameters
 from khr_tuning import tune as module
 from khr_tuning.knobs import GAINS, PLACEMENT, changes
-from khr_tuning.tune import Question, Trial, Tuned, tune
+from khr_tuning.tune import Question, Tuned, TunedRun, tune
 
 WALK = scenarios.load('walk_7.68deg_ka12')
 
@@ -41,7 +41,7 @@ def invented(monkeypatch):
     """
     runs = []
 
-    def attempt(scenario: Scenario) -> Trial:
+    def attempt(scenario: Scenario) -> TunedRun:
         runs.append(scenario)
         ankle = scenario.table(AnkleControllerParameters)
         hip = scenario.table(HipControllerParameters)
@@ -51,7 +51,7 @@ def invented(monkeypatch):
         least, most = (10.0, 20.0) if light else (4.0, 15.0)
         up = least <= k_a <= most
         vibration = 0.05 + 0.01 * k_a + 0.002 * k_h
-        return Trial(up, 1.0 if up else min(k_a, most) / 40.0, 0.03 - 0.001 * k_a, vibration)
+        return TunedRun(up, 1.0 if up else min(k_a, most) / 40.0, 0.03 - 0.001 * k_a, vibration)
 
     @contextmanager
     def workers(jobs):
@@ -107,7 +107,7 @@ def test_robust_gains_hold_for_every_robot(invented, tmp_path):
 
 
 TRIALS = st.builds(
-    Trial, st.booleans(), st.floats(0.0, 1.0), st.floats(0.0, 0.1), st.floats(0.0, 0.5)
+    TunedRun, st.booleans(), st.floats(0.0, 1.0), st.floats(0.0, 0.1), st.floats(0.0, 0.5)
 )
 CANDIDATES = st.lists(
     st.builds(Tuned, st.just((0.0,)), st.tuples(st.tuples(TRIALS, TRIALS))), min_size=1, max_size=8
@@ -116,7 +116,7 @@ CANDIDATES = st.lists(
 
 @given(CANDIDATES)
 def test_nothing_on_the_front_is_beaten(tried):
-    answer = module.Answer(Question(WALK, GAINS), tried[0], tuple(tried), tried[0], tried[0])
+    answer = module.Tuning(Question(WALK, GAINS), tried[0], tuple(tried), tried[0], tried[0])
     most = max(each.survived for each in tried)
     up = [each for each in tried if each.survived == most and each.slip < inf]
 
@@ -134,7 +134,7 @@ def test_nothing_on_the_front_is_beaten(tried):
 
 
 def trial(survived=True, lasted=1.0, slip=0.01, vibration=0.1):
-    return Trial(survived, lasted, slip, vibration)
+    return TunedRun(survived, lasted, slip, vibration)
 
 
 def test_more_seeds_up_come_first_then_slip_then_vibration():
