@@ -14,7 +14,7 @@ from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-from khr_bringup.scenario import parse
+from khr_bringup.scenario import Scenario, parse
 from khr_bringup.switching import switch
 from khr_common import KhrError, cdr
 from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
@@ -41,6 +41,7 @@ class View:
     warnings: list[str] = field(default_factory=list)
     received: dict[str, int] = field(default_factory=dict)  # by listener, up to when, ns
     listeners: tuple[str, ...] = ()
+    scenario: Scenario | None = None  # that was switched to
     news: float = 0.0  # of the last report of state, outcome or listeners
     alive: float = field(default_factory=time.monotonic)  # of the simulator's last report
 
@@ -102,7 +103,9 @@ class Watcher(Node):  # type: ignore[misc]
         response.result.successful = True
         try:
             name = given.get('name', 'scenario')
-            switch(parse(given.get('scenario', ''), name, name), own)
+            scenario = parse(given.get('scenario', ''), name, name)
+            switch(scenario, own)
+            self.view.scenario = scenario
         except KhrError as error:
             response.result.successful, response.result.reason = False, str(error)
         finally:

@@ -102,14 +102,18 @@ class _Graph:
     """The services of a graph, each called and waited for."""
 
     def __init__(self, node: Any) -> None:
+        from rcl_interfaces.srv import SetParametersAtomically
         from rclpy.executors import SingleThreadedExecutor
 
         self._node = node
+        self._clients: dict[str, Any] = {}
         self._executor = SingleThreadedExecutor(context=node.context)
         namespace = node.get_namespace()
         self.names = {
             name for name, where in node.get_node_names_and_namespaces() if where == namespace
         }
+        for name in self.names & set(registry()):  # that they find one another all at once
+            self._client(SetParametersAtomically, f'{name}/prepare')
 
     def get(self, node: str, name: str) -> Any:
         """Return a parameter of a node."""
@@ -145,13 +149,15 @@ class _Graph:
     def _call(self, kind: Any, name: str, request: Any) -> Any:
         import rclpy
 
-        client = self._node.create_client(kind, name)
-        try:
-            future = client.call_async(request) if client.wait_for_service(PATIENCE) else None
-            if future is not None:
-                rclpy.spin_until_future_complete(self._node, future, self._executor, PATIENCE)
-            if future is None or not future.done():
-                raise BringupError(f'{name}: no answer within {PATIENCE:g} s')
-            return future.result()
-        finally:
-            self._node.destroy_client(client)
+        client = self._client(kind, name)
+        future = client.call_async(request) if client.wait_for_service(PATIENCE) else None
+        if future is not None:
+            rclpy.spin_until_future_complete(self._node, future, self._executor, PATIENCE)
+        if future is None or not future.done():
+            raise BringupError(f'{name}: no answer within {PATIENCE:g} s')
+        return future.result()
+
+    def _client(self, kind: Any, name: str) -> Any:
+        if name not in self._clients:
+            self._clients[name] = self._node.create_client(kind, name)
+        return self._clients[name]
