@@ -3,13 +3,14 @@
 import shutil
 import socket
 import threading
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 import msgspec
 import pytest
 import viser
 from playwright.sync_api import sync_playwright
 from viser._messages import ViewerCameraMessage
+from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
@@ -62,8 +63,9 @@ def viewer(port, reads=True):
     got = []
 
     def read(connection):
-        for message in connection:
-            got.append(len(message))
+        with suppress(ConnectionClosed):
+            for message in connection:
+                got.append(len(message))
 
     with connect(
         f'ws://127.0.0.1:{port}',
