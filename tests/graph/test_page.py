@@ -1,5 +1,6 @@
 """The page of a live run, in a real browser that finds no host but this one."""
 
+import io
 import os
 import re
 import signal
@@ -120,27 +121,24 @@ def test_a_push_by_button_moves_the_robot_and_pause_halts_it(page, viewed):
     page.get_by_text('running').first.wait_for()
 
 
-def test_a_phone_shows_robot_and_controls_without_overlap(viewed, tmp_path):
-    with browser_page(390, 800) as (page, _):
-        page.goto(f'http://127.0.0.1:{viewed.port}/')
-        page.get_by_role('button', name='Pause').wait_for()
-        top = page.get_by_text('khr', exact=True).first.bounding_box()['y']
-        notice = page.locator('.mantine-Notification-closeButton')
-        if notice.count():
-            notice.first.click()
-        page.wait_for_timeout(3000)  # the scene is drawn a few times a second
-        page.screenshot(path=tmp_path / 'phone.png')
-        page.get_by_role('button', name='Pause').scroll_into_view_if_needed()
-        assert page.evaluate('document.documentElement.scrollWidth') <= 390
-    picture = Image.open(tmp_path / 'phone.png').convert('RGB')
-    blue = [
-        y
-        for y in range(picture.height)
-        for x in range(picture.width)
-        if is_torso(*picture.getpixel((x, y))) and y < top
-    ]
-    assert len(blue) > 50, 'the torso is above the controls'
+def test_a_phone_shows_robot_and_controls_without_overlap(page, viewed):
+    phone = page.context.browser.new_page(viewport={'width': 390, 'height': 800})
+    phone.goto(f'http://127.0.0.1:{viewed.port}/')
+    phone.get_by_role('button', name='Pause').wait_for()
+    top = phone.get_by_text('khr', exact=True).first.bounding_box()['y']
     assert top > 0.35 * 800
+    wait_for(lambda: torso_above(phone, top) > 50, 'the torso above the controls')
+    phone.get_by_role('button', name='Push', exact=True).scroll_into_view_if_needed()
+    assert phone.evaluate('document.documentElement.scrollWidth') <= 390
+    phone.close()
+
+
+def torso_above(page, bottom):
+    """Count the pixels of the torso's blue above a height of the page."""
+    picture = Image.open(io.BytesIO(page.screenshot())).convert('RGB')
+    upper = picture.crop((0, 0, picture.width, int(bottom)))
+    colors = upper.getcolors(upper.width * upper.height)
+    return sum(count for count, color in colors if is_torso(*color))
 
 
 def is_torso(red, green, blue):
