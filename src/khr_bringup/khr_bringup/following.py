@@ -39,6 +39,7 @@ class GraphResult:
         ended: when the last one was over.
         warnings: what nodes complained of in diagnostics.
         failure: which process did not end well after the run; empty if all did.
+        scenario: that the graph was switched to; None if it was not.
     """
 
     verdict: str
@@ -49,6 +50,7 @@ class GraphResult:
     ended: float
     warnings: tuple[str, ...]
     failure: str = ''
+    scenario: Scenario | None = None
 
 
 def nodes_of(scenario: Scenario, record: bool) -> list[str]:
@@ -131,6 +133,7 @@ def _result(view: Any) -> GraphResult:
         view.entered.get('running', ended),
         ended,
         tuple(view.warnings),
+        scenario=view.scenario,
     )
 
 

@@ -5,13 +5,16 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from khr_bringup.errors import BringupError
 from khr_bringup.run_registry import WITHOUT_LOG, choose
+from khr_bringup.strict_yaml import read_file
 from khr_common.quoting import quoted
 
 PATIENCE = 5.0  # s of wall time for a service to appear, and again to answer
+SWITCHING = 60.0  # s of wall time for all nodes to prepare for another scenario
 
 
 def get_parameters(node: str, name: str | None, domain: int | None = None) -> dict[str, Any]:
@@ -46,6 +49,37 @@ def set_parameter(node: str, name: str, value: Any, domain: int | None = None) -
         return before, _get(call, node, name)[name]
 
 
+def switch_scenario(scenario: Path, domain: int | None = None) -> str:
+    """Have a running graph take another scenario as a whole; return the run's folder.
+
+    Raises:
+        BringupError: if there is no run, or it refuses; then all is as before.
+    """
+    from rcl_interfaces.srv import SetParametersAtomically
+    from rclpy.parameter import Parameter
+
+    text = read_file(scenario)
+    entry = choose(domain)
+    request = SetParametersAtomically.Request(
+        parameters=[
+            Parameter('name', value=scenario.stem).to_parameter_msg(),
+            Parameter('scenario', value=text).to_parameter_msg(),
+        ]
+    )
+    with _joined(domain) as own:
+        import rclpy
+
+        client = own.create_client(SetParametersAtomically, 'khr/switch')
+        future = client.call_async(request) if client.wait_for_service(PATIENCE) else None
+        if future is not None:
+            rclpy.spin_until_future_complete(own, future, timeout_sec=SWITCHING)
+        if future is None or not future.done():
+            raise BringupError('khr: no answer; is the run still there?')
+        if not future.result().result.successful:
+            raise BringupError(future.result().result.reason)
+    return entry.folder
+
+
 def _get(call: Any, node: str, name: str | None) -> dict[str, Any]:
     from rclpy.parameter import parameter_value_to_python
 
@@ -60,13 +94,10 @@ def _get(call: Any, node: str, name: str | None) -> dict[str, Any]:
 @contextmanager
 def _client(node: str, domain: int | None) -> Iterator[Any]:
     """Yield a function that calls a parameter service of ``node`` in the run of ``domain``."""
-    os.environ.update(choose(domain).environment())
     import rclpy
     from rclpy.parameter_client import AsyncParameterClient
 
-    rclpy.init(args=WITHOUT_LOG)
-    own = rclpy.create_node('khr_parameters', start_parameter_services=False)
-    try:
+    with _joined(domain) as own:
         client = AsyncParameterClient(own, node)
         if not client.wait_for_services(PATIENCE):
             known = ', '.join(
@@ -82,6 +113,18 @@ def _client(node: str, domain: int | None) -> Iterator[Any]:
             return future.result()
 
         yield call
+
+
+@contextmanager
+def _joined(domain: int | None) -> Iterator[Any]:
+    """Yield a node in the run of ``domain``."""
+    os.environ.update(choose(domain).environment())
+    import rclpy
+
+    rclpy.init(args=WITHOUT_LOG)
+    own = rclpy.create_node('khr_parameters', start_parameter_services=False)
+    try:
+        yield own
     finally:
         own.destroy_node()
         rclpy.try_shutdown()

@@ -7,12 +7,16 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
 from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
-from khr_common import cdr
+from khr_bringup.scenario import Scenario, parse
+from khr_bringup.switching import switch
+from khr_common import KhrError, cdr
 from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
 from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
@@ -37,6 +41,7 @@ class View:
     warnings: list[str] = field(default_factory=list)
     received: dict[str, int] = field(default_factory=dict)  # by listener, up to when, ns
     listeners: tuple[str, ...] = ()
+    scenario: Scenario | None = None  # that was switched to
     news: float = 0.0  # of the last report of state, outcome or listeners
     alive: float = field(default_factory=time.monotonic)  # of the simulator's last report
 
@@ -71,6 +76,7 @@ class Watcher(Node):  # type: ignore[misc]
         super().__init__('khr', start_parameter_services=False, enable_rosout=False)
         self.view = View(listeners=tuple(listeners))
         self._run, self._owners = run, owners or {}
+        self.create_service(SetParametersAtomically, '~/switch', self._on_switch)
         self._follow(STATE, self._on_state, LATCHED_FROM_ALL)
         self._follow(OUTCOME, self._on_outcome, LATCHED_FROM_ALL)
         self._follow(READY, self._on_ready, LATCHED_FROM_ALL)
@@ -85,6 +91,26 @@ class Watcher(Node):  # type: ignore[misc]
                     others = sorted(set(names) - {owner}) or [f'a second node named {owner}']
                     return f'{topic}: published by {", ".join(others)} beside {owner}'
         return None
+
+    def _on_switch(
+        self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
+    ) -> SetParametersAtomically.Response:
+        """Take the text of a scenario, and its name, for the graph."""
+        given = {each.name: each.value.string_value for each in request.parameters}
+        own = rclpy.create_node(
+            '_khr_switch', context=self.context, namespace=self.get_namespace()
+        )
+        response.result.successful = True
+        try:
+            name = given.get('name', 'scenario')
+            scenario = parse(given.get('scenario', ''), name, name)
+            switch(scenario, own)
+            self.view.scenario = scenario
+        except KhrError as error:
+            response.result.successful, response.result.reason = False, str(error)
+        finally:
+            own.destroy_node()
+        return response
 
     def _follow(self, topic: Topic, callback: Callable[[Any], None], qos: QoSProfile) -> None:
         kind = message_class(topic.kind)

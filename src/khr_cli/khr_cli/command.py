@@ -196,6 +196,19 @@ def set_parameter(
     print(f'{node}.{name}: {before} -> {after}')
 
 
+@app.command(name='switch')
+def switch_scenario(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
+    domain: DomainOption = None,
+) -> None:
+    """Start a running graph anew with another scenario, taken as a whole or not at all."""
+    from khr_bringup.live import switch_scenario as switch
+
+    path = scenarios.find(scenario)
+    scenarios.load(str(path))
+    print(f'{path.stem}: {switch(path, domain)}')
+
+
 @app.command()
 def doctor() -> None:
     """Check what a run needs and advise on what is missing."""

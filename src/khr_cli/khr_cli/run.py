@@ -85,6 +85,7 @@ class Result:
     startup: float  # s of wall time to the first control period
     wall_time: float  # s of wall time from there to the last
     failure: str = ''  # what went wrong after the run itself
+    scenario: Scenario | None = None  # that the graph was switched to
 
     @property
     def real_time_factor(self) -> float:
@@ -110,6 +111,7 @@ def run(scenario: Scenario, options: Options) -> int:
     if options.offline:
         write_text(folder / 'scenario.yaml', scenario.to_yaml())
     result = (_offline if options.offline else _graph)(scenario, folder, options, console, start)
+    scenario = result.scenario or scenario
     failures = [result.failure] if result.failure else []
     try:
         _keep(folder, scenario, result)
@@ -205,6 +207,7 @@ def _graph(
         result.started - start,
         result.ended - result.started,
         result.failure,
+        result.scenario,
     )
 
 

@@ -64,6 +64,10 @@ class Plant:
         self.parameters = parameters
         self.world.configure(parameters)
 
+    def close(self) -> None:
+        """Release the engine."""
+        self.world.close()
+
     @property
     def end(self) -> str:
         """Say why the run is over; empty while it is not."""

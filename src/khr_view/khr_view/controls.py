@@ -46,6 +46,14 @@ TUNABLES = (
 )
 
 
+# What the page has to know to draw, and does not let the reader change.
+WATCHED = (
+    Tunable('', 'simulator', 'surface', ''),
+    Tunable('', 'simulator', 'pad_distance', ''),
+    Tunable('', 'fft_analyser', 'fundamental', ''),
+)
+
+
 @dataclass(frozen=True)
 class Control:
     """A checkbox or a slider for a parameter of a live node.

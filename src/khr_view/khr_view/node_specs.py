@@ -12,7 +12,7 @@ from khr_common.interfaces import (
     JOINT_STATES,
     PARAMETER_EVENTS,
     PEAKS,
-    PUSH,
+    PUSHED,
     ROBOT_DESCRIPTION,
     SPECTRUM,
     STAGE,
@@ -43,7 +43,7 @@ PAGE = NodeSpec(
         SPECTRUM,
         PEAKS,
         PARAMETER_EVENTS,
-        PUSH,
+        PUSHED,
     ),
     # What it sends on the topic push is its reader's, as that topic is the user's.
     node='khr_view.nodes.page:PageNode',

@@ -25,7 +25,7 @@ class FftAnalyserNode(Listener):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._analyser = SpectrumAnalyser(self.parameters)
-        self._judge = StampJudge(self._analyser.reset)
+        self._judge = StampJudge(self._restart)
         self._spectrum = self.publisher(SPECTRUM)
         self._peaks = self.publisher(PEAKS)
         self.subscribe_numbers(GYRO, self._on_gyro)
@@ -33,6 +33,12 @@ class FftAnalyserNode(Listener):
     def configure(self, parameters: FftAnalyserParameters) -> None:
         """Pass changed parameters to the analyser."""
         self._analyser.configure(parameters)
+
+    def _restart(self) -> None:
+        if self.begin():
+            self._analyser = SpectrumAnalyser(self.parameters)
+        else:
+            self._analyser.reset()
 
     def _on_gyro(self, _: Topic, stamp_ns: int, rates: Floats) -> None:
         self.now_ns = stamp_ns

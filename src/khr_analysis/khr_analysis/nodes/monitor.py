@@ -55,7 +55,10 @@ class MonitorNode(Listener):
         self._monitor.configure(parameters)
 
     def _restart(self) -> None:
-        self._monitor.reset()
+        if self.begin():
+            self._monitor = OutcomeMonitor(self.parameters)
+        else:
+            self._monitor.reset()
         self._outcome: Outcome | None = None
         self.now_ns = 0
         self._pitch_rate = 0.0

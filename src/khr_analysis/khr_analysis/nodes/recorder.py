@@ -72,6 +72,7 @@ class RecorderNode(Listener):
             self.fail(self._stopped)
 
     def _begin_bag(self) -> None:
+        self.begin()  # its parameters say which scenario this is
         self._runs += 1
         recording = self._recording = Recording(numbered(self.parameters.folder, self._runs))
         if self.parameters.scenario_file:

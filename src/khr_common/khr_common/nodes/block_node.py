@@ -22,7 +22,8 @@ class BlockNode(KhrNode):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         assert spec.block is not None, f'{spec.name} has no block to run'
-        self._block: Block[Any] = spec.block(self.parameters)
+        self._make = spec.block
+        self._block: Block[Any] = self._make(self.parameters)
         self._judge = StampJudge(self.restart)
         self._instants = ExactTimeSynchronizer(self._block.needs)
         self._newest = -1  # of the complete instants of this run, ns
@@ -39,8 +40,11 @@ class BlockNode(KhrNode):
                 self._take(stamp_ns, signals)
 
     def restart(self) -> None:
-        """Return to the start of a run."""
-        self._block.reset()
+        """Return to the start of a run, with another block if its parameters were prepared."""
+        if self.begin():
+            self._block = self._make(self.parameters)
+        else:
+            self._block.reset()
 
     def answered(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Do what else an answer calls for; called once per instant."""
@@ -56,8 +60,13 @@ class BlockNode(KhrNode):
         # What is older than the last answer, in the same run, has been answered.
         if not another_run and stamp_ns < self._judge.last:
             return
+        block = self._block
+        new = self._judge.is_new(stamp_ns)  # once per stamp, however often it is asked for
+        if self._block is not block and not set(self._block.needs) <= set(signals):
+            self._wait_for_more(stamp_ns, signals)
+            return
         try:
-            if self._judge.is_new(stamp_ns):  # once per stamp, however often it is asked for
+            if new:
                 answer = self._block.update(stamp_ns / 1e9, signals)
                 for output, numbers in zip(self._outputs, answer, strict=True):
                     output.fill(stamp_ns, numbers)
@@ -67,3 +76,10 @@ class BlockNode(KhrNode):
             return
         for output in self._outputs:
             output.send()
+
+    def _wait_for_more(self, stamp_ns: int, signals: Signals) -> None:
+        """Begin a run with a block that needs other signals than the one before."""
+        self._judge, self._newest = StampJudge(self.restart), -1
+        self._instants.require(self._block.needs)
+        for topic, numbers in signals.items():
+            self._on_numbers(topic, stamp_ns, tuple(numbers))

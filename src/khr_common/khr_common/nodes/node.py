@@ -43,6 +43,7 @@ from khr_common.nodes.messages import (
     status,
     to_stamp,
 )
+from khr_common.nodes.next_run import NextRun
 from khr_common.parameter_files import check_blocks, files_in, read_blocks
 from khr_common.parameters import ParameterError, Specification, build, check, specifications
 from khr_common.run_identity import MalformedError, check_run, own_run
@@ -94,9 +95,37 @@ class KhrNode(Node):  # type: ignore[misc]
         self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
+        self._next, self._beginning = NextRun(self), False
 
     def configure(self, parameters: Any) -> None:
         """Take changed parameters; a core acts on them from the next control period."""
+
+    def check_next(self, parameters: Any) -> None:
+        """Check parameters for another run, which may change what is fixed during one.
+
+        Raises:
+            KhrError: if the node cannot take them as it is.
+        """
+
+    def begin(self) -> bool:
+        """Begin another run with the parameters that were prepared for it.
+
+        Returns:
+            Whether there were any: then the core is to be made anew.
+        """
+        self._beginning = True
+        try:
+            return self._next.take()
+        finally:
+            self._beginning = False
+
+    def with_changes(self, changes: dict[str, Any]) -> Any:
+        """Return the table with some values changed.
+
+        Raises:
+            ParameterError: if the table does not accept them.
+        """
+        return self._build(changes)
 
     def finish(self) -> None:
         """End what the node does; called once, before it settles."""
@@ -281,7 +310,8 @@ class KhrNode(Node):  # type: ignore[misc]
         changes = {p.name: _plain(p.value) for p in parameters if p.name in own}
         if changes:
             self.parameters = self._build(changes)
-            self.configure(self.parameters)
+            if not self._beginning:
+                self.configure(self.parameters)
 
 
 def _plain(value: Any) -> Any:

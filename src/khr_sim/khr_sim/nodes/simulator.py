@@ -15,7 +15,7 @@ from rclpy.timer import Timer
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from khr_common import KhrError, cdr
+from khr_common import KhrError, ParameterError, cdr
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
     JOINT_REFERENCE,
@@ -98,6 +98,12 @@ class SimulatorNode(KhrNode):
         self.plant.configure(parameters)
         self._set_metronome()
 
+    def check_next(self, parameters: RunParameters) -> None:
+        """Refuse what is settled when the node starts."""
+        for name in ('answers', 'listeners', 'sync'):
+            if getattr(parameters, name) != getattr(self.parameters, name):
+                raise ParameterError(f'{name}: cannot change while the graph runs')
+
     def _set_metronome(self) -> None:
         """Tick by the wall clock: each period in realtime mode, more often to keep a pace."""
         p = self.parameters
@@ -125,11 +131,16 @@ class SimulatorNode(KhrNode):
 
     def close(self) -> None:
         """Release the physics."""
-        self.plant.world.close()
+        self.plant.close()
 
     # ---- the course of a run ----
 
     def _restart(self) -> None:
+        if self.begin():
+            self.plant.close()
+            self.plant = Plant(self.parameters)
+            self._period_ns = round(self.parameters.control_period * 1e9)
+            self._set_metronome()
         self._barrier: Barrier[Answer] = Barrier(self._sources)
         self._barrier.open(0)
         self.now_ns = 0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,15 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import Float64MultiArray, String
 
-from khr_bringup.scenario import shipped
+from khr_bringup.scenario import find, shipped
+from khr_bringup.strict_yaml import read_file
 from khr_common.block import NodeSpec, Numbers
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
     DIAGNOSTICS,
     PEAKS,
     PUSH,
+    PUSHED,
     ROBOT_DESCRIPTION,
     SPECTRUM,
     STAGE,
@@ -32,7 +35,7 @@ from khr_common.run_identity import check_status
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view import events
-from khr_view.controls import TUNABLES, Control, Tunable, Value
+from khr_view.controls import TUNABLES, WATCHED, Control, Tunable, Value
 from khr_view.guard import SOCKET, TOKEN, inherited, open_door
 from khr_view.nodes.remote import Remote
 from khr_view.nodes.taps import Taps
@@ -69,7 +72,9 @@ class PageNode(KhrNode):
         self._display.add_look()
         self._status, self._traces = Status(), Traces()
         self._signals: dict[Topic, Numbers] = {}
+        self._robot: Robot | None = None
         self._builder: SnapshotBuilder | None = None
+        self._known: dict[str, Any] = {}  # of what is watched, by name
         self._scene: Snapshot | None = None
         self._now = self._count = 0
         self._trouble = ''
@@ -83,10 +88,12 @@ class PageNode(KhrNode):
             (DIAGNOSTICS, self._on_diagnostics),
             (SPECTRUM, self._on_spectrum),
             (PEAKS, self._on_peaks),
-            (PUSH, self._on_push),
+            (PUSHED, self._on_push),
         ):
             self.subscribe(topic, callback)
-        self._remote = Remote(self, TUNABLES, self._on_control, self._on_value, self._on_refusal)
+        self._remote = Remote(
+            self, (*TUNABLES, *WATCHED), self._on_control, self._on_value, self._on_refusal
+        )
         self.create_timer(
             1.0 / p.rate, self._on_frame, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -102,16 +109,16 @@ class PageNode(KhrNode):
     # ---- what the graph says ----
 
     def _on_description(self, message: String) -> None:
-        if self._builder is not None:
+        if self._robot is not None:
             return
         try:
-            robot = Robot(message.data)
+            self._robot = Robot(message.data)
         except KhrError as error:
             self._trouble = str(error)
             return
-        self._builder = SnapshotBuilder(robot, RunParameters())
-        self._display.add_robot(robot)
+        self._display.add_robot(self._robot)
         self._display.let_push()
+        self._rebuild()
 
     def _on_state(self, status: DiagnosticStatus) -> None:
         values = {pair.key: pair.value for pair in status.values}
@@ -145,7 +152,9 @@ class PageNode(KhrNode):
             return
         lines = message.layout.dim[1].size
         frequency, amplitude = message.data[:lines], message.data[lines : 2 * lines]
-        self._display.show_spectrum(spectrum_lines(frequency, amplitude, self._tones, FUNDAMENTAL))
+        self._display.show_spectrum(
+            spectrum_lines(frequency, amplitude, self._tones, self._known.get('fundamental', 0.0))
+        )
 
     def _on_push(self, message: WrenchStamped) -> None:
         force = message.wrench.force
@@ -157,7 +166,18 @@ class PageNode(KhrNode):
         self._panel.add(control)
 
     def _on_value(self, tunable: Tunable, value: Value) -> None:
-        self._panel.show_value(tunable, value)
+        if tunable.group:
+            self._panel.show_value(tunable, value)
+        else:
+            self._known[tunable.name] = value
+            self._rebuild()
+
+    def _rebuild(self) -> None:
+        own = {
+            name: self._known[name] for name in ('surface', 'pad_distance') if name in self._known
+        }
+        if self._robot is not None:
+            self._builder = SnapshotBuilder(self._robot, replace(RunParameters(), **own))
 
     def _on_refusal(self, reason: str) -> None:
         self._trouble = reason
@@ -211,10 +231,19 @@ class PageNode(KhrNode):
             self._remote.pause(event.halt)
         elif isinstance(event, events.Reset):
             self._remote.reset()
+        elif isinstance(event, events.Switch):
+            self._switch(event.scenario)
         elif isinstance(event, events.Pushed) and event.done:
             self._publish_push(event.force)
         elif isinstance(event, events.Pushed) and self._scene is not None:
             self._display.show_push(self._scene, np.array(event.force))
+
+    def _switch(self, scenario: str) -> None:
+        try:
+            path = find(scenario)
+            self._remote.switch(path.stem, read_file(path))
+        except KhrError as error:
+            self._trouble = str(error)
 
     def _publish_push(self, force: tuple[float, float, float]) -> None:
         message = WrenchStamped()
@@ -222,6 +251,3 @@ class PageNode(KhrNode):
         vector = message.wrench.force
         vector.x, vector.y, vector.z = map(float, force)
         self._push.publish(message)
-
-
-FUNDAMENTAL = 4.0 / 2.31

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 from rcl_interfaces.msg import ParameterEvent
+from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.client import Client
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rclpy.parameter_client import AsyncParameterClient
@@ -47,6 +48,7 @@ class Remote:
         self._by_key = {each.key: each for each in tunables}
         self._reset: Client = node.create_client(Trigger, 'simulator/reset')
         self._pause: Client = node.create_client(SetBool, 'simulator/pause')
+        self._switch: Client = node.create_client(SetParametersAtomically, 'khr/switch')
         node.subscribe(PARAMETER_EVENTS, self._on_event)
 
     def discover(self) -> None:
@@ -77,6 +79,23 @@ class Remote:
         """Start the run anew."""
         self._call(self._reset, Trigger.Request())
 
+    def switch(self, name: str, text: str) -> None:
+        """Start the run anew with another scenario, given by name and text."""
+        if not self._switch.service_is_ready():
+            self._refused('scenarios are switched by the command that started the run: it is gone')
+            return
+        values = {'name': name, 'scenario': text}
+        request = SetParametersAtomically.Request(
+            parameters=[
+                Parameter(key, value=each).to_parameter_msg() for key, each in values.items()
+            ]
+        )
+
+        def answered(future: Any) -> None:
+            self._refused(_answer(future).result.reason)
+
+        self._switch.call_async(request).add_done_callback(answered)
+
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
         own = [each for each in self._tunables if each.node == node]
         listing = client.list_parameters()
@@ -101,8 +120,10 @@ class Remote:
     def _on_values(self, tunables: Sequence[Tunable], descriptors: Any, values: Any) -> None:
         for each, descriptor, value in zip(tunables, descriptors, values, strict=True):
             found = control(each, descriptor, parameter_value_to_python(value))
-            if found is not None:
+            if found is not None and each.group:
                 self._found(found)
+            else:
+                self._changed(each, parameter_value_to_python(value))
 
     def _send(self, tunable: Tunable, value: Value) -> None:
         client = self._clients[tunable.node]
@@ -141,7 +162,9 @@ class Remote:
         client.call_async(request).add_done_callback(answered)
 
     def _on_event(self, event: ParameterEvent) -> None:
-        node = event.node.rsplit('/', 1)[-1]
+        namespace, _, node = event.node.rpartition('/')
+        if namespace != self._node.get_namespace().rstrip('/'):
+            return
         for parameter in event.changed_parameters:
             tunable = self._by_key.get((node, parameter.name))
             if tunable is not None and tunable.key not in self._pending:

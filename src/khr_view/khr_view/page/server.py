@@ -49,7 +49,10 @@ def _guarded(door: Door) -> Iterator[None]:
         handler: Any, _host: str, _port: int, *, process_request: Any, **options: Any
     ) -> Any:
         def check(connection: Any, request: Any) -> Any:
-            reason = door.refusal(request.headers, request.path)
+            try:
+                reason = door.refusal(request.headers, request.path)
+            except LookupError:  # as websockets says that a header is there twice
+                reason = 'a header is given twice'
             if reason:
                 return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')
             response = process_request(connection, request)

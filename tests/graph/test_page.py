@@ -1,0 +1,231 @@
+"""The page of a live run, in a real browser that finds no host but this one."""
+
+import io
+import os
+import re
+import signal
+from contextlib import ExitStack
+
+import pytest
+from PIL import Image
+from websockets.exceptions import InvalidStatus
+from websockets.sync.client import connect
+
+from tests.support.browser import browser_page, free_port, row, slider, viewer
+from tests.support.runs import (
+    children,
+    finish,
+    interrupt,
+    joined,
+    khr,
+    start_khr,
+    wait_for,
+    wait_until,
+)
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+
+
+@pytest.fixture(scope='module')
+def viewed(tmp_path_factory):
+    """A standing robot on show, whose bag is looked at when it has ended."""
+    folder, port = tmp_path_factory.mktemp('page') / 'run', free_port()
+    process = start_khr('view', 'stand_0deg', '--no-browser', '--port', port, '--out', folder)
+    process.folder, process.port = folder, port
+    with joined(folder) as node:
+        wait_until(node, seconds=0.0)
+        process.domain = node.context.get_domain_id()
+    yield process
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+
+
+@pytest.fixture(scope='module')
+def page(viewed):
+    with browser_page() as (page, asked):
+        page.asked = asked
+        page.goto(f'http://127.0.0.1:{viewed.port}/')
+        slider(page, 'Ankle gain K_A').wait_for()
+        yield page
+
+
+def test_the_page_asks_nobody_else(page, viewed):
+    page.get_by_text('running').first.wait_for()
+    hosts = {
+        re.match(r'\w+://([^/]*)', url)[1] for url in page.asked if url[:4] in ('http', 'ws:/')
+    }
+    assert hosts == {f'127.0.0.1:{viewed.port}'}
+
+
+def test_keyboard_alone_reaches_every_control(page):
+    controls = [
+        control
+        for role in ('slider', 'checkbox', 'button', 'textbox', 'combobox')
+        for control in page.get_by_role(role).all()
+    ]
+    assert len(controls) > 20
+    for number, control in enumerate(controls):
+        control.evaluate('(each, number) => each.dataset.number = number', number)
+    reached = set()
+    for _ in range(3 * len(controls)):
+        page.keyboard.press('Tab')
+        reached.add(page.evaluate('document.activeElement.dataset.number'))
+    assert reached >= {str(number) for number in range(len(controls))}
+
+
+def test_a_slider_changes_the_parameter_of_the_node(page, viewed):
+    thumb = slider(page, 'Ankle gain K_A')
+    thumb.focus()
+    for _ in range(4):
+        page.keyboard.press('ArrowRight')
+    assert thumb.get_attribute('aria-valuenow') == '14'
+    domain = ('--domain', viewed.domain)
+    wait_for(lambda: gain(domain) == 'gain: 14.0\n', 'the gain')
+    box = thumb.bounding_box()
+    page.mouse.move(box['x'] + box['width'] / 2, box['y'] + box['height'] / 2)
+    page.mouse.down()
+    page.mouse.move(box['x'] + 40, box['y'] + box['height'] / 2, steps=8)
+    page.mouse.up()
+    dragged = float(thumb.get_attribute('aria-valuenow'))
+    assert dragged > 20.0
+    wait_for(lambda: gain(domain) == f'gain: {dragged}\n', 'the new gain')
+
+
+def gain(domain):
+    return khr('get', 'ankle_controller', 'gain', *domain).out
+
+
+def test_a_change_from_elsewhere_moves_the_slider_and_a_refusal_shows_its_reason(page, viewed):
+    assert khr('set', 'hip_controller', 'gain', '20', '--domain', viewed.domain).code == 0
+    wait_for(
+        lambda: (
+            page.wait_for_timeout(50)
+            or slider(page, 'Hip gain K_H').get_attribute('aria-valuenow') == '20'
+        ),
+        'the slider',
+    )
+    row(page, 'Scenario', 'input').locator('input').first.click()
+    page.get_by_role('option', name='stand_tilting_staged').click()
+    page.get_by_role('button', name='Switch').click()
+    page.get_by_text('needs stage, which the graph does not run').wait_for()
+
+
+def test_a_push_by_button_moves_the_robot_and_pause_halts_it(page, viewed):
+    page.get_by_role('button', name='Pause').click()
+    page.get_by_text('paused').first.wait_for()
+    page.get_by_role('button', name='Push', exact=True).click()
+    page.get_by_role('button', name='Go on').click()
+    page.get_by_text('running').first.wait_for()
+    page.get_by_role('button', name='Reset to time 0').click()
+    page.get_by_text('running').first.wait_for()
+
+
+def test_a_phone_shows_robot_and_controls_without_overlap(page, viewed):
+    phone = page.context.browser.new_page(viewport={'width': 390, 'height': 800})
+    phone.goto(f'http://127.0.0.1:{viewed.port}/')
+    phone.get_by_role('button', name='Pause').wait_for()
+    top = phone.get_by_text('khr', exact=True).first.bounding_box()['y']
+    assert top > 0.35 * 800
+    wait_for(lambda: torso_above(phone, top) > 50, 'the torso above the controls')
+    phone.get_by_role('button', name='Push', exact=True).scroll_into_view_if_needed()
+    assert phone.evaluate('document.documentElement.scrollWidth') <= 390
+    phone.close()
+
+
+def torso_above(page, bottom):
+    """Count the pixels of the torso's blue above a height of the page."""
+    picture = Image.open(io.BytesIO(page.screenshot())).convert('RGB')
+    upper = picture.crop((0, 0, picture.width, int(bottom)))
+    colors = upper.getcolors(upper.width * upper.height)
+    return sum(count for count, color in colors if is_torso(*color))
+
+
+def is_torso(red, green, blue):
+    return blue > 90 and blue > 2 * red and blue > 1.6 * green
+
+
+@pytest.mark.parametrize(
+    ('origin', 'host'),
+    [
+        ('http://evil.example', None),
+        ('http://evil.example:{port}', None),
+        (None, None),
+        ('http://evil.example:{port}', 'evil.example:{port}'),
+    ],
+)
+def test_a_foreign_page_cannot_open_the_socket(viewed, origin, host):
+    headers = {'Host': host.format(port=viewed.port)} if host else {}
+    with (
+        pytest.raises(InvalidStatus) as refused,
+        connect(
+            f'ws://127.0.0.1:{viewed.port}',
+            origin=origin.format(port=viewed.port) if origin else None,
+            additional_headers=headers,
+            subprotocols=['viser-v1.1.1'],
+        ),
+    ):
+        pass
+    assert refused.value.response.status_code == 403
+
+
+def test_a_taken_port_is_one_line(viewed, tmp_path):
+    done = khr('view', 'stand_0deg', '--port', viewed.port, '--out', tmp_path / 'run')
+    assert done.code == 2
+    assert f'--port: {viewed.port} on 127.0.0.1' in done.err.splitlines()[-1]
+    assert 'Traceback' not in done.err
+
+
+def test_all_that_was_done_is_in_the_bags(viewed):
+    """Last in the module: it ends the run."""
+    ended = interrupt(viewed, signal.SIGINT)
+    assert ended.code == 0, ended.err
+    bag = ended.bag()
+    gains = [
+        each.value.double_value
+        for _, event in bag['/parameter_events']
+        for each in event.changed_parameters
+        if event.node == '/ankle_controller' and each.name == 'gain'
+    ]
+    assert 14.0 in gains
+    ((_, push),) = bag['/simulator/push']
+    assert push.wrench.force.x == 5.0
+    pushed = push.header.stamp.sec + push.header.stamp.nanosec / 1e9
+    rates = [
+        (time / 1e9, message.angular_velocity.y) for time, message in bag['/ground_truth/imu']
+    ]
+    before = max(abs(rate) for time, rate in rates if pushed - 0.5 < time <= pushed)
+    after = max(abs(rate) for time, rate in rates if pushed < time < pushed + 0.3)
+    assert after > 10 * before
+    assert (viewed.folder / 'bag_2').is_dir(), 'the reset began another bag'
+
+
+@pytest.mark.parametrize('viewers', [0, 3])
+def test_viewers_change_nothing_of_a_run(in_background, tmp_path, viewers):
+    """One of three stops reading, and at the end its page does, too."""
+    folder, scenario = tmp_path / 'run', ('walk_6.99deg_ka12', '--duration', 5)
+    process = in_background('run', *scenario, '--view', '--out', folder)
+    alone = khr('run', *scenario, '--offline', '--out', tmp_path / 'alone')
+    line = wait_for(
+        lambda: re.search(r'page: http://127.0.0.1:(\d+)/', process.stderr.readline()), 'address'
+    )
+    port = int(line[1])
+    with ExitStack() as stack:
+        looking = [
+            stack.enter_context(viewer(port, reads=number < 2)) for number in range(viewers)
+        ]
+        if viewers:
+            wait_for(lambda: sum(looking[0]) > 10_000, 'pictures')
+            os.kill(children(process)['page'].pid, signal.SIGSTOP)
+        ended = finish(process, folder)
+    assert ended.hash == alone.hash
+
+
+def test_a_page_that_dies_leaves_the_run(in_background, tmp_path):
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', '--duration', 6, '--view', '--out', folder)
+    wait_for(lambda: 'page' in children(process), 'the page')
+    children(process)['page'].kill()
+    ended = finish(process, folder)
+    assert ended.code == 0, ended.err
+    assert 'page was killed by SIGKILL' in ended.err

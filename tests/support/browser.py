@@ -1,0 +1,80 @@
+"""A real browser without a screen, which finds no other host, and viewers without a browser."""
+
+import shutil
+import socket
+import threading
+from contextlib import contextmanager, suppress
+
+import msgspec
+import pytest
+import viser
+from playwright.sync_api import sync_playwright
+from viser._messages import ViewerCameraMessage
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
+ARGUMENTS = [
+    '--no-sandbox',
+    '--enable-unsafe-swiftshader',
+    '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1',
+]
+PATIENCE = 60_000  # ms: it draws in software
+
+
+@contextmanager
+def browser_page(width=1400, height=850):
+    """Yield a page, and the addresses of all that it asks the network for."""
+    if CHROMIUM is None:
+        pytest.skip('no Chromium on this machine: apt-get install chromium')
+    with sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
+        page = browser.new_page(viewport={'width': width, 'height': height})
+        page.set_default_timeout(PATIENCE)
+        asked = []
+        page.on('request', lambda request: asked.append(request.url))
+        page.on('websocket', lambda opened: asked.append(opened.url))
+        yield page, asked
+        browser.close()
+
+
+def slider(page, label):
+    """Return the thumb of a slider, by the label before it."""
+    return row(page, label, '*[@role="slider"]').get_by_role('slider')
+
+
+def row(page, label, holds):
+    """Return the row of a control: what holds its label and one of these elements."""
+    return page.locator(f'xpath=//label[.="{label}"]/ancestor::*[.//{holds}][1]')
+
+
+def free_port():
+    with socket.socket() as probe:
+        probe.bind(('127.0.0.1', 0))
+        return probe.getsockname()[1]
+
+
+@contextmanager
+def viewer(port, reads=True):
+    """Look at a page as a browser does, and read what it sends, or nothing at all any more."""
+    camera = ViewerCameraMessage(
+        (1.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0, 0.1, 10.0, 600, 800, (0.0,) * 3, (0, 0, 1)
+    )
+    got = []
+
+    def read(connection):
+        with suppress(ConnectionClosed):
+            for message in connection:
+                got.append(len(message))
+
+    with connect(
+        f'ws://127.0.0.1:{port}',
+        origin=f'http://127.0.0.1:{port}',
+        subprotocols=[f'viser-v{viser.__version__}'],
+        max_size=None,
+        close_timeout=0.5,
+    ) as connection:
+        connection.send(msgspec.msgpack.encode(camera.as_serializable_dict([])))
+        if reads:
+            threading.Thread(target=read, args=(connection,), daemon=True).start()
+        yield got

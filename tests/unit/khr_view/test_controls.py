@@ -1,0 +1,67 @@
+"""Controls follow their descriptors; requests neither pile up nor fight the reader's hand."""
+
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_bringup.node_registry import table_of
+from khr_common.nodes.node import _descriptor
+from khr_common.parameters import specifications
+from khr_view.controls import TUNABLES, WATCHED, Pending, Tunable, control
+
+
+@pytest.mark.parametrize('tunable', TUNABLES, ids=lambda each: f'{each.node}.{each.name}')
+def test_range_unit_and_meaning_are_the_table_s(tunable):
+    specification = specifications(table_of(tunable.node))[tunable.name]
+    found = control(tunable, _descriptor(specification), specification.default)
+    assert found.value == specification.default
+    assert specification.description in found.hint and specification.accepted in found.hint
+    assert found.unit == specification.unit
+    if specification.kind is bool:
+        assert found.minimum is found.maximum is None
+    else:
+        assert found.minimum == specification.minimum
+        assert found.maximum == min(specification.maximum, tunable.most)
+
+
+def test_what_is_watched_exists():
+    for watched in WATCHED:
+        assert watched.name in specifications(table_of(watched.node))
+
+
+def test_a_slider_reaches_the_value_that_is_there():
+    tunable = next(each for each in TUNABLES if each.name == 'pace')
+    specification = specifications(table_of('simulator'))['pace']
+    assert control(tunable, _descriptor(specification), 50.0).maximum == 50.0
+
+
+def test_what_is_fixed_or_no_number_has_no_control():
+    fixed = SimpleNamespace(
+        read_only=True, description='', additional_constraints='', floating_point_range=[]
+    )
+    assert control(Tunable('', 'n', 'p', ''), fixed, 1.0) is None
+    free = SimpleNamespace(**{**vars(fixed), 'read_only': False})
+    assert control(Tunable('', 'n', 'p', ''), free, 'text') is None
+    assert control(Tunable('', 'n', 'p', ''), free, 1.0) is None
+
+
+@given(st.lists(st.one_of(st.floats(0, 1), st.sampled_from(['send', 'answer'])), max_size=40))
+def test_the_newest_value_always_arrives_and_one_request_is_under_way_at_a_time(steps):
+    pending, key = Pending(), ('node', 'name')
+    under_way, asked, arrived = False, None, None
+    for step in [*steps, 'answer', 'send', 'answer']:
+        if step == 'send':
+            due = pending.due()
+            assert not (due and under_way)
+            if due:
+                under_way, arrived = True, due[key]
+        elif step == 'answer':
+            pending.answered(key)
+            under_way = False
+        else:
+            asked = step
+            pending.ask(key, step)
+    assert arrived == asked
+    assert key not in pending

@@ -1,0 +1,67 @@
+"""The time of a recording."""
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_view.events import Play, Seek, Speed, Step
+from khr_view.playback import Player, side_by_side
+from khr_view.status import Status
+
+SECONDS = st.floats(-100.0, 100.0, allow_nan=False)
+EVENTS = st.one_of(
+    st.builds(Play, st.booleans()),
+    st.builds(Seek, SECONDS),
+    st.builds(Step, st.integers(-5, 5)),
+    st.builds(Speed, st.floats(0.01, 10.0)),
+)
+
+
+@given(st.lists(st.one_of(EVENTS, st.floats(0.0, 10.0)), max_size=30))
+def test_the_time_stays_within_the_run(steps):
+    player = Player(end=20.0, period=0.015)
+    for step in steps:
+        if isinstance(step, float):
+            player.advance(step)
+        else:
+            player.take(step)
+        assert 0.0 <= player.now <= 20.0
+
+
+def test_it_plays_at_its_speed_stops_at_the_end_and_begins_again():
+    player = Player(end=2.0, period=0.5)
+    player.take(Speed(0.5))
+    player.advance(1.0)
+    assert player.now == 0.5 and player.playing
+    player.advance(10.0)
+    assert player.now == 2.0 and not player.playing
+    player.take(Play(True))
+    assert player.now == 0.0 and player.playing
+
+
+def test_a_step_halts_it_and_goes_one_period():
+    player = Player(end=2.0, period=0.5, now=1.0)
+    player.take(Step(-1))
+    assert player.now == 0.5 and not player.playing
+    player.advance(1.0)
+    assert player.now == 0.5
+
+
+def test_rows_of_two_runs_stand_side_by_side():
+    assert side_by_side([{'a': '1', 'b': '2'}, {'b': '3', 'c': '4'}]) == [
+        ('a', '1', ''),
+        ('b', '2', '3'),
+        ('c', '', '4'),
+    ]
+
+
+def test_status_shows_what_is_there():
+    status = Status()
+    assert dict(status.rows(1.0)) == {'time': '1.00 s', 'verdict': 'not yet'}
+    status.monitor('slipped', {'slip_distance_m': '0.0123', 'real_time_factor': '2.00'})
+    status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
+    status.stage = 2
+    rows = dict(status.rows(1.0))
+    assert rows['slip'] == '12.3 mm' and rows['stage'] == '2'
+    assert rows['late'] == '3 periods, 1 corrections'
+    status.simulator({'sync': 'lockstep'})
+    assert 'late' not in dict(status.rows(1.0))
