@@ -60,7 +60,7 @@ class Player:
             self.playing = self.now < self.end
 
 
-class Comparison:
+class SideBySide:
     """The traces of one run, or the first curve of each chart of several, at one time."""
 
     def __init__(self, runs: Sequence[RecordedRun]) -> None:
@@ -118,7 +118,7 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
 
     runs = [RecordedRun(path) for path in paths]
     player = Player(max(run.end for run in runs), min(run.period for run in runs))
-    comparison = Comparison(runs)
+    comparison = SideBySide(runs)
     display = Display(door(), comparison.charts)
     for number, run in enumerate(runs):
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0))

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from khr_common.errors import KhrError
 from khr_common.parameters import check
-
-if TYPE_CHECKING:
-    from khr_common.nodes.node import KhrNode
 
 HELD = 60.0  # s of wall time; who prepares a run and then falls silent prepares none
 
@@ -22,10 +21,18 @@ class NextRun:
 
     The service ``~/prepare`` takes them; parameters that it is not given stay as they are, and
     without any it forgets those that are held.
+
+    Args:
+        node: whose parameters they are.
+        table: of the node's parameters.
+        check_all: called with what a request changes; it raises KhrError unless the node could
+            run with it.
     """
 
-    def __init__(self, node: KhrNode) -> None:
-        self._node = node
+    def __init__(
+        self, node: Node, table: type[Any], check_all: Callable[[dict[str, Any]], None]
+    ) -> None:
+        self._node, self._table, self._check_all = node, table, check_all
         self._held: dict[str, Any] = {}
         self._since = 0.0
         node.create_service(SetParametersAtomically, '~/prepare', self._on_prepare)
@@ -51,8 +58,8 @@ class NextRun:
         given = {each.name: _plain(each.value) for each in request.parameters}
         response.result.successful = True
         try:
-            values = {name: check(self._node.table, name, value) for name, value in given.items()}
-            self._node.check_next(self._node.with_changes(values))
+            values = {name: check(self._table, name, value) for name, value in given.items()}
+            self._check_all(values)
         except KhrError as error:
             response.result.successful, response.result.reason = False, str(error)
         else:

@@ -95,7 +95,10 @@ class KhrNode(Node):  # type: ignore[misc]
         self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
-        self._next, self._beginning = NextRun(self), False
+        self._next = NextRun(
+            self, self.table, lambda values: self.check_next(self.with_changes(values))
+        )
+        self._beginning = False
 
     def configure(self, parameters: Any) -> None:
         """Take changed parameters; a core acts on them from the next control period."""
