@@ -9,7 +9,7 @@ from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
 
-from khr_bringup.node_registry import registry, spec_of
+from khr_bringup.node_registry import OWN, registry, spec_of
 from khr_bringup.scenario import Scenario
 from khr_sim import engines
 from khr_sim.run_parameters import RunParameters
@@ -79,7 +79,7 @@ def version_of(scenario: Scenario) -> str:
 
 def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
     """Return the packages of nodes that are not this project's, whose cores decide a run too."""
-    own = {package for package, _ in SOURCES}
+    own = {*OWN, *(package for package, _ in SOURCES)}
     return tuple(sorted({spec_of(node).package for node in nodes} - own))
 
 
