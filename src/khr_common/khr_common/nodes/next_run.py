@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 import time
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from khr_common.errors import KhrError
 from khr_common.parameters import check
-
-if TYPE_CHECKING:
-    from khr_common.nodes.node import KhrNode
 
 HELD = 60.0  # s of wall time; who prepares a run and then falls silent prepares none
 
@@ -22,9 +19,12 @@ class NextRun:
 
     The service ``~/prepare`` takes them; parameters that it is not given stay as they are, and
     without any it forgets those that are held.
+
+    Args:
+        node: a :class:`~khr_common.nodes.node.KhrNode`.
     """
 
-    def __init__(self, node: KhrNode) -> None:
+    def __init__(self, node: Any) -> None:
         self._node = node
         self._held: dict[str, Any] = {}
         self._since = 0.0
