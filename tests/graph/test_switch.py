@@ -27,7 +27,7 @@ def other(request, tmp_path):
     scenario = load('lift_7.6deg_ka12').changed(
         {('simulator', 'control_period'): 0.02, ('simulator', 'duration'): 3.0}
     )
-    file.write_text(scenario.to_yaml('/**/'))
+    file.write_text(scenario.to_yaml())
     return file
 
 

@@ -60,7 +60,7 @@ class Player:
             self.playing = self.now < self.end
 
 
-class SideBySide:
+class PlayedRuns:
     """The traces of one run, or the first curve of each chart of several, at one time."""
 
     def __init__(self, runs: Sequence[RecordedRun]) -> None:
@@ -118,8 +118,8 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
 
     runs = [RecordedRun(path) for path in paths]
     player = Player(max(run.end for run in runs), min(run.period for run in runs))
-    comparison = SideBySide(runs)
-    display = Display(door(), comparison.charts)
+    played = PlayedRuns(runs)
+    display = Display(door(), played.charts)
     for number, run in enumerate(runs):
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0))
     panel = PlaybackPanel(display.server.gui, display.events.put, player, runs)
@@ -142,10 +142,10 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
         panel.show(player)
         if not display.readers or (player.now == shown and count % CHARTS_EVERY):
             continue
-        shown = comparison.now = player.now
+        shown = played.now = player.now
         display.show_scenes([run.snapshot(player.now) for run in runs])
         if count % CHARTS_EVERY == 0:
-            display.show_traces(comparison)
+            display.show_traces(played)
             lines = runs[0].spectrum(player.now)
             if lines is not None:
                 display.show_spectrum(lines)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from khr_view.controls import Control, Tunable, Value
+from khr_view.controls import TUNABLES, Control, Tunable, Value
 from khr_view.events import Changed, Pause, Pushed, Reset, Switch
 
 Tell = Callable[[object], None]
@@ -81,8 +81,11 @@ class LivePanel:
             handle.value = value
 
     def _make(self, control: Control) -> Any:
+        order = TUNABLES.index(control.tunable)  # nodes answer in any order
         if control.minimum is None or control.maximum is None:
-            return self._gui.add_checkbox(control.label, bool(control.value), hint=control.hint)
+            return self._gui.add_checkbox(
+                control.label, bool(control.value), hint=control.hint, order=order
+            )
         return self._gui.add_slider(
             control.label,
             control.minimum,
@@ -90,6 +93,7 @@ class LivePanel:
             control.tunable.step,
             float(control.value),
             hint=control.hint,
+            order=order,
         )
 
     def _add_push(self) -> None:

@@ -155,6 +155,7 @@ class RobotView:
             return
         if self._trail and float(np.linalg.norm(way - self._trail[-1])) > 20 * STEP:
             self._trail.clear()  # a new run
+            self._path.points = np.zeros((1, 2, 3), dtype=np.float32)
         self._trail.append(way)
         del self._trail[:-LONGEST_PATH]
         if len(self._trail) > 1:
