@@ -22,7 +22,7 @@ class AnkleControllerParameters(BalanceParameters):
         choices=('gyro', 'force'),
     )
     force_scale: float = parameter(
-        0.00198,
+        0.0024,
         'Output of the force sensors per newton, a calibrated constant (see the law).',
         unit='V/N',
         minimum=0.0,
@@ -35,7 +35,7 @@ class AnkleController(BalanceController[AnkleControllerParameters]):
 
     The force sensors' scale is not published. Statically, on a rigid robot, (3.7) and (3.13)
     give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without and
-    7.6 deg with K_A = 12 then say 0.00098 V/N. The default is fitted to the same row on the
+    7.6 deg with K_A = 12 then say 0.00098 V/N. The default is fitted to the limits of the
     simulated robot, which falls when it sets the other foot down, not while it rests on one.
     """
 

@@ -14,10 +14,9 @@ class GaitParameters:
     The maker's slow walk has these figures: timing, stride 56 mm, lift 18 to 22 mm, centre of
     mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
     and 24 to 31 mm at touchdown, hips 118 mm above the ankles, torso pitched -2 to 7 deg.
-    The paths between them are ours. Fitted, with the servos as they are by default:
-    ``com_lifted``, within its range, the furthest ahead with which the robot walks downhill at
-    5.55 deg without control and at 7.68 deg with K_A = 12; ``com_stance``, so that on its pads it
-    lifts a leg up to 6.4 deg. Assumed:
+    The paths between them are ours. Fitted, together with constants of servos, ground and
+    controllers (docs/calibration.md): the places of the centre of mass, in the walk within the
+    maker's range. Assumed:
     ``heel_off`` and the arms; the hips are 3 mm lower, or the rear leg is too short.
     """
 
@@ -57,14 +56,14 @@ class GaitParameters:
     )
 
     com_stance: float = parameter(
-        -0.0049,
+        -0.0053,
         "Centre of mass ahead of the soles' centres in the stance.",
         unit='m',
         minimum=-0.05,
         maximum=0.05,
     )
     com_lifted: float = parameter(
-        0.0135,
+        0.0128,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.',
         unit='m',
@@ -72,7 +71,7 @@ class GaitParameters:
         maximum=0.05,
     )
     com_touchdown: float = parameter(
-        0.030,
+        0.0285,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot touches down.",
         unit='m',
         minimum=-0.05,

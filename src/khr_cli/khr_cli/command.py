@@ -325,6 +325,9 @@ def critical(
     surface: Annotated[
         str, typer.Option(help='Surface of a walk: smooth, rubber or pads.')
     ] = 'smooth',
+    uphill: Annotated[
+        bool, typer.Option('--uphill', help='Face uphill: where does it fall backward?')
+    ] = False,
     seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
     tolerance: Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')] = 0.1,
     jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
@@ -338,7 +341,7 @@ def critical(
     changes = tuple(scenarios.changes_of(set_ or []).items())
     print(
         report(
-            Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes),
+            Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill),
             seeds,
             tolerance,
             jobs,

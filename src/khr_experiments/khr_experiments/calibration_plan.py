@@ -151,11 +151,13 @@ class CalibrationPlan:
     Attributes:
         constants: by name.
         limits, walks: the rows, those that tell bad candidates first.
+        placed: candidates placed by hand, which are measured first; each states every constant.
     """
 
     constants: dict[str, FreeConstant]
     limits: tuple[WantedLimit, ...]
     walks: tuple[WantedWalk, ...] = ()
+    placed: tuple[dict[str, float], ...] = ()
 
     @property
     def fitted(self) -> tuple[WantedLimit, ...]:
@@ -202,6 +204,12 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
         ) from error
     if not plan.constants or not plan.fitted:
         raise ExperimentError(f'{path}: accepted: at least one constant and one fitted limit')
+    for number, candidate in enumerate(plan.placed):
+        if set(candidate) != set(plan.constants):
+            raise ExperimentError(
+                f'{path}: placed.{number}: {", ".join(candidate)} are not accepted; '
+                f'accepted: {", ".join(plan.constants)}'
+            )
     for name, constant in plan.constants.items():
         _check_constant(f'{path}: {name}', constant)
     return plan

@@ -13,6 +13,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -30,6 +31,7 @@ from khr_sweeps.cluster import compute, connected
 HOPELESS = 12.0  # cost above which a candidate of the first generation is given up
 ELITE = 4  # later the cost of the last of the best quarter of the generation before
 SPREAD = 0.25  # of the first generation, in shares of the ranges
+CLOSE = 0.06  # the same, if the search begins at a candidate that was chosen
 
 
 @dataclass(frozen=True)
@@ -42,8 +44,9 @@ class Search:
         seed: of the optimiser.
         seeds: of each measurement.
         population: candidates of a generation.
-        candidates: how many at least.
-        start: constants around which the search begins; those of the defaults if left out.
+        candidates: how many at least, those placed by hand among them.
+        start: constants around which the search begins, unless the plan places candidates: then
+            it begins at the best of them.
         spread: of the first generation, in shares of the ranges.
     """
 
@@ -164,35 +167,53 @@ def search(
     book = Journal(journal, search.head)
     began, hopeless = monotonic(), HOPELESS
     with connected(workers, scheduler) as client:
-        for number, (optimiser, shares, wanted) in enumerate(_generations(search)):
+
+        def measure(
+            name: str, wanted: Sequence[dict[str, float]], limit: float
+        ) -> list[Candidate]:
             settings: Changes = ((('simulator', 'engine'), search.engine),)
-            tasks = {
-                str(index): Task(search.plan, constants, settings, search.seeds, hopeless)
+            tasks = (
+                (f'{name}-{index}', Task(search.plan, constants, settings, search.seeds, limit))
                 for index, constants in enumerate(wanted)
                 if book.find(constants) is None
-            }
-            keyed = ((f'{number}-{index}-{hopeless}', task) for index, task in tasks.items())
-            for batch in compute(client, measure_robot, keyed):
+            )
+            for batch in compute(client, measure_robot, tasks):
                 for _, robot in batch:
                     if robot is not None:
                         book.add(robot)
-            robots = [book.find(constants) for constants in wanted]
-            costs = [robot.cost if robot else 1e3 for robot in robots]
+            found = [book.find(constants) for constants in wanted]
+            return [
+                robot or _lost(constants) for robot, constants in zip(found, wanted, strict=True)
+            ]
+
+        placed = measure('placed', search.plan.placed, inf)
+        start = min(placed, key=lambda robot: robot.cost).constants if placed else search.start
+        for number, (optimiser, shares, wanted) in enumerate(_generations(search, start)):
+            known = len(book.robots)
+            robots = measure(f'{number}', wanted, hopeless)
+            costs = [robot.cost for robot in robots]
             optimiser.tell(shares, costs)
             hopeless = min(HOPELESS, sorted(costs)[len(costs) // ELITE])
-            if tasks:
+            if len(book.robots) > known:
                 _say(number, optimiser, book.robots, monotonic() - began)
     return book.robots
 
 
-def _generations(search: Search) -> Iterator[tuple[Any, list[Any], list[dict[str, float]]]]:
+def _lost(constants: dict[str, float]) -> Candidate:
+    """Return a candidate whose workers died again and again."""
+    return Candidate(constants, cost=1e3)
+
+
+def _generations(
+    search: Search, begin: dict[str, float]
+) -> Iterator[tuple[Any, list[Any], list[dict[str, float]]]]:
     """Yield optimiser, shares and constants of each generation; restart a search that is done."""
     with warnings.catch_warnings(), suppress(ImportError):
         warnings.simplefilter('ignore')
         import cma
-    plan, asked, restart = search.plan, 0, 0
+    plan, asked, restart = search.plan, len(search.plan.placed), 0
     start = [
-        float(np.clip(constant.share(search.start.get(name, constant.default)), 0.02, 0.98))
+        float(np.clip(constant.share(begin.get(name, constant.default)), 0.02, 0.98))
         for name, constant in plan.constants.items()
     ]
     while asked < search.candidates:

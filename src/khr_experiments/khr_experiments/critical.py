@@ -47,6 +47,7 @@ class Condition:
         surface: of the ground under a walk; a leg lift is always on the pads.
         ankle_gain, hip_gain: K_A and K_H in units of the board; 0 is no control.
         changes: further parameters by (node, key).
+        uphill: whether the robot faces uphill, where it falls backward.
     """
 
     motion: str = 'walk'
@@ -54,15 +55,17 @@ class Condition:
     hip_gain: float = 0.0
     surface: str = 'smooth'
     changes: Changes = ()
+    uphill: bool = False
 
     @property
     def title(self) -> str:
         """Name the condition."""
         words = ['stand' if self.motion == 'leg_lift' else self.motion]
+        words += ['uphill'] if self.uphill else []
         words += [self.surface] if self.surface == 'rubber' else []
         words += [f'K_A {self.ankle_gain:g}'] if self.ankle_gain else []
         words += [f'K_H {self.hip_gain:g}'] if self.hip_gain else []
-        return ', '.join(words if len(words) > 1 else [*words, 'no control'])
+        return ', '.join(words if self.ankle_gain or self.hip_gain else [*words, 'no control'])
 
     def scenario(self, inclination_deg: float, seed: int | None = None) -> Scenario:
         """Return the scenario at an inclination; without a seed the posture has no error.
@@ -72,7 +75,9 @@ class Condition:
         """
         standing = self.motion == 'leg_lift'
         changes: dict[tuple[str, str], object] = {
-            ('simulator', 'inclination_deg'): float(inclination_deg),
+            ('simulator', 'inclination_deg'): float(
+                -inclination_deg if self.uphill else inclination_deg
+            ),
             ('simulator', 'surface'): 'pads' if standing else self.surface,
             ('gait', 'motion'): self.motion,
             ('ankle_controller', 'source'): 'force' if standing else 'gyro',

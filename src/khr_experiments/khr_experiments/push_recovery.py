@@ -18,16 +18,18 @@ from numpy.typing import NDArray
 
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.push import Direction, capture_force
+from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
+from khr_common.interfaces import ANKLE_CORRECTION, GYRO
 from khr_common.rotation import matrix
 from khr_experiments.errors import ExperimentError
 from khr_sim.contact import corners
 from khr_sim.gyro_circuit.circuit import KRG4
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.plant import Plant
+from khr_sim.plant import Plant, mix
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
@@ -35,7 +37,8 @@ from khr_sim.truth import Truth
 Array = NDArray[np.float64]
 Changes = tuple[tuple[tuple[str, str], object], ...]
 
-START = 0.3  # s, start of the push: the robot is at rest except for a sway of 0.1 deg/s
+START = 1.05  # s, start of the push: the robot has come to rest, leant as its controller leans it
+AT_REST = {GYRO: (0.0, 0.0, 0.0)}
 WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
 LEAST = 0.05  # N; below this the limit is reported as 0
@@ -147,16 +150,28 @@ def _robot() -> Robot:
 
 
 def stance(scenario: Scenario | None = None) -> Stance:
-    """Measure the stance at the start of a scenario, by default that of a condition."""
+    """Measure the stance in a scenario, by default that of a condition without control.
+
+    A gyro controller whose reference has an offset leans the robot at rest.
+    """
     own = scenario or PushCondition().base()
-    return _stance(own.table(GaitParameters), own.table(RunParameters))
+    return _stance(
+        own.table(GaitParameters), own.table(RunParameters), own.table(AnkleControllerParameters)
+    )
 
 
 @functools.cache
-def _stance(gait: GaitParameters, simulator: RunParameters) -> Stance:
+def _stance(
+    gait: GaitParameters, simulator: RunParameters, ankle: AnkleControllerParameters
+) -> Stance:
+    posture = Gait(gait).reference(0.0)
+    if ankle.source == 'gyro':
+        (angles,) = AnkleController(replace(ankle, staged=False)).update(0.0, AT_REST)
+        lean = dict(zip(ANKLE_CORRECTION.names, angles, strict=True))
+        posture = tuple(mix(posture, [lean]))
     plant = Plant(simulator)
     try:
-        truth = plant.start(Gait(gait).reference(0.0))
+        truth = plant.start(posture)
     finally:
         plant.world.close()
     robot = _robot()

@@ -29,7 +29,7 @@ def correlation_picture(plan: CalibrationPlan, found: Ensemble) -> Figure:
         names, matrix = correlations(plan, found)
         figure = Figure(figsize=(WIDTH, 0.85 * WIDTH), layout='constrained')
         axis = figure.subplots()
-        image = axis.imshow(matrix, vmin=-1.0, vmax=1.0, cmap='RdBu_r')
+        image = axis.imshow(matrix, vmin=-1.0, vmax=1.0, cmap='RdBu_r', aspect='auto')
         words = [name.replace('_', ' ') for name in names]
         axis.set_xticks(range(len(names)), words, rotation=40, ha='right')
         axis.set_yticks(range(len(names)), words)

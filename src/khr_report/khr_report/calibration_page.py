@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import os
 from dataclasses import dataclass
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from khr_balance.board_units import GYRO_SENSITIVITY, rate_gain
 from khr_bringup.node_registry import table_of
 from khr_common import RunError, check, specifications
 from khr_common.files import write_text
 from khr_experiments.calibration import CONSTANTS, Calibration, Constant, default, parameter_file
 from khr_experiments.calibration_objective import Candidate
 from khr_experiments.calibration_plan import SHIPPED_PLAN, FreeConstant, WantedLimit, read_plan
-from khr_experiments.calibration_search import SPREAD, Search, best_of, search
+from khr_experiments.calibration_search import CLOSE, SPREAD, Search, best_of, search
 from khr_experiments.critical import LARGEST_JOBS
-from khr_experiments.ensemble import OPEN, Determined, determined, ensemble, gains
+from khr_experiments.ensemble import LEAST, OPEN, Determined, Ensemble, determined, ensemble, gains
 from khr_experiments.ensemble_file import write_ensemble
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import write_json
@@ -33,10 +35,10 @@ The free constants of the simulated robot, {count} of them, are searched togethe
 scenarios. The other results of the thesis are predictions; the [scoreboard](scoreboard.md) marks
 which is which.
 
-The search (engine {engine}, seed {seed}, {seeds} seeds per measurement) measured {candidates}
-candidates in {runs} runs; {complete} of them on every row, the others were given up as hopeless.
-{fitting} fit every row within {tolerances:.2g} times its tolerance; the {members} most diverse of
-them are the ensemble.
+The search (engine {engine}, seed {seed}, seeds of each measurement: {seeds}) measured {candidates}
+candidates in {runs} runs, {placed} of them placed by hand; {complete} on every row without a fall on
+level ground, the others were given up. {fitting} of them fit every limit within {tolerances:.2g}
+times its tolerance; the {members} most diverse of these are the ensemble.{few}
 """
 ROWS_TEXT = """A limit's tolerance is {tolerance:g} deg. *Aim* lies a little above the thesis's
 number where that is the steepest ground on which its robot walked, not a fall. Lowest and highest
@@ -44,6 +46,16 @@ are over the ensemble."""
 CONSTANTS_TEXT = f"""One value for all scenarios. *Taken* is the share of the range searched that
 the middle 80 % of the ensemble takes: a constant that takes more than {OPEN:.0%} is left open by
 the rows."""
+FEW = f"""
+
+**These are fewer than {LEAST} robots, so what they have in common says little of what the rows
+determine.** The same command with more `--candidates` goes on with the search."""
+OFFSET_TEXT = """A rate is zero at rest, so feedback of a rate holds no lean: it only damps. What
+opens the gap here is an offset of the comparator's reference, {offset:g} rad/s or {mv:.0f} mV at the
+gyro: at rest it leans the robot back by the gain times the offset, {low:.1f} deg at K_A 12 and
+{high:.1f} deg at K_A 18, and K_H leans the torso in the same way. The thesis mentions no offset.
+It is a hypothesis, one constant for every scenario with a gyro in its loop, and it says what the
+thesis's gap takes; a measurement of that circuit at rest would decide it."""
 AWAY = 'away'
 OTHERS = """Masses, lengths and inertias of the robot are measured: they come from its CAD models
 and the maker's data. The servo's torque, speed and resolution are the maker's. The most important
@@ -68,6 +80,13 @@ class _Free:
 
     constant: FreeConstant
     found: Determined
+    judged: bool
+
+    @property
+    def rows(self) -> str:
+        if not self.judged:
+            return 'too few robots to say'
+        return 'leave it open' if self.found.is_open else 'determine it'
 
 
 ROW_COLUMNS: Columns[_Row] = {
@@ -86,7 +105,7 @@ FREE_COLUMNS: Columns[_Free] = {
     'in the ensemble': lambda one: f'{one.found.low:g} to {one.found.high:g}',
     'searched': lambda one: '{:g} to {:g}'.format(*one.constant.range),
     'taken': lambda one: f'{one.found.share:.0%}',
-    'rows': lambda one: 'leave it open' if one.found.is_open else 'determine it',
+    'rows': lambda one: one.rows,
     'published or derived': lambda one: _published(one.constant, one.found.best),
     'source': lambda one: one.constant.source,
 }
@@ -134,9 +153,9 @@ class Request:
                 )
         check(table_of('simulator'), 'engine', self.engine)
         plan = read_plan(self.config or SHIPPED_PLAN)
-        start, spread = plan.defaults, SPREAD
+        start, spread = plan.defaults, CLOSE if plan.placed else SPREAD
         if self.start is not None:
-            start, spread = best_of(self.start).constants, SPREAD / 2.0
+            start, spread = best_of(self.start).constants, CLOSE
         return Search(
             plan,
             self.engine,
@@ -199,6 +218,11 @@ def pictures(out: Path) -> tuple[Path, Path]:
     return out.with_name(f'{out.stem}_correlations.png'), out.with_name(f'{out.stem}_frontier.png')
 
 
+def enough(found: Ensemble) -> bool:
+    """Say whether an ensemble is large enough to tell determined constants from open ones."""
+    return len(found.robots) >= LEAST
+
+
 def calibration_markdown(calibration: Calibration) -> str:
     """Return the page of a calibration."""
     return page(calibration, 'calibration')
@@ -207,7 +231,7 @@ def calibration_markdown(calibration: Calibration) -> str:
 def page(calibration: Calibration, stem: str) -> str:
     """Return the page of a calibration whose files have this stem."""
     plan, found = calibration.plan, calibration.found
-    free = [_Free(plan.constants[one.name], one) for one in determined(plan, found)]
+    free = [_Free(plan.constants[one.name], one, enough(found)) for one in determined(plan, found)]
     moved = {parameter for parameter, _ in plan.changes(calibration.best.constants)}
     head = HEAD.format(
         json=f'{stem}.json',
@@ -221,6 +245,8 @@ def page(calibration: Calibration, stem: str) -> str:
         runs=calibration.runs,
         complete=found.complete,
         fitting=found.fitting,
+        placed=len(plan.placed),
+        few='' if enough(found) else FEW,
         tolerances=found.tolerances,
         members=len(found.robots),
     )
@@ -260,7 +286,20 @@ def _frontier(calibration: Calibration, stem: str) -> list[Block]:
     if not gains(calibration.plan):
         return []
     picture = f'![Limit with control against limit without]({stem}_frontier.png)'
-    return [Passage('Frontier', (_gaps(calibration), picture))]
+    return [Passage('Frontier', (_gaps(calibration), picture, *_offset(calibration)))]
+
+
+def _offset(calibration: Calibration) -> list[Block]:
+    """Say what an offset of the reference does, if the plan has one."""
+    offset = calibration.best.constants.get('reference_offset')
+    if offset is None:
+        return []
+    leans = [degrees(-rate_gain(gain) * offset) for gain in (12.0, 18.0)]
+    return [
+        OFFSET_TEXT.format(
+            offset=offset, mv=abs(1e3 * GYRO_SENSITIVITY * offset), low=leans[0], high=leans[1]
+        )
+    ]
 
 
 def _rows(calibration: Calibration) -> list[_Row]:

@@ -14,7 +14,7 @@ from khr_balance.hip import HipController, HipControllerParameters
 from khr_common import build
 from tests.support.signals import corrected
 
-ON = HipControllerParameters(enabled=True, gain=13.0)
+ON = HipControllerParameters(enabled=True, gain=13.0, reference_offset=0.0)
 RATES = st.floats(-5.0, 5.0)
 
 
@@ -47,6 +47,15 @@ def test_at_rest_the_reference_pushes_the_other_way():
     walking = replace(ON, reference_amplitude=0.4)
     assert corrected(HipController(walking), 0.0, rate=0.0) == -corrected(
         HipController(ON), 0.0, rate=0.4
+    )
+
+
+@given(RATES, st.floats(-1.0, 1.0), st.floats(0.1, 3.0))
+def test_offset_of_the_reference_leans_and_a_unit_of_the_gain_scales(rate, offset, unit):
+    own = replace(ON, reference_offset=offset, gain_unit=unit, limit_deg=60.0)
+    expected = 13.0 * unit * 0.00463104 * (rate - offset)
+    assert corrected(HipController(own), 0.0, rate=rate) == pytest.approx(
+        max(-radians(60.0), min(radians(60.0), expected)), rel=1e-6
     )
 
 

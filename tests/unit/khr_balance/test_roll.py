@@ -1,5 +1,6 @@
 """The roll controller: sign, scale, limit, and what it does to a robot that is pushed sideways."""
 
+from dataclasses import replace
 from math import radians
 
 import numpy as np
@@ -28,6 +29,7 @@ def test_opposes_the_roll_in_proportion_and_within_its_limit(rate):
     assert first == second
     assert abs(first) <= radians(ON.limit_deg)
     assert first == pytest.approx(12.0 * 0.00463104 * rate, rel=1e-6)
+    assert corrected(rate, replace(ON, gain_unit=0.5))[0] == 0.5 * first
 
 
 def test_off_is_exactly_zero_and_a_rate_that_is_no_number_is_refused():

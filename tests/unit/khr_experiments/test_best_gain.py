@@ -88,22 +88,24 @@ def test_rubber_is_put_beside_smooth():
         run(x, y, seed, 'fell' if x > limit else 'walked', vibration, slip, FRICTION)
         for x in (4.0, 6.0, 8.0)
         for seed in range(3)
-        for y, limit, vibration, slip in ((0.18, 7.0, 0.1, 0.02), (0.8, 5.0, 0.2, 0.001))
+        for y, limit, vibration, slip in ((SMOOTH, 7.0, 0.1, 0.02), (0.8, 5.0, 0.2, 0.001))
     ]
     found = sole_effect(runs)
     assert found == map_result(runs)
     assert found.inclinations_deg == (4.0, 6.0, 8.0)
-    assert found.smooth[0] == Cell(4.0, 0.18, 3, 3, 0, 0.1, 0.02)
+    assert found.smooth[0] == Cell(4.0, SMOOTH, 3, 3, 0, 0.1, 0.02)
     assert found.rubber[0] == Cell(4.0, 0.8, 3, 3, 0, 0.2, 0.001)
     assert found.rubber[1] == Cell(6.0, 0.8, 3, 0, 0, None, None)
     limits = {limit.friction: limit.deg for limit in found.limits}
-    assert limits == pytest.approx({0.18: 7.0, 0.8: 5.0}, abs=0.2)
+    assert limits == pytest.approx({SMOOTH: 7.0, 0.8: 5.0}, abs=0.2)
     assert found.both_up_to_deg == 4.0
     assert (found.slip_factor, found.vibration_factor) == pytest.approx((0.05, 2.0))
 
 
 def test_soles_that_do_not_slip_have_no_ratio():
-    runs = [run(4.0, y, 0, 'walked', 0.1, slip, FRICTION) for y, slip in ((0.18, 0.0), (0.8, 0.0))]
+    runs = [
+        run(4.0, y, 0, 'walked', 0.1, slip, FRICTION) for y, slip in ((SMOOTH, 0.0), (0.8, 0.0))
+    ]
     found = sole_effect(runs)
     assert (found.slip_factor, found.vibration_factor) == (None, 1.0)
 

@@ -75,6 +75,7 @@ def check_default(name):
         (lambda d: d['limits'][0].update(motion='fly'), 'motion'),
         (lambda d: d['limits'][0].update(speed=1.0), 'speed'),
         (lambda d: d.update(limits=[]), 'at least one'),
+        (lambda d: d.update(placed=[{'com_lifted': 0.01}]), 'placed.0'),
         (lambda d: d.pop('constants'), 'constants'),
     ],
 )
@@ -198,6 +199,16 @@ def test_search_finds_what_the_rows_want_and_keeps_every_candidate(tmp_path, her
     best = best_of(tmp_path / 'journal')
     assert best.cost < 0.05 < robots[0].cost
     assert best.constants['sway'] == pytest.approx(0.025, abs=0.001)
+
+
+def test_candidates_placed_by_hand_are_measured_first_and_the_best_begins_the_search(
+    tmp_path, here
+):
+    ends = [robot(sway=0.012).constants, robot(sway=0.026).constants]
+    placed = replace(SEARCH, plan=replace(PLAN, placed=tuple(ends)), spread=0.01)
+    robots = search(placed, tmp_path / 'journal', 1)
+    assert {str(one.constants) for one in robots[:2]} == {str(one) for one in ends}
+    assert all(abs(one.constants['sway'] - 0.026) < 0.005 for one in robots[2:])
 
 
 def test_search_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path, here):

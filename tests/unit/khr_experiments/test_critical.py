@@ -109,6 +109,13 @@ def test_condition_sets_what_each_node_does():
         assert Condition().scenario(3.0, seed).table(RunParameters).seed == seed
 
 
+def test_condition_uphill_is_the_same_ground_the_other_way():
+    up = Condition('walk', 12.0, uphill=True)
+    assert up.scenario(3.0).table(RunParameters).inclination_deg == -3.0
+    assert up.title == 'walk, uphill, K_A 12'
+    assert Condition(uphill=True).title == 'walk, uphill, no control'
+
+
 def test_walk_of_a_trial_is_the_offline_run():
     condition = Condition(changes=((('simulator', 'duration'), 0.3),))
     assert run(condition, 3.0, 1) == run_offline(condition.scenario(3.0, 1)).outcome

@@ -21,7 +21,7 @@ from khr_sim.servo import (
 )
 
 CARRIED = Robot.load().joint_inertia()
-SMOOTH = SimulatorParameters(servo_friction=0.0)
+SMOOTH = SimulatorParameters(servo_friction=0.0, stiffness_per_stretch=0.235)
 KNEE = JOINTS.index('l_knee')
 ZERO = np.zeros(len(JOINTS))
 FAR = np.full(len(JOINTS), 100.0)
