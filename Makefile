@@ -4,7 +4,7 @@
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 PYTHON ?= python3.11
-SCENARIO ?= config/scenarios/walk_7.68deg_ka12.yaml
+SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/pip --quiet --disable-pip-version-check
