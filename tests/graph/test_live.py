@@ -31,6 +31,8 @@ def run(in_background, tmp_path):
         '--set',
         'ankle_controller.enabled=true',
         '--set',
+        'ankle_controller.reference_offset=0',
+        '--set',
         'gyro.adc=false',
         '--out',
         folder,

@@ -18,6 +18,14 @@ def walked(tmp_path_factory):
     return folder
 
 
+@pytest.fixture(scope='module')
+def fallen(tmp_path_factory):
+    folder = tmp_path_factory.mktemp('playback') / 'fallen'
+    change = 'ankle_controller.enabled=false'
+    assert khr('run', 'walk_8.88deg_ka12', '--set', change, '--out', folder).code == 0
+    return folder
+
+
 @pytest.fixture
 def played():
     """Play runs back, and end with Ctrl-C, well."""
@@ -40,9 +48,9 @@ def shown_time(page):
     return float(page.locator('.khr td').nth(1).inner_text().removesuffix(' s'))
 
 
-def test_it_seeks_steps_and_finds_the_fall(walked, played):
+def test_it_seeks_steps_and_finds_the_fall(fallen, played):
     with browser_page() as (page, _):
-        page.goto(played(walked))
+        page.goto(played(fallen))
         button = page.get_by_role('button', name=re.compile('Pause|Play'))
         button.wait_for()
         if button.inner_text().strip() == 'Pause':
