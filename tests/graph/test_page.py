@@ -5,6 +5,7 @@ import os
 import re
 import signal
 from contextlib import ExitStack
+from math import hypot
 
 import pytest
 from PIL import Image
@@ -13,6 +14,7 @@ from websockets.sync.client import connect
 
 from tests.support.browser import browser_page, free_port, row, slider, viewer
 from tests.support.runs import (
+    Bag,
     children,
     finish,
     interrupt,
@@ -121,6 +123,17 @@ def test_a_push_by_button_moves_the_robot_and_pause_halts_it(page, viewed):
     page.get_by_text('running').first.wait_for()
 
 
+def test_a_drag_of_the_torso_pushes_it(page, viewed):
+    """The bag that holds the push is looked at when the run has ended."""
+    page.mouse.move(712, 385)
+    page.mouse.down()
+    for far in range(8, 104, 8):
+        for _ in range(3):  # the page takes a drag picture by picture
+            page.evaluate('new Promise(requestAnimationFrame)')
+        page.mouse.move(712 + far, 385)
+    page.mouse.up()
+
+
 def test_a_phone_shows_robot_and_controls_without_overlap(page, viewed):
     phone = page.context.browser.new_page(viewport={'width': 390, 'height': 800})
     phone.goto(f'http://127.0.0.1:{viewed.port}/')
@@ -197,7 +210,9 @@ def test_all_that_was_done_is_in_the_bags(viewed):
     before = max(abs(rate) for time, rate in rates if pushed - 0.5 < time <= pushed)
     after = max(abs(rate) for time, rate in rates if pushed < time < pushed + 0.3)
     assert after > 10 * before
-    assert (viewed.folder / 'bag_2').is_dir(), 'the reset began another bag'
+    after_reset = Bag(viewed.folder / 'bag_2')
+    ((_, dragged),) = after_reset['/simulator/push']
+    assert hypot(dragged.wrench.force.x, dragged.wrench.force.y) > 1.0
 
 
 @pytest.mark.parametrize('viewers', [0, 3])
