@@ -93,7 +93,7 @@ class Result:
         return float(self.quantities.get('time_s', 0.0)) / max(self.wall_time, 1e-9)
 
 
-def run(scenario: Scenario, options: Options) -> int:
+def run_scenario(scenario: Scenario, options: Options) -> int:
     """Run a scenario, print its summary, keep its results; return the exit code.
 
     Raises:

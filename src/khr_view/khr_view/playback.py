@@ -135,7 +135,8 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
     while not interrupted:
         time.sleep(1.0 / RATE)
         now = time.monotonic()
-        player.advance(now - before)
+        if display.readers:  # so that the first one sees it from its start
+            player.advance(now - before)
         count, before = count + 1, now
         while not display.events.empty():
             player.take(display.events.get())

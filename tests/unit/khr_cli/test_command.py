@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from khr_bringup import scenario as scenarios
 from khr_cli import command
 
 
@@ -113,13 +114,13 @@ def test_interruption_is_exit_code_130(monkeypatch, capsys):
     def interrupt(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(command.scenarios, 'load', interrupt)
+    monkeypatch.setattr(scenarios, 'load', interrupt)
     code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
     assert (code, out, err) == (130, '', '')
 
 
 def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(command.scenarios, 'load', lambda _: (tmp_path / 'gone').read_text())
+    monkeypatch.setattr(scenarios, 'load', lambda _: (tmp_path / 'gone').read_text())
     code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
     assert (code, out) == (2, '')
     assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"

@@ -1,0 +1,31 @@
+"""Arguments and options that several verbs share."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from khr_bringup import scenario as scenarios
+
+
+def _scenario_names(incomplete: str) -> list[str]:
+    """Complete the name of a scenario that comes with the project."""
+    return [path.stem for path in scenarios.shipped() if path.stem.startswith(incomplete)]
+
+
+ScenarioArgument = typer.Argument(
+    help='A scenario file or name; without one, they are listed.', autocompletion=_scenario_names
+)
+DomainOption = Annotated[
+    int | None, typer.Option('--domain', help='ROS domain of the run (1 to 99).')
+]
+RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]
+OutOption = Annotated[
+    Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
+]

@@ -1,0 +1,133 @@
+"""Verbs that run scenarios, or show what there is to run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from khr_bringup import scenario as scenarios
+from khr_cli.verbs.options import (
+    DomainOption,
+    OutOption,
+    RecordOption,
+    ScenarioArgument,
+    SetOption,
+)
+from khr_common import KhrError
+
+
+def run(
+    scenario: Annotated[str | None, ScenarioArgument] = None,
+    duration: Annotated[
+        float | None, typer.Option(help='Simulated seconds; the length of the motion by default.')
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option('--realtime', help='Run against the wall clock instead of in lockstep.')
+    ] = False,
+    offline: Annotated[
+        bool,
+        typer.Option(
+            '--offline', help='The same cores without ROS: no topics, no bag, the same trajectory.'
+        ),
+    ] = False,
+    one_process: Annotated[
+        bool,
+        typer.Option(
+            '--one-process/--processes', help='All nodes in one process, or one process each.'
+        ),
+    ] = True,
+    record: RecordOption = True,
+    out: OutOption = None,
+    set_: SetOption = None,
+    expect: Annotated[
+        str | None,
+        typer.Option(
+            help='Exit with 1 unless the outcome is this: walked, stood, fell or slipped.'
+        ),
+    ] = None,
+    domain: DomainOption = None,
+    network: Annotated[
+        bool, typer.Option('--network', help='Let other machines join; by default none can.')
+    ] = False,
+    view: Annotated[
+        bool, typer.Option('--view', help='Show it in a browser while it runs.')
+    ] = False,
+) -> None:
+    """Run a scenario and keep its recording, outcome and trajectory hash."""
+    from khr_cli.run import Options, Viewing, run_scenario
+
+    if scenario is None:
+        list_scenarios()
+        raise KhrError('run: no scenario given; accepted: one of these, or a scenario file')
+    changes = scenarios.changes_of(set_ or [])
+    if duration is not None:
+        changes['simulator', 'duration'] = duration
+    if realtime:
+        changes['simulator', 'sync'] = 'realtime'
+    chosen = scenarios.load(scenario).changed(changes)
+    options = Options(
+        offline=offline,
+        one_process=one_process,
+        record=record,
+        out=out,
+        expect=expect,
+        domain=domain,
+        network=network,
+        view=Viewing() if view else None,
+    )
+    raise typer.Exit(run_scenario(chosen, options))
+
+
+def view(
+    what: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
+    against: Annotated[
+        Path | None, typer.Option(help='Another run to play back beside it.')
+    ] = None,
+    pace: Annotated[
+        float, typer.Option(help='Simulated by wall time; 0 goes as fast as it can.')
+    ] = 1.0,
+    duration: Annotated[
+        float, typer.Option(help='Simulated seconds; 0 goes on until stopped.')
+    ] = 0.0,
+    host: Annotated[
+        str, typer.Option(help='Address of the page; one that others reach needs a token.')
+    ] = '127.0.0.1',
+    port: Annotated[
+        int, typer.Option(help='Port of the page; the first free one from 8090 on by default.')
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option('--browser/--no-browser', help='Open the page in a browser.')
+    ] = True,
+    record: RecordOption = True,
+    out: OutOption = None,
+    set_: SetOption = None,
+    domain: DomainOption = None,
+) -> None:
+    """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
+    from khr_cli.run import Options, Viewing, play, run_scenario
+
+    if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
+        both = [Path(what), *([against] if against else [])]
+        raise typer.Exit(play(both, Viewing(host, port, browser)))
+    changes = scenarios.changes_of(set_ or [])
+    changes |= {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
+    viewing = Viewing(host, port, browser, stay=True)
+    options = Options(one_process=True, record=record, out=out, domain=domain, view=viewing)
+    raise typer.Exit(run_scenario(scenarios.load(what).changed(changes), options))
+
+
+def list_scenarios() -> None:
+    """List the scenarios that come with the project."""
+    from khr_bringup.scenario_table import scenario_table
+
+    Console().print(scenario_table(map(scenarios.load, map(str, scenarios.shipped()))))
+
+
+def doctor() -> None:
+    """Check what a run needs and advise on what is missing."""
+    from khr_cli.doctor import examine
+
+    raise typer.Exit(examine(Console()))

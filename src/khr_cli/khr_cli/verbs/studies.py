@@ -1,0 +1,234 @@
+"""Verbs that ask the robot something by many runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from khr_bringup import scenario as scenarios
+
+
+def push(
+    ka: Annotated[
+        str, typer.Option(help='Ankle gains K_A, separated by commas; 0 is no control.')
+    ] = '0,12,18',
+    duration: Annotated[
+        str, typer.Option(help='Durations of the pushes in s, separated by commas.')
+    ] = '0.1,0.2,0.5',
+    direction: Annotated[
+        str, typer.Option(help='Where the pushes come from, separated by commas: front, behind.')
+    ] = 'front,behind',
+    gyro: Annotated[
+        str, typer.Option(help='Gyro models, separated by commas: packaged, circuit.')
+    ] = 'packaged,circuit',
+    out: Annotated[
+        Path | None,
+        typer.Option(help='Folder for push.csv and push.md; only printed if left out.'),
+    ] = None,
+) -> None:
+    """Find the largest push the standing robot survives, beside the model's."""
+    from khr_experiments import push_limits
+    from khr_report import push_page
+    from khr_report.page.document import markdown
+
+    if out:
+        push_page.make_folder(out)
+    rows = push_limits.measure_all(
+        push_limits.conditions(
+            push_limits.numbers('--ka', ka),
+            push_limits.numbers('--duration', duration),
+            direction.split(','),
+            gyro.split(','),
+        )
+    )
+    print(markdown([push_page.largest_pushes(rows)]))
+    for path in push_page.write(rows, out) if out else []:
+        print(path)
+
+
+def critical(
+    walk: Annotated[
+        bool,
+        typer.Option('--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.'),
+    ] = True,
+    ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
+    kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
+    surface: Annotated[
+        str, typer.Option(help='Surface of a walk: smooth, rubber or pads.')
+    ] = 'smooth',
+    uphill: Annotated[
+        bool, typer.Option('--uphill', help='Face uphill: where does it fall backward?')
+    ] = False,
+    seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
+    tolerance: Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')] = 0.1,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    set_: Annotated[
+        list[str] | None, typer.Option('--set', help='Change a parameter: node.parameter=value.')
+    ] = None,
+) -> None:
+    """Measure the critical inclination, in deg, by bisection over seeds."""
+    from khr_experiments.critical import Condition, report
+
+    changes = tuple(scenarios.changes_of(set_ or []).items())
+    print(
+        report(
+            Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill),
+            seeds,
+            tolerance,
+            jobs,
+        )
+    )
+
+
+def calibrate(
+    config: Annotated[
+        Path | None,
+        typer.Option(help='Free constants and rows; the shipped calibration.yaml if left out.'),
+    ] = None,
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
+    members: Annotated[
+        Path, typer.Option(help='The file of the robots that fit to write.')
+    ] = Path('config/ensemble.json'),
+    journal: Annotated[
+        Path, typer.Option(help='A line per candidate; the same command goes on with it.')
+    ] = Path('runs/calibration.jsonl'),
+    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'mujoco',
+    candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 400,
+    population: Annotated[int, typer.Option(help='Candidates of a generation.')] = 10,
+    seed: Annotated[int, typer.Option(help='Of the optimiser.')] = 0,
+    seeds: Annotated[int, typer.Option(help='Seeds of each measurement.')] = 2,
+    start: Annotated[
+        Path | None,
+        typer.Option(help='Begin at the best candidate of this journal, not at the defaults.'),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help='Processes on this machine; one per core by default.')
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
+    ] = None,
+) -> None:
+    """Search the free constants so that all rows of the thesis come out at once."""
+    from khr_report.calibration_page import Request
+    from khr_report.calibration_page import calibrate as search
+
+    print(
+        search(
+            Request(
+                config,
+                out,
+                members,
+                journal,
+                engine,
+                candidates,
+                population,
+                seed,
+                seeds,
+                start,
+                workers,
+                scheduler,
+            )
+        )
+    )
+
+
+def engines(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/engines.md'),
+    seeds: Annotated[int, typer.Option(help='Seeds of every limit.')] = 3,
+    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    only: Annotated[
+        str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
+    ] = None,
+) -> None:
+    """Run every scenario and limit on both physics engines, and say where they differ."""
+    from khr_report.engines_page import write
+
+    print(f'{out}: {write(out, seeds, tolerance, jobs, only)}')
+
+
+def tune(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name: motion and ground.')],
+    set_: Annotated[
+        list[str] | None,
+        typer.Option('--set', help='Change a parameter first, such as the inclination.'),
+    ] = None,
+    gait: Annotated[
+        bool, typer.Option('--gait', help='Search where the gait carries the centre of mass too.')
+    ] = False,
+    robust: Annotated[
+        bool,
+        typer.Option('--robust', help='For every robot of the ensemble that calibrate found.'),
+    ] = False,
+    seeds: Annotated[int, typer.Option(help='Runs of each candidate.')] = 3,
+    candidates: Annotated[int, typer.Option(help='Candidates to try.')] = 64,
+    seed: Annotated[int, typer.Option(help='Of the optimiser.')] = 0,
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    out: Annotated[
+        Path | None, typer.Option(help='Folder of the results; runs/tune/NAME by default.')
+    ] = None,
+) -> None:
+    """Find gains for a slope: most seeds up, then least slip, then least vibration."""
+    from khr_report.tune_page import write
+
+    print(write(scenario, set_ or [], gait, robust, seeds, candidates, seed, jobs, out))
+
+
+def stage3(
+    out: Annotated[
+        Path, typer.Option(help='The page to write; data and picture beside it.')
+    ] = Path('docs/stage3.md'),
+    seeds: Annotated[int, typer.Option(help='Seeds of every point.')] = 2,
+    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'mujoco',
+    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    measured: Annotated[
+        bool,
+        typer.Option('--measured', help='Write page and picture from the data, without runs.'),
+    ] = False,
+) -> None:
+    """Explain the third stage of standing: what the hip's damping is worth, and where."""
+    from khr_report import stage3_page
+
+    print(stage3_page.again(out) if measured else stage3_page.write(out, seeds, engine, jobs))
+
+
+def sweep(
+    specification: Annotated[Path, typer.Argument(help='A sweep file.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help='Folder of the results, runs/NAME by default; runs already in it are kept.'
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help='Processes on this machine; one per core by default.')
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
+    ] = None,
+    fast: Annotated[
+        bool, typer.Option('--fast', help="Take the file's quick form; NAME becomes NAME-fast.")
+    ] = False,
+) -> None:
+    """Run scenarios over a grid of parameters or at random, on one or many machines."""
+    from khr_sweeps.sweep import sweep as run_sweep
+
+    raise typer.Exit(run_sweep(specification, out, workers, scheduler, fast))
+
+
+def draw_stability_map(
+    folder: Annotated[Path, typer.Argument(help='The folder of a sweep.')],
+    x: Annotated[str, typer.Option('--x', help='Swept parameter, NODE.PARAMETER.')],
+    y: Annotated[str, typer.Option('--y', help='Another swept parameter.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(help='The PNG, in the folder by default; CSV files are written beside it.'),
+    ] = None,
+) -> None:
+    """Draw where the runs of a sweep survive, with confidence bounds."""
+    from khr_figures.stability import draw_map
+
+    for path in draw_map(folder, x, y, out):
+        print(path)
