@@ -18,15 +18,13 @@ from tempfile import TemporaryDirectory, mkdtemp
 
 import psutil
 
+from khr_bringup import scenario as scenarios
 from khr_bringup.run_registry import running
 from tests import ROOT
 from tests.reliability.netns import why_not
 from tests.support.runs import KHR, children
 
-NODES = (
-    'simulator', 'gyro', 'foot_force', 'gait', 'ankle_controller', 'hip_controller',
-    'fft_analyser', 'monitor', 'recorder',
-)  # fmt: skip
+SCENARIO = 'stand_0deg'
 PHASES = ('start', 'run', 'end')
 GONE = 5.0  # s of wall time within which nothing of a run is left
 LIMIT = 150.0  # s of wall time for a case: 30 for a hang to be noticed, on a loaded machine
@@ -56,7 +54,7 @@ class Run:
     def __init__(self, folder: Path, mode: str, seconds: float = SECONDS, *more: str) -> None:
         self.folder, self.faults = folder, list[str]()
         self.process = subprocess.Popen(
-            [*KHR, 'run', 'stand_0deg', mode, '--duration', str(seconds), '--out', str(folder), *more],
+            [*KHR, 'run', SCENARIO, mode, '--duration', str(seconds), '--out', str(folder), *more],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
             env={**os.environ, 'COLUMNS': '1000'},
         )  # fmt: skip
@@ -132,7 +130,7 @@ def right_hash() -> str:
     """Return the hash of the run that is harmed, from one that is not."""
     with TemporaryDirectory() as folder:
         ended = subprocess.run(
-            [*KHR, 'run', 'stand_0deg', '--offline', '--duration', str(SECONDS), '--out', folder],
+            [*KHR, 'run', SCENARIO, '--offline', '--duration', str(SECONDS), '--out', folder],
             capture_output=True, text=True, check=True,
         )  # fmt: skip
     return ended.stdout.split()[-1]
@@ -204,7 +202,7 @@ def users(case: Case, folder: Path) -> list[str]:
     other = folder / 'other'
     other.mkdir()
     own = Run(folder / 'run', case.mode)
-    command = [*KHR, 'run', 'stand_0deg', case.mode, '--duration', str(SECONDS)]
+    command = [*KHR, 'run', SCENARIO, case.mode, '--duration', str(SECONDS)]
     foreign = subprocess.run(
         ['unshare', '--user', '--map-user=65534', '--map-group=65534', *command,
          '--out', str(other / 'run')],
@@ -219,16 +217,7 @@ def users(case: Case, folder: Path) -> list[str]:
 
 def environment(case: Case, folder: Path) -> list[str]:
     """Run where something is missing: it works, or says so in a line."""
-    command = [
-        *KHR,
-        'run',
-        'stand_0deg',
-        case.mode,
-        '--duration',
-        '1',
-        '--out',
-        str(folder / 'run'),
-    ]
+    command = [*KHR, 'run', SCENARIO, case.mode, '--duration', '1', '--out', str(folder / 'run')]
     wrapped, changed, codes = {
         'no HOME': (command, {'HOME': None}, {0}),
         'read-only folder': ([*command[:-1], '/proc/run'], {}, {1, 2}),
@@ -338,7 +327,8 @@ def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
     """Return all cases of a campaign, in an order that the seed decides."""
     chance = random.Random(seed)
     both = ('--processes', '--one-process')
-    victims = [('--processes', node) for node in NODES] + [('--one-process', 'graph')]
+    victims = [('--processes', node) for node in scenarios.load(SCENARIO).nodes]
+    victims.append(('--one-process', 'graph'))
     found = [
         Case('SIGKILL of a process', *victims[number % len(victims)],
              PHASES[number // len(victims) % len(PHASES)], seed + number)

@@ -33,11 +33,19 @@ def test_a_frozen_process_ends_the_run_by_name(in_background, tmp_path, mode, fr
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize('mode', ['--processes', '--one-process'])
-def test_a_killed_khr_leaves_no_process_and_no_domain_for_the_next(in_background, tmp_path, mode):
+@pytest.mark.parametrize(
+    ('mode', 'frozen'),
+    [('--processes', None), ('--one-process', None), ('--processes', 'recorder')],
+)
+def test_a_killed_khr_leaves_no_process_and_no_domain_for_the_next(
+    in_background, tmp_path, mode, frozen
+):
     process = in_background(*STAND, mode, '--out', tmp_path / 'run')
     wait_until_running(tmp_path / 'run')
-    nodes = list(children(process).values())
+    named = children(process)
+    nodes = list(named.values())
+    if frozen:
+        named[frozen].suspend()
     process.kill()
     process.communicate()
     next_one = in_background(*STAND, mode, '--out', tmp_path / 'next')

@@ -5,23 +5,46 @@ from __future__ import annotations
 import ctypes
 import os
 import signal
+from collections.abc import Callable
 
 PARENT = 'KHR_PARENT'  # environment variable: the process that a child must not outlive
 _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
-def end_with_parent(number: int = signal.SIGKILL) -> None:
-    """Have the kernel end this process when its parent dies; nothing if no parent is named.
+def end_with_parent() -> None:
+    """Have the kernel kill this process when its parent dies; nothing if no parent is named.
 
     The parent states its number in the environment, so that one which died before this call is
     noticed as well. The request survives an exec, and SIGKILL ends a stopped process too.
-
-    Args:
-        number: the signal; a process that has to close what it writes takes SIGTERM.
     """
-    parent = os.environ.get(PARENT)
-    if parent is None:
+    if PARENT in os.environ:
+        _ask(signal.SIGKILL)
+        if _orphaned():
+            os.kill(os.getpid(), signal.SIGKILL)
+
+
+def report_parents_end(orphaned: Callable[[], object]) -> None:
+    """Have a function called when the parent dies, in the place of ``end_with_parent``.
+
+    For a process that has to close what it writes. It takes SIGCONT, which wakes a stopped process
+    as well, and which anybody may send: the parent is looked for before the call.
+    """
+    if PARENT not in os.environ:
         return
+
+    def look(*_: object) -> None:
+        if _orphaned():
+            orphaned()
+
+    signal.signal(signal.SIGCONT, look)
+    _ask(signal.SIGCONT)
+    look()
+
+
+def _ask(number: int) -> None:
+    """Ask the kernel for a signal at the parent's death."""
     ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, number)
-    if str(os.getppid()) != parent:
-        os.kill(os.getpid(), number)
+
+
+def _orphaned() -> bool:
+    return str(os.getppid()) != os.environ[PARENT]

@@ -16,7 +16,7 @@ from rclpy.task import Future
 
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
-from khr_common.lifeline import end_with_parent
+from khr_common.lifeline import end_with_parent, report_parents_end
 from khr_common.nodes.node import KhrNode
 
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
@@ -66,7 +66,10 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
     classes = [node_class(spec) for spec in specs]
-    end_with_parent(signal.SIGTERM if any(each.keeps for each in classes) else signal.SIGKILL)
+    if any(each.keeps for each in classes):
+        report_parents_end(turn.interrupt)
+    else:
+        end_with_parent()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
     nodes: list[KhrNode] = []
     try:
