@@ -161,6 +161,12 @@ def test_a_missing_library_is_one_line(monkeypatch):
         World(SimulatorParameters(engine='mujoco'))
 
 
+def test_a_window_without_a_screen_is_one_line(monkeypatch, world_with):
+    monkeypatch.delenv('DISPLAY', raising=False)
+    with pytest.raises(SimError, match=r'^gui: no screen .*; accepted: .*$'):
+        world_with(gui=True)
+
+
 def test_an_unstable_simulation_ends_the_run_in_one_line(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     world = World(SimulatorParameters(engine='mujoco'))

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+from dataclasses import replace
+
 from khr_sim.engines.base import Engine, Painter
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
@@ -14,8 +17,13 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
     """Return the engine that the parameters ask for, and import its library only now.
 
     Raises:
-        SimError: if the library is not installed.
+        SimError: if the library is not installed, or its window has no screen.
     """
+    if parameters.gui and not os.environ.get('DISPLAY'):
+        raise SimError(
+            'gui: no screen for the window of the physics engine (DISPLAY is not set); accepted: '
+            'false, with khr view in a browser, or a screen'
+        )
     if parameters.engine == 'bullet':
         from khr_sim.engines.bullet import Bullet
 
@@ -36,4 +44,4 @@ def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
     """Return what draws the robot, of whichever engine: the one that needs no graphics driver."""
     from khr_sim.engines.bullet import Bullet
 
-    return Bullet(parameters, robot)
+    return Bullet(replace(parameters, gui=False), robot)
