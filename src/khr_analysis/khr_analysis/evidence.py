@@ -23,7 +23,9 @@ Array = NDArray[np.float64]
 Origin = Literal['gait', 'feedback', 'slipping']
 
 LEFT = 1.0 / 3.0  # of a peak; with less of it left it has vanished
-MOVED = 1.5  # bins by which another cycle must move a line to tell it from a fixed frequency
+MOVED = (
+    1.5  # bins by which another cycle must move a line to distinguish it from a fixed frequency
+)
 APART = 0.75  # bins from the other cycle's lines at which a fixed frequency is none of them
 LOCKED = 0.5  # share of a peak's power that repeats in every cycle if the gait makes it
 ORIGINS: tuple[Origin, ...] = ('gait', 'feedback', 'slipping')
@@ -187,7 +189,7 @@ def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence |
 
 
 def _separates(peak: TracedPeak, reference: Walks, other: Walks) -> bool:
-    """Say whether another cycle can tell a line from a fixed frequency.
+    """Say whether another cycle can distinguish a line from a fixed frequency.
 
     It must move the line by more than the resolution, and have no line of its own where the
     frequency stays: 11/2.31 is 10/2.1.

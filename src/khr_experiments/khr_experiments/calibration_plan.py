@@ -150,7 +150,7 @@ class CalibrationPlan:
 
     Attributes:
         constants: by name.
-        limits, walks: the rows, those that tell bad candidates first.
+        limits, walks: the rows, those that reject bad candidates first.
         placed: candidates placed by hand, which are measured first; each states every constant.
     """
 

@@ -219,7 +219,7 @@ def pictures(out: Path) -> tuple[Path, Path]:
 
 
 def enough(found: Ensemble) -> bool:
-    """Say whether an ensemble is large enough to tell determined constants from open ones."""
+    """Say whether an ensemble can distinguish determined constants from open ones."""
     return len(found.robots) >= LEAST
 
 

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_bringup.node_registry import table_of
-from khr_common.nodes.node import _descriptor
+from khr_common.nodes.ros_parameters import describe
 from khr_common.parameters import specifications
 from khr_view.controls import TUNABLES, WATCHED, Pending, Tunable, control
 
@@ -15,7 +15,7 @@ from khr_view.controls import TUNABLES, WATCHED, Pending, Tunable, control
 @pytest.mark.parametrize('tunable', TUNABLES, ids=lambda each: f'{each.node}.{each.name}')
 def test_range_unit_and_meaning_are_the_table_s(tunable):
     specification = specifications(table_of(tunable.node))[tunable.name]
-    found = control(tunable, _descriptor(specification), specification.default)
+    found = control(tunable, describe(specification), specification.default)
     assert found.value == specification.default
     assert specification.description in found.hint and specification.accepted in found.hint
     assert found.unit == specification.unit
@@ -34,7 +34,7 @@ def test_what_is_watched_exists():
 def test_a_slider_reaches_the_value_that_is_there():
     tunable = next(each for each in TUNABLES if each.name == 'pace')
     specification = specifications(table_of('simulator'))['pace']
-    assert control(tunable, _descriptor(specification), 50.0).maximum == 50.0
+    assert control(tunable, describe(specification), 50.0).maximum == 50.0
 
 
 def test_what_is_fixed_or_no_number_has_no_control():

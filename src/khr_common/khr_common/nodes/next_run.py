@@ -11,6 +11,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from khr_common.errors import KhrError
+from khr_common.nodes.ros_parameters import plain
 from khr_common.parameters import check
 
 HELD = 60.0  # s of wall time; who prepares a run and then falls silent prepares none
@@ -45,7 +46,7 @@ class NextRun:
         node = self._node
         parameters = [Parameter(name, value=value) for name, value in held.items()]
         # What is read-only is so during a run; this is where another begins. ROS has no public
-        # call that sets such a parameter and still tells /parameter_events of it.
+        # call that sets such a parameter and still publishes it on /parameter_events.
         node._set_parameters_atomically_common(
             parameters, {each.name: node.describe_parameter(each.name) for each in parameters}
         )
@@ -55,7 +56,9 @@ class NextRun:
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
         self._held, self._since = {}, time.monotonic()
-        given = {each.name: _plain(each.value) for each in request.parameters}
+        given = {
+            each.name: plain(parameter_value_to_python(each.value)) for each in request.parameters
+        }
         response.result.successful = True
         try:
             values = {name: check(self._table, name, value) for name, value in given.items()}
@@ -65,8 +68,3 @@ class NextRun:
         else:
             self._held = values
         return response
-
-
-def _plain(value: Any) -> Any:
-    found = parameter_value_to_python(value)
-    return list(found) if not isinstance(found, str) and hasattr(found, '__iter__') else found

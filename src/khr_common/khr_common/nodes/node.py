@@ -10,12 +10,7 @@ from math import isfinite
 from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import (
-    FloatingPointRange,
-    IntegerRange,
-    ParameterDescriptor,
-    SetParametersResult,
-)
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import (
     InvalidParameterTypeException,
@@ -44,6 +39,7 @@ from khr_common.nodes.messages import (
     to_stamp,
 )
 from khr_common.nodes.next_run import NextRun
+from khr_common.nodes.ros_parameters import describe, plain
 from khr_common.parameter_files import check_blocks, files_in, read_blocks
 from khr_common.parameters import ParameterError, Specification, build, check, specifications
 from khr_common.run_identity import MalformedError, check_run, own_run
@@ -61,7 +57,6 @@ LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LO
 # Parameters that every node of ROS 2 has.
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 QOS_OF_ROS = 'qos_overrides.'
-LARGEST = 2**63 - 1  # of an integer parameter
 MOST_REASONS = 50  # that are reported one by one
 REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
 
@@ -272,7 +267,7 @@ class KhrNode(Node):  # type: ignore[misc]
     def _declare(self, specification: Specification) -> None:
         try:
             self.declare_parameter(
-                specification.name, specification.default, _descriptor(specification)
+                specification.name, specification.default, describe(specification)
             )
         except InvalidParameterTypeException as error:
             given = self._parameter_overrides[specification.name].value
@@ -296,58 +291,22 @@ class KhrNode(Node):  # type: ignore[misc]
 
     def _build(self, changes: dict[str, Any]) -> Any:
         values = {
-            name: _plain(self.get_parameter(name).value) for name in specifications(self.table)
+            name: plain(self.get_parameter(name).value) for name in specifications(self.table)
         }
         return build(self.table, values | changes)
 
     def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
         own = specifications(self.table)
         try:
-            self._build({p.name: _plain(p.value) for p in parameters if p.name in own})
+            self._build({p.name: plain(p.value) for p in parameters if p.name in own})
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
 
     def _apply(self, parameters: list[Parameter]) -> None:
         own = specifications(self.table)
-        changes = {p.name: _plain(p.value) for p in parameters if p.name in own}
+        changes = {p.name: plain(p.value) for p in parameters if p.name in own}
         if changes:
             self.parameters = self._build(changes)
             if not self._beginning:
                 self.configure(self.parameters)
-
-
-def _plain(value: Any) -> Any:
-    """Undo what ROS does to lists: they come back as ``array.array``."""
-    return list(value) if not isinstance(value, str) and hasattr(value, '__iter__') else value
-
-
-def _descriptor(specification: Specification) -> ParameterDescriptor:
-    text = specification.description
-    if specification.unit:
-        text += f' [{specification.unit}]'
-    descriptor = ParameterDescriptor(
-        name=specification.name,
-        description=text,
-        read_only=specification.read_only,
-        additional_constraints=f'accepted: {specification.accepted}',
-    )
-    low, high = specification.minimum, specification.maximum
-    if specification.element is not None or (low is None and high is None):
-        return descriptor  # a descriptor has no range for lists: the text has it
-    if specification.kind is float:
-        most = sys.float_info.max
-        descriptor.floating_point_range = [
-            FloatingPointRange(
-                from_value=-most if low is None else float(low),
-                to_value=most if high is None else float(high),
-            )
-        ]
-    elif specification.kind is int:
-        descriptor.integer_range = [
-            IntegerRange(
-                from_value=-LARGEST if low is None else int(low),
-                to_value=LARGEST if high is None else int(high),
-            )
-        ]
-    return descriptor

@@ -337,7 +337,7 @@ class SimulatorNode(KhrNode):
             self._report()
 
     def _silence(self) -> str:
-        """Tell whom the run waits for."""
+        """Say whom the run waits for."""
         silent = self._barrier.missing(self._due)
         if silent:
             return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'

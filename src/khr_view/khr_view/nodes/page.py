@@ -101,7 +101,7 @@ class PageNode(KhrNode):
             print(f'page: {self._door.address}', file=sys.stderr, flush=True)
 
     def close(self) -> None:
-        """Tell the readers that this is all, and stop serving."""
+        """Show the readers that this is all, and stop serving."""
         self._note('the run is over')
         self._taps.close()
         self._display.close()

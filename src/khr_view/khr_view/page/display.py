@@ -52,7 +52,7 @@ CSS = """<style>
 
 @dataclass(frozen=True)
 class Note:
-    """What the page tells the reader: a state, and what is wrong."""
+    """What the page shows the reader: a state, and what is wrong."""
 
     state: str
     trouble: str = ''

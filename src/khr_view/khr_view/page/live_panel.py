@@ -8,7 +8,7 @@ from typing import Any
 from khr_view.controls import TUNABLES, Control, Tunable, Value
 from khr_view.events import Changed, Pause, Pushed, Reset, Switch
 
-Tell = Callable[[object], None]
+Emit = Callable[[object], None]
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
 DIRECTIONS = {
     'forward': (1.0, 0.0),
@@ -26,19 +26,19 @@ class LivePanel:
 
     Args:
         gui: viser's.
-        tell: called with each event.
+        emit: called with each event.
         scenarios: names of those that can be switched to.
     """
 
-    def __init__(self, gui: Any, tell: Tell, scenarios: Sequence[str]) -> None:
-        self._gui, self._tell = gui, tell
+    def __init__(self, gui: Any, emit: Emit, scenarios: Sequence[str]) -> None:
+        self._gui, self._emit = gui, emit
         self._handles: dict[tuple[str, str], Any] = {}
         self._folders: dict[str, Any] = {}
         self._paused = False
         self._pause = gui.add_button('Pause', icon='player-pause')
-        self._pause.on_click(lambda _: tell(Pause(not self._paused)))
+        self._pause.on_click(lambda _: emit(Pause(not self._paused)))
         reset = gui.add_button('Reset to time 0', icon='rotate', color='gray')
-        reset.on_click(lambda _: tell(Reset()))
+        reset.on_click(lambda _: emit(Reset()))
         for group in GROUPS:
             self._folders[group] = gui.add_folder(group)
         self._add_push()
@@ -63,7 +63,7 @@ class LivePanel:
 
         def on_update(event: Any) -> None:
             if event.client is not None:  # the reader's doing, not ours
-                self._tell(Changed(control.tunable, event.target.value))
+                self._emit(Changed(control.tunable, event.target.value))
 
         handle.on_update(on_update)
 
@@ -106,7 +106,7 @@ class LivePanel:
 
         def on_click(_: Any) -> None:
             x, y = DIRECTIONS[where.value]
-            self._tell(Pushed((force.value * x, force.value * y, 0.0)))
+            self._emit(Pushed((force.value * x, force.value * y, 0.0)))
 
         button.on_click(on_click)
 
@@ -114,4 +114,4 @@ class LivePanel:
         with self._folders['Scenario']:
             chosen = self._gui.add_dropdown('Scenario', tuple(scenarios))
             button = self._gui.add_button('Switch', icon='switch-horizontal', color='gray')
-        button.on_click(lambda _: self._tell(Switch(chosen.value)))
+        button.on_click(lambda _: self._emit(Switch(chosen.value)))

@@ -7,7 +7,7 @@ from typing import Any
 
 from khr_view.events import Play, Seek, Speed, Step
 
-Tell = Callable[[object], None]
+Emit = Callable[[object], None]
 SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
 MOST_MARKS = 200  # that are listed
 START = '0.00 s  start'
@@ -18,26 +18,26 @@ class PlaybackPanel:
 
     Args:
         gui: viser's.
-        tell: called with each event.
+        emit: called with each event.
         player: of the runs.
         runs: whose marks are listed.
     """
 
-    def __init__(self, gui: Any, tell: Tell, player: Any, runs: Sequence[Any]) -> None:
+    def __init__(self, gui: Any, emit: Emit, player: Any, runs: Sequence[Any]) -> None:
         self._playing = player.playing
         label, icon = self._name(player.playing)
         self._play = gui.add_button(label, icon=icon)
-        self._play.on_click(lambda _: tell(Play(not self._playing)))
+        self._play.on_click(lambda _: emit(Play(not self._playing)))
         end = max(player.end, player.period)
         self._time = gui.add_slider('Time, s', 0.0, end, player.period, 0.0)
         steps = gui.add_button_group('Step', ('back', 'forward'))
         speed = gui.add_dropdown('Speed', SPEEDS, initial_value='1')
         marks = _marks(runs)
         places = gui.add_dropdown('Go to', tuple(marks))
-        self._time.on_update(_by_reader(lambda value: tell(Seek(value))))
-        steps.on_click(lambda event: tell(Step(1 if event.target.value == 'forward' else -1)))
-        speed.on_update(_by_reader(lambda value: tell(Speed(float(value)))))
-        places.on_update(_by_reader(lambda value: tell(Seek(marks[value]))))
+        self._time.on_update(_by_reader(lambda value: emit(Seek(value))))
+        steps.on_click(lambda event: emit(Step(1 if event.target.value == 'forward' else -1)))
+        speed.on_update(_by_reader(lambda value: emit(Speed(float(value)))))
+        places.on_update(_by_reader(lambda value: emit(Seek(marks[value]))))
 
     def show(self, player: Any) -> None:
         """Move the time line, and name the button after what it does."""

@@ -133,13 +133,13 @@ class RobotView:
             self._push_label.position = start
             self._push_label.text = f'{size:.1f} N'
 
-    def on_drag(self, tell: Callable[[object], None]) -> None:
-        """Tell of pushes that are aimed by dragging the torso, and given at the drag's end."""
+    def on_drag(self, emit: Callable[[object], None]) -> None:
+        """Emit of pushes that are aimed by dragging the torso, and given at the drag's end."""
 
         async def dragged(event: Any) -> None:
             way = np.subtract(event.end_position, event.start_position)
             force = way * DRAG * min(1.0, LARGEST_DRAG / max(float(np.linalg.norm(way)), 1e-9))
-            tell(Pushed(tuple(force.tolist()), event.phase == 'end'))
+            emit(Pushed(tuple(force.tolist()), event.phase == 'end'))
 
         for handle in self._torso:
             handle.on_drag('left')(dragged)

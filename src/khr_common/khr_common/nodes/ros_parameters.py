@@ -1,0 +1,49 @@
+"""Parameters as ROS has them: what comes back as a plain value, and how one is described."""
+
+from __future__ import annotations
+
+import sys
+from typing import Any
+
+from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+
+from khr_common.parameters import Specification
+
+LARGEST = 2**63 - 1  # of an integer parameter
+
+
+def plain(value: Any) -> Any:
+    """Return a list for what ROS makes an ``array.array`` of, and anything else as it is."""
+    return list(value) if not isinstance(value, str) and hasattr(value, '__iter__') else value
+
+
+def describe(specification: Specification) -> ParameterDescriptor:
+    """Return how ROS describes a parameter: its meaning, unit and range."""
+    text = specification.description
+    if specification.unit:
+        text += f' [{specification.unit}]'
+    descriptor = ParameterDescriptor(
+        name=specification.name,
+        description=text,
+        read_only=specification.read_only,
+        additional_constraints=f'accepted: {specification.accepted}',
+    )
+    low, high = specification.minimum, specification.maximum
+    if specification.element is not None or (low is None and high is None):
+        return descriptor  # a descriptor has no range for lists: the text has it
+    if specification.kind is float:
+        most = sys.float_info.max
+        descriptor.floating_point_range = [
+            FloatingPointRange(
+                from_value=-most if low is None else float(low),
+                to_value=most if high is None else float(high),
+            )
+        ]
+    elif specification.kind is int:
+        descriptor.integer_range = [
+            IntegerRange(
+                from_value=-LARGEST if low is None else int(low),
+                to_value=LARGEST if high is None else int(high),
+            )
+        ]
+    return descriptor
