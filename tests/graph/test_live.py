@@ -11,6 +11,7 @@ from itertools import pairwise
 
 import psutil
 import pytest
+import yaml
 
 from tests.support.runs import Bag, children, finish, interrupt, khr, stamp_ns, wait_until_running
 
@@ -45,7 +46,8 @@ def run(in_background, tmp_path):
 def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     changed = khr('set', 'ankle_controller', 'gain', '18.0', '--domain', run.domain)
     assert changed.code == 0, changed.err
-    assert changed.out.strip() == 'ankle_controller.gain: 12.0 -> 18.0'
+    value, _, meaning = changed.out.partition('  # ')
+    assert value == 'ankle_controller.gain: 12.0 -> 18.0' and meaning.startswith('Gain K')
     refused = khr('set', 'ankle_controller', 'gain', '99.0', '--domain', run.domain)
     assert refused.code == 2
     assert '99.0' in refused.err and '60.0' in refused.err
@@ -54,7 +56,11 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     assert fixed.code == 2
     unknown = khr('set', 'ankle_controller', 'gian', '1.0', '--domain', run.domain)
     assert unknown.code == 2 and 'gain' in unknown.err
-    assert khr('get', 'ankle_controller', 'gain', '--domain', run.domain).out == 'gain: 18.0\n'
+    shown = khr('get', 'ankle_controller', '--domain', run.domain).out
+    assert yaml.safe_load(shown)['gain'] == 18.0
+    assert re.search(r'^limit_deg: .*# .* \[deg\]; accepted: float in \[.* deg$', shown, re.M)
+    absent = khr('get', 'knee', '--domain', run.domain, '--timeout', '0.2')
+    assert absent.code == 2 and 'within 0.2 s; accepted: ' in absent.err
 
     assert interrupt(run).code == 130
     bag = Bag(run.folder / 'bag')
@@ -142,6 +148,9 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
         for name in 'ab'
     ]
     assert len({wait_until_running(tmp_path / name) for name in 'ab'}) == 2
+    unclear = khr('get', 'gait', folder=tmp_path)
+    assert unclear.code == 2
+    assert all(f', {tmp_path / name})' in unclear.err for name in 'ab'), unclear.err
     for process in runs:
         process.send_signal(signal.SIGINT)
     for process in runs:

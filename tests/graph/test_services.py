@@ -1,5 +1,6 @@
 """Reset, pause and push over ROS, as any ROS user would call them."""
 
+import json
 import os
 import signal
 
@@ -119,3 +120,15 @@ def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background
     assert int(values['stale_corrections']) > 100
     assert '"end": "duration"' in (folder / 'outcome.json').read_text()
     assert float(ended.out.split('real-time factor')[1].split()[1]) < 1.05
+
+
+def test_real_time_that_cannot_be_held_is_said_and_can_be_demanded(tmp_path):
+    ended = khr(
+        'run', 'stand_0deg', '--realtime', '--set', 'simulator.realtime_factor=100',
+        '--duration', '3', '--no-record', '--expect', 'stood,realtime', '--out', tmp_path / 'run',
+    )  # fmt: skip
+    assert ended.code == 1
+    assert 'expected real time to be held: not held: speed' in ended.err
+    outcome = json.loads((tmp_path / 'run' / 'outcome.json').read_text())
+    assert outcome['verdict'] == 'stood' and outcome['realtime'] == 'not held'
+    assert outcome['real_time_factor'] < 99.0

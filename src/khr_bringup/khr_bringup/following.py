@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import signal
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from khr_bringup.scenario import Scenario
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, READY, TF, TF_STATIC
+from khr_sim.punctuality import Punctuality
 from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and for listeners to acknowledge the end: a loaded machine
@@ -39,6 +40,7 @@ class GraphResult:
         ended: when the last one was over.
         warnings: what nodes complained of in diagnostics.
         failure: which process did not end well after the run; empty if all did.
+        realtime: how it kept to the wall clock, as texts by name; empty in lockstep.
         scenario: that the graph was switched to; None if it was not.
     """
 
@@ -50,6 +52,7 @@ class GraphResult:
     ended: float
     warnings: tuple[str, ...]
     failure: str = ''
+    realtime: Mapping[str, str] = field(default_factory=dict)
     scenario: Scenario | None = None
 
 
@@ -125,6 +128,7 @@ def _result(view: Any) -> GraphResult:
     if values.get('end') == 'error':
         raise RunError(f'{values["reason"]}; the run was stopped')
     ended = view.entered.get('finished', time.monotonic())
+    realtime = Punctuality().figures()  # their names
     return GraphResult(
         view.verdict,
         view.outcome,
@@ -133,6 +137,7 @@ def _result(view: Any) -> GraphResult:
         view.entered.get('running', ended),
         ended,
         tuple(view.warnings),
+        realtime={name: values[name] for name in realtime if realtime.keys() <= values.keys()},
         scenario=view.scenario,
     )
 

@@ -7,12 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import get_args
 
-from khr_analysis.outcome import Verdict
 from khr_bringup import scenario as scenarios
 from khr_bringup.code_version import MARK, version_of
 from khr_bringup.errors import BringupError
+from khr_bringup.expectation import MEANING, Expectation
 from khr_bringup.following import nodes_of
 from khr_bringup.graph import prepare
 from khr_bringup.node_registry import spec_of
@@ -27,7 +26,7 @@ ARGUMENTS = {
     'realtime_factor': ('', 'Simulated by wall time with sync:=realtime.'),
     'seed': ('', 'Seed of all that is drawn at random; that of the scenario by default.'),
     'set': ('', 'Further changes: node.parameter=value,node.parameter=value'),
-    'expect': ('', 'Exit with 1 unless the outcome is this: walked, stood, fell or slipped.'),
+    'expect': ('', MEANING),
     'record': ('true', 'Write a bag.'),
     'out': ('', 'Folder of the run, new or empty; a temporary one by default.'),
     'namespace': ('', 'Namespace of all nodes, for a second robot.'),
@@ -45,7 +44,7 @@ class Launch:
         folder: of the run.
         parameters: the parameter file, for all nodes.
         nodes: package and name of each.
-        expect: the verdict that is expected; empty if any is.
+        expect: what is expected of the run; empty if nothing is.
         rviz: whether to show the robot.
     """
 
@@ -67,11 +66,6 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
     Raises:
         BringupError: if one is not accepted.
     """
-    expect = given['expect']
-    if expect not in ('', *get_args(Verdict)):
-        raise BringupError(
-            f'expect: {expect!r} is not accepted; accepted: {" | ".join(get_args(Verdict))}'
-        )
     record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
     changes = dict(
         scenarios.parse_change(f'simulator.{name}={given[name]}')
@@ -82,12 +76,13 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
     scenario = scenario.changed(
         {('simulator', 'duration'): duration(scenario), ('transforms', 'joints'): joints}
     )
+    Expectation.parse(given['expect'], 'expect', scenario)  # refused before anything starts
     folder = _folder(given['out'], scenario.name)
     prepared = prepare(scenario, folder, record)
     parameters = folder / 'scenario.yaml'
     write_text(parameters, f'{prepared.to_yaml()}{MARK}{version_of(prepared)}\n')
     nodes = tuple((spec_of(node).package, node) for node in nodes_of(scenario, record))
-    return Launch(scenario.name, folder, parameters, nodes, expect, rviz)
+    return Launch(scenario.name, folder, parameters, nodes, given['expect'], rviz)
 
 
 def _switch(name: str, text: str) -> bool:

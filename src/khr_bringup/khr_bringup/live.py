@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import os
+from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,40 +16,71 @@ from khr_bringup.run_registry import WITHOUT_LOG, choose
 from khr_bringup.strict_yaml import read_file
 from khr_common.quoting import quoted
 
-PATIENCE = 5.0  # s of wall time for a service to appear, and again to answer
+PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
 SWITCHING = 60.0  # s of wall time for all nodes to prepare for another scenario
 
 
-def get_parameters(node: str, name: str | None, domain: int | None = None) -> dict[str, Any]:
+@dataclass(frozen=True)
+class LiveParameter:
+    """A parameter of a running node.
+
+    Attributes:
+        name, value: as the node has them.
+        meaning: with its unit, and what the parameter accepts, as the node describes it.
+    """
+
+    name: str
+    value: Any
+    meaning: str
+
+    @property
+    def shown(self) -> str:
+        """Return the value as YAML."""
+        return self.value if isinstance(self.value, str) else json.dumps(self.value)
+
+
+def get_parameters(
+    node: str, name: str | None, domain: int | None = None, timeout: float = PATIENCE
+) -> list[LiveParameter]:
     """Return one parameter of a node, or all of them.
 
+    Args:
+        node: its name.
+        name: of the parameter; all by default.
+        domain: of the run, if there are several.
+        timeout: s of wall time for the node to appear, and again for each answer.
+
     Raises:
-        BringupError: if no run, node or parameter of that name is there.
+        BringupError: if no run, node or parameter of that name is there, or no answer comes.
     """
-    with _client(node, domain) as call:
+    with _client(node, domain, timeout) as call:
         return _get(call, node, name)
 
 
-def set_parameter(node: str, name: str, value: Any, domain: int | None = None) -> tuple[Any, Any]:
-    """Change a parameter of a node; return its value before and after.
+def set_parameter(
+    node: str, name: str, value: Any, domain: int | None = None, timeout: float = PATIENCE
+) -> tuple[LiveParameter, LiveParameter]:
+    """Change a parameter of a node; return it as it was before and as it is after.
 
     Raises:
         BringupError: as above, or if the node refuses the value; the text is its reason.
     """
     from rclpy.parameter import Parameter
 
-    with _client(node, domain) as call:
-        before = _get(call, node, name)[name]
+    with _client(node, domain, timeout) as call:
+        (before,) = _get(call, node, name)
         try:
             parameter = Parameter(name, value=value)
         except (TypeError, ValueError, AssertionError) as error:
             raise BringupError(
-                f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like {before!r}'
+                f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like '
+                f'{before.shown}'
             ) from error
         result = call('set_parameters', [parameter]).results[0]
         if not result.successful:
             raise BringupError(f'{node}: {result.reason or f"{name} cannot change now"}')
-        return before, _get(call, node, name)[name]
+        (after,) = _get(call, node, name)
+        return before, after
 
 
 def switch_scenario(scenario: Path, domain: int | None = None) -> str:
@@ -80,36 +114,48 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
     return entry.folder
 
 
-def _get(call: Any, node: str, name: str | None) -> dict[str, Any]:
+def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
     from rclpy.parameter import parameter_value_to_python
 
     names = sorted(call('list_parameters').result.names)
     if name is not None and name not in names:
         raise BringupError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
     wanted = names if name is None else [name]
-    values = call('get_parameters', wanted).values
-    return dict(zip(wanted, map(parameter_value_to_python, values), strict=True))
+    values = [parameter_value_to_python(each) for each in call('get_parameters', wanted).values]
+    descriptors = call('describe_parameters', wanted).descriptors
+    return [
+        LiveParameter(key, list(value) if isinstance(value, array) else value, _meaning(each))
+        for key, value, each in zip(wanted, values, descriptors, strict=True)
+    ]
+
+
+def _meaning(descriptor: Any) -> str:
+    parts = (descriptor.description, descriptor.additional_constraints)
+    fixed = ('fixed while it runs',) if descriptor.read_only else ()
+    return '; '.join(part.rstrip('.') for part in (*parts, *fixed) if part)
 
 
 @contextmanager
-def _client(node: str, domain: int | None) -> Iterator[Any]:
+def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
     """Yield a function that calls a parameter service of ``node`` in the run of ``domain``."""
     import rclpy
     from rclpy.parameter_client import AsyncParameterClient
 
     with _joined(domain) as own:
         client = AsyncParameterClient(own, node)
-        if not client.wait_for_services(PATIENCE):
+        if not client.wait_for_services(timeout):
             known = ', '.join(
                 sorted(name for name in own.get_node_names() if not name.startswith(('khr', '_')))
             )
-            raise BringupError(f'{node}: no such node in the running graph; accepted: {known}')
+            raise BringupError(
+                f'{node}: no such node in the running graph within {timeout:g} s; accepted: {known}'
+            )
 
         def call(service: str, *arguments: Any) -> Any:
             future = getattr(client, service)(*arguments)
-            rclpy.spin_until_future_complete(own, future, timeout_sec=PATIENCE)
+            rclpy.spin_until_future_complete(own, future, timeout_sec=timeout)
             if not future.done():
-                raise BringupError(f'{node}: no answer within {PATIENCE:g} s')
+                raise BringupError(f'{node}: no answer within {timeout:g} s')
             return future.result()
 
         yield call

@@ -170,7 +170,9 @@ def choose(domain: int | None = None) -> RunEntry:
         meant = os.environ.get('ROS_DOMAIN_ID')
         entries = [entry for entry in entries if str(entry.domain) == meant] or entries
     if len(entries) > 1:
-        listed = ', '.join(f'{entry.domain} ({entry.scenario})' for entry in entries)
+        listed = ', '.join(
+            f'{entry.domain} ({entry.scenario}, {entry.folder})' for entry in entries
+        )
         raise BringupError(
             f'{len(entries)} runs are going on; name one with --domain or ROS_DOMAIN_ID: {listed}'
         )

@@ -5,10 +5,9 @@ from __future__ import annotations
 import argparse
 import sys
 from pathlib import Path
-from typing import get_args
 
-from khr_analysis.outcome import Verdict
 from khr_bringup import scenario as scenarios
+from khr_bringup.expectation import MEANING, Expectation, realtime_text
 from khr_bringup.following import GraphResult, follow, interrupts, write_outcome
 from khr_common import KhrError, RunError
 from khr_common.lifeline import end_with_parent
@@ -21,19 +20,20 @@ def main() -> int:
     """Follow the run of this namespace; print verdict, quantities and trajectory hash.
 
     Returns:
-        0 if the run was whole, and its verdict the one expected, if one was; 1 if not; 2 if an
+        0 if the run was whole, and came to what was expected, if anything was; 1 if not; 2 if an
         argument is not accepted; 130 if it was interrupted.
     """
     end_with_parent()
     own, of_ros = _parted(sys.argv[1:])
     parser = argparse.ArgumentParser('verdict', description='Wait for the verdict of a run.')
     parser.add_argument('parameters', type=Path, help='the parameter file that the nodes have')
-    parser.add_argument('--expect', default='', choices=['', *get_args(Verdict)])
+    parser.add_argument('--expect', default='', help=MEANING)
     parser.add_argument('--out', type=Path, help='folder in which to write outcome.json')
     parser.add_argument('--name', help='of the scenario; that of the file by default')
     options = parser.parse_args(own)
     try:
         scenario = scenarios.load(str(options.parameters))
+        expected = Expectation.parse(options.expect, '--expect', scenario)
         with interrupts() as interrupted:
             result = follow(scenario, own_run(), interrupted, arguments=of_ros)
         name = options.name or scenario.name
@@ -43,7 +43,7 @@ def main() -> int:
                 options.out,
                 name,
                 result.verdict,
-                result.outcome,
+                {**result.outcome, **result.realtime},
                 end=result.end,
                 trajectory_hash=result.trajectory_hash,
             )
@@ -52,10 +52,10 @@ def main() -> int:
         return 1 if isinstance(error, RunError) else 2
     if result.end == 'stopped':
         return INTERRUPTED
-    if options.expect and result.verdict != options.expect:
-        print(f'verdict: expected {options.expect}, not {result.verdict}', file=sys.stderr)
-        return 1
-    return 0
+    unmet = expected.unmet(result.verdict, result.realtime)
+    if unmet:
+        print(f'verdict: {unmet}', file=sys.stderr)
+    return 1 if unmet else 0
 
 
 def _parted(arguments: list[str]) -> tuple[list[str], list[str]]:
@@ -69,6 +69,8 @@ def _show(name: str, result: GraphResult) -> None:
     for quantity, value in result.outcome.items():
         if quantity != 'final':
             print(f'{quantity} {value}')
+    if result.realtime:
+        print(f'real time {realtime_text(result.realtime)}')
     for warning in result.warnings:
         print(f'warning: {warning}')
     print(f'trajectory hash {result.trajectory_hash}', flush=True)

@@ -7,7 +7,14 @@ from typing import Annotated
 import typer
 
 from khr_bringup import scenario as scenarios
+from khr_bringup.live import PATIENCE, LiveParameter, get_parameters
+from khr_bringup.live import set_parameter as set_live
+from khr_bringup.live import switch_scenario as switch
 from khr_cli.verbs.options import DomainOption
+
+TimeoutOption = Annotated[
+    float, typer.Option(min=0.1, help='Seconds to wait for the node, and for each answer.')
+]
 
 
 def get_parameter(
@@ -16,12 +23,11 @@ def get_parameter(
         str | None, typer.Argument(help='A parameter; all of them if left out.')
     ] = None,
     domain: DomainOption = None,
+    timeout: TimeoutOption = PATIENCE,
 ) -> None:
-    """Show parameters of a running graph."""
-    from khr_bringup.live import get_parameters
-
-    for key, value in get_parameters(node, name, domain).items():
-        print(f'{key}: {value}')
+    """Show parameters of a running graph, what they mean and accept, as YAML."""
+    for each in get_parameters(node, name, domain, timeout):
+        print(f'{each.name}: {each.shown}{_comment(each)}')
 
 
 def set_parameter(
@@ -29,12 +35,12 @@ def set_parameter(
     name: Annotated[str, typer.Argument(help='A parameter.')],
     value: Annotated[str, typer.Argument(help='Its new value.')],
     domain: DomainOption = None,
+    timeout: TimeoutOption = PATIENCE,
 ) -> None:
     """Change a parameter of a running graph; it acts from the next control period."""
-    from khr_bringup.live import set_parameter as set_live
-
-    before, after = set_live(node, name, scenarios.parse_value(node, name, value), domain)
-    print(f'{node}.{name}: {before} -> {after}')
+    typed = scenarios.parse_value(node, name, value)
+    before, after = set_live(node, name, typed, domain, timeout)
+    print(f'{node}.{name}: {before.shown} -> {after.shown}{_comment(after)}')
 
 
 def switch_scenario(
@@ -42,8 +48,10 @@ def switch_scenario(
     domain: DomainOption = None,
 ) -> None:
     """Start a running graph anew with another scenario, taken as a whole or not at all."""
-    from khr_bringup.live import switch_scenario as switch
-
     path = scenarios.find(scenario)
     scenarios.load(str(path))
     print(f'{path.stem}: {switch(path, domain)}')
+
+
+def _comment(parameter: LiveParameter) -> str:
+    return f'  # {parameter.meaning}' if parameter.meaning else ''

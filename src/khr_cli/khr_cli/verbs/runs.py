@@ -9,6 +9,7 @@ import typer
 from rich.console import Console
 
 from khr_bringup import scenario as scenarios
+from khr_bringup.expectation import MEANING
 from khr_cli.verbs.options import (
     DomainOption,
     OutOption,
@@ -42,12 +43,7 @@ def run(
     record: RecordOption = True,
     out: OutOption = None,
     set_: SetOption = None,
-    expect: Annotated[
-        str | None,
-        typer.Option(
-            help='Exit with 1 unless the outcome is this: walked, stood, fell or slipped.'
-        ),
-    ] = None,
+    expect: Annotated[str, typer.Option(help=MEANING)] = '',
     domain: DomainOption = None,
     network: Annotated[
         bool, typer.Option('--network', help='Let other machines join; by default none can.')
@@ -65,6 +61,8 @@ def run(
     changes = scenarios.changes_of(set_ or [])
     if duration is not None:
         changes['simulator', 'duration'] = duration
+    if realtime and offline:
+        raise KhrError('--realtime: not with --offline, which has no clock; accepted: one of them')
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     chosen = scenarios.load(scenario).changed(changes)

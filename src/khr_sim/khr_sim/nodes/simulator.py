@@ -34,6 +34,7 @@ from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import Barrier
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
+from khr_sim.punctuality import Punctuality
 from khr_sim.push import Push
 from khr_sim.run_parameters import GAIT, RunParameters
 
@@ -147,8 +148,8 @@ class SimulatorNode(KhrNode):
         self._received = dict.fromkeys(self._received, 0)
         self._started = False
         self._progress = self._attention = self._born = self._reported = time.monotonic()
-        self._stale = self._missed = 0
-        self._last_tick = self._beat = 0.0
+        self._punctuality = Punctuality()
+        self._beat = 0.0
         self._enter('waiting')
         self._output.describe()
         if GAIT not in self._sources:
@@ -291,6 +292,7 @@ class SimulatorNode(KhrNode):
         able = self.state in ('running', 'paused')
         if able:
             self._enter('paused' if request.data else 'running')
+            self._punctuality.rest()
             self._progress = time.monotonic()
             self._pump()
         response.success, response.message = able, self.state
@@ -302,18 +304,16 @@ class SimulatorNode(KhrNode):
         """Advance one period in realtime mode, with whatever answers are fresh."""
         if self.state != 'running':
             return
-        now = time.monotonic()
-        period = self.parameters.control_period / self.parameters.realtime_factor
-        self._missed += int(self._last_tick > 0.0 and now - self._last_tick > 1.5 * period)
-        self._last_tick = now
+        p = self.parameters
+        self._punctuality.tick(time.monotonic(), p.control_period, p.realtime_factor)
         answers = self._barrier.newest()
-        oldest = self.now_ns - round(self.parameters.command_timeout * 1e9)
+        oldest = self.now_ns - round(p.command_timeout * 1e9)
         fresh = {
             source: answer
             for source, answer in answers.items()
             if source == GAIT or answer.stamp_ns >= oldest
         }
-        self._stale += len(answers) - len(fresh)
+        self._punctuality.stale += len(answers) - len(fresh)
         self._advance(fresh)
 
     def _on_watch(self) -> None:
@@ -375,6 +375,7 @@ class SimulatorNode(KhrNode):
         }
         if state in OVER:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
+            values |= {} if self._lockstep else self._punctuality.figures()
         self._state_out.publish(
             status(
                 'simulator',
@@ -385,14 +386,14 @@ class SimulatorNode(KhrNode):
         )
 
     def _report(self) -> None:
-        late = self._stale + self._missed
+        kept = self._punctuality
         self.report(
-            DiagnosticStatus.WARN if late else DiagnosticStatus.OK,
+            DiagnosticStatus.WARN if kept.late or kept.stale else DiagnosticStatus.OK,
             self.state,
             {
                 'sync': self.parameters.sync,
-                'missed_periods': str(self._missed),
-                'stale_corrections': str(self._stale),
+                'missed_periods': str(kept.late),
+                'stale_corrections': str(kept.stale),
                 'latency_p50_ms': self._latency(0.50),
                 'latency_p99_ms': self._latency(0.99),
             },
