@@ -1,4 +1,4 @@
-"""Lockstep: which answers there are, which are missing, and which instant they belong to."""
+"""Lockstep: the answers to an instant, and how far each listener has received the run."""
 
 from __future__ import annotations
 
@@ -50,3 +50,31 @@ class Barrier(Generic[Answer]):
     def newest(self) -> dict[str, Answer]:
         """Return the last answer of each source, to whatever instant."""
         return self._newest
+
+
+class Receipts:
+    """Up to when each listener has received a run, ns; one that has never reported is absent."""
+
+    def __init__(self, listeners: Sequence[str]) -> None:
+        self._listeners = [name for name in listeners if name]
+        self._up_to: dict[str, int] = {}
+
+    def begin(self) -> None:
+        """Begin a run at time 0; who has reported is still there."""
+        self._up_to = dict.fromkeys(self._up_to, 0)
+
+    def take(self, name: str, stamp_ns: int, now_ns: int) -> bool:
+        """Take a report; return whether it is a listener's, and not from before a reset."""
+        wanted = name in self._listeners and stamp_ns <= now_ns
+        if wanted:
+            self._up_to[name] = stamp_ns
+        return wanted
+
+    def absent(self) -> list[str]:
+        """List the listeners that have never reported."""
+        return [name for name in self._listeners if name not in self._up_to]
+
+    def behind(self, instant_ns: int) -> dict[str, int]:
+        """Return the listeners that have not received up to an instant, and how far they have."""
+        found = {name: self._up_to.get(name, 0) for name in self._listeners}
+        return {name: up_to for name, up_to in found.items() if up_to < instant_ns}

@@ -1,11 +1,13 @@
-"""How well a run against the wall clock keeps up with it."""
+"""A run and the wall clock: its pace, how well it keeps up, how late answers come."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections import deque
+from dataclasses import dataclass, field
 
 LATE = 1.5  # periods of wall time from one control period to the next
 SLOWEST = 0.99  # of the factor that was asked for, on average
+LATENCIES = 2000  # answers over which their latency is reported
 MOST = 0.01  # of all periods that may come late, or find a correction too old
 
 
@@ -63,3 +65,37 @@ class Punctuality:
             'missed_periods': str(self.late),
             'stale_corrections': str(self.stale),
         }
+
+
+@dataclass
+class Pace:
+    """When the next control period may begin, in a run that is held back for people to see."""
+
+    _next: float = 0.0  # s of wall time
+
+    def begins(self, now: float, period: float) -> bool:
+        """Return whether a period of so many s of wall time may begin, and count it if so."""
+        if now < self._next:
+            return False
+        # What a slow computer loses is not made up for by more than a period.
+        self._next = max(self._next, now - period) + period
+        return True
+
+
+@dataclass
+class Latency:
+    """How long after their sample corrections came, over the newest of them."""
+
+    _seconds: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES))
+
+    def add(self, seconds: float) -> None:
+        """Count one."""
+        self._seconds.append(seconds)
+
+    def figures(self) -> dict[str, str]:
+        """Return median and 99th percentile in ms; empty without any."""
+        return {'latency_p50_ms': self._within(0.50), 'latency_p99_ms': self._within(0.99)}
+
+    def _within(self, share: float) -> str:
+        ordered = sorted(self._seconds)
+        return f'{1e3 * ordered[int(share * (len(ordered) - 1))]:.3f}' if ordered else ''

@@ -1,6 +1,6 @@
 """The lockstep barrier: what counts as an answer, and to which instant."""
 
-from khr_sim.lockstep import Barrier
+from khr_sim.lockstep import Barrier, Receipts
 
 
 def barrier():
@@ -49,3 +49,24 @@ def test_newest_answers_are_kept_whatever_their_instant():
         b.open(stamp)
     b.put('gait', 0, 'old')
     assert b.newest() == {'gait': 'old'}
+
+
+def test_who_has_not_received_enough_is_known():
+    receipts = Receipts(['recorder', '', 'page'])
+    assert receipts.absent() == ['recorder', 'page']
+    assert receipts.take('recorder', 0, 0)
+    assert receipts.absent() == ['page']
+    assert receipts.take('page', 20, 30)
+    assert receipts.behind(20) == {'recorder': 0}
+    assert receipts.behind(30) == {'recorder': 0, 'page': 20}
+    assert receipts.behind(0) == {}
+
+
+def test_a_report_from_before_a_reset_or_of_a_stranger_does_not_count():
+    receipts = Receipts(['recorder'])
+    assert not receipts.take('stranger', 0, 0)
+    assert receipts.take('recorder', 90, 90)
+    receipts.begin()
+    assert receipts.absent() == []  # it is still there
+    assert not receipts.take('recorder', 90, 15)
+    assert receipts.behind(15) == {'recorder': 0}

@@ -2,7 +2,7 @@
 
 import pytest
 
-from khr_sim.punctuality import Punctuality
+from khr_sim.punctuality import Latency, Pace, Punctuality
 
 PERIOD = 0.015
 
@@ -52,3 +52,21 @@ def test_a_pause_is_left_out():
     kept.tick(1e6, PERIOD, 1.0)
     kept.tick(1e6 + PERIOD, PERIOD, 1.0)
     assert (kept.periods, kept.late, kept.held) == (101, 0, True)
+
+
+def test_a_pace_holds_back_and_makes_up_for_no_more_than_a_period():
+    pace = Pace()
+    assert pace.begins(10.0, 0.5)
+    assert pace.begins(10.1, 0.5)
+    assert not pace.begins(10.4, 0.5)
+    assert pace.begins(10.5, 0.5)
+    begun = [now / 100 for now in range(2000, 2200) if pace.begins(now / 100, 0.5)]
+    assert begun == [20.0, 20.01, 20.5, 21.0, 21.5]
+
+
+def test_latencies_are_given_by_their_share():
+    latency = Latency()
+    assert set(latency.figures().values()) == {''}
+    for k in range(100):
+        latency.add(0.001 * k)
+    assert latency.figures() == {'latency_p50_ms': '49.000', 'latency_p99_ms': '98.000'}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from functools import partial
 from math import isfinite
 from typing import NamedTuple
@@ -31,17 +30,16 @@ from khr_common.interfaces import (
 from khr_common.nodes.messages import restamp, status, to_nanoseconds
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import KEY, MalformedError, read_ready
-from khr_sim.lockstep import Barrier
+from khr_sim.lockstep import Barrier, Receipts
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
-from khr_sim.punctuality import Punctuality
+from khr_sim.punctuality import Latency, Pace, Punctuality
 from khr_sim.push import Push
 from khr_sim.run_parameters import GAIT, RunParameters
 
 ASK_AGAIN = 0.1  # s of wall time without an answer
 LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
 SILENCE = 4.0  # s of wall time without a report of those that have not received the end
-LATENCIES = 2000  # answers over which their latency is reported
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 TICKS = 4  # looks per control period whether its time has come, if there is a pace
 
@@ -71,9 +69,8 @@ class SimulatorNode(KhrNode):
         self._period_ns = round(self.parameters.control_period * 1e9)
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
         self._state_out = self.publisher(STATE)
-        self._listeners = [name for name in self.parameters.listeners if name]
-        self._received: dict[str, int] = {}  # by listener, up to when, ns
-        self._latencies: deque[float] = deque(maxlen=LATENCIES)
+        self._receipts = Receipts(self.parameters.listeners)
+        self._latency = Latency()
         self._sources = [name for name in self.parameters.answers if name]
         for source in self._sources:
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
@@ -128,7 +125,9 @@ class SimulatorNode(KhrNode):
     def settled(self) -> bool:
         """Return whether the listeners have received all; what they miss comes from here alone."""
         waited = time.monotonic() - self._attention
-        return self.failure is not None or not self._behind(0) or waited > SILENCE
+        return (
+            self.failure is not None or not self._receipts.behind(self.now_ns) or waited > SILENCE
+        )
 
     def close(self) -> None:
         """Release the physics."""
@@ -145,11 +144,11 @@ class SimulatorNode(KhrNode):
         self._barrier: Barrier[Answer] = Barrier(self._sources)
         self._barrier.open(0)
         self.now_ns = 0
-        self._received = dict.fromkeys(self._received, 0)
+        self._receipts.begin()
         self._started = False
         self._progress = self._attention = self._born = self._reported = time.monotonic()
         self._punctuality = Punctuality()
-        self._beat = 0.0
+        self._pace = Pace()
         self._enter('waiting')
         self._output.describe()
         if GAIT not in self._sources:
@@ -177,16 +176,9 @@ class SimulatorNode(KhrNode):
             self._advance(self._barrier.at(self._due))
 
     def _in_time(self) -> bool:
-        """Return whether the pace lets the coming period begin, and count it if so."""
-        pace = self.parameters.pace
-        if not pace:
-            return True
-        now, period = time.monotonic(), self.parameters.control_period / pace
-        if now < self._beat:
-            return False
-        # What a slow computer loses is not made up for by more than a period.
-        self._beat = max(self._beat, now - period) + period
-        return True
+        """Return whether the pace, if there is one, lets the coming period begin."""
+        p = self.parameters
+        return not p.pace or self._pace.begins(time.monotonic(), p.control_period / p.pace)
 
     @property
     def _due(self) -> int:
@@ -195,18 +187,10 @@ class SimulatorNode(KhrNode):
 
     def _missing(self) -> list[str]:
         """List whom the coming period waits for: answers, and listeners that are far behind."""
-        return self._barrier.missing(self._due) + self._behind(LEAD)
-
-    def _behind(self, lead: int) -> list[str]:
-        """List the listeners that have not received what was ``lead`` ns ago."""
-        return [
-            name for name in self._listeners if self.now_ns - self._received.get(name, 0) > lead
-        ]
+        return [*self._barrier.missing(self._due), *self._receipts.behind(self.now_ns - LEAD)]
 
     def _waiting_for(self) -> list[str]:
-        return self._barrier.missing(0) + [
-            name for name in self._listeners if name not in self._received
-        ]
+        return self._barrier.missing(0) + self._receipts.absent()
 
     def _advance(self, answers: dict[str, Answer]) -> None:
         # With a delay the first period has no answer yet: the board holds the first reference.
@@ -242,7 +226,7 @@ class SimulatorNode(KhrNode):
         if not self._barrier.put(source, answer.stamp_ns, answer):
             return
         if source != GAIT and answer.stamp_ns == self.now_ns:
-            self._latencies.append(time.monotonic() - self._progress)
+            self._latency.add(time.monotonic() - self._progress)
         try:
             self._pump()
         except KhrError as error:
@@ -250,10 +234,7 @@ class SimulatorNode(KhrNode):
 
     def _on_ready(self, message: String) -> None:
         name, stamp_ns = read_ready(message.data, self.run)
-        if name not in self._listeners:
-            return
-        if stamp_ns <= self.now_ns:  # otherwise it is from before a reset
-            self._received[name] = stamp_ns
+        if self._receipts.take(name, stamp_ns, self.now_ns):
             self._attention = time.monotonic()
             self._pump()
 
@@ -342,8 +323,8 @@ class SimulatorNode(KhrNode):
         if silent:
             return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'
         return 'not received whole by ' + ', '.join(
-            f'{name} after t = {self._received.get(name, 0) / 1e9:.3f} s'
-            for name in self._behind(LEAD)
+            f'{name} after t = {up_to / 1e9:.3f} s'
+            for name, up_to in self._receipts.behind(self.now_ns - LEAD).items()
         )
 
     def _wait(self, now: float) -> None:
@@ -394,15 +375,9 @@ class SimulatorNode(KhrNode):
                 'sync': self.parameters.sync,
                 'missed_periods': str(kept.late),
                 'stale_corrections': str(kept.stale),
-                'latency_p50_ms': self._latency(0.50),
-                'latency_p99_ms': self._latency(0.99),
+                **self._latency.figures(),
             },
         )
-
-    def _latency(self, share: float) -> str:
-        """Return the time in ms within which this share of corrections came after its sample."""
-        ordered = sorted(self._latencies)
-        return f'{1e3 * ordered[int(share * (len(ordered) - 1))]:.3f}' if ordered else ''
 
 
 def _read_answer(data: bytes) -> Answer:
