@@ -163,7 +163,7 @@ def bag_figures(folder: Path) -> Numbers:
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
 MUJOCO_TWIN = 'offline twin, MuJoCo'
 ONE, ONE_RECORDED = 'one process', 'one process, recorded'
-NINE, NINE_RECORDED = 'nine processes', 'nine processes, recorded'
+EACH, EACH_RECORDED = 'a process per node', 'a process per node, recorded'
 CASES: dict[str, Callable[[], Numbers]] = {
     RAW: lambda: plain(motors=False),
     MOTORS: lambda: plain(motors=True),
@@ -171,10 +171,10 @@ CASES: dict[str, Callable[[], Numbers]] = {
     MUJOCO_TWIN: lambda: offline(SECOND_ENGINE),
     ONE: lambda: graph('--one-process', '--no-record'),
     ONE_RECORDED: lambda: graph('--one-process'),
-    NINE: lambda: graph('--processes', '--no-record'),
-    NINE_RECORDED: lambda: graph('--processes'),
+    EACH: lambda: graph('--processes', '--no-record'),
+    EACH_RECORDED: lambda: graph('--processes'),
     'one process, realtime': lambda: graph('--one-process', '--realtime'),
-    'nine processes, realtime': lambda: graph('--processes', '--realtime'),
+    'a process per node, realtime': lambda: graph('--processes', '--realtime'),
 }
 
 

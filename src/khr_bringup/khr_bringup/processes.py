@@ -34,7 +34,7 @@ class Processes:
     """
 
     def __init__(self, environment: dict[str, str], log: Path, lock: int = -1) -> None:
-        # One thread per process: linear algebra here is small, and nine pools fight for cores.
+        # One thread per process: linear algebra here is small, and ten pools fight for cores.
         single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
         own = {**single, PARENT: str(os.getpid()), 'ROS_LOG_DIR': str(log)}
         self._environment = {**os.environ, **environment, **own}
