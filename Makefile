@@ -13,7 +13,7 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick install tools lint docs bench chaos mutants lock version clean
+.PHONY: run test quick install tools lint docs site bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -63,6 +63,10 @@ docs: install
 	$(BIN)/python -m khr_analysis.models.report docs/models.md
 	$(BIN)/python -m khr_sim.gyro_circuit.report docs/gyro.md
 
+# the documents as pages, in site/; a link that leads nowhere is an error
+site: tools
+	$(BIN)/sphinx-build --quiet -W --keep-going -c docs . site
+
 bench: tools
 	$(BIN)/python -m tests.benchmarks
 
@@ -70,13 +74,14 @@ lock: export CUSTOM_COMPILE_COMMAND = make lock
 lock: COMPILE = $(BIN)/pip-compile --quiet --strip-extras --no-emit-index-url \
           --no-emit-find-links --no-emit-trusted-host
 lock: tools
-	$(COMPILE) --allow-unsafe --output-file requirements.lock requirements.in
+	$(COMPILE) --allow-unsafe --all-build-deps --output-file requirements.lock pyproject.toml
 	$(COMPILE) --output-file requirements-dev.lock requirements-dev.in
 
 version:
 	@test -n '$(VERSION)' || { echo 'make version VERSION=1.2.3'; exit 2; }
 	sed -i 's|<version>.*</version>|<version>$(VERSION)</version>|' src/*/package.xml
+	sed -i "0,/^version = .*/s//version = '$(VERSION)'/" pyproject.toml
 	sed -i '0,/^## \[Unreleased\]/s//&\n\n## [$(VERSION)] - '"$$(date +%F)/" CHANGELOG.md
 
 clean:
-	rm -rf $(VENV) ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info
+	rm -rf $(VENV) site build *.egg-info ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info

@@ -60,7 +60,9 @@ def registry() -> Mapping[str, RegisteredNode]:
             package.
     """
     found: dict[str, RegisteredNode] = {}
-    for entry in sorted(entry_points(group=GROUP), key=_foreign_last):
+    # Once each, also where this project is installed both whole and in parts.
+    entries = {(each.name, each.value): each for each in entry_points(group=GROUP)}.values()
+    for entry in sorted(entries, key=_foreign_last):
         node = RegisteredNode(_load(entry), entry.value)
         _check(entry, node.spec, found)
         found[entry.name] = node
@@ -104,7 +106,7 @@ def _foreign_last(entry: EntryPoint) -> tuple[bool, str, str]:
 
 
 def _package(entry: EntryPoint) -> str:
-    return entry.dist.name if entry.dist else entry.value.split('.')[0]
+    return entry.module.split('.')[0]
 
 
 def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNode]) -> None:

@@ -44,7 +44,8 @@ VERBS: dict[str, Callable[..., None]] = {
 
 def _show_version(asked: bool) -> None:
     if asked:
-        print(f'khr {metadata.version("khr_cli")}')
+        (distribution, *_) = metadata.packages_distributions()['khr_cli']  # the whole, or a part
+        print(f'khr {metadata.version(distribution)}')
         raise typer.Exit
 
 

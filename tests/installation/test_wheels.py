@@ -1,0 +1,143 @@
+"""Wheels, of every package and of the whole, hold all and run where there is nothing else."""
+
+import os
+import shutil
+import subprocess
+import sys
+import sysconfig
+import zipfile
+from configparser import ConfigParser
+from pathlib import Path
+
+import pytest
+
+from tests import ROOT
+
+pytestmark = pytest.mark.slow
+PARTS = sorted(path.parent.name for path in (ROOT / 'src').glob('*/package.xml'))
+PIP = [sys.executable, '-m', 'pip', '--quiet', '--disable-pip-version-check']
+
+
+def run(*command, **options):
+    ended = subprocess.run(
+        [*map(str, command)], capture_output=True, text=True, check=False, **options
+    )
+    assert ended.returncode == 0, ended.stdout + ended.stderr
+    return ended.stdout
+
+
+@pytest.fixture(scope='module')
+def built(tmp_path_factory):
+    """Build all wheels from a copy of the sources; return those of the parts, and the whole."""
+    top = tmp_path_factory.mktemp('sources')
+    left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
+    for name in ('src', 'config'):
+        shutil.copytree(ROOT / name, top / name, symlinks=True, ignore=left)
+    for name in ('pyproject.toml', 'requirements.in', 'README.md', 'LICENSE'):
+        shutil.copy(ROOT / name, top)
+    build = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index']
+    run(*build, '-w', 'parts', *(f'./src/{name}' for name in PARTS), cwd=top)
+    run(*build, '-w', 'whole', '.', cwd=top)
+    return {kind: sorted((top / kind).glob('*.whl')) for kind in ('parts', 'whole')}
+
+
+def modules(wheels):
+    """Return the files that are imported or read beside what is, from some wheels."""
+    names = [name for wheel in wheels for name in zipfile.ZipFile(wheel).namelist()]
+    return {name for name in names if '.dist-info/' not in name and '.data/' not in name}
+
+
+def entries(wheels):
+    """Return the entry points of some wheels by group."""
+    found = {}
+    for wheel in wheels:
+        with zipfile.ZipFile(wheel) as file:
+            for name in file.namelist():
+                if name.endswith('.dist-info/entry_points.txt'):
+                    given = ConfigParser()
+                    given.read_string(file.read(name).decode())
+                    for group in given.sections():
+                        found.setdefault(group, {}).update(given[group])
+    return found
+
+
+def test_the_whole_is_its_parts(built):
+    parts, whole = built['parts'], built['whole']
+    assert [wheel.name.split('-')[0] for wheel in parts] == PARTS
+    assert [wheel.name.split('-')[0] for wheel in whole] == ['khr']
+    assert modules(whole) == modules(parts)
+    assert entries(whole) == entries(parts)
+
+
+def bare(folder):
+    """Make an environment with all that this one has, but for the project itself."""
+    run(sys.executable, '-m', 'venv', '--without-pip', folder)
+    paths = sysconfig.get_paths(vars={'base': str(folder), 'platbase': str(folder)})
+    for entry in Path(sysconfig.get_paths()['purelib']).iterdir():
+        if not entry.name.startswith(('khr', '__pycache__')):
+            (Path(paths['purelib']) / entry.name).symlink_to(entry)
+    return folder / 'bin'
+
+
+def options_for(bin_folder, folder):
+    """Return where a command runs: in an environment of its own, without the network."""
+    kept = {key: value for key, value in os.environ.items() if key != 'PYTHONPATH'}
+    own = {'PATH': f'{bin_folder}:{kept["PATH"]}', 'PIP_NO_INDEX': '1', 'PIP_NO_CACHE_DIR': '1'}
+    return {'cwd': folder, 'env': kept | own | {'PIP_DISABLE_PIP_VERSION_CHECK': '1'}}
+
+
+def check_run(bin_folder, folder, way):
+    options = options_for(bin_folder, folder)
+    where = run(bin_folder / 'python', '-c', 'import khr; print(khr.__file__)', **options)
+    assert where.startswith(str(bin_folder.parent))
+    short = ['run', 'walk_3deg', '--duration', '0.3', '--out', folder / 'run']
+    assert 'trajectory hash' in run(bin_folder / 'khr', *short, way, **options)
+
+
+def test_the_parts_run_where_there_is_nothing_else(built, tmp_path):
+    bin_folder = bare(tmp_path / 'venv')
+    install = ['install', '--no-deps', '--no-index', *built['parts']]
+    run(*PIP, '--python', bin_folder / 'python', *install)
+    check_run(bin_folder, tmp_path, '--offline')
+
+
+def instructions():
+    """Return the instructions of the Dockerfile, each with its arguments."""
+    lines = (ROOT / 'Dockerfile').read_text().splitlines()
+    return [line.partition(' ')[::2] for line in lines if line and not line.startswith('#')]
+
+
+def test_the_steps_of_the_dockerfile_lead_to_a_run(tmp_path):
+    """Done here in a folder, with this environment's packages for those of the base image."""
+    bin_folder, image = bare(tmp_path / 'venv'), tmp_path / 'image'
+    pip = bin_folder / 'pip'
+    pip.write_text(f'#!/bin/sh\nexec {bin_folder}/python -m pip "$@"\n')
+    pip.chmod(0o755)
+    image.mkdir()
+    allowed = (ROOT / '.dockerignore').read_text().splitlines()
+    left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
+    others = []
+    for name, text in instructions():
+        if name == 'COPY':
+            *sources, target = text.split()
+            for source in sources:
+                assert f'!{source}' in allowed
+                if (ROOT / source).is_dir():
+                    shutil.copytree(ROOT / source, image / target, symlinks=True, ignore=left)
+                else:
+                    shutil.copy(ROOT / source, image / target)
+        elif name == 'RUN' and text.startswith('pip '):
+            run('sh', '-c', text, **options_for(bin_folder, image))
+        else:
+            others.append(name)
+    assert others == ['FROM', 'WORKDIR', 'RUN', 'USER', 'WORKDIR', 'ENTRYPOINT', 'CMD']
+    shutil.rmtree(image)  # what runs must not need the sources
+    check_run(bin_folder, tmp_path, '--no-record')
+
+
+def test_docker_builds_the_image():
+    if not shutil.which('docker') or subprocess.run(['docker', 'info'], check=False,
+                                                    capture_output=True).returncode:  # fmt: skip
+        pytest.skip('no Docker here: the steps of the Dockerfile are tried without it')
+    run('docker', 'build', '--tag', 'khr-tested', ROOT)
+    assert 'walk_3deg' in run('docker', 'run', '--rm', 'khr-tested')
