@@ -15,7 +15,7 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array, Series, series_of_bag
 from khr_bringup.scenario import Scenario
 from khr_common.files import written
-from khr_figures.plot_style import panels, styled
+from khr_figures.plot_style import panels, save, styled
 
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
 GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
@@ -67,7 +67,7 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
             draw_signals(axis, series, [one for one in SIGNALS if one.group == group])
         draw_spectra(lines, {'': third_cycle(series, scenario)})
         with written(path) as part:
-            figure.savefig(part)
+            save(figure, part)
 
 
 def signals_of(runs: Iterable[Series]) -> list[Signal]:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from khr_experiments.best_gain import CRITERION, GAINS
 from khr_experiments.stability_map import Direction, StabilityMap, stability_map
 from khr_figures.errors import FigureError
-from khr_figures.plot_style import styled
+from khr_figures.plot_style import save, styled
 from khr_sweeps.folder import read_results
 
 SIZE = (9.0, 7.0)  # inches
@@ -71,7 +71,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     try:
         image.parent.mkdir(parents=True, exist_ok=True)
         with styled():
-            figure(counted).savefig(image, metadata={'Software': None}, format='png')
+            save(figure(counted), image)
         for path, rows in rows_by_file.items():
             _write_csv(path, rows)
     except OSError as error:

@@ -18,7 +18,7 @@ from khr_bringup.code_version import code_version, library_versions, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
 from khr_common import specifications
-from khr_figures.plot_style import panels, styled
+from khr_figures.plot_style import panels, save, styled
 from khr_figures.run_overview import (
     draw_overlay,
     draw_signals,
@@ -268,7 +268,7 @@ def _picture(title: str, height: float, draw: Callable[..., None], *what: Any) -
         figure, (axis,) = panels('', height=height)
         draw(axis, *what)
         content = io.BytesIO()
-        figure.savefig(content, dpi=RESOLUTION, metadata={'Software': None})
+        save(figure, content, dpi=RESOLUTION)
     return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
 
 
