@@ -91,7 +91,12 @@ def figure(counted: StabilityMap) -> Figure:
         ('survived: share of runs', counted.survived / runs, 'RdYlBu', (0.0, 1.0)),
         ('slipped without falling: share of runs', counted.slipped / runs, 'Blues', (0.0, 1.0)),
         ('fell: median time of the fall [s]', counted.fell_at, 'magma', None),
-        ('vibration: median of those that survived [rad/s]', counted.vibration, 'viridis', None),
+        (
+            'vibration: median of those that survived (°/s)',
+            np.degrees(counted.vibration),
+            'viridis',
+            None,
+        ),
     )
     for panel, (title, values, colours, limits) in zip(axes.flat, panels, strict=True):
         panel.set_title(title)
