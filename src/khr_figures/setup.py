@@ -24,6 +24,7 @@ setup(
         'khr_tuning',
         'matplotlib',
         'numpy',
+        'scipy',
     ],
     extras_require={'test': ['pytest']},
     zip_safe=True,

@@ -27,6 +27,7 @@ setup(
         'imageio-ffmpeg',
         'Jinja2',
         'MarkupSafe',
+        'matplotlib',
         'numpy',
         'pillow',
         'PyYAML',

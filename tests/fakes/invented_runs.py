@@ -15,6 +15,7 @@ from khr_sim.run_parameters import RunParameters
 WEIGHT = 15.0  # N
 TONE = 4.0 / 2.31  # Hz, with RATE the pitch rate of every walk
 RATE = 0.3  # rad/s
+READ = 0.8  # of it the gyro reads
 FELL_AT = 2.5  # s
 
 
@@ -48,6 +49,7 @@ def signals(scenario, seed: int, end: float) -> Series:
         'foot_force': np.tile(loads, (size, 1)),
         'correction': np.zeros((size, 2)),
         'pitch_rate': rate,
+        'gyro_rate': READ * rate,
         'slip': 0.01 * time,
         'time': time,
     }

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import hypot, inf, sqrt
+from math import degrees, hypot, inf, sqrt
 from multiprocessing import active_children, get_context, parent_process
 
 import numpy as np
@@ -115,7 +115,7 @@ class Attempt:
         o = self.outcome
         return (
             f'{self.inclination_deg:6.2f} deg  seed {self.seed}  {o.verdict:8}'
-            f'slip {o.largest_slip * 1000:5.1f} mm  vibration {o.vibration:.3f} rad/s'
+            f'slip {o.largest_slip * 1000:5.1f} mm  vibration {degrees(o.vibration):5.1f} deg/s'
         )
 
 
@@ -342,8 +342,8 @@ def text_of(condition: Condition, limit: Limit) -> str:
             f'{limit.mean:.2f} {within}  {condition.title}',
             f'seeds      {"  ".join(f"{one:.2f}" for one in sorted(limit.of_seeds))} deg',
             f'just below {_verdict("slips", limit.slipped)}, '
-            f'{_verdict("vibrates", limit.vibrated)} ({limit.vibration:.3f} rad/s above 4 Hz, '
-            f'limit {VIBRATES:g})',
+            f'{_verdict("vibrates", limit.vibrated)} ({degrees(limit.vibration):.1f} deg/s above 4 Hz, '
+            f'limit {degrees(VIBRATES):.1f})',
         )
     )
 

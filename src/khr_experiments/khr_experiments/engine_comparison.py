@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import hypot
+from math import degrees, hypot
 
 import numpy as np
 
@@ -188,7 +188,7 @@ def measure(name: str, changes: Changes) -> Measured:
     truths: list[Truth] = []
     result = run_offline(scenario, lambda truth, *_: truths.append(truth))
     outcome = result.outcome
-    numbers = {'vibration, rad/s': outcome.vibration}
+    numbers = {'vibration, deg/s': degrees(outcome.vibration)}
     if outcome.verdict == 'fell':
         return Measured(outcome.verdict, {'fall, s': outcome.fell_at or result.time})
     numbers |= {'distance, m': outcome.distance, 'largest slip, mm': 1000.0 * outcome.largest_slip}
@@ -199,7 +199,7 @@ def measure(name: str, changes: Changes) -> Measured:
         rates = np.array([truth.mean_angular_velocity[1] for truth in truths])[inside]
         for line in LINES:
             turn = np.exp(-2j * np.pi * line * (times[inside] - start) / (end - start))
-            numbers[f'Gait-3 line {line}, rad/s'] = 2.0 * abs(np.mean(rates * turn))
+            numbers[f'Gait-3 line {line}, deg/s'] = degrees(2.0 * abs(np.mean(rates * turn)))
     else:
         last = [truth for truth in truths if truth.stamp_ns / 1e9 > times[-1] - RESTING]
         forces = np.mean([truth.contact_force[:, 2] for truth in last], axis=0)

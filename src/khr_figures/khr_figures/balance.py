@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -17,18 +18,17 @@ from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN, STALL_TORQUE
 from khr_experiments.experiments import Runs
 from khr_experiments.published import STAGE_2, STAGE_3
 from khr_figures import standing
-from khr_figures.plot_style import TITLES, head, panels, share_scale
+from khr_figures.plot_style import TITLES, head, legend_above, legend_below, panels, share_scale
 from khr_figures.records import (
     LOOKS,
+    TRUE,
+    Rate,
     condition,
     control,
     draw_over_inclination,
     draw_seeds,
     grouped,
     inclination_deg,
-    legend_below,
-    main_lines,
-    seed_legend,
 )
 
 ROBOT = Pendulum()
@@ -86,7 +86,7 @@ def critical_inclination() -> Figure:
     )
     left.set(xlabel='initial lean θ_A0 (°)', ylabel='φ_cr (°)')
     right.set(xlabel='initial lean θ_A0 (°)', ylabel='φ_cr − exact (°)')
-    left.legend(loc='lower left')
+    legend_below(left, 2)
     figure.suptitle('Figure 3.9: the inclination at which the heel lifts')
     return figure
 
@@ -176,11 +176,11 @@ def servo_characteristic() -> Figure:
     return figure
 
 
-def servo_step(runs: Mapping[str, Runs]) -> Figure:
+def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     """Draw the step response of (3.11), its rate, and the robot's rate during a leg lift."""
     figure, axes = panels(
         *(f'{quantity}, {TITLES[form]}' for quantity in ('lean', 'pitch rate') for form in FORMS),
-        *(f'pitch rate, robot, {control(stage)}' for stage in CONTROLLED),
+        *(f'simulated robot, {control(stage)}' for stage in CONTROLLED),
         columns=2,
         height=7.6,
     )
@@ -201,7 +201,7 @@ def servo_step(runs: Mapping[str, Runs]) -> Figure:
             draw_seeds(
                 axis,
                 lifts.get((stage, phi), []),
-                standing.rate_of_run,
+                partial(standing.rate_of_run, rate=rate),
                 f'φ = {phi:g}°',
                 color=color,
                 linestyle=line,
@@ -209,29 +209,29 @@ def servo_step(runs: Mapping[str, Runs]) -> Figure:
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(
             xlabel='time, the board tilting from 0 s on (s)',
-            ylabel='pitch rate (°/s)',
+            ylabel=rate.label,
             ylim=(-30.0, 1500.0),
             yticks=[-10, 0, 10, 100],
             yticklabels=[-10, 0, 10, 100],
         )
-        seed_legend(axis, loc='upper left', ncols=3, fontsize=7)
+        legend_above(axis)
     head(
         figure,
-        'Figure 3.12: the ankle steps from θ_A0 to the lean that (3.13) asks for; on '
-        'the simulated robot the loops adjust while the board tilts and one leg lifts '
-        '(a thin line per seed; x: it fell; not linear beyond 10°/s)',
+        'Figure 3.12: the ankle steps from θ_A0 to the lean that (3.13) asks for',
+        'on the simulated robot the loops adjust while the board tilts and one leg lifts; '
+        'a thin line per seed, x: it fell; not linear beyond 10°/s',
+        rate.note,
     )
     return figure
 
 
-def largest_overshoot(runs: Mapping[str, Runs]) -> Figure:
+def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     """Draw the largest pitch rate over phi, of the step response and of the robot."""
     inclinations = np.linspace(0.0, 10.0, 41)
     figure, (axis, robot) = panels('model: the step of Figure 3.12', 'simulated robot: a leg lift')
     for form in FORMS:
         rates = [abs(largest_rate(_adjust(phi, form))) for phi in inclinations]
         axis.plot(inclinations, np.degrees(rates), label=TITLES[form])
-    axis.legend()
     lifts = grouped(
         (
             run
@@ -243,14 +243,21 @@ def largest_overshoot(runs: Mapping[str, Runs]) -> Figure:
     )
     for stage, (color, line) in zip(standing.STAGES, LOOKS, strict=False):
         draw_over_inclination(
-            robot, lifts[stage], standing.largest_rate, control(stage), color=color, linestyle=line
+            robot,
+            lifts[stage],
+            partial(standing.largest_rate, rate=rate),
+            control(stage),
+            color=color,
+            linestyle=line,
         )
-    robot.legend(handles=main_lines(robot))
-    for each in (axis, robot):
-        each.set(xlabel=standing.SLOPE, ylabel='largest |pitch rate| (°/s)')
-    figure.suptitle(
-        'Figure 3.13: the largest pitch rate while the ankle adjusts\n'
-        'median of the seeds, band from smallest to largest; x: a seed fell'
+    for each, name in ((axis, 'pitch rate'), (robot, rate.name)):
+        legend_above(each)
+        each.set(xlabel=standing.SLOPE, ylabel=f'largest |{name}| (°/s)', ylim=(0.0, None))
+    head(
+        figure,
+        'Figure 3.13: the largest pitch rate while the ankle adjusts',
+        'median of the seeds, band from smallest to largest; x: a seed fell',
+        rate.note,
     )
     return figure
 

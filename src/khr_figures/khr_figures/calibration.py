@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -14,13 +13,6 @@ from khr_experiments.ensemble import Ensemble, correlations, frontier, gains
 from khr_figures.plot_style import WIDTH, head, panels, styled
 
 GAPS = (1.0, 2.0, 3.0)  # deg between the limits, drawn as lines
-
-
-def save(figure: Figure, path: Path) -> Path:
-    """Write a figure as PNG."""
-    with styled():
-        figure.savefig(path, metadata={'Software': None})
-    return path
 
 
 def correlation_picture(plan: CalibrationPlan, found: Ensemble) -> Figure:

@@ -8,6 +8,7 @@ from collections.abc import Mapping
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from scipy.signal import find_peaks
 
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
@@ -16,9 +17,11 @@ from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import walking
 from khr_experiments.scoreboard_runs import CYCLE
-from khr_figures.plot_style import panels, share_scale
+from khr_figures.plot_style import head, panels, share_scale
 from khr_figures.records import (
+    GYRO,
     LOOKS,
+    Rate,
     condition,
     control,
     draw_seeds,
@@ -29,8 +32,10 @@ from khr_figures.records import (
 )
 
 EXPERIMENTS = ('walk_inclination', 'walk_between')
-RATE = 'pitch rate (°/s)'
+FINGERPRINT = ('walk_left_first',)
+PEAKS = 2  # of the pitch rate while one leg swings
 BLUE = LOOKS[0][0]
+ONE_PER_SEED = 'a thin line per seed; x: it fell'
 Walk = tuple[float, Condition]  # inclination in deg, and condition
 
 
@@ -44,18 +49,18 @@ def _gait(parameters: GaitParameters) -> Gait:
     return Gait(parameters)  # planning takes a tenth of a second
 
 
-def rate_of_walk(run: Run) -> tuple[Array, Array]:
+def rate_of_walk(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
     """Return time (s) and pitch rate (deg/s) from the start of a walk to its end or fall."""
     series, start = record(run), run.scenario.table(GaitParameters).start_delay
     kept = series.time >= start
-    return series.time[kept] - start, np.degrees(series.pitch_rate[kept])
+    return series.time[kept] - start, rate.values(series)[kept]
 
 
-def gait_3(run: Run) -> tuple[Array, Array]:
+def gait_3(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
     """Return time (s) and pitch rate (deg/s) from the start of Gait-3 to its end or a fall."""
     series, (start, end) = record(run), cycle_of(run)
     kept = (series.time > start - 1e-4) & (series.time < end - 1e-4)
-    return series.time[kept] - start, np.degrees(series.pitch_rate[kept])
+    return series.time[kept] - start, rate.values(series)[kept]
 
 
 def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
@@ -72,71 +77,124 @@ def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
     )
 
 
-def whole_walk(runs: Mapping[str, Runs]) -> Figure:
+def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw the pitch rate of a whole walk on the flat, and of its third cycle, Gait-3."""
-    flat = walks_of(runs)[0.0, walking()]
+    (walks,) = (runs[name] for name in FINGERPRINT)
+    flat = [run for run in walks if run.series is not None]
     figure, (whole, third) = panels('the whole walk', 'Gait-3', columns=1, height=4.6)
-    draw_seeds(whole, flat, rate_of_walk, 'φ = 0°', color=BLUE)
-    _draw_gait_3(third, flat)
+    draw_seeds(whole, flat, functools.partial(rate_of_walk, rate=rate), 'pitch rate', color=BLUE)
+    _draw_gait_3(third, flat, rate)
+    for axis in (whole, third):  # room for the names
+        low, high = axis.get_ylim()
+        axis.set_ylim(low, high + 0.3 * (high - low))
     gait = flat[0].scenario.table(GaitParameters)
+    _name_gaits(whole, gait)
+    _name_legs(third, gait)
+    _number_peaks(third, flat, rate)
+    whole.set(xlabel='time from the start of the walk (s)', ylabel=rate.label)
+    head(
+        figure,
+        'Figure 5.5: half a gait, four whole ones, half a gait on the flat',
+        'Gait-3 is the fingerprint: two peaks while the right leg swings, two for the left',
+        'a thin line per seed',
+        rate.note,
+    )
+    return figure
+
+
+def _name_gaits(axis: Axes, gait: GaitParameters) -> None:
+    """Shade the whole gaits and name them."""
     for cycle in range(1, gait.cycles + 1):
         begin, end = (time - gait.start_delay for time in _gait(gait).cycle(cycle))
-        whole.axvspan(
+        axis.axvspan(
             begin, end, color='0.85' if cycle == CYCLE else '0.96', zorder=0, linewidth=0.0
         )
-        whole.annotate(
-            f'Gait-{cycle}',
-            (begin, 1.0),
-            xytext=(2, -9),
-            fontsize=7,
-            color='0.4',
-            xycoords=('data', 'axes fraction'),
-            textcoords='offset points',
-        )
+        _write(axis, f'Gait-{cycle}', (begin + end) / 2.0)
+
+
+def _name_legs(axis: Axes, gait: GaitParameters) -> None:
+    """Part a gait by the leg that swings; after the half gait the other leg is first."""
     sides = ('left', 'right') if gait.first_foot == 'right' else ('right', 'left')
-    third.axvline(gait.cycle_period / 2.0, color='0.6', linewidth=0.6)
+    axis.axvline(gait.cycle_period / 2.0, color='0.6', linewidth=0.6)
     for number, side in enumerate(sides):
-        third.annotate(
-            f'{side} leg swings',
-            ((0.25 + 0.5 * number) * gait.cycle_period, 1.0),
-            xytext=(0, -9),
+        _write(axis, f'{side} leg swings', (0.25 + 0.5 * number) * gait.cycle_period)
+
+
+def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
+    """Number the peaks of Gait-3, of the mean over the seeds that reached its end."""
+    whole = [gait_3(run, rate) for run in walks if not fell(run)]
+    if not whole:
+        return
+    time, mean = whole[0][0], np.mean([values for _, values in whole], axis=0)
+    for number, place in enumerate(peaks_of_swings(mean), start=1):
+        axis.annotate(
+            str(number),
+            (time[place], max(values[place] for _, values in whole)),
+            xytext=(0, 3),
             textcoords='offset points',
-            fontsize=7,
-            color='0.4',
-            xycoords=('data', 'axes fraction'),
             ha='center',
+            fontweight='bold',
         )
-    whole.set(xlabel='time from the start of the walk (s)', ylabel=RATE)
-    for axis in (whole, third):  # room for the annotations
-        axis.set_ylim(None, 1.35 * axis.get_ylim()[1])
-    figure.suptitle(
-        'Figure 5.5: half a gait, four whole ones, half a gait on the flat; the '
-        'third is the fingerprint\na thin line per seed'
+
+
+def peaks_of_swings(gait: Array) -> list[int]:
+    """Return the indices of the most prominent peaks of a gait, two per swing of a leg.
+
+    Args:
+        gait: pitch rate over one cycle, (N,), in any unit.
+    """
+    around = np.tile(gait, 3)  # a cycle has no ends
+    places, found = find_peaks(around, prominence=0.0)
+    size, half = len(gait), len(gait) / 2.0
+    chosen = []
+    for swing in range(2):
+        begin = size + swing * half
+        here = [
+            (prominence, int(place) - size)
+            for place, prominence in zip(places, found['prominences'], strict=True)
+            if begin <= place < begin + half
+        ]
+        chosen += sorted(place for _, place in sorted(here)[-PEAKS:])
+    return chosen
+
+
+def _write(axis: Axes, text: str, x: float) -> None:
+    axis.annotate(
+        text,
+        (x, 1.0),
+        xytext=(0, -9),
+        textcoords='offset points',
+        fontsize=7,
+        color='0.4',
+        ha='center',
+        xycoords=('data', 'axes fraction'),
     )
-    return figure
 
 
-def without_control(runs: Mapping[str, Runs]) -> Figure:
+def without_control(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw Gait-3 without control, by inclination."""
     figure = _per_inclination(
-        {key: group for key, group in walks_of(runs).items() if key[1] == walking()}
+        {key: group for key, group in walks_of(runs).items() if key[1] == walking()}, rate
     )
-    figure.suptitle(
-        'Figure 5.6: Gait-3 without control, downhill ever steeper\n'
-        'a thin line per seed; x: it fell'
+    head(
+        figure,
+        'Figure 5.6: Gait-3 without control, downhill ever steeper',
+        ONE_PER_SEED,
+        rate.note,
     )
     return figure
 
 
-def with_control(runs: Mapping[str, Runs]) -> Figure:
+def with_control(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw Gait-3 with ankle control, and with ankle and hip control, by inclination."""
     figure = _per_inclination(
-        {key: group for key, group in walks_of(runs).items() if key[1] != walking()}
+        {key: group for key, group in walks_of(runs).items() if key[1] != walking()}, rate
     )
-    figure.suptitle(
-        'Figure 5.7: Gait-3 with control, downhill ever steeper\n'
-        'a thin line per seed; x: it fell, before Gait-3 where the walk is shown from '
-        'its start'
+    head(
+        figure,
+        'Figure 5.7: Gait-3 with control, downhill ever steeper',
+        f'{ONE_PER_SEED}, before Gait-3 where the walk is shown from its start',
+        rate.note,
     )
     return figure
 
@@ -146,31 +204,35 @@ def name_of(walk: Walk) -> str:
     return f'φ = {walk[0]:g}°, {control(walk[1])}'
 
 
-def _per_inclination(walks: Mapping[Walk, Runs]) -> Figure:
+def _per_inclination(walks: Mapping[Walk, Runs], rate: Rate) -> Figure:
     figure, axes = panels(*map(name_of, walks), columns=2, height=0.7 + 1.6 * -(-len(walks) // 2))
     for axis, group in zip(axes, walks.values(), strict=True):
-        _draw_gait_3(axis, group)
-    share_scale(axis for axis in axes if 'Gait-3' in axis.get_xlabel())
+        _draw_gait_3(axis, group, rate)
+    share_scale(
+        axis for axis, group in zip(axes, walks.values(), strict=True) if not all(map(fell, group))
+    )
     return figure
 
 
-def _draw_gait_3(axis: Axes, group: Runs) -> None:
+def _draw_gait_3(axis: Axes, group: Runs, rate: Rate) -> None:
     """Draw Gait-3 of each seed, or the walk up to the fall if none reached it."""
     there = [run for run in group if gait_3(run)[0].size]
     if there:
         draw_seeds(
             axis,
             there,
-            gait_3,
+            functools.partial(gait_3, rate=rate),
             'pitch rate',
             lambda run: fell(run) and bool(run.row['fell_at_s'] < cycle_of(run)[1]),
             color=BLUE,
         )
     else:
-        draw_seeds(axis, group, rate_of_walk, 'pitch rate', color=BLUE)
+        draw_seeds(
+            axis, group, functools.partial(rate_of_walk, rate=rate), 'pitch rate', color=BLUE
+        )
     axis.set(
         xlabel='time from the start of Gait-3 (s)'
         if there
         else 'time from the start of the walk (s)',
-        ylabel=RATE,
+        ylabel=rate.label,
     )

@@ -8,7 +8,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
-from khr_figures.plot_style import panels
+from khr_figures.plot_style import legend_above, panels
 from khr_sim.gyro_circuit import carrier
 from khr_sim.gyro_circuit.circuit import KRG4
 
@@ -44,8 +44,7 @@ def modulated() -> Figure:
     )
     rate.set(xlabel='time (ms)', ylabel='rate (°/s)')
     carried.set(xlabel='time (ms)', ylabel='V_out (mV)')
-    carried.legend(loc='upper right', ncols=2)
-    carried.set_ylim(-1.15 * envelope.max(), 1.5 * envelope.max())
+    legend_above(carried)
     figure.suptitle(
         f'Figure 4.4: a {KRG4.carrier_frequency / 1e3:.1f} kHz carrier, its amplitude '
         f'the rate ({RATE_DEG:g}°/s at {FREQUENCY:g} Hz)'

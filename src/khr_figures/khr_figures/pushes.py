@@ -16,8 +16,8 @@ from khr_analysis.models.tipping import ForcePulse, PushLoop, tipping_force
 from khr_bringup.run_signals import run_with_series
 from khr_experiments.push_model import model_loop
 from khr_experiments.push_recovery import START, PushCondition, push_robot, stance
-from khr_figures.plot_style import TITLES, head, panels
-from khr_figures.records import FALLEN, main_lines
+from khr_figures.plot_style import TITLES, head, main_lines, panels
+from khr_figures.records import FALLEN
 from khr_sim.gyro_circuit.baseband import Baseband
 
 LOOP = PushLoop()

@@ -8,13 +8,11 @@ that fell, at its value, or at the bottom if it fell too early to have one.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import fields
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gait_parameters import GaitParameters
@@ -22,6 +20,7 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.run_signals import Array, Series
 from khr_experiments.critical import Condition
 from khr_experiments.experiments import Key, Run, Runs, by
+from khr_sim.gyro import AD_STEP, GyroParameters
 from khr_sim.run_parameters import RunParameters
 
 FALLEN: dict[str, Any] = {
@@ -34,6 +33,38 @@ FALLEN: dict[str, Any] = {
 }
 SEED: dict[str, Any] = {'linewidth': 0.8}
 LOOKS = [('#0072B2', '-'), ('#D55E00', '--'), ('#009E73', '-.'), ('#CC79A7', ':')]
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A signal of the torso's pitch rate.
+
+    Attributes:
+        name: what it is, in the words of an axis.
+        values: of a run's signals, deg/s, (N,).
+        note: what helps to read it; may be empty.
+    """
+
+    name: str
+    values: Callable[[Series], Array]
+    note: str = ''
+
+    @property
+    def label(self) -> str:
+        """Return the label of its axis."""
+        return f'{self.name} (°/s)'
+
+
+RATES = {
+    'gyro_rate': Rate(
+        'pitch rate, gyro',
+        lambda series: np.degrees(series.gyro_rate),
+        f"the gyro's steps of {1e3 * AD_STEP / GyroParameters().sensitivity:.1f}°/s are those of "
+        "the board's converter",
+    ),
+    'pitch_rate': Rate('pitch rate, true', lambda series: np.degrees(series.pitch_rate)),
+}
+GYRO, TRUE = RATES['gyro_rate'], RATES['pitch_rate']  # the thesis shows the gyro's
 
 
 def inclination_deg(run: Run) -> float:
@@ -148,28 +179,3 @@ def draw_over_inclination(
             **look,
         )
         mark.set_in_layout(False)  # not data: it must not change the layout
-
-
-def main_lines(axis: Axes) -> list[Line2D]:
-    """Return the lines of a panel for its legend: all but edges of bands and crosses."""
-    return [
-        line
-        for line in axis.lines
-        if not str(line.get_label()).startswith('_')
-        and ' of the seeds' not in str(line.get_label())
-        and not str(line.get_label()).endswith(': fell')
-    ]
-
-
-def legend_below(axis: Axes, columns: int) -> None:
-    """Put a panel's legend below the figure, where it hides no curve."""
-    assert isinstance(axis.figure, Figure)
-    axis.figure.legend(handles=main_lines(axis), loc='outside lower center', ncols=columns)
-
-
-def seed_legend(axis: Axes, **look: Any) -> None:
-    """Add a legend with one entry for all seeds of a line."""
-    named = {
-        str(line.get_label()).partition(', seed ')[0]: line for line in reversed(main_lines(axis))
-    }
-    axis.legend(list(named.values())[::-1], list(named)[::-1], **look)

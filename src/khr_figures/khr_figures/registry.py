@@ -21,13 +21,15 @@ from khr_figures import (
     push_robot,
     pushes,
     spectra,
+    spectra_compared,
     stages,
     standing,
     walking,
 )
 from khr_figures.errors import FigureError
-from khr_figures.plot_style import styled
+from khr_figures.plot_style import save, styled
 from khr_figures.points import write_points
+from khr_figures.records import RATES
 
 
 @dataclass(frozen=True)
@@ -39,15 +41,20 @@ class Drawing:
         draw: returns it; receives a mapping of experiments to their runs if it needs any.
         experiments: names of those that it is drawn from; none for a figure of the models.
         quick: draws a coarse form in seconds where ``draw`` takes minutes.
+        rate: the signal that it shows of runs unless another is asked for, one of RATES, which
+            ``draw`` then takes as well; empty if it shows no pitch rate of runs.
     """
 
     title: str
     draw: Callable[..., Figure]
     experiments: tuple[str, ...] = ()
     quick: Callable[..., Figure] | None = None
+    rate: str = ''
 
 
 LIFTS = ('lift_inclination',)
+GYRO_RATE = 'gyro_rate'  # as in the thesis
+TRUE_RATE = 'pitch_rate'  # where the gyro's steps hide what is shown
 ALL = 'all'
 FIGURES: dict[str, Drawing] = {
     '3.4': Drawing('Toe and heel force of the support foot', standing.forces_over_time, LIFTS),
@@ -63,11 +70,14 @@ FIGURES: dict[str, Drawing] = {
         LIFTS,
     ),
     '3.11b': Drawing('Output of the servo against its error', balance.servo_characteristic),
-    '3.12': Drawing('Step response of the servo (3.11)', balance.servo_step, ('lift_stages',)),
+    '3.12': Drawing(
+        'Step response of the servo (3.11)', balance.servo_step, ('lift_stages',), rate=TRUE_RATE
+    ),
     '3.13': Drawing(
         'Largest pitch rate against the inclination',
         balance.largest_overshoot,
         standing.EXPERIMENTS,
+        rate=TRUE_RATE,
     ),
     '3.15': Drawing(
         'Delta against the inclination, by ankle gain',
@@ -84,25 +94,51 @@ FIGURES: dict[str, Drawing] = {
         push_robot.with_and_without_control,
     ),
     '4.12': Drawing('Pushes from behind and from the front', pushes.both_directions),
-    '5.5': Drawing('Pitch rate of a whole walk', gaits.whole_walk, gaits.EXPERIMENTS),
-    '5.6': Drawing('Gait-3 without control', gaits.without_control, gaits.EXPERIMENTS),
-    '5.7': Drawing('Gait-3 with control', gaits.with_control, gaits.EXPERIMENTS),
-    '5.8': Drawing('Spectra without control', spectra.without_control, gaits.EXPERIMENTS),
-    '5.9': Drawing('Spectra with control', spectra.with_control, gaits.EXPERIMENTS),
-    '5.10': Drawing('Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS),
+    '5.5': Drawing(
+        'Pitch rate of a whole walk', gaits.whole_walk, gaits.FINGERPRINT, rate=GYRO_RATE
+    ),
+    '5.6': Drawing(
+        'Gait-3 without control', gaits.without_control, gaits.EXPERIMENTS, rate=GYRO_RATE
+    ),
+    '5.7': Drawing('Gait-3 with control', gaits.with_control, gaits.EXPERIMENTS, rate=GYRO_RATE),
+    '5.8': Drawing(
+        'Spectra without control, and with ankle control',
+        spectra.without_and_with_ankle,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.9': Drawing(
+        'Spectra with ankle and hip control',
+        spectra.with_ankle_and_hip,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.10': Drawing(
+        'Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS, rate=GYRO_RATE
+    ),
     '5.11': Drawing(
         'Dominant frequencies against the inclination',
         walking.dominant_frequencies,
         gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
     ),
-    '5.12': Drawing('Spectra by ankle and hip gain', spectra.gains, spectra.GAINS),
+    '5.12': Drawing(
+        'Spectra by ankle and hip gain',
+        spectra_compared.gains,
+        spectra_compared.GAINS,
+        rate=GYRO_RATE,
+    ),
     '5.13': Drawing(
-        'Smooth and rubber soles, ankle control', spectra.ankle_on_soles, ('walk_soles',)
+        'Smooth and rubber soles, ankle control',
+        spectra_compared.ankle_on_soles,
+        ('walk_soles',),
+        rate=GYRO_RATE,
     ),
     '5.14': Drawing(
         'Smooth and rubber soles, ankle and hip control',
-        spectra.ankle_and_hip_on_soles,
+        spectra_compared.ankle_and_hip_on_soles,
         ('walk_soles',),
+        rate=GYRO_RATE,
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
@@ -157,7 +193,11 @@ def paths(number: str, out: Path) -> tuple[Path, Path]:
 
 
 def draw(
-    number: str, out: Path, runs: dict[str, Runs] | None = None, fast: bool = False
+    number: str,
+    out: Path,
+    runs: dict[str, Runs] | None = None,
+    fast: bool = False,
+    signal: str | None = None,
 ) -> list[Path]:
     """Draw a figure and write it as PNG and CSV.
 
@@ -166,22 +206,26 @@ def draw(
         out: the folder to write into; made if needed.
         runs: of the figure's experiments, by name; None for a figure of the models.
         fast: whether to draw the coarse form, if there is one.
+        signal: the pitch rate to show of runs, one of RATES; by default the drawing's own.
 
     Returns:
         The paths of the PNG and the CSV.
 
     Raises:
-        FigureError: if there is no such figure, or the folder cannot be written.
+        FigureError: if there is no such figure or signal, or the folder cannot be written.
     """
     drawing = drawing_of(number)
+    if signal is not None and signal not in RATES:
+        raise FigureError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
     image, points = paths(number, out)
     with styled():
         function = drawing.quick if fast and drawing.quick else drawing.draw
-        figure = function(runs) if drawing.experiments else function()
+        of_runs = [runs] if drawing.experiments else []
+        figure = function(*of_runs, *([RATES[signal or drawing.rate]] if drawing.rate else []))
         try:
             out.mkdir(parents=True, exist_ok=True)
-            figure.savefig(image, metadata={'Software': None})
             write_points(figure, points)
+            save(figure, image)
         except OSError as failure:
             raise FigureError(
                 f'out: {str(out)!r} cannot be written ({failure.strerror}); '

@@ -1,4 +1,4 @@
-"""Draw the signals of runs, their spectra and spectrograms."""
+"""Draw the signals of runs on one time axis, their spectra and spectrograms."""
 
 from __future__ import annotations
 
@@ -9,47 +9,86 @@ from pathlib import Path
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array, Series, series_of_bag
 from khr_bringup.scenario import Scenario
 from khr_common.files import written
-from khr_figures.plot_style import panels, styled
+from khr_figures.plot_style import head, legend_above, panels, save, styled
+from khr_sim.foot_force import FootForceParameters
 
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
+LEFT, RIGHT = 'Force on the left foot', 'Force on the right foot'
 GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
+SPECTRUM = 'Spectrum of the gyro'
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
+PANEL = 1.55  # inches, height of a panel
+LEAST = 0.5  # deg/s, amplitude below which a gyro at rest has no spectrum to show
+RANGE_DB = 40.0  # of the colours of a spectrogram
 
 
 @dataclass(frozen=True)
 class Signal:
-    """A line over time; signals of a group have the same unit and may share a panel."""
+    """A line over time; signals of a group have the same unit and may share a panel.
+
+    Attributes:
+        group, name: of the panel, and of the line in it.
+        unit: label of the axis.
+        values: of a run, (N,).
+        moving: whether it is worth a panel only if it changes.
+    """
 
     group: str
     name: str
     unit: str
     values: Callable[[Series], Array]
+    moving: bool = False
+
+    def silent(self, series: Series) -> bool:
+        """Say whether it has nothing to show of a run: zero or unknown throughout."""
+        values = np.nan_to_num(self.values(series))
+        return not (np.ptp(values) if self.moving else values).any()
 
 
 SIGNALS = (
-    Signal('Pitch of the torso', '', 'deg, forward positive', lambda s: np.degrees(s.pitch)),
-    Signal(RATE, 'true', 'rad/s, forward positive', lambda s: s.pitch_rate),
-    Signal(RATE, 'gyro', 'rad/s, forward positive', lambda s: s.gyro_rate),
-    Signal(FEET, 'toe', 'N', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
-    Signal(FEET, 'heel', 'N', lambda s: s.foot_force[:, [1, 3]].sum(axis=1)),
-    Signal('Force on the left foot', 'toe', 'N', lambda s: s.foot_force[:, 0]),
-    Signal('Force on the left foot', 'heel', 'N', lambda s: s.foot_force[:, 1]),
-    Signal('Force on the right foot', 'toe', 'N', lambda s: s.foot_force[:, 2]),
-    Signal('Force on the right foot', 'heel', 'N', lambda s: s.foot_force[:, 3]),
-    Signal(CORRECTIONS, 'ankle', 'deg', lambda s: np.degrees(s.correction[:, 0])),
-    Signal(CORRECTIONS, 'hip', 'deg', lambda s: np.degrees(s.correction[:, 1])),
-    Signal('Slip of the loaded soles, summed', '', 'mm', lambda s: 1000.0 * s.slip),
-    Signal(GROUND, 'true', 'deg', lambda s: np.degrees(s.inclination)),
-    Signal(GROUND, 'read back', 'deg', lambda s: np.degrees(s.read_inclination)),
-    Signal(STAGE, '', '', lambda s: s.stage),
+    Signal('Pitch of the torso', '', 'pitch (°)', lambda s: np.degrees(s.pitch)),
+    Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
+    Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
+    Signal(FEET, 'toe', 'force (N)', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
+    Signal(FEET, 'heel', 'force (N)', lambda s: s.foot_force[:, [1, 3]].sum(axis=1)),
+    Signal(LEFT, 'toe', 'force (N)', lambda s: s.foot_force[:, 0]),
+    Signal(LEFT, 'heel', 'force (N)', lambda s: s.foot_force[:, 1]),
+    Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
+    Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
+    Signal(CORRECTIONS, 'ankle', 'angle (°)', lambda s: np.degrees(s.correction[:, 0])),
+    Signal(CORRECTIONS, 'hip', 'angle (°)', lambda s: np.degrees(s.correction[:, 1])),
+    Signal('Slip of the loaded soles, summed', '', 'way (mm)', lambda s: 1000.0 * s.slip),
+    Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
+    Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
+    Signal(STAGE, '', 'stage', lambda s: s.stage),
 )
+
+
+@dataclass(frozen=True)
+class Pane:
+    """What a panel over time shows: some signals of one run, or one signal of several."""
+
+    title: str
+    unit: str
+    lines: tuple[tuple[str, Series, Signal], ...]  # each with its name
+
+    def draw(self, axis: Axes) -> None:
+        """Draw it."""
+        axis.set_title(self.title)
+        for name, series, signal in self.lines:
+            label = name if len(self.lines) > 1 else '_'
+            axis.plot(series.time, signal.values(series), label=label, linewidth=0.8)
+        axis.set(ylabel=self.unit)
+        if len(self.lines) > 1:
+            legend_above(axis)
 
 
 def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
@@ -60,87 +99,150 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
     """
     series = series_of_bag(bag)
     with styled():
-        groups = (RATE, FEET, CORRECTIONS)
-        figure, (*axes, lines) = panels(*groups, 'Spectrum of the gyro', columns=2, height=5.2)
-        figure.suptitle(scenario.title or scenario.name, fontsize=10)
-        for axis, group in zip(axes, groups, strict=True):
-            draw_signals(axis, series, [one for one in SIGNALS if one.group == group])
-        draw_spectra(lines, {'': third_cycle(series, scenario)})
+        figure = overview(series, scenario)
         with written(path) as part:
-            figure.savefig(part)
+            save(figure, part)
 
 
-def signals_of(runs: Iterable[Series]) -> list[Signal]:
-    """Return the signals to show, foot by foot; those of stages only if there are any."""
-    staged = any(series.stage.any() for series in runs)
-    return [
+def overview(series: Series, scenario: Scenario) -> Figure:
+    """Draw pitch rate, foot forces, corrections and spectrum of a run."""
+    panes = panes_of({'': series}, (RATE, FEET, CORRECTIONS))
+    third = third_cycle(series, scenario)
+    if third and np.degrees(third.amplitude.max()) < LEAST:
+        third = None
+    titles = [*(pane.title for pane in panes), *([SPECTRUM] if third else [])]
+    figure, axes = panels(*titles, columns=1, height=0.8 + PANEL * len(titles))
+    draw_over_time(axes[: len(panes)], panes)
+    if third:
+        draw_spectra(axes[-1], {'': third})
+    head(figure, scenario.title or scenario.name, note(scenario))
+    return figure
+
+
+def note(scenario: Scenario) -> str:
+    """Return what helps to read the signals of a run."""
+    late = scenario.table(FootForceParameters).time_constant
+    forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
+    return f'forward is positive{forces}'
+
+
+def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pane]:
+    """Return the panels over time of one run, a group each, or of several, a signal each.
+
+    What is zero throughout is left out.
+
+    Args:
+        runs: by name.
+        groups: to show; by default all, the forces foot by foot.
+    """
+    wanted = tuple(groups) or [one.group for one in SIGNALS if one.group != FEET]
+    heard = [
         one
         for one in SIGNALS
-        if one.group != FEET and (staged or one.group not in (GROUND, STAGE))
+        if one.group in wanted and not all(one.silent(series) for series in runs.values())
     ]
+    if len(runs) > 1:
+        return [
+            Pane(
+                f'{one.group}: {one.name}' if one.name else one.group,
+                one.unit,
+                tuple((name, series, one) for name, series in runs.items()),
+            )
+            for one in heard
+        ]
+    (series,) = runs.values()
+    found = []
+    for group in dict.fromkeys(one.group for one in heard):
+        some = [one for one in heard if one.group == group]
+        alone = f': {some[0].name}' if len(some) == 1 and some[0].name else ''
+        lines = tuple((one.name, series, one) for one in some)
+        found.append(Pane(group + alone, some[0].unit, lines))
+    return found
 
 
-def draw_signals(axis: Axes, series: Series, signals: list[Signal]) -> None:
-    """Draw signals of one run in one panel."""
-    for one in signals:
-        _trace(axis, series, one, one.name)
-    _finish(axis, signals[0])
+def draw_over_time(axes: Sequence[Axes], panes: Sequence[Pane]) -> None:
+    """Draw panels on one time axis, whose numbers stand below the last."""
+    for axis, pane in zip(axes, panes, strict=True):
+        pane.draw(axis)
+    _share_time(axes)
 
 
-def draw_overlay(axis: Axes, runs: Mapping[str, Series], signal: Signal) -> None:
-    """Draw one signal of several runs in one panel."""
-    for name, series in runs.items():
-        _trace(axis, series, signal, name)
-    _finish(axis, signal)
+def over_time(
+    runs: Mapping[str, Series], spectrograms: Mapping[str, Sequence[Spectrum]]
+) -> tuple[Figure, list[str]]:
+    """Draw all signals of runs, then their spectrograms, on one time axis.
+
+    Args:
+        runs: by name.
+        spectrograms: of runs, by title, from :func:`spectrogram`.
+
+    Returns:
+        The figure, and the titles of its panels.
+    """
+    panes = panes_of(runs)
+    titles = [*(pane.title for pane in panes), *spectrograms]
+    figure, axes = panels(*titles, columns=1, height=0.4 + PANEL * len(titles))
+    for axis, pane in zip(axes, panes, strict=False):
+        pane.draw(axis)
+    for axis, windows in zip(axes[len(panes) :], spectrograms.values(), strict=True):
+        draw_spectrogram(axis, windows)
+    _share_time(axes)
+    axes[0].set_xlim(0.0, max(float(series.time[-1]) for series in runs.values()))
+    return figure, titles
 
 
 def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
     """Draw amplitudes over frequency, one colour per run, and name the largest peaks."""
     found = {name: one for name, one in spectra.items() if one is not None}
-    for number, (name, one) in enumerate(found.items()):
-        shift = (number - (len(found) - 1) / 2.0) * 0.12 * float(one.frequency[1])
-        axis.vlines(
-            one.frequency + shift,
-            0.0,
-            one.amplitude,
-            color=f'C{number}',
-            label=name or '_',
-            linestyles='solid',
-        )
-        for peak in one.peaks[:PEAKS_NAMED]:
-            axis.annotate(
-                f'{peak.frequency:.2f}',
-                (peak.frequency, peak.amplitude),
-                fontsize=7,
-                ha='center',
-                va='bottom',
-                color=f'C{number}',
-            )
     if not found:
         axis.set_axis_off()
         axis.text(0.0, 0.5, 'too short for a spectrum', transform=axis.transAxes)
         return
+    for number, (name, one) in enumerate(found.items()):
+        shift = (number - (len(found) - 1) / 2.0) * 0.12 * float(one.frequency[1])
+        height = np.degrees(one.amplitude)
+        color = f'C{number}'
+        axis.vlines(one.frequency + shift, 0.0, height, color=color, linestyles='solid')
+        if name:
+            axis.plot([], [], color=color, linestyle='-', label=name)
+        for peak in one.peaks[:PEAKS_NAMED]:
+            axis.annotate(
+                f'{peak.frequency:.2f}',
+                (peak.frequency, np.degrees(peak.amplitude)),
+                fontsize=7,
+                ha='center',
+                va='bottom',
+                color=color,
+            )
     spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
     axis.set(
-        xlabel=f'frequency, Hz ({"; ".join(spans)})', ylabel='amplitude, rad/s', ylim=(0.0, None)
+        xlabel=f'frequency (Hz), {"; ".join(spans)}', ylabel='amplitude (°/s)', ylim=(0.0, None)
     )
     if any(found):
-        axis.legend()
+        legend_above(axis)
 
 
 def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
-    """Draw the amplitude over the middle of each window and the frequency."""
+    """Draw the amplitude in dB over the middle of each window and the frequency."""
+    amplitude = np.degrees([one.amplitude for one in windows]).T
+    level = 20.0 * np.log10(np.maximum(amplitude, 1e-6))
     image = axis.pcolormesh(
         [0.5 * (one.start + one.end) for one in windows],
         windows[0].frequency,
-        np.array([one.amplitude for one in windows]).T,
+        level,
         shading='nearest',
         cmap='viridis',
-        vmin=0.0,
+        vmin=float(level.max()) - RANGE_DB,
     )
-    axis.figure.colorbar(image, ax=axis, label='amplitude, rad/s')
-    length = windows[0].end - windows[0].start
-    axis.set(xlabel=f'time, s (the middle of {length:.2f} s)', ylabel='frequency, Hz')
+    axis.figure.colorbar(
+        image,
+        ax=axis,
+        location='bottom',
+        label='amplitude (dB over 1°/s)',
+        aspect=60,
+        extend='min',
+    )
+    axis.set(ylabel='frequency (Hz)')
     axis.grid(False)
 
 
@@ -171,11 +273,9 @@ def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
     return spectrum(window, parameters, start * parameters.control_period)
 
 
-def _trace(axis: Axes, series: Series, signal: Signal, label: str) -> None:
-    axis.plot(series.time, signal.values(series), label=label or '_', linewidth=0.8)
-
-
-def _finish(axis: Axes, signal: Signal) -> None:
-    axis.set(xlabel='time, s', ylabel=signal.unit)
-    if any(not str(line.get_label()).startswith('_') for line in axis.lines):
-        axis.legend()
+def _share_time(axes: Sequence[Axes]) -> None:
+    for axis in axes[1:]:
+        axis.sharex(axes[0])
+    for axis in axes:
+        axis.tick_params(labelbottom=axis is axes[-1])
+    axes[-1].set_xlabel('time (s)')

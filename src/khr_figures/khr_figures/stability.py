@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from khr_experiments.best_gain import CRITERION, GAINS
 from khr_experiments.stability_map import Direction, StabilityMap, stability_map
 from khr_figures.errors import FigureError
-from khr_figures.plot_style import styled
+from khr_figures.plot_style import save, styled
 from khr_sweeps.folder import read_results
 
 SIZE = (9.0, 7.0)  # inches
@@ -71,7 +71,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     try:
         image.parent.mkdir(parents=True, exist_ok=True)
         with styled():
-            figure(counted).savefig(image, metadata={'Software': None}, format='png')
+            save(figure(counted), image)
         for path, rows in rows_by_file.items():
             _write_csv(path, rows)
     except OSError as error:
@@ -91,7 +91,12 @@ def figure(counted: StabilityMap) -> Figure:
         ('survived: share of runs', counted.survived / runs, 'RdYlBu', (0.0, 1.0)),
         ('slipped without falling: share of runs', counted.slipped / runs, 'Blues', (0.0, 1.0)),
         ('fell: median time of the fall [s]', counted.fell_at, 'magma', None),
-        ('vibration: median of those that survived [rad/s]', counted.vibration, 'viridis', None),
+        (
+            'vibration: median of those that survived (°/s)',
+            np.degrees(counted.vibration),
+            'viridis',
+            None,
+        ),
     )
     for panel, (title, values, colours, limits) in zip(axes.flat, panels, strict=True):
         panel.set_title(title)

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from khr_balance.stage import StageParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.experiments import Run, Runs
-from khr_figures.plot_style import panels
-from khr_figures.records import LOOKS, draw_seeds, fell, grouped, record, seed_legend
+from khr_figures.plot_style import legend_above, panels
+from khr_figures.records import LOOKS, draw_seeds, fell, grouped, record
 
 
 def climb(runs: dict[str, Runs]) -> Figure:
@@ -42,8 +42,8 @@ def climb(runs: dict[str, Runs]) -> Figure:
     correction.set(ylabel='θ_A* − θ_A0 (°)')
     for axis in (slope, stage, difference, correction):
         axis.set(xlabel='time (s)')
-    seed_legend(slope, loc='lower right')
-    seed_legend(difference, loc='upper left')
+    legend_above(slope, columns=2)
+    legend_above(difference, columns=2)
     figure.suptitle('Standing on ground that tilts, by stage of control; a cross is a fall')
     return figure
 

@@ -24,9 +24,11 @@ from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_experiments.push_recovery import stance
-from khr_figures.plot_style import panels, share_scale
+from khr_figures.plot_style import legend_above, legend_below, panels, share_scale
 from khr_figures.records import (
     LOOKS,
+    TRUE,
+    Rate,
     condition,
     control,
     draw_over_inclination,
@@ -34,10 +36,7 @@ from khr_figures.records import (
     fell,
     grouped,
     inclination_deg,
-    legend_below,
-    main_lines,
     record,
-    seed_legend,
 )
 
 ROBOT = Pendulum()
@@ -103,18 +102,18 @@ def held_difference(run: Run) -> float:
     return toe - heel
 
 
-def largest_rate(run: Run) -> float:
+def largest_rate(run: Run, rate: Rate = TRUE) -> float:
     """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if the robot fell."""
     if fell(run):
         return math.nan
     series, lift = record(run), lift_of(run)
-    return math.degrees(float(np.abs(series.pitch_rate[series.time >= lift.start]).max()))
+    return float(np.abs(rate.values(series)[series.time >= lift.start]).max())
 
 
-def rate_of_run(run: Run) -> tuple[Array, Array]:
+def rate_of_run(run: Run, rate: Rate = TRUE) -> tuple[Array, Array]:
     """Return time (s) and pitch rate (deg/s) of a run up to its fall."""
     series = record(run)
-    return series.time, np.degrees(series.pitch_rate)
+    return series.time, rate.values(series)
 
 
 def draw_own_difference(axis: Axes, run: Run) -> None:
@@ -172,7 +171,7 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
             ylabel='force (N)',
             ylim=(-0.18 * ROBOT.weight, 1.3 * ROBOT.weight),
         )
-        seed_legend(axis, loc='upper right', ncols=3)
+        legend_above(axis)
     figure.suptitle(
         'Figure 3.4: toe and heel force of the support foot while the other leg '
         'lifts\na thin line per seed, true forces, no control'
@@ -257,7 +256,7 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
         color='0.3',
     )
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
-    axis.legend(handles=main_lines(axis), loc='lower right')
+    legend_below(axis, 4)
     figure.suptitle(
         'Figure 3.15: the toe-heel difference over the inclination for raised gains '
         'of its loop\nmedian of the seeds and their range; x: a seed fell'

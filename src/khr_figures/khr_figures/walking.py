@@ -16,10 +16,10 @@ from khr_analysis.models.stiffness import sweep_stiffness
 from khr_analysis.models.thesis import GAINS, GAIT_PERIOD, identified_servo
 from khr_experiments.experiments import Runs
 from khr_experiments.published import WALKS
-from khr_figures import spectra
 from khr_figures.gaits import walks_of
-from khr_figures.plot_style import head, panels
-from khr_figures.records import main_lines
+from khr_figures.plot_style import head, main_lines, panels
+from khr_figures.records import GYRO, Rate
+from khr_figures.spectrum_panels import LARGEST_HZ, spectrum_of
 
 # Inclinations at which the thesis walked with each gain, deg
 WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
@@ -32,10 +32,10 @@ MARKS = {
 }  # the last around the second
 
 
-def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
+def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw the dominant frequencies over the inclination: theory, thesis and simulated robot."""
     figure, (axis,) = panels('', height=5.4)
-    for line in range(1, int(spectra.LARGEST_HZ * GAIT_PERIOD) + 1):
+    for line in range(1, int(LARGEST_HZ * GAIT_PERIOD) + 1):
         axis.axhline(line / GAIT_PERIOD, color='0.85', linewidth=0.6)
     for order in (1, 2, 3):
         axis.plot(
@@ -72,12 +72,12 @@ def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
             label=f'f_A0 at K_A = {setting:g}, {kind}: {found.frequency:.2f} Hz',
         )
     _mark_published(axis)
-    _mark_dominant(axis, runs)
+    _mark_dominant(axis, runs, rate)
     axis.set(
         xlabel='inclination φ (°)',
         ylabel='frequency (Hz)',
         xlim=(-0.2, 10.6),
-        ylim=(0.0, spectra.LARGEST_HZ),
+        ylim=(0.0, LARGEST_HZ),
     )
     axis.grid(False)
     named = {str(line.get_label()): line for line in main_lines(axis)}
@@ -89,9 +89,8 @@ def dominant_frequencies(runs: Mapping[str, Runs]) -> Figure:
     )
     head(
         figure,
-        'Figure 5.11: the tones of the gait, f_A0 of the servo loop, and the dominant '
-        'frequencies of Gait-3',
-        'robot: peaks of at least 33 % of the largest, every seed that stayed up; '
+        'Figure 5.11: tones of the gait, f_A0 of the servo loop, dominant peaks of Gait-3',
+        f'robot: peaks of at least 33 % of the largest ({rate.name}), every seed that stayed up',
         f'bars: 95 % of f_A0 and where it walked; grey: lines n/{GAIT_PERIOD:g} s',
     )
     return figure
@@ -113,7 +112,7 @@ def _mark_published(axis: Axes) -> None:
             )
 
 
-def _mark_dominant(axis: Axes, runs: Mapping[str, Runs]) -> None:
+def _mark_dominant(axis: Axes, runs: Mapping[str, Runs], rate: Rate) -> None:
     """Mark the largest peaks of the runs that did not fall."""
     for (phi, of), group in walks_of(runs).items():
         loops = list(MARKS)[bool(of.ankle_gain) + bool(of.hip_gain)]
@@ -121,7 +120,7 @@ def _mark_dominant(axis: Axes, runs: Mapping[str, Runs]) -> None:
         found = [
             peak.frequency
             for run in group
-            if (one := spectra.spectrum_of(run)) is not None
+            if (one := spectrum_of(run, rate)) is not None
             for peak in one.peaks
             if peak.amplitude >= DOMINANT * one.peaks[0].amplitude
         ]

@@ -23,7 +23,8 @@ from khr_experiments.ensemble import LEAST, OPEN, Determined, Ensemble, determin
 from khr_experiments.ensemble_file import write_ensemble
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import write_json
-from khr_figures.calibration import correlation_picture, frontier_picture, save
+from khr_figures.calibration import correlation_picture, frontier_picture
+from khr_figures.plot_style import save
 from khr_report.page.document import Block, Columns, Passage, markdown, table
 
 HEAD = """# Calibration

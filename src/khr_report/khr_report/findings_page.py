@@ -16,7 +16,7 @@ from khr_experiments.findings import (
 )
 from khr_experiments.peak_origin import PeakOrigin
 from khr_experiments.scoreboard_rows import Scoreboard, ScoreboardRow, Shift
-from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, table
+from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
 from khr_report.scoreboard_page import (
     LIMIT_COLUMNS,
@@ -56,10 +56,10 @@ SOLE_COLUMNS: Columns[SoleComparison] = {
     'control': lambda row: row.control,
     'rubber': lambda row: _outcome(row.rubber),
     'slip, mm': lambda row: number(row.rubber.slip_mm, 0),
-    'vibration, rad/s': lambda row: number(row.rubber.vibration, 3),
+    'vibration, deg/s': lambda row: rate(row.rubber.vibration),
     'smooth': lambda row: _outcome(row.smooth),
     'slip there, mm': lambda row: number(row.smooth.slip_mm, 0),
-    'vibration there, rad/s': lambda row: number(row.smooth.vibration, 3),
+    'vibration there, deg/s': lambda row: rate(row.smooth.vibration),
 }
 FRICTION_COLUMNS: Columns[FrictionComparison] = {
     'control': lambda row: row.control,
@@ -71,7 +71,7 @@ TILT_COLUMNS: Columns[TiltComparison] = {
     'control': lambda row: row.control,
     'in stages': lambda row: 'yes' if row.staged else 'no',
     'ends': lambda row: f'{"falls at" if row.falls else "stays up to"} {row.deg:.2f} deg',
-    'vibration, rad/s': lambda row: number(row.vibration, 3),
+    'vibration, deg/s': lambda row: rate(row.vibration),
 }
 PEAK_COLUMNS: Columns[PeakOrigin] = {
     'published, Hz': lambda row: f'{row.frequency:.2f}',

@@ -11,7 +11,7 @@ from khr_experiments.best_gain import (
     FrictionLimit,
     SoleEffect,
 )
-from khr_report.page.document import Block, Columns, Table, number, table
+from khr_report.page.document import Block, Columns, Table, number, rate, table
 from khr_sweeps.statistics import wilson
 
 FRICTION_COLUMNS: Columns[FrictionLimit] = {
@@ -32,7 +32,7 @@ def _gains(result: BestGains) -> list[Block]:
         f'best {result.gain}': lambda cell: f'{cell.y:g}',
         'survive (95 %)': _survival,
         'slip': lambda cell: f'{cell.slipped} of {cell.survived}',
-        'vibration, rad/s': lambda cell: number(cell.vibration, 3),
+        'vibration, deg/s': lambda cell: rate(cell.vibration),
     }
     text = f'Best: {CRITERION}.'
     if result.hopeless_deg:
@@ -47,7 +47,7 @@ def _soles(result: SoleEffect) -> list[Block]:
         *(
             f'{what}, {sole}'
             for sole in ('smooth', 'rubber')
-            for what in ('survive', 'slip, mm', 'vibration, rad/s')
+            for what in ('survive', 'slip, mm', 'vibration, deg/s')
         ),
     )
     rows = tuple(
@@ -79,7 +79,7 @@ def _of_sole(cell: Cell | None) -> tuple[str, str, str]:
     if cell is None:
         return '-', '-', '-'
     slip_mm = None if cell.slip is None else 1000.0 * cell.slip
-    return f'{cell.survived} of {cell.runs}', number(slip_mm, 0), number(cell.vibration, 3)
+    return f'{cell.survived} of {cell.runs}', number(slip_mm, 0), rate(cell.vibration)
 
 
 def _interval(limit: FrictionLimit) -> str:

@@ -160,13 +160,16 @@ def reproduce(
     return 1 if failed or computed.lost else 0
 
 
-def figures(asked: Sequence[str], out: Path, fast: bool) -> Iterator[Path]:
+def figures(
+    asked: Sequence[str], out: Path, fast: bool, signal: str | None = None
+) -> Iterator[Path]:
     """Draw figures from their models, or from their experiments, which are run first.
 
     Args:
         asked: as :func:`khr_figures.registry.numbers_of` takes it.
         out: folder of the PNG and CSV files.
         fast: whether to use the quick form of the experiments.
+        signal: the pitch rate to show of runs, as :func:`khr_figures.registry.draw` takes it.
 
     Yields:
         The files, as they are written.
@@ -179,7 +182,7 @@ def figures(asked: Sequence[str], out: Path, fast: bool) -> Iterator[Path]:
     experiments.run(experiments.sweeps_of(needed, fast), os.cpu_count() or 1)
     for number in numbers:
         runs = runs_by_name(drawing_of(number).experiments, ROOT, fast)
-        yield from draw(number, out, runs, fast)
+        yield from draw(number, out, runs, fast, signal)
 
 
 @dataclass

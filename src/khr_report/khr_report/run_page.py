@@ -6,28 +6,22 @@ import csv
 import io
 import platform
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import fields
+from math import degrees
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from khr_bringup.code_version import code_version, library_versions, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
 from khr_common import specifications
-from khr_figures.plot_style import panels, styled
-from khr_figures.run_overview import (
-    draw_overlay,
-    draw_signals,
-    draw_spectra,
-    draw_spectrogram,
-    signals_of,
-    spectrogram,
-    third_cycle,
-)
+from khr_figures.plot_style import panels, save, styled
+from khr_figures.run_overview import draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_report.page.html import Section, data_uri, part, write_page
 from khr_report.page.text import count
 from khr_report.run_contents import RunContents, find
@@ -43,7 +37,7 @@ OUTCOME = {
     'largest_pitch_deg': 'largest pitch, deg',
     'slip_distance_m': 'slip, all steps, m',
     'largest_slip_m': 'slip, largest of a step, m',
-    'vibration_rad_s': 'vibration, rad/s',
+    'vibration_rad_s': 'vibration, deg/s',
     'trajectory_hash': 'trajectory hash',
 }
 LETTERS = ('A', 'B')
@@ -101,7 +95,7 @@ def _heads(found: Sequence[RunContents]) -> tuple[str, ...]:
 
 def _outcome(found: Sequence[RunContents]) -> Markup:
     rows = [
-        [text, *(str(run.outcome.get(name) or '') for run in found)]
+        [text, *(_value(name, run.outcome.get(name)) for run in found)]
         for name, text in OUTCOME.items()
         if any(run.outcome.get(name) for run in found)
     ]
@@ -114,6 +108,13 @@ def _outcome(found: Sequence[RunContents]) -> Markup:
     return part('table', heads, rows, dict.fromkeys(_heads(found), 'value'))
 
 
+def _value(name: str, value: Any) -> str:
+    """Write a quantity of an outcome; rates are shown in deg/s."""
+    if name.endswith('_rad_s') and value is not None:
+        return f'{degrees(float(value)):.2f}'
+    return str(value or '')
+
+
 def _step(before: str, after: str) -> str:
     """Write the difference of two numbers with the decimals of the second."""
     try:
@@ -124,32 +125,6 @@ def _step(before: str, after: str) -> str:
 
 
 def _signals(found: Sequence[RunContents]) -> Markup:
-    runs = {
-        name: run.series
-        for name, run in zip(_heads(found), found, strict=True)
-        if run.series is not None
-    }
-    if not runs:
-        return part('paragraphs', ['The run kept no signals.'])
-    body, shown = Markup(), signals_of(runs.values())
-    if len(found) == 1:
-        (series,) = runs.values()
-        for group in dict.fromkeys(one.group for one in shown):
-            body += _picture(
-                group, 2.1, draw_signals, series, [one for one in shown if one.group == group]
-            )
-    else:
-        for one in shown:
-            title = f'{one.group}: {one.name}' if one.name else one.group
-            body += _picture(title, 2.1, draw_overlay, runs, one)
-    for name, series in runs.items():
-        body += Markup(
-            '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
-        ).format(data_uri(_csv(series), 'text/csv'), name)
-    return body
-
-
-def _spectrum(found: Sequence[RunContents]) -> Markup:
     runs = [
         (name, run, run.series)
         for name, run in zip(_heads(found), found, strict=True)
@@ -157,25 +132,49 @@ def _spectrum(found: Sequence[RunContents]) -> Markup:
     ]
     if not runs:
         return part('paragraphs', ['The run kept no signals.'])
-    lines = {
-        name if len(found) == 2 else '': third_cycle(series, run.parameters)
+    windows = {
+        f'Spectrogram of the gyro, {name}': spectrogram(series, run.parameters)
         for name, run, series in runs
     }
-    body = _picture(
+    shown = {title: each for title, each in windows.items() if len(each) > 1}
+    with styled():
+        figure, titles = over_time({name: series for name, _, series in runs}, shown)
+    body = _picture('; '.join(titles), figure)
+    texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
+    body += part(
+        'paragraphs', [f'{text}. Signals that are zero throughout are left out.' for text in texts]
+    )
+    body += part(
+        'paragraphs',
+        [
+            f'Too short for a spectrogram: {name}.'
+            for (name, _, _), each in zip(runs, windows.values(), strict=True)
+            if len(each) <= 1
+        ],
+    )
+    for name, _, series in runs:
+        body += Markup(
+            '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
+        ).format(data_uri(_csv(series), 'text/csv'), name)
+    return body
+
+
+def _spectrum(found: Sequence[RunContents]) -> Markup:
+    lines = {
+        name if len(found) == 2 else '': third_cycle(run.series, run.parameters)
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.series is not None
+    }
+    if not lines:
+        return part('paragraphs', ['The run kept no signals.'])
+    with styled():
+        figure, (axis,) = panels('', height=3.0)
+        draw_spectra(axis, lines)
+    return _picture(
         'Spectrum of the gyro in Gait-3, the third whole cycle of a walk; of other '
         'motions in the last window',
-        3.0,
-        draw_spectra,
-        lines,
+        figure,
     )
-    for name, run, series in runs:
-        windows = spectrogram(series, run.parameters)
-        body += (
-            _picture(f'Spectrogram of the gyro, {name}', 2.8, draw_spectrogram, windows)
-            if len(windows) > 1
-            else part('paragraphs', [f'Too short for a spectrogram: {name}.'])
-        )
-    return body
 
 
 def _parameters(found: Sequence[RunContents]) -> Markup:
@@ -262,13 +261,10 @@ def _making(found: Sequence[RunContents]) -> Markup:
     )
 
 
-def _picture(title: str, height: float, draw: Callable[..., None], *what: Any) -> Markup:
-    """Draw one panel, ``draw(axis, *what)``, and return it as a figure of the page."""
-    with styled():
-        figure, (axis,) = panels('', height=height)
-        draw(axis, *what)
-        content = io.BytesIO()
-        figure.savefig(content, dpi=RESOLUTION, metadata={'Software': None})
+def _picture(title: str, figure: Figure) -> Markup:
+    """Return a figure as one of the page."""
+    content = io.BytesIO()
+    save(figure, content, dpi=RESOLUTION)
     return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
+from math import degrees
 from pathlib import Path
 
 from khr_common.files import write_text
@@ -30,11 +31,13 @@ from khr_report.page.document import (
     markdown,
     number,
     numbers,
+    rate,
     table,
 )
 
 CHAPTERS = {3: 'Chapter 3: standing', 5: 'Chapter 5: walking', 6: 'Chapter 6: conclusions'}
-UNITS = {'vibration': ('rad/s', 3), 'slip': ('mm', 1), 'line': ('Hz', 3)}  # and decimals
+# Unit, decimals and factor of a trend's values.
+UNITS = {'vibration': ('deg/s', 2, degrees(1.0)), 'slip': ('mm', 1, 1.0), 'line': ('Hz', 3, 1.0)}
 DECIMALS = {'N': 1, 'deg/s': 1}  # of standing; 2 for other units
 HEAD = """# Scoreboard
 
@@ -49,13 +52,13 @@ any robot of the ensemble ([calibration.md](calibration.md)), which is given as 
 else it is undecided. So is a walk that some seeds survive and others do not, and an order of limits
 whose intervals overlap. The thesis's limit of a control is the steepest ground on which it walked.
 "Slip" and "vibrate" are shares of the seeds on the steepest ground that they survived: a sole slid
-by a quarter of a step; more than {VIBRATES:g} rad/s above 4 Hz."""
+by a quarter of a step; more than {degrees(VIBRATES):.1f} deg/s above 4 Hz."""
 ORDERS_TEXT = 'The limits should grow: no control, ankle, ankle and hip.'
 STANDING_TEXT = """Mean forces on the support foot while the other foot is up; the board tilts under
 the standing robot. phi is read back by interpolating Delta on the curve of whole degrees."""
 WALKING_TEXT = f"""Slip and vibration are medians over the walks without a fall; peaks are those of
 the torso's true pitch rate over Gait-3 of the first such seed. 2.58 Hz is also line 6 of the gait's
-own cycle (2.60 Hz), so a peak there is weak evidence. More than {VIBRATES:g} rad/s is called
+own cycle (2.60 Hz), so a peak there is weak evidence. More than {degrees(VIBRATES):.1f} deg/s is called
 vibration."""
 TRENDS_TEXT = f"""At the thesis's inclination if most seeds stay up there, else at
 {COMMON_DEG:g} deg."""
@@ -83,6 +86,12 @@ def _limit(row: LimitRow) -> str:
 
 def _share(value: float | None) -> str:
     return '-' if value is None else f'{value:.0%}'
+
+
+def _trend(row: TrendRow) -> str:
+    unit, decimals, factor = UNITS[row.quantity]
+    values = (None if value is None else factor * value for value in row.values)
+    return f'{numbers(values, decimals)} {unit}'
 
 
 JUDGEMENT: Columns[ScoreboardRow] = {
@@ -123,7 +132,7 @@ WALK_COLUMNS: Columns[WalkRow] = {
     'thesis': lambda row: row.thesis,
     'falls': lambda row: f'{row.fell} of {row.runs}',
     'slip, mm': lambda row: number(row.slip_mm, 0),
-    'vibration, rad/s': lambda row: number(row.vibration, 3),
+    'vibration, deg/s': lambda row: rate(row.vibration),
     'largest peaks, Hz': lambda row: ' '.join(f'{f:.2f}' for f in row.peaks_hz) or '-',
     'difference': lambda row: '; '.join(row.differences),
     **JUDGEMENT,
@@ -131,9 +140,7 @@ WALK_COLUMNS: Columns[WalkRow] = {
 TREND_COLUMNS: Columns[TrendRow] = {
     'what': lambda row: row.what,
     'at phi, deg': lambda row: f'{row.inclination_deg:g}',
-    'simulation': lambda row: (
-        f'{numbers(row.values, UNITS[row.quantity][1])} {UNITS[row.quantity][0]}'
-    ),
+    'simulation': lambda row: _trend(row),
     'difference': lambda row: (
         '' if row.inclination_deg == row.thesis_deg else f'not at {row.thesis_deg:g}: it falls'
     ),

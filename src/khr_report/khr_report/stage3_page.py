@@ -9,7 +9,7 @@ import numpy as np
 
 from khr_common.files import write_text
 from khr_experiments.json_file import read_json, write_json
-from khr_figures.plot_style import styled
+from khr_figures.plot_style import save
 from khr_figures.stage3 import plane_picture
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, table
 from khr_tuning.stage3 import (
@@ -75,8 +75,7 @@ def render(plane: Plane, out: Path) -> str:
     found = edges(plane)
     picture = out.with_suffix('.png')
     figure = plane_picture(plane, found)
-    with styled():
-        figure.savefig(picture, dpi=120, metadata={'Software': None})
+    save(figure, picture, dpi=120)
     image = f'![Limits, overshoot and damping over the plane]({picture.name})'
     write_text(out, markdown([HEAD, image, CAPTION, *blocks(plane, found)]) + '\n')
     return summary(plane)

@@ -13,7 +13,7 @@ from khr_common import RunError
 from khr_common.files import write_text
 from khr_experiments.critical import LARGEST_JOBS
 from khr_experiments.ensemble_file import read_ensemble
-from khr_figures.plot_style import styled
+from khr_figures.plot_style import save
 from khr_figures.tuning import front_picture, values_text
 from khr_report.page.document import Block, Columns, Passage, markdown, table
 from khr_tuning.errors import TuningError
@@ -84,8 +84,7 @@ def render(answer: Tuning, folder: Path) -> str:
     name = f'{answer.question.scenario.name}_tuned'
     write_text(folder / f'{name}.yaml', scenario_text(answer))
     figure = front_picture(answer)
-    with styled():
-        figure.savefig(folder / 'front.png', metadata={'Software': None})
+    save(figure, folder / 'front.png')
     write_text(folder / 'tune.md', markdown([*blocks(answer)], 1) + '\n')
     knobs = answer.question.knobs
     return (

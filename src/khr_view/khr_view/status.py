@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import degrees
 
 
 @dataclass
@@ -63,6 +64,6 @@ QUANTITIES = (
     ('fell at', 'fell_at_s', 's', 1.0),
     ('distance', 'distance_m', 'mm', 1e3),
     ('slip', 'slip_distance_m', 'mm', 1e3),
-    ('vibration', 'vibration_rad_s', 'mrad/s', 1e3),
+    ('vibration', 'vibration_rad_s', 'deg/s', degrees(1.0)),
     ('largest pitch', 'largest_pitch_deg', 'deg', 1.0),
 )

@@ -56,7 +56,7 @@ class Chart:
 
 L_TOE, L_HEEL, R_TOE, R_HEEL = FOOT_FORCES
 CHARTS = (
-    Chart('Pitch rate', 'rad/s', (Curve('gyro', ((GYRO, 1, 1.0),), BLUE),)),
+    Chart('Pitch rate', 'deg/s', (Curve('gyro', ((GYRO, 1, degrees(1.0)),), BLUE),)),
     Chart(
         'Foot forces',
         'N',

@@ -6,11 +6,13 @@ import math
 import matplotlib
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.text import Text
 
 from khr_analysis.models.pendulum import Pendulum, critical_inclination
 from khr_common.errors import KhrError
-from khr_figures.plot_style import styled
+from khr_figures.plot_style import styled, typeset
 from khr_figures.registry import FIGURES, FigureError, draw, numbers_of
+from tests.support.figures import check_whole
 
 ASKED = (
     '3.4',
@@ -33,6 +35,9 @@ ASKED = (
     *(f'5.{number}' for number in range(5, 15)),
 )
 SLOW = ('4.8', '4.11', '4.12', 'push', 'push_robot', 'stiffness')  # seconds to minutes each
+OF_MODELS = [
+    number for number, drawing in FIGURES.items() if number not in SLOW and not drawing.experiments
+]
 
 
 def rows(path):
@@ -44,14 +49,7 @@ def test_the_figures_asked_for_are_there():
     assert set(ASKED) <= set(FIGURES)
 
 
-@pytest.mark.parametrize(
-    'number',
-    [
-        number
-        for number, drawing in FIGURES.items()
-        if number not in SLOW and not drawing.experiments
-    ],
-)
+@pytest.mark.parametrize('number', OF_MODELS)
 def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
     image, table = draw(number, tmp_path / 'new')
     assert image.suffix == '.png' and image.stat().st_size > 10_000
@@ -62,18 +60,13 @@ def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
         assert row['curve'] and row['x label'] and row['y label']
 
 
-@pytest.mark.parametrize('number', ['3.9', '4.10', 'harmonics'])
-def test_every_panel_names_its_axes_and_nothing_leaves_the_page(number):
+@pytest.mark.parametrize('number', OF_MODELS)
+def test_every_panel_names_its_axes_and_nothing_hides_or_leaves_the_page(number):
     with styled():
         figure = FIGURES[number].draw()
-        figure.draw_without_rendering()
-        assert isinstance(figure, Figure)
-        title = figure._suptitle.get_window_extent()
-        for box in [title, *(axes.get_tightbbox() for axes in figure.axes)]:
-            assert figure.bbox.x0 - 1 <= box.x0 and box.x1 <= figure.bbox.x1 + 1
-            assert figure.bbox.y0 - 1 <= box.y0 and box.y1 <= figure.bbox.y1 + 1
-        for axes in figure.axes:
-            assert axes.get_xlabel() and axes.get_ylabel()
+    check_whole(figure)
+    for axes in figure.axes:
+        assert axes.get_xlabel() and axes.get_ylabel()
 
 
 def test_the_table_holds_the_model_s_own_numbers(tmp_path):
@@ -87,6 +80,29 @@ def test_the_table_holds_the_model_s_own_numbers(tmp_path):
     for row in curve[::50]:
         expected = critical_inclination(Pendulum(), math.radians(float(row['x'])), 'published')
         assert float(row['y']) == pytest.approx(math.degrees(expected), rel=1e-6)
+
+
+def test_symbols_are_typeset_and_names_are_not():
+    assert typeset('K_A = 12, θ_A* − θ_A0 and f_0') == (
+        r'$K_{\mathrm{A}}$ = 12, $θ_{\mathrm{A}}^{*}$ − $θ_{\mathrm{A0}}$ and $f_{\mathrm{0}}$'
+    )
+    for text in ('walk_6.99deg_ka12', 'l_toe', r'$K_{\mathrm{A}}$'):
+        assert typeset(text) == text
+
+
+def test_a_picture_has_its_symbols_typeset_and_the_table_has_them_plain(tmp_path):
+    seen = []
+
+    def look(figure, *target, **options):
+        seen.extend(text.get_text() for text in figure.findobj(Text))
+        return savefig(figure, *target, **options)
+
+    savefig = Figure.savefig
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, 'savefig', look)
+        _, table = draw('3.9', tmp_path)
+    assert any('{\\mathrm{cr}}' in text for text in seen) and not any('φ_cr' in t for t in seen)
+    assert 'φ_cr' in table.read_text(encoding='utf-8')
 
 
 def test_drawing_twice_gives_the_same_bytes(tmp_path):

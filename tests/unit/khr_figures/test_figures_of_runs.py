@@ -10,14 +10,18 @@ import pytest
 from khr_analysis.models.pendulum import Pendulum
 from khr_experiments.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_experiments.push_recovery import PushCondition, stance
+from khr_figures.gaits import peaks_of_swings
 from khr_figures.plot_style import styled
 from khr_figures.points import write_points
+from khr_figures.records import RATES
 from khr_figures.registry import FIGURES
 from khr_figures.standing import largest_rate
-from tests.fakes.invented_runs import FELL_AT, RATE, TONE, WEIGHT, difference, runs_for
+from tests.fakes.invented_runs import FELL_AT, RATE, READ, TONE, WEIGHT, difference, runs_for
+from tests.support.figures import check_whole
 
 OF_LIFTS = ('3.4', '3.5', '3.6', '3.10', '3.12', '3.13', '3.15')
 OF_WALKS = ('5.5', '5.6', '5.7', '5.8', '5.9', '5.10', '5.11', '5.12', '5.13', '5.14')
+SPECTRA = ('robot', 'K_A = 15', 'smooth')  # curves of spectra
 NOBODY, BEYOND_7, EVERYBODY = 90.0, 7.0, -1.0  # deg, from where on the robot falls
 
 
@@ -46,18 +50,17 @@ def rows_of(figure, folder):
         ]
 
 
-def check_whole(figure):
-    """Check that nothing leaves the page and that every axis has its unit."""
-    figure.draw_without_rendering()
-    for box in [
-        figure._suptitle.get_window_extent(),
-        *(axes.get_tightbbox() for axes in figure.axes),
-    ]:
-        assert figure.bbox.x0 - 1 <= box.x0 and box.x1 <= figure.bbox.x1 + 1
-        assert figure.bbox.y0 - 1 <= box.y0 and box.y1 <= figure.bbox.y1 + 1
-    assert figure.axes
+def check(figure):
+    """Check that all can be read and that every axis has its unit."""
+    check_whole(figure)
     for axes in figure.axes:
         assert '(' in axes.get_xlabel() and '(' in axes.get_ylabel()
+
+
+def notes_of(figure):
+    return ' '.join(
+        [figure.get_supxlabel(), *(each.get_title().get_text() for each in figure.legends)]
+    )
 
 
 def curve(rows, name, panel=''):
@@ -76,7 +79,7 @@ def curve(rows, name, panel=''):
 def test_a_figure_is_whole_whoever_falls(number, falls):
     with styled():
         figure = FIGURES[number].draw(runs_for(number, falls))
-        check_whole(figure)
+        check(figure)
         assert figure.get_suptitle().startswith(f'Figure {number}: ')
 
 
@@ -161,7 +164,7 @@ def test_gait_3_is_one_cycle_of_the_pitch_rate(table):
     assert 0.0 <= time[0] < 0.015 and 2.31 - 0.015 <= time[-1] < 2.31
     start = 1.0 + 2.5 * 2.31  # the pause, the half gait, two whole ones
     np.testing.assert_allclose(
-        rate, math.degrees(RATE) * np.cos(2.0 * math.pi * TONE * (start + time)), atol=1e-4
+        rate, math.degrees(READ * RATE) * np.cos(2.0 * math.pi * TONE * (start + time)), atol=1e-4
     )
 
 
@@ -173,21 +176,79 @@ def test_a_walk_that_falls_is_drawn_up_to_there_and_marked(table):
 
 
 @pytest.mark.parametrize(
-    ('number', 'panel'), [('5.8', 'φ = 5.55°, no control'), ('5.9', 'φ = 7.68°, K_A = 12')]
+    ('number', 'panel'),
+    [
+        ('5.8', 'φ = 5.55°, no control'),
+        ('5.8', 'φ = 7.68°, K_A = 12'),
+        ('5.9', 'φ = 9.7°, K_A = 12, K_H = 13'),
+    ],
 )
 def test_a_tone_is_drawn_at_its_frequency_with_its_amplitude(table, number, panel):
     frequency, amplitude = curve(table(number), 'robot', panel)
     assert frequency[np.argmax(amplitude)] == pytest.approx(1.73, abs=0.005)
-    assert amplitude.max() == pytest.approx(math.degrees(RATE), rel=0.01)
+    assert amplitude.max() == pytest.approx(math.degrees(READ * RATE), rel=0.01)
+
+
+def test_each_figure_of_spectra_shows_its_controls_as_the_thesis_does(table):
+    def controls(number):
+        return {('K_A' in panel, 'K_H' in panel) for panel, *_ in table(number)}
+
+    assert controls('5.8') == {(False, False), (True, False)}
+    assert controls('5.9') == {(True, True)}
+
+
+@pytest.mark.parametrize('number', [number for number, drawing in FIGURES.items() if drawing.rate])
+def test_the_signal_of_a_rate_is_named_and_can_be_chosen(number, tmp_path):
+    drawing = FIGURES[number]
+    for signal, rate in RATES.items():
+        with styled():
+            figure = drawing.draw(runs_for(number, NOBODY), rate)
+        labels = {axes.get_ylabel() for axes in figure.axes}
+        if number not in ('5.10', '5.11'):  # phases and frequencies name it in their notes
+            assert any(rate.name in label for label in labels)
+            assert not any('gyro' in label and 'gyro' not in rate.name for label in labels)
+        else:
+            assert rate.name in notes_of(figure)
+        largest = [y for _, what, _, y in rows_of(figure, tmp_path) if what in SPECTRA]
+        share = READ if signal == 'gyro_rate' else 1.0
+        if largest:
+            assert max(largest) == pytest.approx(share * math.degrees(RATE), rel=0.01)
+
+
+def test_gait_3_begins_with_the_right_leg_and_has_four_peaks(table):
+    with styled():
+        figure = FIGURES['5.5'].draw(runs_for('5.5', NOBODY))
+    third = figure.axes[1]
+    words = sorted((text.xy[0], text.get_text()) for text in third.texts)
+    assert [word for _, word in words if 'swings' in word] == [
+        'right leg swings',
+        'left leg swings',
+    ]
+    peaks = [(place, word) for place, word in words if word.isdigit()]
+    assert [word for _, word in peaks] == ['1', '2', '3', '4']
+    time, rate = curve(table('5.5'), 'pitch rate, seed 0', 'Gait-3')
+    assert [np.interp(place, time, rate) for place, _ in peaks] == pytest.approx(
+        [math.degrees(READ * RATE)] * 4, rel=0.02
+    )
+
+
+def test_peaks_are_the_two_most_prominent_of_each_swing_in_their_order():
+    time = np.arange(200)
+    gait = sum(
+        height * np.exp(-(((time - place) / 4.0) ** 2))
+        for height, place in ((3, 20), (1, 45), (2, 80), (2, 120), (3, 150), (1, 180))
+    )
+    assert peaks_of_swings(gait) == [20, 80, 120, 150]
+    assert peaks_of_swings(np.round(gait)) == pytest.approx([20, 80, 120, 150], abs=2)
 
 
 def test_who_fell_has_no_spectrum(table):
-    panels = {where for where, what, *_ in table('5.9', BEYOND_7)}
-    assert {panel.split('°')[0] for panel in panels} == {'φ = 5.55', 'φ = 6.99'}
+    panels = {where for where, what, *_ in table('5.8', BEYOND_7)}
+    assert {panel.split('°')[0] for panel in panels if 'K_A' in panel} == {'φ = 5.55', 'φ = 6.99'}
     rows = table('5.12', BEYOND_7)
     assert {panel for panel, *_ in rows if 'all fall' in panel} == {
         'φ = 8.88°, K_A raised: all fall',
-        'φ = 9.7°, K_H raised: all fall',
+        'φ = 9.7°, K_A = 12, K_H raised: all fall',
     }
     time, _ = curve(rows, 'K_A = 15, seed 0', 'φ = 8.88°')
     assert time[-1] == pytest.approx(FELL_AT - 1.0, abs=0.015)
@@ -201,19 +262,20 @@ def test_who_fell_has_no_spectrum(table):
     ids=lambda row: row.thesis[:30],
 )
 def test_the_thesis_s_peaks_are_marked_where_published(table, row):
+    number = '5.9' if row.condition.hip_gain else '5.8'
     control = f'φ = {row.inclination_deg:g}°, K_A = {row.condition.ankle_gain:g}'
     published = [
         (x.min(), x.max())
         for panel, name in sorted(
             {
                 (panel, what)
-                for panel, what, *_ in table('5.9')
+                for panel, what, *_ in table(number)
                 if what.startswith('thesis')
                 and panel.startswith(control)
                 and ('K_H' in panel) == bool(row.condition.hip_gain)
             }
         )
-        for x in [curve(table('5.9'), name, panel)[0]]
+        for x in [curve(table(number), name, panel)[0]]
     ]
     if row.condition != walking(12.0, 14.0):  # that one is a matter of Figure 5.12
         np.testing.assert_allclose(sorted(published), sorted(row.lines))
@@ -261,7 +323,7 @@ def pushed(tmp_path_factory):
     with styled():
         for number in ('4.8', '4.11', '4.12'):
             figure = FIGURES[number].draw()
-            check_whole(figure)
+            check(figure)
             found[number] = rows_of(figure, tmp_path_factory.mktemp('figure'))
     return found
 

@@ -320,7 +320,7 @@ def test_soles_are_compared_as_they_came_out():
     assert better.smooth == results.Tally(2, 2, None, None)
     assert worse.rubber == better.smooth and worse.smooth == better.rubber
     text = sections(findings(soles=(better,)))[ADDS]
-    assert '| 8.88 | K_A 12 | stays up (2 of 2) | 10 | 0.100 | falls (2 of 2) | - | - |' in text
+    assert '| 8.88 | K_A 12 | stays up (2 of 2) | 10 | 5.7 | falls (2 of 2) | - | - |' in text
 
 
 def test_a_run_of_several_experiments_counts_once():
@@ -390,14 +390,14 @@ def test_a_run_of_two_experiments_is_counted_once():
 def test_best_gains_are_a_table_and_name_where_nothing_helps():
     table, text = map_tables.blocks(BestGains('K_A', (CELL,), (8.0, 9.0)))
     assert table.head[1] == 'best K_A'
-    assert table.rows == (('5', '15', '2 of 3 (21% to 94%)', '1 of 2', '0.125'),)
+    assert table.rows == (('5', '15', '2 of 3 (21% to 94%)', '1 of 2', '7.2'),)
     assert 'No seed survives 8, 9 deg' in text
     assert 'No seed' not in map_tables.blocks(BestGains('K_A', (CELL,), ()))[1]
 
 
 def test_rubber_is_put_beside_smooth():
     _, soles_table, limits, text = map_tables.blocks(SOLES)
-    assert soles_table.rows[0] == ('5', '2 of 3', '20', '0.125', '2 of 3', '20', '0.125')
+    assert soles_table.rows[0] == ('5', '2 of 3', '20', '7.2', '2 of 3', '20', '7.2')
     assert soles_table.rows[1][4:] == ('-', '-', '-')
     assert limits.rows == (('0.18', '7.00', 'from 6.50'), ('0.8', '-', 'open'))
     assert 'up to 5 deg' in text and 'slip by - and the vibration by 1.00' in text

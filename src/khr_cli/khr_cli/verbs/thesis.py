@@ -16,11 +16,17 @@ def figure(
     fast: Annotated[
         bool, typer.Option('--fast', help='Use the quick, coarse form of its experiments.')
     ] = False,
+    signal: Annotated[
+        str | None,
+        typer.Option(
+            help='Pitch rate of runs: gyro_rate, as in the thesis, or pitch_rate, the true one.'
+        ),
+    ] = None,
 ) -> None:
     """Draw figures of the thesis from its models, or from experiments, which are run first."""
     from khr_report.reproduce import figures
 
-    for path in figures(numbers, out, fast):
+    for path in figures(numbers, out, fast, signal):
         print(path)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from math import degrees
 from typing import TypeVar
 
 from markupsafe import Markup
@@ -85,6 +86,11 @@ def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table
 def number(value: float | None, decimals: int) -> str:
     """Write a number; a dash for one that could not be measured."""
     return '-' if value is None else f'{value:.{decimals}f}'
+
+
+def rate(value: float | None, decimals: int = 1) -> str:
+    """Write a rate in rad/s as deg/s; a dash for one that could not be measured."""
+    return number(None if value is None else degrees(value), decimals)
 
 
 def numbers(values: Iterable[float | None], decimals: int) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import degrees
 from typing import Any
 
 import numpy as np
@@ -70,7 +71,7 @@ class SpectrumChart:
                 _line('peaks', ORANGE, 2.5),
                 _line('33 % of the largest', GREY, 1.0),
             ),
-            title='Spectrum of the pitch rate, rad/s over Hz',
+            title='Spectrum of the pitch rate, deg/s over Hz',
             scales={'x': {'time': False}},
             axes=(AXIS, AXIS | {'size': 44}),
             legend={'live': False},
@@ -80,10 +81,11 @@ class SpectrumChart:
 
     def show(self, lines: SpectrumLines) -> None:
         """Draw a spectrum and name its peaks."""
-        self._chart.data = lines.columns
+        frequency, *amplitudes = lines.columns
+        self._chart.data = (frequency, *map(np.degrees, amplitudes))
         rows = ''.join(
             f'<tr><td>{tone.label}</td><td>{tone.frequency:.2f} Hz</td>'
-            f'<td>{tone.amplitude:.3f} rad/s</td></tr>'
+            f'<td>{degrees(tone.amplitude):.1f} deg/s</td></tr>'
             for tone in lines.tones
         )
         self._peaks.content = f'<div class="khr"><table>{rows}</table></div>'

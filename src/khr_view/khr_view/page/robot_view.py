@@ -134,7 +134,7 @@ class RobotView:
             self._push_label.text = f'{size:.1f} N'
 
     def on_drag(self, emit: Callable[[object], None]) -> None:
-        """Emit of pushes that are aimed by dragging the torso, and given at the drag's end."""
+        """Report pushes that are aimed by dragging the torso, and given at the drag's end."""
 
         async def dragged(event: Any) -> None:
             way = np.subtract(event.end_position, event.start_position)
@@ -151,11 +151,13 @@ class RobotView:
 
     def _walk(self, scene: Snapshot) -> None:
         way = scene.way
-        if self._trail and float(np.linalg.norm(way - self._trail[-1])) < STEP:
-            return
-        if self._trail and float(np.linalg.norm(way - self._trail[-1])) > 20 * STEP:
-            self._trail.clear()  # a new run
-            self._path.points = np.zeros((1, 2, 3), dtype=np.float32)
+        if self._trail:
+            gone = float(np.linalg.norm(way - self._trail[-1]))
+            if gone < STEP:
+                return
+            if gone > 20 * STEP:
+                self._trail.clear()  # a new run
+                self._path.points = np.zeros((1, 2, 3), dtype=np.float32)
         self._trail.append(way)
         del self._trail[:-LONGEST_PATH]
         if len(self._trail) > 1:
