@@ -56,7 +56,7 @@ class BalanceParameters(FeedbackParameters):
         maximum=5.0,
     )
     reference_offset: float = parameter(
-        -0.72,
+        -0.66,
         "Constant part of the reference rate, by which the comparator's reference misses the "
         "gyro's voltage at rest; below 0 the robot leans back.",
         unit='rad/s',

@@ -56,14 +56,14 @@ class GaitParameters:
     )
 
     com_stance: float = parameter(
-        -0.0053,
+        -0.0055,
         "Centre of mass ahead of the soles' centres in the stance.",
         unit='m',
         minimum=-0.05,
         maximum=0.05,
     )
     com_lifted: float = parameter(
-        0.0128,
+        0.0116,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.',
         unit='m',
@@ -71,7 +71,7 @@ class GaitParameters:
         maximum=0.05,
     )
     com_touchdown: float = parameter(
-        0.0285,
+        0.027,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot touches down.",
         unit='m',
         minimum=-0.05,

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_experiments.calibration_objective import FALL, Candidate, row_costs
+from khr_experiments.calibration_objective import FALL, Candidate
 from khr_experiments.calibration_plan import CalibrationPlan, WantedLimit
 
 Array = NDArray[np.float64]
@@ -56,8 +56,9 @@ def ensemble(
 ) -> Ensemble:
     """Choose the robots that fit within a tolerance, or the ``least`` best if fewer do.
 
-    The best has the limits of least cost: a single walk at the edge of falling is chance. A robot that falls on level ground does not fit at all. If more than ``most`` fit, the
-    best is kept, and others one by one, each the furthest from all that were kept.
+    The best has the least cost. A robot that falls on level ground does not fit at all. If more
+    than ``most`` fit, the best is kept, and others one by one, each the furthest from all that
+    were kept.
     """
     complete = [robot for robot in robots if robot.complete and not falls(plan, robot)]
     ranked = sorted(complete, key=lambda robot: worst_miss(plan, robot))
@@ -66,7 +67,7 @@ def ensemble(
         edge = ranked[min(least, len(ranked)) - 1]
         tolerances = max(1.0, worst_miss(plan, edge))
     fitting = [robot for robot in ranked if worst_miss(plan, robot) <= tolerances + 1e-9]
-    fitting.sort(key=lambda robot: limits_cost(plan, robot))
+    fitting.sort(key=lambda robot: robot.cost)
     return Ensemble(
         tuple(thinned(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
     )
@@ -76,12 +77,6 @@ def falls(plan: CalibrationPlan, robot: Candidate) -> bool:
     """Say whether a robot fell with some seed on level ground."""
     level = [row.title for row in plan.walks if row.inclination_deg == 0.0]
     return any(cost >= FALL for title in level for cost in robot.walks.get(title, ()))
-
-
-def limits_cost(plan: CalibrationPlan, robot: Candidate) -> float:
-    """Return the cost of the limits alone."""
-    costs = row_costs(plan, robot)
-    return sum(costs[row.condition.title] for row in plan.fitted)
 
 
 def worst_miss(plan: CalibrationPlan, robot: Candidate) -> float:

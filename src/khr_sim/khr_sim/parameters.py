@@ -51,7 +51,7 @@ class SimulatorParameters:
         maximum=2.0,
     )
     friction_smooth: float = parameter(
-        0.22,
+        0.215,
         'Friction coefficient of the bare sole on the smooth board.',
         minimum=0.0,
         maximum=2.0,
@@ -127,7 +127,7 @@ class SimulatorParameters:
         read_only=True,
     )
     stiffness_per_stretch: float = parameter(
-        0.245,
+        0.252,
         'Stiffness of a servo per unit of its stretch setting.',
         unit='N m/rad',
         minimum=0.01,
