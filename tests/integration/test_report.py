@@ -6,6 +6,7 @@ import json
 import shutil
 from dataclasses import fields
 from math import degrees
+from platform import python_version
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.bags import read_messages, read_what_is_left
-from khr_bringup.code_version import code_version
+from khr_bringup.code_version import code_version, library_versions
 from khr_bringup.run_signals import run_with_series, series_of_bag
 from khr_bringup.scenario import load
 from khr_cli import command
@@ -115,6 +116,10 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     assert 'hip_controller.gain' not in differs
     assert 'none recorded' in page.text
     assert f'khr code {VERSION} {VERSION}' in page.text
+    for name, number in {'Python': python_version(), **library_versions('bullet')}.items():
+        assert f'{name} {number} {number}' in page.text
+    assert 'not recorded' not in page.text and '"khr report" wrote this page' in page.text
+    assert {'scenario.yaml', 'outcome.json', 'overview.png'} <= set(page.links)
     (link,) = [link for link in page.links if link.startswith('data:')]
     table = list(csv.DictReader(base64.b64decode(link.split(',')[1]).decode().splitlines()))
     assert len(table) == round(SECONDS / 0.015) + 1

@@ -8,6 +8,7 @@ from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
 from pathlib import Path
+from platform import python_version
 
 from khr_bringup.node_registry import OWN, registry, spec_of
 from khr_bringup.scenario import Scenario
@@ -27,7 +28,8 @@ SOURCES = (
     ('khr_bringup', 'run_signals.py'),
 )
 LIBRARIES = ('numpy', 'numba')  # and that of the engine
-MARK = '# code version '  # begins the line with it at the end of a scenario as run
+# These begin lines at the end of a scenario as run: of the code, and of each library.
+MARK, LIBRARY = '# code version ', '# version of '
 
 
 @cache
@@ -81,6 +83,24 @@ def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
     """Return the packages of nodes that are not this project's, whose cores decide a run too."""
     own = {*OWN, *(package for package, _ in SOURCES)}
     return tuple(sorted({spec_of(node).package for node in nodes} - own))
+
+
+def stamp(scenario: Scenario) -> str:
+    """Return the lines about versions at the end of a scenario as run."""
+    libraries = library_versions(scenario.table(RunParameters).engine)
+    numbers = {'Python': python_version(), **libraries}
+    lines = [f'{LIBRARY}{name}: {number}\n' for name, number in numbers.items()]
+    return ''.join([*lines, f'{MARK}{version_of(scenario)}\n'])
+
+
+def libraries_in(text: str) -> dict[str, str]:
+    """Return the versions of Python and the libraries stated in a scenario as run, by name."""
+    stated = (
+        line.removeprefix(LIBRARY).partition(': ')
+        for line in text.splitlines()
+        if line.startswith(LIBRARY)
+    )
+    return {name: number for name, _, number in stated}
 
 
 def version_in(text: str) -> str:

@@ -74,6 +74,20 @@ class FrictionLimit:
 
 
 @dataclass(frozen=True)
+class MapLimits:
+    """The inclination that half of the runs survive, for each value of another parameter.
+
+    Attributes:
+        name: of the parameter, ``node.parameter``.
+        limits: value, inclination, and the ends of its 95 % interval, deg; None where the runs do
+            not show one.
+    """
+
+    name: str
+    limits: tuple[tuple[float, float | None, float | None, float | None], ...]
+
+
+@dataclass(frozen=True)
 class SoleEffect:
     """Rubber soles beside smooth ones on the same inclinations.
 
@@ -111,9 +125,14 @@ def cells_of(runs: Runs, x: str, y: str) -> list[Cell]:
     return [_cell(*place, group) for place, group in groups.items()]
 
 
-def map_result(runs: Runs) -> BestGains | SoleEffect:
-    """Evaluate a map of inclination and either the friction or a gain."""
+def map_result(runs: Runs, bisected: bool = False) -> BestGains | SoleEffect | MapLimits:
+    """Evaluate a map of inclination and either the friction or a gain.
+
+    Of one whose inclinations were bisected only the limits are known.
+    """
     other = next(name for name in runs[0].point if name != INCLINATION)
+    if bisected:
+        return map_limits(runs, other)
     return sole_effect(runs) if other == FRICTION else best_gains(runs, other)
 
 
@@ -122,6 +141,15 @@ def best_gains(runs: Runs, gain: str) -> BestGains:
     found = best(cells_of(runs, INCLINATION, gain))
     hopeless = {run.point[INCLINATION] for run in runs} - {cell.x for cell in found}
     return BestGains(GAINS.get(gain, gain), tuple(found), tuple(sorted(hopeless)))
+
+
+def map_limits(runs: Runs, other: str) -> MapLimits:
+    """Find the inclination that half of the runs survive for each value of another parameter."""
+    lines = by(cells_of(runs, INCLINATION, other), lambda cell: cell.y)
+    found = (_friction_limit(value, lines[value]) for value in sorted(lines))
+    return MapLimits(
+        other, tuple((one.friction, one.deg, one.low_deg, one.high_deg) for one in found)
+    )
 
 
 def sole_effect(runs: Runs) -> SoleEffect:

@@ -166,10 +166,7 @@ def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
 def missing(sweeps: Sequence[Opened]) -> int:
     """Count the missing runs of opened experiments."""
     version = code_version()
-    return sum(
-        len({trial.id for trial in specification.trials(version)} - folder.finished())
-        for specification, folder in sweeps
-    )
+    return sum(specification.left(version, folder.verdicts()) for specification, folder in sweeps)
 
 
 def run_on(client: Client, sweeps: Sequence[Opened], bar: Bar) -> int:

@@ -13,7 +13,7 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario import Scenario
-from khr_experiments.best_gain import BestGains, SoleEffect
+from khr_experiments.best_gain import BestGains, MapLimits, SoleEffect
 from khr_experiments.experiments import Run, Runs, by
 from khr_experiments.peak_origin import PeakOrigin
 from khr_experiments.scoreboard_rows import Scoreboard
@@ -110,7 +110,7 @@ class Findings:
     friction: tuple[FrictionComparison, ...]
     tilting: tuple[TiltComparison, ...]
     peaks: tuple[PeakOrigin, ...]
-    maps: dict[str, BestGains | SoleEffect]
+    maps: dict[str, BestGains | SoleEffect | MapLimits]
     figures: int
     runs: int
     run_seconds: float

@@ -20,6 +20,12 @@ from khr_sweeps.statistics import Crossing, crossing, wilson
 
 Array = NDArray[np.float64]
 RUNS_PER_CELL = 8  # aim of the bins of a random sweep
+NAMES = {
+    'simulator.inclination_deg': 'inclination φ (°)',
+    'simulator.friction': 'friction of the soles µ',
+    'ankle_controller.gain': 'ankle gain K_A',
+    'hip_controller.gain': 'hip gain K_H',
+}
 
 
 @dataclass(frozen=True)
@@ -44,8 +50,8 @@ class Direction:
 
     @property
     def title(self) -> str:
-        """Return the name with the unit."""
-        return f'{self.name} [{self.unit}]' if self.unit else self.name
+        """Return the name in words, with its symbol or unit."""
+        return NAMES.get(self.name) or (f'{self.name} ({self.unit})' if self.unit else self.name)
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,8 @@ class StabilityMap:
         vibration: median vibration of those that survived, rad/s.
         critical: for each y, the x at which half the runs survive; empty if x is not a number.
         pooled: swept parameters other than x and y.
+        scenarios: names of what was run.
+        bisected: whether x was bisected: then only cells along the limit have runs.
     """
 
     x: Direction
@@ -71,6 +79,8 @@ class StabilityMap:
     vibration: Array
     critical: tuple[Crossing, ...]
     pooled: tuple[str, ...]
+    scenarios: tuple[str, ...] = ()
+    bisected: bool = False
 
     def interval(self, row: int, column: int) -> tuple[float, float]:
         """Return Wilson's 95 % interval of the probability to survive in a cell."""
@@ -79,7 +89,7 @@ class StabilityMap:
     @property
     def best(self) -> list[Cell]:
         """Return the best gain of each inclination; nothing for a map of other parameters."""
-        if self.x.name != INCLINATION or self.y.name not in GAINS:
+        if self.x.name != INCLINATION or self.y.name not in GAINS or self.bisected:
             return []
         return best(
             Cell(
@@ -95,18 +105,25 @@ class StabilityMap:
             if self.runs[i, j]
         )
 
-    def uncertain(self) -> NDArray[np.bool_]:
-        """Return the cells whose interval of the survival contains one half."""
-        rows, columns = self.runs.shape
-        return np.array(
-            [
-                [
-                    low < 0.5 < high
-                    for low, high in (self.interval(row, column) for column in range(columns))
-                ]
-                for row in range(rows)
-            ]
-        )
+    def split(self) -> NDArray[np.bool_]:
+        """Return the cells of which some runs survive and others fall."""
+        return (self.survived > 0) & (self.survived < self.runs)
+
+    def implied(self) -> Array:
+        """Return 1 or 0 where a bisection took survival or a fall for granted, else nan.
+
+        Left of a cell that all runs survive all is survived, right of one that none does nothing.
+        """
+        found = np.full(self.runs.shape, nan)
+        if self.bisected:
+            with_runs = self.runs > 0
+            whole = with_runs & (self.survived == self.runs)
+            fatal = with_runs & (self.survived == 0)
+            before = np.flip(np.maximum.accumulate(np.flip(whole, axis=1), axis=1), axis=1)
+            beyond = np.maximum.accumulate(fatal, axis=1)
+            found[before & ~with_runs] = 1.0
+            found[beyond & ~with_runs] = 0.0
+        return found
 
 
 def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
@@ -163,6 +180,8 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
         if across.numeric
         else (),
         tuple(name for name in request['axes'] if name not in (x, y)),
+        tuple(request['scenario']),
+        request.get('bisect') == x,
     )
 
 

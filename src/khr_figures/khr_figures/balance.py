@@ -137,9 +137,13 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
         )
     axis.set(xlabel=standing.SLOPE, ylabel=standing.DIFFERENCE)
     legend_below(axis, 2)
-    figure.suptitle(
-        'Figure 3.10: the toe-heel difference at rest over the inclination, models '
-        'and robot\nmedian of seeds, band from smallest to largest; x: a seed fell'
+    head(
+        figure,
+        'Figure 3.10: the toe-heel difference at rest, of models and robot',
+        standing.SPREAD,
+        'at rest Δ is the moment of the weight over half a foot (3.7), a sine and so nearly straight '
+        'up to m g: models and robot have rigid soles and show true forces, and nothing saturates; '
+        'the robot is steeper than its body held rigid as its legs give way',
     )
     return figure
 
@@ -256,7 +260,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     head(
         figure,
         'Figure 3.13: the largest pitch rate while the ankle adjusts',
-        'median of the seeds, band from smallest to largest; x: a seed fell',
+        standing.SPREAD,
         rate.note,
     )
     return figure

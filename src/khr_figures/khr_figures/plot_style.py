@@ -109,18 +109,19 @@ def main_lines(axis: Axes) -> list[Line2D]:
     ]
 
 
-def legend_above(axis: Axes, columns: int = 0) -> None:
+def legend_above(axis: Axes, columns: int = 0, omit: str = 'thesis') -> None:
     """Name a panel's lines between its title and its frame, where they hide no curve.
 
     One entry stands for all seeds of a line.
 
     Args:
         columns: of the legend; by default one row.
+        omit: part of the names of lines that the notes explain.
     """
     named = {
         str(line.get_label()).partition(', seed ')[0]: line
         for line in reversed(main_lines(axis))
-        if not str(line.get_label()).startswith('thesis')
+        if omit not in str(line.get_label())
     }
     lines, names = list(named.values())[::-1], list(named)[::-1]
     columns = columns or max(1, len(names))

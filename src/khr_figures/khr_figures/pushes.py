@@ -3,20 +3,29 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_analysis.models.checks import FORMS
-from khr_analysis.models.push import DIRECTIONS, Gyro, largest_push, simulate_push
+from khr_analysis.models.checks import FORMS, Array
+from khr_analysis.models.push import (
+    DIRECTIONS,
+    Direction,
+    Gyro,
+    Recovery,
+    largest_push,
+    simulate_push,
+)
 from khr_analysis.models.servo_loop import gain_of_board
 from khr_analysis.models.tipping import ForcePulse, PushLoop, tipping_force
 from khr_bringup.run_signals import run_with_series
-from khr_experiments.push_model import model_loop
+from khr_experiments.push_model import model_loop, model_push
 from khr_experiments.push_recovery import START, PushCondition, push_robot, stance
-from khr_figures.plot_style import TITLES, head, main_lines, panels
+from khr_figures.plot_style import TITLES, head, legend_above, panels, share_scale
 from khr_figures.records import FALLEN
 from khr_sim.gyro_circuit.baseband import Baseband
 
@@ -25,9 +34,19 @@ CONTROL = 12.0  # K_A, the thesis's
 LASTING = 1.0  # s, longer than the robot takes to fall
 SHARES = (0.8, 1.05, 1.5, 2.0, 4.0)  # of m g b/l, the force that lifts the heel
 BEYOND = 1.1  # of half a foot, end of the robot's curves
-ROBOT_FORCES = (5.0, 8.0)  # N; its foot is longer than the pendulum's
+SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
+SHOWN = 2.0  # s
+UNCONTROLLED = ', no control'
 HALF_FOOT_MM = 1e3 * LOOP.pendulum.half_foot
 _SIDES = {'behind': 'behind', 'front': 'the front'}
+SIDES: dict[Direction, dict[str, str]] = {
+    'behind': {'color': '#0072B2'},
+    'front': {'color': '#D55E00'},
+}
+CONTROLS: dict[float, dict[str, Any]] = {
+    CONTROL: {'linestyle': '-', 'linewidth': 1.8},
+    0.0: {'linestyle': ':', 'linewidth': 1.0},
+}
 
 
 def circuit() -> Gyro:
@@ -67,82 +86,132 @@ def rising_force() -> Figure:
             label=f'F = {force:.2f} N',
         )
     for axis in axes:
-        axis.set(xlabel='time (s)', ylabel='pitch rate (°/s)')
-        axis.set_xlim(0.0, 1.45 * LASTING)  # room for the legend
-        axis.legend(loc='upper right')
+        axis.set(xlabel='time (s)', ylabel='pitch rate (°/s)', xlim=(0.0, LASTING))
+        legend_above(axis, columns=3)
+    share_scale(axes[:2])
+    share_scale(axes[2:])
     head(
         figure,
         'Figure 4.8: the larger a lasting push, the faster the robot tips (no control)',
-        f'forces of {", ".join(f"{share:g}" for share in SHARES)} times m g b/l; '
-        'curves of models end where the mass passes the toe, of the robot at its fall',
+        f'forces of {", ".join(f"{share:g}" for share in SHARES)} times m g b/l',
+        'curves of models end where the mass passes the toe, of the robot (true rate) at its fall',
     )
     return figure
 
 
 def recovery() -> Figure:
     """Draw x_COM over time with and without control, against the band (4.7)."""
-    figure, axes = panels(*(TITLES[form] for form in FORMS), height=3.4)
-    for form, force, axis in zip(FORMS, (3.35, 3.05), axes, strict=True):
-        for setting in (0.0, CONTROL):
-            loop = replace(LOOP, form=form, gain=gain_of_board(setting))
-            run = simulate_push(loop, ForcePulse(force, 0.1), gyro=circuit(), duration=2.0)
-            axis.plot(run.time, 1e3 * run.x_com, label=f'K_A = {setting:g}')
-        _band(axis, -HALF_FOOT_MM, 0.0)
-        axis.set_title(f'{TITLES[form]}: {force:g} N for 0.1 s')
+    figure, axes = panels(*(TITLES[form] for form in FORMS), height=4.2)
+    for form, axis in zip(FORMS, axes, strict=True):
+        loop = replace(LOOP, form=form)
+        without, limit = _limits(loop, 'behind')
+        between = 0.5 * (without + limit) if limit > without else FATAL * without
+        for force, line in ((SURVIVED * without, '-'), (between, '--')):
+            for setting, color, width in ((0.0, '#0072B2', 3.0), (CONTROL, '#D55E00', 1.2)):
+                run = _pushed(loop, setting, force)
+                label = f'{force:.2f} N, K_A = {setting:g}'
+                look = {'color': color, 'linestyle': line, 'linewidth': width}
+                _draw_until_fall(axis, run.time, 1e3 * run.x_com, run.fell, label, look)
+        _shade(axis, -HALF_FOOT_MM, 0.0, '(4.7)')
         axis.set(
-            xlabel='time (s)', ylabel='x_COM from the toe (mm)', ylim=(-2.15 * HALF_FOOT_MM, 8.0)
+            xlabel='time (s)', ylabel='x_COM from the toe (mm)', ylim=(-2.3 * HALF_FOOT_MM, 10.0)
         )
-        axis.legend(loc='lower right')
-    figure.suptitle('Figure 4.10: a push from behind, x_COM against the band (4.7), shaded')
+        axis.axhline(-2.0 * HALF_FOOT_MM, color='0.6', linewidth=0.8)
+        legend_above(axis, columns=2)
+    head(
+        figure,
+        'Figure 4.10: a push from behind of 0.1 s, with and without control',
+        'shaded: the band (4.7); grey line: the heel; x: it falls',
+        'as published, control only changes the length (4.6), and moves no limit',
+    )
     return figure
 
 
 def both_directions() -> Figure:
-    """Draw x_COM over time for pushes from both sides: model on flat and incline, and robot."""
+    """Draw the mass over the foot for pushes from both sides, with and without control."""
     slopes = (0.0, 2.0)
     figure, axes = panels(
-        *(f'model, φ = {slope:g}°, physical' for slope in slopes), 'simulated robot, φ = 0°'
+        *(f'model, φ = {slope:g}°, physical' for slope in slopes),
+        'simulated robot, φ = 0°',
+        height=4.4,
     )
     for slope, axis in zip(slopes, axes, strict=False):
-        loop = replace(LOOP, gain=gain_of_board(CONTROL), inclination=math.radians(slope))
-        for force in (2.5, 3.3):
-            for side, name in zip((1.0, -1.0), DIRECTIONS, strict=True):
-                run = simulate_push(
-                    loop, ForcePulse(side * force, 0.1), gyro=circuit(), duration=2.0
-                )
-                ankle = side * (1e3 * run.x_com + HALF_FOOT_MM * math.cos(loop.inclination))
-                axis.plot(run.time, ankle, label=f'{force:g} N from {_SIDES[name]}')
-        _both_edges(axis, HALF_FOOT_MM)
+        loop = replace(LOOP, inclination=math.radians(slope))
+        for direction, color in SIDES.items():
+            side = 1.0 if direction == 'behind' else -1.0
+            force = 0.5 * sum(_limits(loop, direction))
+            for setting, look in CONTROLS.items():
+                run = _pushed(loop, setting, side * force)
+                ahead = side * (1e3 * run.x_com + HALF_FOOT_MM * math.cos(loop.inclination))
+                label = _name(force, direction, setting)
+                _draw_until_fall(axis, run.time, ahead, run.fell, label, look | color)
+        _over_foot(axis, HALF_FOOT_MM)
     half_foot = 1e3 * stance().pendulum.half_foot
-    for force in ROBOT_FORCES:
-        for side, name in zip((1.0, -1.0), DIRECTIONS, strict=True):
-            motion = push_robot(PushCondition(CONTROL, 0.1, name, 'circuit'), force)
+    for direction, color in SIDES.items():
+        side = 1.0 if direction == 'behind' else -1.0
+        force = FATAL * model_push(PushCondition(direction=direction), 'physical', 'robot')
+        for setting, look in CONTROLS.items():
+            motion = push_robot(PushCondition(setting, 0.1, direction, 'circuit'), force)
             ahead = side * (1e3 * motion.x_com + half_foot)
             lost = motion.time[np.abs(ahead) > BEYOND * half_foot]
-            shown = (motion.time >= 0.0) & (motion.time < min([2.0, *lost[:1]]))
-            label = f'{force:g} N from {_SIDES[name]}'
-            axes[2].plot(motion.time[shown], ahead[shown], label=label)
-            if motion.fell:
-                axes[2].plot(
-                    motion.time[shown][-1:], ahead[shown][-1:], label=f'{label}: fell', **FALLEN
-                )
-    _both_edges(axes[2], half_foot)
+            shown = (motion.time >= 0.0) & (motion.time < min([SHOWN, *lost[:1]]))
+            label = _name(force, direction, setting)
+            _draw_until_fall(
+                axes[2], motion.time[shown], ahead[shown], motion.fell, label, look | color
+            )
+    _over_foot(axes[2], half_foot)
+    share_scale(axes)
     head(
         figure,
-        'Figure 4.12: pushes of 0.1 s from both sides, K_A = 12',
-        'shaded: from heel to toe; x: it fell',
+        'Figure 4.12: pushes of 0.1 s from both sides, with and without control',
+        f'thick: K_A = {CONTROL:g}; thin and dotted: no control; x: it falls; shaded: the foot',
+        'forces: of the models, between the limits without and with control; of the robot, '
+        f'{FATAL:g} times the limit of its model without control',
     )
     return figure
 
 
-def _both_edges(axis: Axes, half_foot: float) -> None:
-    _band(axis, -half_foot, half_foot)
+def _limits(loop: PushLoop, direction: Direction) -> tuple[float, float]:
+    """Return the largest push of 0.1 s survived without and with control, N."""
+    without, limit = (
+        largest_push(
+            replace(loop, gain=gain_of_board(setting)),
+            direction=direction,
+            gyro=circuit,
+            watch=SHOWN,
+        )
+        for setting in (0.0, CONTROL)
+    )
+    return without, limit
+
+
+def _pushed(loop: PushLoop, setting: float, force: float) -> Recovery:
+    """Push a model for 0.1 s; a negative force comes from the front."""
+    with_gain = replace(loop, gain=gain_of_board(setting))
+    return simulate_push(with_gain, ForcePulse(force, 0.1), gyro=circuit(), duration=SHOWN)
+
+
+def _draw_until_fall(
+    axis: Axes, time: Array, place: Array, falls: bool, label: str, look: Mapping[str, Any]
+) -> None:
+    axis.plot(time, place, label=label, **look)
+    if falls:
+        cross = {**FALLEN, 'color': look['color']}
+        axis.plot(time[-1:], place[-1:], label=f'{label}: fell', **cross)
+
+
+def _name(force: float, direction: Direction, setting: float) -> str:
+    return f'{force:.2f} N from {_SIDES[direction]}' + (UNCONTROLLED if not setting else '')
+
+
+def _over_foot(axis: Axes, half_foot: float) -> None:
+    _shade(axis, -half_foot, half_foot, 'heel to toe')
     axis.set(
         xlabel='time (s)',
         ylabel="mass ahead of the foot's middle (mm)",
-        ylim=(-2.4 * half_foot, 1.4 * half_foot),
+        ylim=(-1.2 * half_foot, 1.2 * half_foot),
     )
-    axis.legend(handles=main_lines(axis), loc='lower center', fontsize=7)
+    legend_above(axis, columns=1, omit=UNCONTROLLED)
 
 
 def largest() -> Figure:
@@ -176,12 +245,22 @@ def largest() -> Figure:
                     label=f'{duration:g} s{side}',
                 )
         axis.set(xlabel='gain K_A (board setting)', ylabel='largest impulse survived (N s)')
-        axis.set_ylim(0.0, 0.9)
-        axis.legend(ncols=2 if form == 'physical' else 1, fontsize=7, loc='upper left')
-    figure.suptitle('The largest push survived: gyro circuit, board and servo in the loop')
+        legend_above(axis, columns=2)
+    share_scale(axes)
+    head(figure, 'The largest push survived: gyro circuit, board and servo in the loop')
     return figure
 
 
-def _band(axis: Axes, low: float, high: float) -> None:
+def _shade(axis: Axes, low: float, high: float, name: str) -> None:
     axis.axhspan(low, high, color='0.93', zorder=0)
+    axis.annotate(
+        name,
+        (1.0, high),
+        (-2, -9),
+        ('axes fraction', 'data'),
+        'offset points',
+        fontsize=7,
+        color='0.4',
+        ha='right',
+    )
     axis.grid(False)

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from khr_experiments.best_gain import CRITERION, GAINS
 from khr_experiments.stability_map import Direction, StabilityMap, stability_map
 from khr_figures.errors import FigureError
-from khr_figures.plot_style import save, styled
+from khr_figures.plot_style import head, save, styled
 from khr_sweeps.folder import read_results
 
 SIZE = (9.0, 7.0)  # inches
@@ -39,6 +39,8 @@ BEST: dict[str, Any] = {
     'markeredgecolor': 'black',
     'markeredgewidth': 0.8,
 }
+SPLIT: dict[str, Any] = {'edgecolor': '0.25', 'hatch': '//', 'linewidth': 0.0}
+PALE = 0.25  # of the colour of a cell that was not run
 MOST_TICKS = 14  # per axis; with more cells matplotlib chooses
 
 
@@ -90,7 +92,7 @@ def figure(counted: StabilityMap) -> Figure:
     panels = (
         ('survived: share of runs', counted.survived / runs, 'RdYlBu', (0.0, 1.0)),
         ('slipped without falling: share of runs', counted.slipped / runs, 'Blues', (0.0, 1.0)),
-        ('fell: median time of the fall [s]', counted.fell_at, 'magma', None),
+        ('fell: median time of the fall (s)', counted.fell_at, 'magma', None),
         (
             'vibration: median of those that survived (°/s)',
             np.degrees(counted.vibration),
@@ -103,6 +105,7 @@ def figure(counted: StabilityMap) -> Figure:
         _cells(page, panel, counted, values, colours, limits)
         _critical(panel, counted)
         _best(panel, counted)
+    _imply(axes[0, 0], counted)
     _hatch(axes[0, 0], counted)
     for panel in axes[-1]:
         panel.set_xlabel(counted.x.title)
@@ -149,11 +152,23 @@ def _ticks(axis: Any, direction: Direction) -> None:
 
 
 def _hatch(panel: Axes, counted: StabilityMap) -> None:
-    for row, column in np.argwhere(counted.uncertain() & (counted.runs > 0)):
+    for row, column in np.argwhere(counted.split()):
         x, y = counted.x.edges[column : column + 2], counted.y.edges[row : row + 2]
-        panel.fill_between(
-            x, y[0], y[1], facecolor='none', edgecolor='0.25', hatch='///', linewidth=0.0
-        )
+        panel.fill_between(x, y[0], y[1], facecolor='none', **SPLIT)
+
+
+def _imply(panel: Axes, counted: StabilityMap) -> None:
+    """Fill palely what a bisection took for granted."""
+    panel.pcolormesh(
+        counted.x.edges,
+        counted.y.edges,
+        np.ma.masked_invalid(counted.implied()),
+        cmap='RdYlBu',
+        vmin=0.0,
+        vmax=1.0,
+        alpha=PALE,
+        linewidth=0.0,
+    )
 
 
 def _critical(panel: Axes, counted: StabilityMap) -> None:
@@ -180,28 +195,28 @@ def _best(panel: Axes, counted: StabilityMap) -> None:
 
 
 def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
-    words = [f'{int(counted.runs.sum())} runs']
-    if counted.pooled:
-        words.append(f'pooled over {", ".join(counted.pooled)}')
-    text = ', '.join(words)
-    if counted.best:
-        gains = ', '.join(f'{cell.y:g} at {cell.x:g}°' for cell in counted.best)
-        text += f'\nbest {GAINS[counted.y.name]}: {gains}\n({CRITERION})'
-    page.suptitle(text, fontsize='medium')
-    handles: list[Artist] = [
-        Patch(
-            facecolor='none',
-            edgecolor='0.25',
-            hatch='///',
-            label='95 % interval of the survival contains 1/2',
+    handles: list[Artist] = []
+    if counted.split().any():
+        handles.append(Patch(facecolor='none', **SPLIT, label='some seeds survive, others fall'))
+    if counted.bisected:
+        handles.append(
+            Patch(facecolor='#4575b4', alpha=PALE, label='not run: follows from the bisection')
         )
-    ]
     if counted.critical:
         handles += panel.plot([], [], **MARK, label='half of the runs survive, with 95 % interval')
     if counted.best:
         handles += panel.plot([], [], **BEST, label='best gain of an inclination')
     handles.append(Patch(facecolor=EMPTY, label='no such run'))
     page.legend(handles=handles, loc='outside lower center', ncols=2)
+    x, y = (direction.title.partition(' (')[0] for direction in (counted.x, counted.y))
+    words = [f'{int(counted.runs.sum())} runs']
+    if counted.pooled:
+        words.append(f'pooled over {", ".join(counted.pooled)}')
+    if counted.best:
+        gains = ', '.join(f'{cell.y:g} at {cell.x:g}°' for cell in counted.best)
+        words += [f'best {GAINS[counted.y.name]}: {gains} ({CRITERION})']
+    of = ', '.join(counted.scenarios) or 'runs'
+    head(page, f'What becomes of {of}, by {x} and {y}', *words)
 
 
 def _cell_rows(counted: StabilityMap) -> list[dict[str, Any]]:

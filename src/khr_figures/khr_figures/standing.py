@@ -24,7 +24,7 @@ from khr_experiments.critical import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_experiments.push_recovery import stance
-from khr_figures.plot_style import legend_above, legend_below, panels, share_scale
+from khr_figures.plot_style import head, legend_above, legend_below, panels, share_scale
 from khr_figures.records import (
     LOOKS,
     TRUE,
@@ -44,7 +44,9 @@ EXPERIMENTS = ('lift_inclination', 'lift_stages')
 SHOWN_DEG = 3.8  # the thesis's inclination of Figure 3.4
 SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
 STAGES = (STAGE_1, STAGE_2, STAGE_3)
+SPREAD = 'median of the seeds, band from smallest to largest; x: a seed fell'
 SLOPE = 'inclination φ (°)'
+BOTH = ', both feet'
 DIFFERENCE = 'Δ = F_T − F_H (N)'
 
 
@@ -161,8 +163,15 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
         draw_seeds(axes[0], shown, _force(*parts), name, color=color, linestyle=line)
     for part, axis in enumerate(axes[1:]):
         for phi, (color, line) in zip(STAGE_1_READ, LOOKS, strict=False):
+            name = f'φ = {phi:g}°'
+            draw_seeds(axis, lifts[phi], _force(part), name, color=color, linestyle=line)
             draw_seeds(
-                axis, lifts[phi], _force(part), f'φ = {phi:g}°', color=color, linestyle=line
+                axis,
+                [run for run in lifts[phi] if not fell(run)],
+                _force_of_both(part),
+                f'{name}{BOTH}',
+                color=color,
+                linestyle=(0, (1, 2)),
             )
     for axis in axes:
         _mark_parts(axis, lift_of(shown[0]))
@@ -171,10 +180,14 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
             ylabel='force (N)',
             ylim=(-0.18 * ROBOT.weight, 1.3 * ROBOT.weight),
         )
-        legend_above(axis)
-    figure.suptitle(
-        'Figure 3.4: toe and heel force of the support foot while the other leg '
-        'lifts\na thin line per seed, true forces, no control'
+        legend_above(axis, omit=BOTH)
+    head(
+        figure,
+        'Figure 3.4: toe and heel force of the support foot while the other leg lifts',
+        'a thin line per seed, true forces, no control',
+        'dotted: both feet together, which keep the order of φ; how they share the load depends on '
+        'where the lifted foot came down, and the grip of the soles holds it so, with and without '
+        'dry friction in the servos',
     )
     return figure
 
@@ -190,10 +203,11 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
         axis.set(xlabel=SLOPE, ylabel='force of the support foot (N)', ylim=(0.0, None))
     legend_below(axes[0], 3)
     share_scale(axes)
-    figure.suptitle(
-        'Figure 3.5: toe and heel force of the support foot over the inclination'
-        '\nmedian of the seeds, band from smallest to largest; '
-        'x: a seed fell; no control'
+    head(
+        figure,
+        'Figure 3.5: toe and heel force of the support foot over the inclination',
+        SPREAD,
+        'no control',
     )
     return figure
 
@@ -221,10 +235,7 @@ def stages(runs: Mapping[str, Runs]) -> Figure:
     draw_own_difference(axis, lifts[STAGE_1][0])
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
     legend_below(axis, 2)
-    figure.suptitle(
-        'Figure 3.6: the toe-heel difference over the inclination in the three '
-        'stages of control\nmedian of the seeds and their range; x: a seed fell'
-    )
+    head(figure, 'Figure 3.6: the toe-heel difference in the three stages of control', SPREAD)
     return figure
 
 
@@ -257,10 +268,7 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
     )
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
     legend_below(axis, 4)
-    figure.suptitle(
-        'Figure 3.15: the toe-heel difference over the inclination for raised gains '
-        'of its loop\nmedian of the seeds and their range; x: a seed fell'
-    )
+    head(figure, 'Figure 3.15: the toe-heel difference for raised gains of its loop', SPREAD)
     return figure
 
 
@@ -275,6 +283,18 @@ def _force(*parts: int) -> Callable[[Run], tuple[Array, Array]]:
     def signal(run: Run) -> tuple[Array, Array]:
         time, *forces = support_forces(run)
         return time, np.sum([forces[part] for part in parts], axis=0)
+
+    return signal
+
+
+def _force_of_both(part: int) -> Callable[[Run], tuple[Array, Array]]:
+    """Return a function from a run to time and toe or heel force of both feet, after the lift."""
+
+    def signal(run: Run) -> tuple[Array, Array]:
+        series, lift = record(run), lift_of(run)
+        kept = series.time >= lift.down
+        force = series.contact_force[kept][:, [part, part + 2]].sum(axis=1)
+        return series.time[kept] - lift.start, force
 
     return signal
 

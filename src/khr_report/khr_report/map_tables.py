@@ -9,8 +9,10 @@ from khr_experiments.best_gain import (
     BestGains,
     Cell,
     FrictionLimit,
+    MapLimits,
     SoleEffect,
 )
+from khr_experiments.stability_map import NAMES
 from khr_report.page.document import Block, Columns, Table, number, rate, table
 from khr_sweeps.statistics import wilson
 
@@ -21,9 +23,23 @@ FRICTION_COLUMNS: Columns[FrictionLimit] = {
 }
 
 
-def blocks(result: BestGains | SoleEffect) -> list[Block]:
+def blocks(result: BestGains | SoleEffect | MapLimits) -> list[Block]:
     """Return the results of a map as tables and text."""
+    if isinstance(result, MapLimits):
+        return _limits(result)
     return _gains(result) if isinstance(result, BestGains) else _soles(result)
+
+
+def _limits(result: MapLimits) -> list[Block]:
+    name = NAMES.get(result.name, result.name)
+    rows = tuple(
+        (f'{value:g}', number(deg, 2), _open_interval(low, high))
+        for value, deg, low, high in result.limits
+    )
+    return [
+        Table((name, 'half of the runs stay up to, deg', '95 %'), rows),
+        'The inclinations were bisected: no run far from the limit, so no best gain of a slope.',
+    ]
 
 
 def _gains(result: BestGains) -> list[Block]:
@@ -83,10 +99,11 @@ def _of_sole(cell: Cell | None) -> tuple[str, str, str]:
 
 
 def _interval(limit: FrictionLimit) -> str:
-    ends = (
-        '' if limit.low_deg is None else f'from {limit.low_deg:.2f}',
-        '' if limit.high_deg is None else f'to {limit.high_deg:.2f}',
-    )
+    return _open_interval(limit.low_deg, limit.high_deg)
+
+
+def _open_interval(low: float | None, high: float | None) -> str:
+    ends = ('' if low is None else f'from {low:.2f}', '' if high is None else f'to {high:.2f}')
     return ' '.join(end for end in ends if end) or 'open'
 
 

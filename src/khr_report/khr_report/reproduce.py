@@ -193,6 +193,7 @@ class Computed:
         drawn: figures, then maps.
         scoreboard: None if it was not asked for, or failed.
         seeds: by experiment.
+        bisected: experiments whose runs lie along a limit.
         lost: number of runs whose workers died.
         failed: other failures, a line each.
     """
@@ -200,6 +201,7 @@ class Computed:
     drawn: list[FigureResult]
     scoreboard: Scoreboard | None
     seeds: dict[str, int]
+    bisected: tuple[str, ...]
     lost: int
     failed: list[str]
 
@@ -235,7 +237,14 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
         for sweep, _ in sweeps:
             if sweep.name in asked.maps:
                 pictures.submit_map(sweep)
-        computed = Computed([], None, {each.name: each.seeds or 0 for each, _ in sweeps}, lost, [])
+        computed = Computed(
+            [],
+            None,
+            {each.name: each.seeds or 0 for each, _ in sweeps},
+            tuple(each.name for each, _ in sweeps if each.bisect),
+            lost,
+            [],
+        )
         if asked.scoreboard:
             computed.scoreboard = computed.attempt(
                 SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
@@ -263,7 +272,7 @@ def _findings(
 ) -> Findings:
     done, made = finished(runs), distinct(runs)
     maps = {
-        name: computed.attempt(name, partial(map_result, runs[name]))
+        name: computed.attempt(name, partial(map_result, runs[name], name in computed.bisected))
         for name in asked.maps
         if runs[name]
     }

@@ -17,6 +17,7 @@ from khr_report.page.text import count, duration
 from khr_report.reproduction import FigureResult, Reproduction
 
 TITLE = 'Balanced walking of the KHR-3HV on an incline, reproduced'
+BESIDE = ('findings.md', 'findings.json', 'scoreboard.md', 'scoreboard.json')
 BEYOND = 'Beyond the thesis'
 CHAPTERS = {
     '3': 'Chapter 3: standing on one leg',
@@ -50,7 +51,7 @@ def write_index(out: Path, results: Reproduction) -> Path:
     if results.peaks:
         origin = html(peak_origin_page.blocks(results.peaks))
         sections.append(Section('Origin of the spectral peaks', origin))
-    sections.append(_making(results))
+    sections.append(_making(results, out))
     return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(results)), sections)
 
 
@@ -117,7 +118,9 @@ def _figure(figure: FigureResult, out: Path) -> Markup:
         return part(
             'notes', [f'{figure.number}. {figure.title}: could not be drawn: {figure.error}']
         )
-    experiments = ', '.join(figure.experiments)
+    experiments = Markup(', ').join(
+        Markup('<a href="#runs-{0}">{0}</a>').format(name) for name in figure.experiments
+    )
     return part(
         'figure',
         figure.number,
@@ -125,7 +128,7 @@ def _figure(figure: FigureResult, out: Path) -> Markup:
         data_uri(figure.image.read_bytes(), 'image/png'),
         _csv_link(figure.points, out),
         figure.command,
-        f'experiments: {experiments}' if experiments else 'from models',
+        Markup('from the runs of {}').format(experiments) if experiments else 'from models',
     )
 
 
@@ -141,7 +144,7 @@ def _csv_link(points: Path, out: Path) -> dict[str, str] | None:
     return {'name': points.name, 'href': href}
 
 
-def _making(results: Reproduction) -> Section:
+def _making(results: Reproduction, out: Path) -> Section:
     commands = [results.findings.command, *(figure.command for figure in results.figures)]
     listed = Markup('<pre><code>{}</code></pre>').format('\n'.join(dict.fromkeys(commands)))
     seeds = [
@@ -151,16 +154,24 @@ def _making(results: Reproduction) -> Section:
     body = part(
         'paragraphs',
         [
-            f'The command took {duration(results.seconds)}, without results computed earlier. The '
-            'same versions give the same trajectories, bit for bit.'
+            f'"{results.findings.command}" measured all that is on this page, drew its pictures and '
+            f'wrote it, in {duration(results.seconds)} without results computed earlier. The same '
+            'versions give the same trajectories, bit for bit. The page loads nothing from the '
+            'network.'
         ],
+    )
+    body += part(
+        'links',
+        'The same as documents and as data',
+        [(name, name) for name in BESIDE if (out / name).is_file()],
     )
     body += part('folded', 'Commands: all of it, and each figure alone', listed)
     body += part('table', ['what', 'version'], sorted(results.findings.versions.items()))
     if seeds:
         body += part('table', ['experiment', 'runs', 'seeds'], seeds)
     for name, runs in results.runs.items():
-        body += part('folded', f'{name}: its runs and their trajectory hashes', _runs(runs))
+        title = f'{name}: its runs and their trajectory hashes'
+        body += part('folded', title, _runs(runs), f'runs-{name}')
     return Section('How it was made', body)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from khr_bringup import run_signals as signals
 from khr_bringup.bags import Change, bag_of, changes, read_what_is_left
-from khr_bringup.code_version import version_in
+from khr_bringup.code_version import libraries_in, version_in
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import Scenario, parse
 from khr_bringup.strict_yaml import read_file, read_yaml
@@ -27,22 +27,26 @@ class RunContents:
 
     Attributes:
         name: of its folder.
+        folder: where it lies.
         scenario: as it ran.
         outcome: by name, as in ``outcome.json``.
         series: its signals.
         changes: of parameters while it ran.
         pushes: number of pushes received over the topic.
         version: of the code; empty if the run did not record it.
+        libraries: versions of Python and the libraries, by name; empty likewise.
         notes: what is missing and why, a line each.
     """
 
     name: str
+    folder: Path
     scenario: Scenario | None = None
     outcome: dict[str, Any] = field(default_factory=dict)
     series: Series | None = None
     changes: list[Change] = field(default_factory=list)
     pushes: int = 0
     version: str = ''
+    libraries: dict[str, str] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
 
     @property
@@ -66,7 +70,8 @@ def find(path: Path) -> RunContents:
     """
     if not path.exists():
         raise ReportError(f'{path}: no such run; {ACCEPTED}')
-    found = RunContents(path.resolve().name)
+    folder = path if path.is_dir() else path.parent
+    found = RunContents(path.resolve().name, folder)
     if path.is_dir():
         _read_scenario(path / 'scenario.yaml', found)
         _read_outcome(path, found)
@@ -86,7 +91,7 @@ def _read_scenario(file: Path, found: RunContents) -> None:
         return
     try:
         text = read_file(file)
-        found.version = version_in(text)
+        found.version, found.libraries = version_in(text), libraries_in(text)
         found.scenario = parse(text, file.name, found.name)
     except KhrError as error:
         found.notes.append(f'{error}; was it made by another version of the project?')
@@ -127,7 +132,8 @@ def _read_bag(path: Path, found: RunContents) -> None:
         found.notes.append('no signals: the bag holds none of the topics of a khr run')
     if found.scenario is None and messages[SCENARIO]:
         found.scenario = signals.scenario_in(messages)
-        found.version = version_in(messages[SCENARIO][-1].data)
+        text = messages[SCENARIO][-1].data
+        found.version, found.libraries = version_in(text), libraries_in(text)
     if not found.outcome:
         for message in (*messages[STATE], *messages[OUTCOME]):
             found.outcome |= {pair.key: pair.value for pair in message.values}

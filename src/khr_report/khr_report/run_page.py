@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import os
 import platform
 import sys
 from collections.abc import Sequence
@@ -41,6 +42,7 @@ OUTCOME = {
     'trajectory_hash': 'trajectory hash',
 }
 LETTERS = ('A', 'B')
+FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
 RESOLUTION = 150  # dots per inch
 
 
@@ -84,7 +86,7 @@ def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str])
         Section('Signals', _signals(found)),
         Section('Spectrum', _spectrum(found)),
         Section('Parameters', _parameters(found)),
-        Section('How it was made', _making(found)),
+        Section('How it was made', _making(found, path)),
     ]
     return write_page(path, f'Run {title}', lead, sections)
 
@@ -201,13 +203,18 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
                 )
     names = [name for name, _, _ in known]
     heads = ('parameter', *names, 'default', 'unit', 'meaning')
+    looks = dict.fromkeys((*names, 'default'), 'value')
     body = Markup()
     if len(known) == 2:
         differing = [row for row in rows if row[1] != row[2]]
         body += Markup('<h3>What differs between A and B</h3>')
-        body += part('table', heads, differing) if differing else part('paragraphs', ['Nothing.'])
+        body += (
+            part('table', heads, differing, looks)
+            if differing
+            else part('paragraphs', ['Nothing.'])
+        )
     body += Markup('<h3>What differs from the defaults</h3>')
-    body += part('table', heads, rows) if rows else part('paragraphs', ['Nothing.'])
+    body += part('table', heads, rows, looks) if rows else part('paragraphs', ['Nothing.'])
     body += Markup('<h3>Changes while it ran</h3>')
     for name, run in zip(_heads(found), found, strict=True):
         changed = [
@@ -227,28 +234,33 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
     return body
 
 
-def _making(found: Sequence[RunContents]) -> Markup:
+def _making(found: Sequence[RunContents], page: Path) -> Markup:
     here = next((version_of(run.scenario) for run in found if run.scenario), code_version())
+    installed = {'Python': platform.python_version(), **library_versions()}
+    recorded = {name for run in found for name in run.libraries}
     versions = [
         ('khr code', *(run.version or 'not recorded' for run in found), here),
         *(
-            (name, *('' for _ in found), number)
-            for name, number in (
-                ('Python', platform.python_version()),
-                *library_versions().items(),
-            )
+            (name, *(run.libraries.get(name, 'not recorded') for run in found), number)
+            for name, number in installed.items()
+            if name in recorded or not recorded
         ),
     ]
     return (
         part(
             'paragraphs',
             [
-                'Run again, a scenario takes the same trajectory, bit for bit, with the same versions; '
-                '"khr verify" compares the hash of a bag. The code version takes in NumPy and the '
-                'physics engine.'
+                '"khr report" wrote this page from what each run left in its folder; it loads nothing '
+                'from the network. Run again, a scenario takes the same trajectory, bit for bit, with '
+                'the same versions; "khr verify" compares the hash of a bag. The code version takes in '
+                'NumPy and the physics engine.'
             ],
         )
-        + part('table', ('version', *_heads(found), 'this page'), versions)
+        + part('table', ('version', *_heads(found), 'here'), versions)
+        + Markup().join(
+            part('links', f'Files of {name}', _files(run, page))
+            for name, run in zip(_heads(found), found, strict=True)
+        )
         + Markup().join(
             part(
                 'folded',
@@ -259,6 +271,17 @@ def _making(found: Sequence[RunContents]) -> Markup:
             if run.scenario is not None
         )
     )
+
+
+def _files(run: RunContents, page: Path) -> list[tuple[str, str]]:
+    """Return names and addresses of a run's files beside the page; other pages among them."""
+    paths = [run.folder / name for name in FILES if (run.folder / name).is_file()]
+    place = page.resolve()
+    return [
+        (path.name, os.path.relpath(path.resolve(), place.parent))
+        for path in paths
+        if path.resolve() != place
+    ]
 
 
 def _picture(title: str, figure: Figure) -> Markup:

@@ -36,6 +36,7 @@ _CHANGED = {
     'samples': 'another number of samples',
     'seeds': 'another number of seeds',
     'keep': 'another choice of what to keep',
+    'bisect': 'another bisection',
 }
 _ACCEPTED = 'a new or empty folder, or that of the same sweep'
 
@@ -87,6 +88,11 @@ class Folder:
         """Return the ids of the runs in the journal."""
         with (self.path / JOURNAL).open(encoding='utf-8') as lines:
             return {json.loads(line)['id'] for line in lines}
+
+    def verdicts(self) -> dict[str, str | None]:
+        """Return the verdicts of the runs in the journal, by their ids."""
+        with (self.path / JOURNAL).open(encoding='utf-8') as lines:
+            return {row['id']: row.get('verdict') for row in map(json.loads, lines)}
 
     def append(self, rows: Iterable[Row]) -> None:
         """Append finished runs; they are on the disk when this returns."""

@@ -23,7 +23,18 @@ from khr_sweeps.axes import (
 from khr_sweeps.errors import SweepError
 from khr_sweeps.specification import Cases, Sweep, keyed
 
-KEYS = ('scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep')
+KEYS = (
+    'scenario',
+    'set',
+    'duration',
+    'seeds',
+    'cases',
+    'grid',
+    'random',
+    'samples',
+    'keep',
+    'bisect',
+)
 FAST = 'fast'
 SERIES = 'series'
 INITIAL_ERROR = 'simulator.initial_tilt_deg'
@@ -97,6 +108,7 @@ def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Sweep:
         _samples(where, given),
         _count(where, 'seeds', given['seeds']) if 'seeds' in given else None,
         _keep(where, given),
+        _bisect(where, given, axes),
     )
     _check_once(where, given.get('set', {}), cases, axes)
     _check_starts(where, sweep, given.get('set', {}))
@@ -192,6 +204,23 @@ def _keep(where: str, given: dict[str, Any]) -> bool:
     if 'keep' in given and given['keep'] != SERIES:
         refuse(f'{where}: keep', given['keep'], SERIES)
     return 'keep' in given
+
+
+def _bisect(where: str, given: dict[str, Any], axes: dict[str, Axis]) -> str:
+    if 'bisect' not in given:
+        return ''
+    numbers = [
+        name
+        for name, axis in axes.items()
+        if 'grid' in given and all(type(value) in (int, float) for value in axis.values)
+    ]
+    if given['bisect'] not in numbers:
+        refuse(
+            f'{where}: bisect',
+            given['bisect'],
+            f'an axis of numbers: {", ".join(numbers) or "none"}',
+        )
+    return str(given['bisect'])
 
 
 def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str, Axis]) -> None:

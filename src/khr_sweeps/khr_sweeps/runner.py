@@ -23,7 +23,8 @@ def run_missing(
 ) -> Iterator[list[Row | None]]:
     """Compute the runs missing in the folders of sweeps; yield batches of rows after writing them.
 
-    A run that belongs to several sweeps or cases is computed once. Workers need no access to the
+    A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes several
+    rounds, each with the runs that follow from those before. Workers need no access to the
     folders: signals are returned with the results and written here.
 
     Args:
@@ -36,21 +37,47 @@ def run_missing(
     Raises:
         RunError: if the computation could not go on; what is finished is kept.
     """
+    tried: set[str] = set()
+    left = sweeps
+    while left:
+        yield from _round(client, left, tried)
+        left = [
+            (each, folder) for each, folder in sweeps if each.bisect and _due(each, folder, tried)
+        ]
+
+
+def _round(
+    client: Client, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[str]
+) -> Iterator[list[Row | None]]:
+    """Compute the runs that are due and were not tried, and note them as tried."""
+    due = [(each, folder, folder.verdicts()) for each, folder in sweeps]
     version = code_version()
+
+    def missing() -> Iterator[tuple[Trial, Folder]]:
+        for each, folder, verdicts in due:
+            for trial in each.due(version, verdicts):
+                yield trial, folder
+
     wanted: dict[str, list[_Wanted]] = {}  # by run; scenarios would take too much memory
-    for trial, folder in _missing(sweeps, version):
-        labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
-        wanted.setdefault(trial.run, []).append(_Wanted(folder, labels, trial.keep))
+    for trial, folder in missing():
+        if trial.run not in tried:
+            labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
+            wanted.setdefault(trial.run, []).append(_Wanted(folder, labels, trial.keep))
 
     def tasks() -> Iterator[tuple[str, Trial]]:
-        begun = set()
-        for trial, _ in _missing(sweeps, version):
-            if trial.run not in begun:
-                begun.add(trial.run)
+        for trial, _ in missing():
+            if trial.run not in tried:
+                tried.add(trial.run)
                 yield trial.run, replace(trial, keep=any(each.keep for each in wanted[trial.run]))
 
     for batch in compute(client, run_trial, tasks()):
         yield _kept([(each, result) for run, result in batch for each in wanted[run]])
+
+
+def _due(specification: Sweep, folder: Folder, tried: set[str]) -> bool:
+    """Say whether a sweep has a run to do that was not tried: one whose worker died was."""
+    trials = specification.due(code_version(), folder.verdicts())
+    return any(trial.run not in tried for trial in trials)
 
 
 class _Wanted(NamedTuple):
@@ -59,16 +86,6 @@ class _Wanted(NamedTuple):
     folder: Folder
     labels: Row
     keep: bool
-
-
-def _missing(
-    sweeps: Sequence[tuple[Sweep, Folder]], version: str
-) -> Iterator[tuple[Trial, Folder]]:
-    for specification, folder in sweeps:
-        finished = folder.finished()
-        for trial in specification.trials(version):
-            if trial.id not in finished:
-                yield trial, folder
 
 
 def _kept(batch: Sequence[tuple[_Wanted, tuple[Row, Series | None] | None]]) -> list[Row | None]:

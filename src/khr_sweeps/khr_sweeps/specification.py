@@ -13,7 +13,9 @@ import numpy as np
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import Scenario, Values
 from khr_common import ParameterError
+from khr_sweeps import bisection
 from khr_sweeps.axes import CASE, LABELS, SCENARIO, Axis
+from khr_sweeps.bisection import Verdicts
 from khr_sweeps.errors import SweepError
 from khr_sweeps.trial import Trial, complete, identity
 
@@ -35,6 +37,7 @@ class Sweep:
         samples: number of random draws; None for a grid.
         seeds: number of seeds; None leaves the scenario's own.
         keep: whether the signals of each run are kept.
+        bisect: the axis of which only the values are run that a bisection visits; '' for none.
     """
 
     file: str
@@ -46,6 +49,7 @@ class Sweep:
     samples: int | None
     seeds: int | None
     keep: bool
+    bisect: str = ''
 
     @property
     def count(self) -> int:
@@ -90,6 +94,24 @@ class Sweep:
                         run, key, labels | point, seed, start.changed(changes), version, self.keep
                     )
 
+    def due(self, version: str, verdicts: Verdicts) -> Iterator[Trial]:
+        """Yield the runs to do next; of a bisection these depend on those that are finished.
+
+        Args:
+            version: of the code.
+            verdicts: of the finished runs, by id.
+        """
+        if self.bisect:
+            yield from bisection.due(self.trials(version), self.bisect, verdicts)
+        else:
+            yield from (trial for trial in self.trials(version) if trial.id not in verdicts)
+
+    def left(self, version: str, verdicts: Verdicts) -> int:
+        """Return how many runs are still to do; of a bisection, at most."""
+        if self.bisect:
+            return bisection.left(self.trials(version), self.bisect, verdicts)
+        return sum(1 for _ in self.due(version, verdicts))
+
     def record(self) -> dict[str, Any]:
         """Return all that determines the runs as plain data for the file of the sweep."""
         return {
@@ -99,6 +121,7 @@ class Sweep:
             'samples': self.samples,
             'seeds': self.seeds,
             'keep': self.keep,
+            'bisect': self.bisect,
         }
 
     def _split(self) -> tuple[dict[str, Axis], dict[str, Axis]]:

@@ -45,18 +45,19 @@ def sweep(
     check_workers(workers, scheduler)
     specification = load(file, fast)
     version = code_version()
-    planned = {trial.id for trial in specification.trials(version)}
+    specification.left(version, {})  # refuses values that contradict one another
     with Folder(
         out or Path('runs') / (f'{file.stem}-fast' if fast else file.stem),
         {'version': version, **specification.record()},
     ) as folder:
-        left = len(planned - folder.finished())
+        left = specification.left(version, folder.verdicts())
+        total = left + len(folder.finished())
         lost, stopped = 0, False
         if left:
             count = min(workers or os.cpu_count() or 1, left)
-            lost, stopped = _run(specification, folder, len(planned), count, scheduler)
+            lost, stopped = _run(specification, folder, total, count, scheduler)
         if summary:
-            _summarise(specification, folder, len(planned))
+            _summarise(specification, folder)
     report_lost(lost)
     return INTERRUPTED if stopped else 1 if lost else 0
 
@@ -111,11 +112,12 @@ def _run(
     return lost, False
 
 
-def _summarise(specification: Sweep, folder: Folder, total: int) -> None:
+def _summarise(specification: Sweep, folder: Folder) -> None:
     path = folder.export()
     rows = read_results(path)
     verdicts = Counter(rows.column('verdict').to_pylist())
     summary = Table(title=specification.name, show_header=False, title_justify='left')
+    total = rows.num_rows + specification.left(code_version(), folder.verdicts())
     summary.add_row('runs', f'{rows.num_rows} of {total}')
     for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):
         summary.add_row(verdict or 'refused', str(count))

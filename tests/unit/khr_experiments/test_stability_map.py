@@ -48,7 +48,7 @@ def row_of(inclination, gain, surface, number):
 def request(axes, samples=None):
     return {
         'version': 'v',
-        'scenario': {},
+        'scenario': {'walk_3deg': {}},
         'cases': {},
         'axes': axes,
         'samples': samples,
@@ -194,12 +194,32 @@ def test_files_hold_what_was_counted(folder, tmp_path):
     ]
 
 
-def test_uncertain_cells_are_hatched(folder):
+def test_cells_whose_seeds_disagree_are_hatched_and_no_others(folder):
     counted = stability_map(read_results(folder), X, Y)
     page = figure(counted)
     hatched = [each for each in page.axes[0].collections if each.get_hatch()]
-    assert len(hatched) == counted.uncertain().sum() > 0
-    assert not counted.uncertain()[2, 0]  # 10 of 10 survive
+    assert len(hatched) == counted.split().sum() > 0
+    assert not counted.split()[2, 0]  # 10 of 10 survive
+    assert not counted.split()[0, 3]  # all fall
+
+
+def bisected(tmp_path, bisect):
+    """Return the map of runs along the limits of two gains."""
+    places = [(4.0, 6.0), (8.0, 6.0), (4.0, 18.0), (8.0, 18.0), (12.0, 18.0)]
+    axes = {X: INCLINATIONS, Y: [6.0, 18.0], Z: SURFACES}
+    with Folder(tmp_path / f'sweep{bisect}', {**request(axes), 'bisect': bisect}) as folder:
+        folder.append(row_of(*place, 'smooth', 2) for place in places)
+    return stability_map(read_results(tmp_path / f'sweep{bisect}'), X, Y)
+
+
+def test_what_a_bisection_takes_for_granted_is_filled_palely(tmp_path):
+    counted, plain = bisected(tmp_path, X), bisected(tmp_path, '')
+    nan = math.nan  # was run, or is between
+    np.testing.assert_array_equal(counted.implied(), [[1.0, nan, nan, 0.0], [1.0, nan, nan, nan]])
+    assert np.isnan(plain.implied()).all()
+    assert counted.best == [] and plain.best
+    pale = [each for each in figure(counted).axes[0].collections if each.get_alpha()]
+    assert len(pale) == 1 and pale[0].get_array().count() == np.isfinite(counted.implied()).sum()
 
 
 def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
@@ -212,7 +232,11 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
         'fell',
         'vibration',
     ]
-    assert panels[2].get_xlabel() == f'{X} [deg]' and panels[2].get_ylabel() == Y
+    assert panels[2].get_xlabel() == 'inclination φ (°)'
+    assert panels[2].get_ylabel() == 'ankle gain K_A'
+    assert page.get_suptitle() == (
+        'What becomes of walk_3deg, by inclination φ and ankle gain K_A'
+    )
     for box in (axes.get_tightbbox() for axes in page.axes):
         assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
 
@@ -224,7 +248,7 @@ def test_the_best_gains_are_marked_and_listed(folder):
         line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())
     ]
     assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
-    assert 'best K_A: 12 at 0°, 18 at 4°' in page.get_suptitle()
+    assert 'best K_A: 12 at 0°, 18 at 4°' in page.legends[0].get_title().get_text()
     assert stability_map(read_results(folder), Y, X).best == []
 
 

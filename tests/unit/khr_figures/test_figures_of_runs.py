@@ -321,7 +321,7 @@ def pushed(tmp_path_factory):
     """Draw the figures of pushes, whose robot is simulated; return their rows."""
     found = {}
     with styled():
-        for number in ('4.8', '4.11', '4.12'):
+        for number in ('4.8', '4.10', '4.11', '4.12'):
             figure = FIGURES[number].draw()
             check(figure)
             found[number] = rows_of(figure, tmp_path_factory.mktemp('figure'))
@@ -355,9 +355,39 @@ def test_robot_and_model_are_pushed_where_they_stand(pushed):
     assert x_com[-1] == pytest.approx(0.0, abs=5.0)  # more than it survives: past the toe
 
 
-def test_pushes_from_both_sides_go_both_ways(pushed):
+def test_pushes_from_both_sides_go_both_ways_with_and_without_control(pushed):
+    rows = pushed['4.12']
+    for panel in ('model, φ = 0°', 'model, φ = 2°', 'simulated robot'):
+        names = {what for where, what, *_ in rows if panel in where and 'fell' not in what}
+        assert len(names) == 4 and sum('no control' in name for name in names) == 2
+        for name in names:
+            time, ahead = curve(rows, name, panel)
+            sign = 1.0 if 'behind' in name else -1.0
+            assert sign * (ahead[(time > 0.05) & (time < 0.15)].mean() - ahead[0]) > 1.0
     middle = 1e3 * stance(PushCondition(gain=12.0).base()).ahead
-    for side, sign in (('behind', 1.0), ('the front', -1.0)):
-        time, ahead = curve(pushed['4.12'], f'8 N from {side}', 'simulated robot')
-        assert ahead[0] == pytest.approx(middle, abs=0.7)
-        assert sign * (ahead[(time > 0.05) & (time < 0.15)].mean() - middle) > 2.0
+    for side in ('behind', 'the front'):
+        (name,) = {w for p, w, *_ in rows if 'simulated' in p and w.endswith(f'from {side}')}
+        assert curve(rows, name, 'simulated robot')[1][0] == pytest.approx(middle, abs=0.7)
+
+
+def test_what_control_does_to_the_model_is_seen_by_who_falls(pushed):
+    def fallen(number, panel):
+        return {what for where, what, *_ in pushed[number] if panel in where and 'fell' in what}
+
+    for panel in ('model, φ = 0°', 'model, φ = 2°'):
+        assert all('no control' in name for name in fallen('4.12', panel))
+    assert len(fallen('4.12', 'model, φ = 0°')) == 2
+    assert [name.split(', ')[1] for name in fallen('4.10', 'physical')] == ['K_A = 0: fell']
+    assert {name.split(', ')[1] for name in fallen('4.10', 'as published')} == {
+        'K_A = 0: fell',
+        'K_A = 12: fell',
+    }
+
+
+def test_after_the_lift_both_feet_carry_the_load_together(table):
+    rows = table('3.4')
+    for phi in STAGE_1_READ:
+        time, toes = curve(rows, f'φ = {phi:g}°, both feet, seed 0', 'toe')
+        _, heels = curve(rows, f'φ = {phi:g}°, both feet, seed 0', 'heel')
+        assert time[0] == pytest.approx(7.0, abs=0.02)  # it shifts, lifts, holds and lowers
+        np.testing.assert_allclose(toes[: len(heels)] + heels, WEIGHT, rtol=1e-6)

@@ -135,10 +135,17 @@ def test_a_document_is_html_with_its_verdicts_coloured():
     text = str(html(DOCUMENT))
     assert '<p>A text with &lt;b&gt; and | in it.</p>' in text
     assert '<h3>Title</h3>' in text
-    assert '<th scope="col">a</th>' in text and '<td>x | y</td>' in text
-    assert '<td class="miss">miss</td>' in text
-    assert '<td>&lt;z&gt;</td><td class="none">no number published</td>' in text
+    assert '<th scope="col">a</th>' in text and '<th scope="row">x | y</th>' in text
+    assert '<td data-head="b" class="miss">miss</td>' in text
+    assert '&lt;z&gt;</th><td data-head="b" class="none">no number published</td>' in text
     assert '<li>one</li>' in text
+
+
+def test_a_paragraph_s_marks_are_rendered_and_documents_are_named_not_linked():
+    text = str(html(['Written by `khr x` of <b>, *fitted* ([page](page.md)); 2 * 3 * 4.']))
+    assert text.strip() == (
+        '<p>Written by <code>khr x</code> of &lt;b&gt;, <em>fitted</em> (page); 2 * 3 * 4.</p>'
+    )
 
 
 # ---- the page of a reproduction ----
@@ -182,6 +189,7 @@ def test_page_holds_every_figure_row_and_run_and_stands_alone(tmp_path):
     for word in ('fell at 4.25 s', '13 min', 'abcdef', 'khr reproduce', 'Chapter 5: walking'):
         assert word in page.text
     assert scoreboard_page.summary(board) in page.text
+    assert '#runs-a' in page.links and '](' not in page.text
 
 
 def test_csv_outside_the_page_s_folder_is_taken_in(tmp_path):

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import degrees
 from typing import TypeVar
 
-from markupsafe import Markup
+from markupsafe import Markup, escape
 
 from khr_common.markdown import table as markdown_table
 from khr_report.page.html import part
 
 Item = TypeVar('Item')
+LINK = re.compile(r'\[([^]]+)\]\([^)]+\)')
+CODE, EMPHASIS = re.compile(r'`([^`]+)`'), re.compile(r'(?<![\w*])\*([^*\s][^*]*)\*(?![\w*])')
 
 
 @dataclass(frozen=True)
@@ -131,4 +134,13 @@ def _html(block: Block, level: int) -> Markup:
     if isinstance(block, Passage):
         title = Markup('<h{0}>{1}</h{0}>\n').format(level, block.title)
         return title + html(block.blocks, level + 1)
-    return part('paragraphs', [block])
+    return part('paragraphs', [inline(block)])
+
+
+def inline(text: str) -> Markup:
+    """Render the inline marks of a paragraph: code, emphasis, and links by their names alone.
+
+    A page stands alone, so it does not link documents of the project.
+    """
+    safe = str(escape(LINK.sub(r'\1', text)))
+    return Markup(EMPHASIS.sub(r'<em>\1</em>', CODE.sub(r'<code>\1</code>', safe)))
