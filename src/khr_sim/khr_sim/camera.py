@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import cos, radians, sin, tan
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.rotation import Vector
 
+Array = NDArray[np.float64]
 Picture = NDArray[np.uint8]  # shape (height, width, 3), RGB
 
 FIELD_OF_VIEW = 30.0  # deg, vertical
 NEAR, FAR = 0.05, 10.0  # what is drawn, m from the camera
-SUN = (0.6, 0.8, 1.5)  # direction towards the light, in odom
 
 
 @dataclass(frozen=True)
@@ -34,3 +35,32 @@ class Camera:
     yaw: float = -0.9
     pitch: float = -0.25
     distance: float = 1.0
+
+    def view(self) -> Array:
+        """Return the transform from odom to the camera's frame (x right, y up), (4, 4)."""
+        ahead = np.array(
+            (cos(self.pitch) * cos(self.yaw), cos(self.pitch) * sin(self.yaw), sin(self.pitch))
+        )
+        right = np.array((sin(self.yaw), -cos(self.yaw), 0.0))
+        view = np.eye(4)
+        view[:3, :3] = right, np.cross(right, ahead), -ahead
+        view[:3, 3] = -view[:3, :3] @ (np.array(self.target) - self.distance * ahead)
+        return view
+
+    def projection(self) -> Array:
+        """Return the transform from the camera's frame to that of the picture, (4, 4)."""
+        scale = 1.0 / tan(radians(FIELD_OF_VIEW) / 2.0)
+        depth = NEAR - FAR
+        return np.array(
+            (
+                (scale * self.height / self.width, 0.0, 0.0, 0.0),
+                (0.0, scale, 0.0, 0.0),
+                (0.0, 0.0, (FAR + NEAR) / depth, 2.0 * FAR * NEAR / depth),
+                (0.0, 0.0, -1.0, 0.0),
+            )
+        )
+
+    def pixel(self, point: Array) -> tuple[float, float]:
+        """Return where a point in odom, m, (3,), is in the picture: px from left and from top."""
+        x, y, _, w = self.projection() @ self.view() @ np.append(point, 1.0)
+        return self.width * (1.0 + x / w) / 2.0, self.height * (1.0 - y / w) / 2.0
