@@ -23,7 +23,7 @@ WIDEST = 1920  # px
 
 
 @dataclass(frozen=True, eq=False)
-class Track:
+class Filmed:
     """A run to show: its scenario, and every instant of it."""
 
     scenario: Scenario
@@ -64,7 +64,7 @@ def render_run(
     _within(max(map(duration, chosen)), still, part)
     base = _base(run, chosen[0], out)
     _writable(base)
-    tracks = [Track(one, frames(one, each)) for one, each in zip(chosen, runs, strict=True)]
+    tracks = [Filmed(one, frames(one, each)) for one, each in zip(chosen, runs, strict=True)]
     last = max(track.kept[-1].time for track in tracks)
     if still is not None:
         if still > last:
@@ -88,7 +88,7 @@ def render_run(
 
 
 def _pictures(
-    tracks: Sequence[Track], times: Sequence[float], look: Look
+    tracks: Sequence[Filmed], times: Sequence[float], look: Look
 ) -> Iterator[Image.Image]:
     """Draw all runs at each time, beside one another."""
     large = replace(look, width=round(look.width * SMOOTH), height=round(look.height * SMOOTH))
