@@ -13,7 +13,9 @@ from khr_common.rotation import matrix, pitched
 from khr_report.film import render_run
 from khr_report.film_overlay import LEFT, RIGHT, VERDICTS, Overlay, control_of
 from khr_report.film_scene import Look, PosedScene, frames, scenario_of
+from khr_report.film_shadow import Shadow
 from khr_sim.camera import Camera
+from khr_sim.robot import Robot
 
 SMALL = (96, 80, 20.0)
 
@@ -42,8 +44,8 @@ def test_the_feet_are_where_the_run_has_them_and_told_apart(yaw):
     scene, look = PosedScene(short()), Look(480, 360, yaw=yaw, pitch=-0.4)
     for frame in kept[::25]:
         camera = look.camera(frame.truth)
-        picture = scene.picture(frame.truth, camera)
-        left, right = (camera.pixel(sole) for sole in frame.truth.sole_position)
+        picture = np.asarray(scene.picture(frame.truth, camera))
+        left, right = camera.pixels(frame.truth.sole_position)
         blue, orange = np.divide((LEFT, RIGHT), 255.0)
         behind, before = ((left, blue), (right, orange))[:: 1 if yaw > 0.0 else -1]
         assert near(picture, *before) > 20, 'the nearer foot hides the other in part'
@@ -55,10 +57,10 @@ def test_the_feet_are_where_the_run_has_them_and_told_apart(yaw):
 def test_a_point_of_odom_is_where_the_renderer_puts_it():
     """The target is in the middle; what is ahead of the robot is on the right, seen from there."""
     camera = Camera(400, 300, (0.1, 0.0, 0.2), yaw=pi / 2.0, pitch=-0.1, distance=1.0)
-    assert camera.pixel(np.array(camera.target)) == pytest.approx((200.0, 150.0))
-    x, y = camera.pixel(np.array((0.2, 0.0, 0.2)))
-    assert x > 210.0 and y == pytest.approx(150.0)
-    assert camera.pixel(np.array((0.1, 0.0, 0.3)))[1] < 140.0
+    seen = camera.pixels(np.array((camera.target, (0.2, 0.0, 0.2), (0.1, 0.0, 0.3))))
+    assert seen[0] == pytest.approx((200.0, 150.0))
+    assert seen[1, 0] > 210.0 and seen[1, 1] == pytest.approx(150.0)
+    assert seen[2, 1] < 140.0
 
 
 @pytest.mark.parametrize('degrees', [-5.0, 0.0, 8.0])
@@ -67,8 +69,25 @@ def test_the_level_line_and_the_board_are_drawn_at_the_inclination(degrees):
     camera = Look().camera(frame.truth)
     along = matrix(pitched(frame.truth.inclination))[:, 0]
     middle = frame.truth.sole_position.mean(axis=0)
-    (x, y), (further, lower) = camera.pixel(middle), camera.pixel(middle + 0.2 * along)
+    (x, y), (further, lower) = camera.pixels(np.array((middle, middle + 0.2 * along)))
     assert np.degrees(np.arctan2(lower - y, further - x)) == pytest.approx(degrees, abs=0.2)
+
+
+@pytest.mark.parametrize('degrees', [0.0, 8.0])
+def test_the_shadow_lies_on_the_board_and_begins_at_the_soles(degrees):
+    frame = frames(short(0.03).changed({('simulator', 'inclination_deg'): degrees}))[-1]
+    thrown = Shadow(Robot.load()).on_board(frame.truth).reshape(-1, 3)
+    normal = matrix(pitched(frame.truth.inclination))[:, 2]
+    assert np.abs(thrown @ normal).max() < 1e-12
+    for sole in frame.truth.sole_position:
+        assert np.linalg.norm(thrown - sole, axis=1).min() < 0.075, 'half the diagonal of a sole'
+    camera = Look(480, 360, pitch=-0.5).camera(frame.truth)
+    scene = PosedScene(short())
+    lit = np.asarray(scene.picture(frame.truth, camera)).astype(int)
+    scene._shadow.darken = lambda *_: None
+    bare = np.asarray(scene.picture(frame.truth, camera)).astype(int)
+    scene.close()
+    assert 0.003 < (lit != bare).any(axis=-1).mean() < 0.2 and (lit <= bare).all()
 
 
 def test_the_overlay_says_what_acts_and_what_becomes_of_it():
@@ -78,8 +97,12 @@ def test_the_overlay_says_what_acts_and_what_becomes_of_it():
     assert control_of(scenario.changed(off)) == 'without control'
     kept = frames(short())
     overlay, camera = Overlay(short(), kept, 240), Look(320, 240).camera(kept[-1].truth)
-    blank = np.full((240, 320, 3), 255, np.uint8)
-    stood, later = (np.asarray(overlay.draw(blank, each, camera)) for each in kept[::19][:2])
+    pictures = []
+    for each in kept[::19][:2]:
+        blank = Image.new('RGB', (320, 240), 'white')
+        overlay.draw(blank, each, camera)
+        pictures.append(np.asarray(blank))
+    stood, later = pictures
     green = (np.abs(stood[:40].astype(int) - VERDICTS['stood']).max(axis=-1) < 3).sum()
     assert kept[-1].outcome.verdict == 'stood' and green > 200
     assert (stood != later).any()

@@ -100,7 +100,8 @@ def _pictures(
             for number, (track, overlay) in enumerate(zip(tracks, overlays, strict=True)):
                 frame = track.at(time)
                 camera = large.camera(frame.truth)
-                drawn = overlay.draw(scene.picture(frame.truth, camera), frame, camera)
+                drawn = scene.picture(frame.truth, camera)
+                overlay.draw(drawn, frame, camera)
                 small = drawn.resize((look.width, look.height), Image.Resampling.LANCZOS)
                 whole.paste(small, (number * look.width, 0))
             yield whole

@@ -14,7 +14,7 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import Scenario
 from khr_common.rotation import matrix, pitched
 from khr_report.film_scene import Frame
-from khr_sim.camera import Camera, Picture
+from khr_sim.camera import Camera
 from khr_sim.run_parameters import RunParameters
 
 INK, FAINT, PAPER, TRACE = (30, 34, 40), (120, 124, 130), (255, 255, 255), (20, 60, 140)
@@ -61,9 +61,8 @@ class Overlay:
         self._time = np.array([frame.time for frame in kept])
         self._rate = np.degrees([frame.pitch_rate for frame in kept])
 
-    def draw(self, picture: Picture, frame: Frame, camera: Camera) -> Image.Image:
-        """Return the picture of a frame with what is drawn over it."""
-        image = Image.fromarray(picture)
+    def draw(self, image: Image.Image, frame: Frame, camera: Camera) -> None:
+        """Draw over the picture of a frame."""
         pen = ImageDraw.Draw(image, 'RGBA')
         margin, line = MARGIN * self._scale, 1.3 * SMALL * self._scale
         right, bottom = image.width - margin, image.height - margin
@@ -77,7 +76,6 @@ class Overlay:
         up, middle = bottom - PANEL * self._scale, image.width * 0.44
         self._forces(pen, (margin, up, middle, bottom), frame)
         self._pitch_rate(pen, (middle + margin, up, right, bottom), frame.time)
-        return image
 
     def _verdict(self, pen: Pen, right: float, top: float) -> None:
         outcome, pad = self._outcome, 6 * self._scale
@@ -96,7 +94,7 @@ class Overlay:
         uphill = -1.0 if phi >= 0.0 else 1.0
         along = matrix(pitched(phi))[:, 0]
         feet = frame.truth.sole_position.mean(axis=0) @ along
-        x, y = camera.pixel((feet + uphill * 0.33) * along)
+        x, y = camera.pixels((feet + uphill * 0.33) * along).tolist()
         reach = -uphill * LEVEL * camera.width
         width = max(1, round(1.5 * self._scale))
         if abs(phi) > FLAT:

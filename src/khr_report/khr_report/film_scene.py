@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from math import pi
 from pathlib import Path
 
+from PIL import Image
+
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import ControlLoop, run_offline
 from khr_bringup.scenario import Scenario, load
@@ -18,13 +20,14 @@ from khr_common import RunError
 from khr_common.quoting import quoted
 from khr_common.rotation import matrix
 from khr_report.errors import ReportError
+from khr_report.film_shadow import Shadow
 from khr_sim import engines
-from khr_sim.camera import Camera, Picture
+from khr_sim.camera import Camera
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.truth import Truth
 
-HALF_HEIGHT = 0.16  # m, from the feet to where the camera looks
+HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
 AHEAD = 0.02  # m, of the feet
 
 
@@ -118,14 +121,19 @@ class PosedScene:
     """A scene whose robot takes the poses of a run."""
 
     def __init__(self, scenario: Scenario) -> None:
-        self._scene = engines.painter(scenario.table(RunParameters), Robot.load())
+        robot = Robot.load()
+        self._scene = engines.painter(scenario.table(RunParameters), robot)
         self._scene.reset(0.0)
+        self._shadow = Shadow(robot)
 
-    def picture(self, truth: Truth, camera: Camera) -> Picture:
-        """Return a picture of the robot at an instant, (height, width, 3)."""
+    def picture(self, truth: Truth, camera: Camera) -> Image.Image:
+        """Return a picture of the robot at an instant, with its shadow."""
         self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
         self._scene.tilt_ground(truth.inclination)
-        return self._scene.picture(camera)
+        colors, board = self._scene.picture(camera)
+        image = Image.fromarray(colors)
+        self._shadow.darken(image, Image.fromarray(board), truth, camera)
+        return image
 
     def close(self) -> None:
         """Release the engine."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import cos, radians, sin, tan
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,10 +12,17 @@ from numpy.typing import NDArray
 from khr_common.rotation import Vector
 
 Array = NDArray[np.float64]
-Picture = NDArray[np.uint8]  # shape (height, width, 3), RGB
 
 FIELD_OF_VIEW = 30.0  # deg, vertical
 NEAR, FAR = 0.05, 10.0  # what is drawn, m from the camera
+SUN = (-0.25, -0.5, 2.0)  # direction towards the light, in odom: shadows fall beside the feet
+
+
+class Picture(NamedTuple):
+    """What a camera sees: colours, (height, width, 3), and where that is the board."""
+
+    colors: NDArray[np.uint8]
+    board: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -60,7 +68,10 @@ class Camera:
             )
         )
 
-    def pixel(self, point: Array) -> tuple[float, float]:
-        """Return where a point in odom, m, (3,), is in the picture: px from left and from top."""
-        x, y, _, w = self.projection() @ self.view() @ np.append(point, 1.0)
-        return self.width * (1.0 + x / w) / 2.0, self.height * (1.0 - y / w) / 2.0
+    def pixels(self, points: Array) -> Array:
+        """Return where points in odom, m, (..., 3), are: px from left and from top, (..., 2)."""
+        whole = np.concatenate((points, np.ones((*points.shape[:-1], 1))), axis=-1)
+        seen = whole @ (self.projection() @ self.view()).T
+        place = seen[..., :2] / seen[..., 3:]
+        pixels: Array = (1.0 + place * (1.0, -1.0)) / 2.0 * (self.width, self.height)
+        return pixels
