@@ -13,7 +13,7 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick install tools lint docs site bench chaos mutants lock version clean
+.PHONY: run test quick install tools lint docs site film bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
@@ -66,6 +66,14 @@ docs: install
 # the documents as pages, in site/; a link that leads nowhere is an error
 site: tools
 	$(BIN)/sphinx-build --quiet -W --keep-going -c docs . site
+
+# the picture of the README: one slope, without control and with it
+FILMED := walk_8.88deg_ka12
+film: install
+	rm -rf build/without
+	$(BIN)/khr run $(FILMED) --offline --set ankle_controller.enabled=false --out build/without
+	$(BIN)/khr film build/without --against $(FILMED) --start 0.5 --end 5.5 --rate 10 \
+	    --width 480 --height 360 --out docs/walk
 
 bench: tools
 	$(BIN)/python -m tests.benchmarks

@@ -1,20 +1,21 @@
 """Films: the pictures are those of the run, and the run is the one recorded."""
 
 import json
-from math import nan
+from math import nan, pi
 
 import numpy as np
 import pytest
 from PIL import Image
 
-from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario import load
 from khr_common import KhrError, RunError
-from khr_common.rotation import matrix
-from khr_report.film import HALF_HEIGHT, Look, PosedScene, frames, render_run, scenario_of
+from khr_common.rotation import matrix, pitched
+from khr_report.film import render_run
+from khr_report.film_overlay import LEFT, RIGHT, VERDICTS, Overlay, control_of
+from khr_report.film_scene import Look, PosedScene, frames, scenario_of
+from khr_report.film_shadow import Shadow
 from khr_sim.camera import Camera
-from khr_sim.plant import Plant
-from khr_sim.run_parameters import RunParameters
+from khr_sim.robot import Robot
 
 SMALL = (96, 80, 20.0)
 
@@ -30,23 +31,99 @@ def folder(tmp_path):
     return tmp_path
 
 
-def test_stage_shows_what_the_world_of_the_run_would_show():
-    scenario = short()
-    plant, loop = Plant(scenario.table(RunParameters)), ControlLoop(scenario)
-    due = loop.reference(0.0)
-    truth = plant.start(due)
-    for _ in range(10):
-        truth, due = plant.advance(due), loop.answer(truth)
-    look = Look(96, 80)
-    stage = PosedScene(scenario, look)
-    middle = truth.sole_position.mean(axis=0)
-    target = (float(middle[0]), 0.0, float(middle[2]) + HALF_HEIGHT)
-    live = plant.world.engine.picture(Camera(96, 80, target, look.yaw, look.pitch, look.distance))
-    shown = stage.picture(truth)
-    plant.world.close()
-    stage.close()
-    assert np.mean(live != shown) < 0.002
-    assert np.ptp(shown) > 100
+def near(picture, spot, color, reach=6):
+    """Return how many pixels around a spot have about the hue of a colour."""
+    x, y = (round(value) for value in spot)
+    part = picture[max(0, y - reach) : y + reach + 1, max(0, x - reach) : x + reach + 1] / 255.0
+    return int((np.abs(part - color).max(axis=-1) < 0.2).sum())
+
+
+@pytest.mark.parametrize('yaw', [2.2, 0.7, -2.2])
+def test_the_feet_are_where_the_run_has_them_and_told_apart(yaw):
+    kept = frames(load('walk_3deg').changed({('simulator', 'duration'): 1.5}))
+    scene, look = PosedScene(short()), Look(480, 360, yaw=yaw, pitch=-0.4)
+    for frame in kept[::25]:
+        camera = look.camera(frame.truth)
+        picture = np.asarray(scene.picture(frame.truth, camera))
+        left, right = camera.pixels(frame.truth.sole_position)
+        blue, orange = np.divide((LEFT, RIGHT), 255.0)
+        behind, before = ((left, blue), (right, orange))[:: 1 if yaw > 0.0 else -1]
+        assert near(picture, *before) > 20, 'the nearer foot hides the other in part'
+        assert near(picture, before[0], behind[1]) == 0
+        assert near(picture, *behind, reach=12) > 0
+    scene.close()
+
+
+def test_a_point_of_odom_is_where_the_renderer_puts_it():
+    """The target is in the middle; what is ahead of the robot is on the right, seen from there."""
+    camera = Camera(400, 300, (0.1, 0.0, 0.2), yaw=pi / 2.0, pitch=-0.1, distance=1.0)
+    seen = camera.pixels(np.array((camera.target, (0.2, 0.0, 0.2), (0.1, 0.0, 0.3))))
+    assert seen[0] == pytest.approx((200.0, 150.0))
+    assert seen[1, 0] > 210.0 and seen[1, 1] == pytest.approx(150.0)
+    assert seen[2, 1] < 140.0
+
+
+@pytest.mark.parametrize('degrees', [-5.0, 0.0, 8.0])
+def test_the_level_line_and_the_board_are_drawn_at_the_inclination(degrees):
+    (frame,) = frames(short(0.0149).changed({('simulator', 'inclination_deg'): degrees}))[-1:]
+    camera = Look().camera(frame.truth)
+    along = matrix(pitched(frame.truth.inclination))[:, 0]
+    middle = frame.truth.sole_position.mean(axis=0)
+    (x, y), (further, lower) = camera.pixels(np.array((middle, middle + 0.2 * along)))
+    assert np.degrees(np.arctan2(lower - y, further - x)) == pytest.approx(degrees, abs=0.2)
+
+
+@pytest.mark.parametrize('degrees', [0.0, 8.0])
+def test_the_shadow_lies_on_the_board_and_begins_at_the_soles(degrees):
+    frame = frames(short(0.03).changed({('simulator', 'inclination_deg'): degrees}))[-1]
+    thrown = Shadow(Robot.load()).on_board(frame.truth).reshape(-1, 3)
+    normal = matrix(pitched(frame.truth.inclination))[:, 2]
+    assert np.abs(thrown @ normal).max() < 1e-12
+    for sole in frame.truth.sole_position:
+        assert np.linalg.norm(thrown - sole, axis=1).min() < 0.075, 'half the diagonal of a sole'
+    camera = Look(480, 360, pitch=-0.5).camera(frame.truth)
+    scene = PosedScene(short())
+    lit = np.asarray(scene.picture(frame.truth, camera)).astype(int)
+    scene._shadow.darken = lambda *_: None
+    bare = np.asarray(scene.picture(frame.truth, camera)).astype(int)
+    scene.close()
+    assert 0.003 < (lit != bare).any(axis=-1).mean() < 0.2 and (lit <= bare).all()
+
+
+def test_the_overlay_says_what_acts_and_what_becomes_of_it():
+    scenario = load('walk_9.7deg_ka12_kh13')
+    assert control_of(scenario) == 'K_A 12 (gyro), K_H 13'
+    off = {('ankle_controller', 'enabled'): False, ('hip_controller', 'enabled'): False}
+    assert control_of(scenario.changed(off)) == 'without control'
+    kept = frames(short())
+    overlay, camera = Overlay(short(), kept, 240), Look(320, 240).camera(kept[-1].truth)
+    pictures = []
+    for each in kept[::19][:2]:
+        blank = Image.new('RGB', (320, 240), 'white')
+        overlay.draw(blank, each, camera)
+        pictures.append(np.asarray(blank))
+    stood, later = pictures
+    green = (np.abs(stood[:40].astype(int) - VERDICTS['stood']).max(axis=-1) < 3).sum()
+    assert kept[-1].outcome.verdict == 'stood' and green > 200
+    assert (stood != later).any()
+
+
+def test_two_runs_are_side_by_side_and_the_shorter_waits(folder, tmp_path):
+    longer = tmp_path / 'longer'
+    longer.mkdir()
+    (longer / 'scenario.yaml').write_text(short(0.6).to_yaml())
+    films = {}
+    for name, one, other in (('both', folder, longer), ('alone', folder, None)):
+        films[name] = render_run(
+            str(one), tmp_path / name, size=SMALL, against=str(other) if other else None
+        )[1]
+    with Image.open(films['both']) as both, Image.open(films['alone']) as alone:
+        assert both.size == (2 * SMALL[0], SMALL[1])
+        assert (both.n_frames, alone.n_frames) == (12, 6)
+        both.seek(11)
+        left = np.asarray(both.convert('RGB'))[:, : SMALL[0]]
+        both.seek(8)
+        np.testing.assert_array_equal(left, np.asarray(both.convert('RGB'))[:, : SMALL[0]])
 
 
 def test_robot_on_film_stands_on_its_feet():
@@ -81,6 +158,8 @@ def test_run_that_does_not_repeat_is_an_error(folder):
     [
         ({'size': (95, 80, 20.0)}, '--width'),
         ({'size': (96, 80, 0.0)}, '--rate'),
+        ({'size': (962, 80, 9.0), 'against': 'walk_3deg'}, r'--width: 962 .* \[64, 960\]'),
+        ({'size': SMALL, 'against': 'nosuch'}, 'nosuch'),
         ({'still': 9.0, 'size': SMALL}, '--still'),
         ({'still': nan, 'size': SMALL}, '--still'),
         ({'part': (5.0, 6.0), 'size': SMALL}, '--start'),

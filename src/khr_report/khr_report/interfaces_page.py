@@ -82,7 +82,9 @@ ON_VIEW = (
     '`transforms` publishes them, and leaves the joints to `robot_state_publisher` where the launch '
     'file finds it. `ros2 launch khr_bringup balance.launch.py rviz:=true` opens RViz with '
     '`config/view/khr.rviz`. Foxglove and Lichtblick show a live graph or a bag with the layout '
-    '`config/view/khr.json`: the robot moves by the `robot_description` and `tf` of the bag.'
+    '`config/view/khr.json`: the robot moves by the `robot_description` and `tf` of the bag. '
+    'PlotJuggler plots a bag with `plotjuggler -d runs/RUN/bag/*.mcap -l '
+    'config/view/plotjuggler.xml`: pitch rate, foot forces, corrections, joints.'
 )
 ON_PUSHES = (
     'A push that is published once may come before anyone knows of its publisher; `-w 2` waits for '
@@ -124,7 +126,7 @@ def interfaces_markdown() -> str:
             'A driver in place of the simulator', (*ON_DRIVER, table(simulator.publishes, needed))
         ),
         Passage('With ros2_control', ON_CONTROL),
-        Passage('RViz, Foxglove, Lichtblick', (ON_VIEW,)),
+        Passage('RViz, Foxglove, Lichtblick, PlotJuggler', (ON_VIEW,)),
         Passage('Pushes from a terminal', ON_PUSHES),
     ]
     return f'# Interfaces\n\n{markdown([NOTICE, *passages])}\n'

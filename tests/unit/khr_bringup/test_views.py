@@ -1,13 +1,15 @@
-"""The views that ship for RViz, Foxglove and Lichtblick show topics and frames that there are."""
+"""The views that ship for RViz, Foxglove, Lichtblick and PlotJuggler show topics and frames that there are."""
 
 import json
 import re
+from xml.etree import ElementTree
 
 import yaml
+from rosbags.typesys import Stores, get_typestore
 
 from khr_bringup import scenario as scenarios
 from khr_bringup.node_registry import registry
-from khr_common.interfaces import BODY, WORLD
+from khr_common.interfaces import BODY, JOINT_STATE, WORLD
 
 VIEWS = scenarios.CONFIG / 'view'
 TOPICS = {topic.name for node in registry().values() for topic in node.spec.publishes}
@@ -41,3 +43,22 @@ def test_foxglove_shows_what_there_is():
         return [part] if isinstance(part, str) else shown(part['first']) + shown(part['second'])
 
     assert sorted(shown(layout['layout'])) == sorted(panels)
+
+
+def test_plotjuggler_shows_numbers_that_the_messages_have():
+    topics = {topic.name: topic for node in registry().values() for topic in node.spec.publishes}
+    store = get_typestore(Stores.ROS2_JAZZY)
+    curves = [
+        curve.get('name') for curve in ElementTree.parse(VIEWS / 'plotjuggler.xml').iter('curve')
+    ]
+    assert len(curves) > 10
+    for curve in curves:
+        (topic,) = (each for each in topics.values() if curve.startswith(f'/{each.name}/'))
+        path = curve.removeprefix(f'/{topic.name}/').split('/')
+        if topic.kind == JOINT_STATE:  # PlotJuggler takes these apart by name
+            assert path[0] in topic.names and path[1:] == ['position'], curve
+            continue
+        kind = topic.kind
+        for name in path:
+            kind = dict(store.get_msgdef(kind).fields)[name][1]
+        assert kind[0] == 'float64', curve

@@ -185,7 +185,7 @@ def test_a_picture_shows_the_robot_where_it_is_put():
     pictures = []
     for x in (0.0, 0.1):
         painter.place(np.array((x, 0.0, 0.23)), matrix(pitched(0.1)), STANCE)
-        pictures.append(painter.picture(Camera(64, 48, (0.0, 0.0, 0.2))))
+        pictures.append(painter.picture(Camera(64, 48, (0.0, 0.0, 0.2))).colors)
     painter.close()
     assert pictures[0].shape == (48, 64, 3)
     assert pictures[0].std() > 10.0

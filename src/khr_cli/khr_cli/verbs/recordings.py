@@ -21,14 +21,17 @@ def film(
     ] = None,
     start: Annotated[float, typer.Option(help='Where the film starts, in s.')] = 0.0,
     end: Annotated[float | None, typer.Option(help='Where it ends, in s.')] = None,
-    width: Annotated[int, typer.Option(help='Width of the pictures, in px.')] = 640,
-    height: Annotated[int, typer.Option(help='Height of the pictures, in px.')] = 480,
+    width: Annotated[int, typer.Option(help='Width of the pictures, in px.')] = 960,
+    height: Annotated[int, typer.Option(help='Height of the pictures, in px.')] = 720,
     rate: Annotated[float, typer.Option(help='Pictures per simulated second.')] = 25.0,
+    against: Annotated[
+        str | None, typer.Option(help='Another run to show on the right, of the same size.')
+    ] = None,
 ) -> None:
     """Render a run to MP4 and GIF, or one picture of it to PNG."""
     from khr_report.film import render_run
 
-    for path in render_run(run, out, still, (start, end), (width, height, rate)):
+    for path in render_run(run, out, still, (start, end), (width, height, rate), against):
         print(path)
 
 

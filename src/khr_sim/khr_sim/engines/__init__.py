@@ -42,6 +42,6 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
 
 def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
     """Return what draws the robot, of whichever engine: the one that needs no graphics driver."""
-    from khr_sim.engines.bullet import Bullet
+    from khr_sim.engines.bullet_scene import BulletScene
 
-    return Bullet(replace(parameters, gui=False), robot)
+    return BulletScene(replace(parameters, gui=False), robot)

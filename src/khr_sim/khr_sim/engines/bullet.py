@@ -12,7 +12,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.rotation import carried, cross, pitched, quaternion
-from khr_sim.camera import FAR, FIELD_OF_VIEW, NEAR, SUN, Camera, Picture
 from khr_sim.contact import ContactForces, Pose, physics_urdf
 from khr_sim.engines.base import Motion
 from khr_sim.parameters import SimulatorParameters
@@ -30,6 +29,8 @@ finally:
     os.dup2(_kept, 2)
     os.close(_kept)
     os.close(_nowhere)
+
+__all__ = ['Bullet', 'bullet']
 
 Array = NDArray[np.float64]
 
@@ -168,32 +169,6 @@ class Bullet:
         """Return the poses of links other than base_link."""
         states = bullet.getLinkStates(self.body, links, 0, 1, self.client)
         return [*zip(map(_ORIGIN, states), map(_TURN, states), strict=True)]
-
-    def picture(self, camera: Camera) -> Picture:
-        """Draw what a camera sees, in software."""
-        view = bullet.computeViewMatrixFromYawPitchRoll(
-            camera.target,
-            camera.distance,
-            np.degrees(camera.yaw) - 90.0,
-            np.degrees(camera.pitch),
-            0.0,
-            2,
-        )
-        projection = bullet.computeProjectionMatrixFOV(
-            FIELD_OF_VIEW, camera.width / camera.height, NEAR, FAR
-        )
-        _, _, pixels, _, _ = bullet.getCameraImage(
-            camera.width,
-            camera.height,
-            view,
-            projection,
-            lightDirection=SUN,
-            shadow=1,
-            renderer=bullet.ER_TINY_RENDERER,
-            physicsClientId=self.client,
-        )
-        picture = np.reshape(np.asarray(pixels, np.uint8), (camera.height, camera.width, 4))
-        return np.ascontiguousarray(picture[:, :, :3])
 
     def close(self) -> None:
         """Release the physics client."""
