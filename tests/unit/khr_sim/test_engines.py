@@ -64,7 +64,7 @@ def test_ground_and_weight_change_the_momentum_as_newton_says(world_with):
         momentum, _, _ = momenta(world.robot, truth)
         force = ground_forces(truth).sum(axis=0) + weight
         # A foot that turns within the period leaves a little of the force in another direction.
-        assert momentum - before == pytest.approx(force * PERIOD, abs=1.5e-3)
+        assert momentum - before == pytest.approx(force * PERIOD, abs=2e-3)
         moved = max(moved, np.abs(momentum - before).max())
         before = momentum
     assert moved > 0.05  # or the test would be empty
