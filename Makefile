@@ -2,6 +2,7 @@
 # make test   installs the tools as well, checks the code, runs all tests, prints their coverage
 # make quick  runs the tests but the slow ones
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
+# make film   renders docs/walk.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
@@ -73,7 +74,8 @@ film: install
 	rm -rf build/without
 	$(BIN)/khr run $(FILMED) --offline --set ankle_controller.enabled=false --out build/without
 	$(BIN)/khr film build/without --against $(FILMED) --start 0.5 --end 5.5 --rate 10 \
-	    --width 480 --height 360 --out docs/walk
+	    --width 480 --height 360 --out build/walk
+	cp build/walk.gif docs/walk.gif
 
 bench: tools
 	$(BIN)/python -m tests.benchmarks

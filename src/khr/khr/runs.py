@@ -52,7 +52,7 @@ class RunResult:
     signals: Series
 
     def table(self) -> pa.Table:
-        """Return the signals as an Arrow table; ``.to_pandas()`` makes a data frame of it.
+        """Return the signals as an Arrow table; ``.to_pandas()`` makes a data frame, with pandas.
 
         One row per control period. Units are SI, as in :attr:`signals`; arrays with a column per
         foot region or joint group are parted, such as ``contact_force_l_toe``.

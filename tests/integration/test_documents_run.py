@@ -1,0 +1,160 @@
+"""Tutorial and tuning do what they say: every command and every script in them is run, in order.
+
+Commands of all documents, also those amid the text, have verbs and options that there are.
+"""
+
+import os
+import re
+import shlex
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.main import get_command
+
+from khr_cli.command import app
+from tests import ROOT
+from tests.support.runs import wait_for, wait_until_running
+
+DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
+BLOCK = re.compile(r'(?:`(\S+\.yaml)`[^\n]*\n)?^```(\w+)\n(.*?)^```', re.MULTILINE | re.DOTALL)
+SECOND = '# second terminal'
+# What takes minutes is run with less: the last of an option counts.
+LESS = {
+    'khr run walk': '--duration 5',
+    'khr run slippery': '--duration 2',
+    'khr critical': '--seeds 1 --tolerance 0.8 --set simulator.engine=mujoco',
+    'khr tune': '--candidates 8 --seeds 1 --set simulator.engine=mujoco',
+    'khr film runs/without --against runs/with --start': '--rate 5',
+    'khr reproduce': '--only 3.8',
+}
+ASKED = set()
+
+
+def commands_of(text):
+    """Return the commands of a block, without comments."""
+    lines = (line.partition('#')[0].strip() for line in text.replace('\\\n', ' ').splitlines())
+    return [line for line in lines if line]
+
+
+class Reader:
+    """Someone who does in a folder what a document says."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        (folder / 'config').symlink_to(ROOT / 'config')
+        paths = f'{Path(sys.executable).parent}:{os.environ["PATH"]}'
+        self.environment = os.environ | {'PATH': paths, 'BROWSER': 'true', 'COLUMNS': '120'}
+        self.scripts = ''  # one session of Python, run when all else is there
+        self.started = 0
+
+    def start(self, command):
+        """Start a command; what it says is in the file ``said``."""
+        self.started += 1
+        said = self.folder / f'said-{self.started}.txt'
+        with said.open('w') as file:
+            process = subprocess.Popen(
+                shlex.split(command), cwd=self.folder, env=self.environment,
+                stdout=file, stderr=subprocess.STDOUT, start_new_session=True,
+            )  # fmt: skip
+        process.said = said
+        return process
+
+    def end(self, process, *codes, interrupt=True):
+        if interrupt:
+            process.send_signal(signal.SIGINT)
+        process.wait(timeout=300)
+        assert process.returncode in codes, f'{process.args}\n{process.said.read_text()}'
+        return process.said.read_text()
+
+    def run(self, command):
+        if command.startswith('khr critical') and command in ASKED:
+            return  # another document asks the same, and it leaves nothing
+        ASKED.add(command)
+        more = next((less for start, less in LESS.items() if command.startswith(start)), '')
+        self.end(self.start(f'{command} {more}'), 0, interrupt=False)
+
+    def look(self, command):
+        """Open a page, see that it is served, and leave."""
+        process = self.start(command)
+
+        def served():
+            assert process.poll() is None, process.said.read_text()
+            return re.search(r'http://\S+', process.said.read_text())
+
+        wait_for(served, 'the page')
+        self.end(process, 0, 130)  # the second if the run had not begun yet
+
+    def follow(self, text):
+        """Do what all blocks of a document say."""
+        blocks = [match.groups() for match in BLOCK.finditer(text)]
+        other = None
+        for (file, kind, body), (_, _, after) in zip(
+            blocks, [*blocks[1:], ('',) * 3], strict=True
+        ):
+            if kind == 'python':
+                self.scripts += body
+            elif kind == 'yaml':
+                (self.folder / file).write_text(body)
+            elif after.startswith(SECOND):
+                (command,) = commands_of(body)
+                other = self.start(command)
+                wait_until_running(Path(command.split('--out ')[1]))
+            else:
+                assert kind == 'sh'
+                for command in commands_of(body):
+                    (self.look if command.startswith('khr view') else self.run)(command)
+                if body.startswith(SECOND):
+                    assert 'real time' in self.end(other, 130)
+        (self.folder / 'session.py').write_text(self.scripts)
+        self.run(f'{sys.executable} session.py')
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(400)
+@pytest.mark.parametrize('name', ['tutorial', 'tuning'])
+def test_a_reader_gets_through(name, tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))  # the runs of other tests are not seen
+    monkeypatch.chdir(tmp_path)
+    reader = Reader(tmp_path)
+    reader.follow((ROOT / 'docs' / f'{name}.md').read_text())
+    promised = {
+        'tutorial': ['runs/with/report.html', 'runs/both.gif', 'runs/without/film.png',
+                     'report/index.html'],
+        'tuning': ['runs/new/report.html', 'runs/tune/walk_6.99deg_ka12/walk_6.99deg_ka12_tuned.yaml'],
+    }  # fmt: skip
+    for path in promised[name]:
+        assert (tmp_path / path).is_file(), path
+
+
+def spoken(text):
+    """Return the khr commands of a document, in blocks and amid the text."""
+    blocks = [
+        line for _, kind, body in BLOCK.findall(text) if kind == 'sh' for line in commands_of(body)
+    ]
+    spans = re.findall(
+        r'`([^`\n]*(?:\n[^`\n]+)?)`', re.sub(r'```.*?```', '', text, flags=re.DOTALL)
+    )
+    words = (shlex.split(' '.join(each.split()).partition('#')[0], posix=False) for each in [*blocks, *spans]
+             if re.match(r'(\.venv/bin/)?khr\s', each))  # fmt: skip
+    return [each[1:] for each in words]
+
+
+@pytest.mark.parametrize('path', DOCUMENTS, ids=lambda path: path.name)
+def test_verbs_and_options_are_those_of_the_command(path):
+    verbs = get_command(app).commands
+    for verb, *words in spoken(path.read_text()):
+        if verb == 'VERB' or verb.startswith('-'):
+            continue
+        assert verb in verbs, verb
+        known = {
+            name for each in verbs[verb].params for name in (*each.opts, *each.secondary_opts)
+        }
+        asked = {word.partition('=')[0] for word in words if word.startswith('--')}
+        assert asked <= known | {'--help'}, f'khr {verb}'
+
+
+def test_the_documents_speak_of_the_command():
+    assert sum(len(spoken(path.read_text())) for path in DOCUMENTS) > 60
