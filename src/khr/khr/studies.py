@@ -18,7 +18,8 @@ from khr_analysis.spectrum import spectrum as spectrum_of
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_common import KhrError
-from khr_experiments.critical import Condition, Limit, measure, workers
+from khr_experiments.condition import Condition
+from khr_experiments.critical import Limit, measure, workers
 from khr_sweeps.folder import read_results
 from khr_sweeps.sweep import sweep as run_sweep
 

@@ -18,7 +18,8 @@ from khr_analysis.outcome import Outcome
 from khr_bringup.offline import duration
 from khr_common import RunError
 from khr_experiments.calibration_plan import CalibrationPlan, WantedLimit, WantedWalk
-from khr_experiments.critical import Changes, run
+from khr_experiments.condition import Changes
+from khr_experiments.critical import run
 
 RIDES = 0.056  # m, slide of one sole in one time on the ground: the length of a step
 REACH = 3.2  # deg around the aim within which a limit is looked for

@@ -20,7 +20,7 @@ from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import CONFIG
 from khr_bringup.strict_yaml import read_file, read_yaml
 from khr_common import KhrError, check, specifications
-from khr_experiments.critical import Changes, Condition
+from khr_experiments.condition import Changes, Condition
 from khr_experiments.errors import ExperimentError
 
 SHIPPED_PLAN = CONFIG / 'calibration.yaml'

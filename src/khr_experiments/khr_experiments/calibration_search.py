@@ -24,7 +24,7 @@ from pydantic import TypeAdapter, ValidationError
 from khr_bringup.code_version import code_version
 from khr_experiments.calibration_objective import Candidate, Task, measure_robot
 from khr_experiments.calibration_plan import CalibrationPlan
-from khr_experiments.critical import Changes
+from khr_experiments.condition import Changes
 from khr_experiments.errors import ExperimentError
 from khr_sweeps.cluster import compute, connected
 

@@ -17,7 +17,8 @@ from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup import scenario as scenarios
 from khr_bringup.offline import run_offline
-from khr_experiments.critical import INITIAL_TILT_DEG, Changes, Condition, Limit
+from khr_experiments.condition import INITIAL_TILT_DEG, Changes, Condition
+from khr_experiments.critical import Limit
 from khr_experiments.published import LIMITS
 from khr_experiments.scoreboard_runs import CYCLE, Bench
 from khr_sim.truth import Truth

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Literal
 
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 
 TOLERANCE_DEG = 0.7  # of a limit
 THEORY_DEG = 5.7  # phi_cr,theo, (3.10)

@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 
 from khr_balance.gait_parameters import GaitParameters
-from khr_experiments.critical import Changes, Condition, Limit, workers
+from khr_experiments.condition import Changes, Condition
+from khr_experiments.critical import Limit, workers
 from khr_experiments.ensemble_file import read_ensemble, spread_of
 from khr_experiments.errors import ExperimentError
 from khr_experiments.published import (

@@ -12,7 +12,8 @@ from khr_analysis.models.ankle_servo import controlled_critical_inclination
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.thesis import INITIAL_LEAN
 from khr_experiments import scoreboard_runs as runs
-from khr_experiments.critical import Condition, Limit
+from khr_experiments.condition import Condition
+from khr_experiments.critical import Limit
 from khr_experiments.json_file import known, known_all
 from khr_experiments.published import (
     COMMON_DEG,

@@ -35,7 +35,7 @@ class LimitRow(ScoreboardRow):
     """A critical inclination.
 
     Attributes:
-        condition: as :attr:`khr_experiments.critical.Condition.title` names it.
+        condition: as :attr:`khr_experiments.condition.Condition.title` names it.
         thesis_deg, deg: of the thesis's robot, and of the simulated one.
         half_width_deg: half the 95 % confidence interval; None for a formula or one seed.
         ensemble_deg: lowest and highest limit of the robots that explain the data; None if it was

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from math import degrees
 from typing import Any
@@ -15,11 +15,14 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.derived import start_of_lift
-from khr_experiments.critical import Condition, Limit, limit_of_seed, run
+from khr_experiments.condition import Condition
+from khr_experiments.consistency import Said
+from khr_experiments.critical import Limit, limit_of_seed, run
 from khr_experiments.job_cache import Pool
 from khr_experiments.published import STAGE_1_GRID
 from khr_sim.truth import Truth
 
+LIMITS, ROWS = 'a limit of the scoreboard', 'a row of the scoreboard'
 CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
 
@@ -174,6 +177,17 @@ class Bench:
         """Return one leg lift per seed."""
         self.ask(lift, condition, inclination_deg)
         return [self.result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
+
+    def said(self) -> Iterator[Said]:
+        """Yield what every finished measurement says of who stays up."""
+        for (function, condition, *arguments), job in self._jobs.items():
+            if function is limit_of_seed:
+                for one in job.result()[1]:
+                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, one.survived)
+            else:
+                inclination_deg, seed = arguments
+                survived = job.result().survived
+                yield Said(ROWS, condition, inclination_deg, seed, survived)
 
     def submit(self, function: Any, *arguments: Any) -> None:
         """Start a job, unless it is under way."""

@@ -13,7 +13,7 @@ from scipy.signal import find_peaks
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import walking
 from khr_experiments.scoreboard_runs import CYCLE

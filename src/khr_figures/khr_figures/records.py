@@ -14,11 +14,8 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 
-from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
 from khr_bringup.run_signals import Array, Series
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.experiments import Key, Run, Runs, by
 from khr_sim.gyro import AD_STEP, GyroParameters
 from khr_sim.run_parameters import RunParameters
@@ -74,15 +71,7 @@ def inclination_deg(run: Run) -> float:
 
 def condition(run: Run) -> Condition:
     """Return the condition of a run."""
-    ankle = run.scenario.table(AnkleControllerParameters)
-    hip = run.scenario.table(HipControllerParameters)
-    rubber = run.scenario.table(RunParameters).surface == 'rubber'
-    return Condition(
-        run.scenario.table(GaitParameters).motion,
-        float(ankle.gain) if ankle.enabled else 0.0,
-        float(hip.gain) if hip.enabled else 0.0,
-        'rubber' if rubber else 'smooth',
-    )
+    return Condition.of(run.scenario)[0]
 
 
 def control(of: Condition) -> str:

@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from khr_analysis.models.thesis import GAIT_PERIOD
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.experiments import Runs
 from khr_experiments.published import walking
 from khr_figures.gaits import Walk, name_of, walks_of

@@ -7,7 +7,7 @@ from collections.abc import Callable, Collection, Mapping
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import COMMON_DEG, walking
 from khr_figures.plot_style import head, legend_above, panels

@@ -11,7 +11,7 @@ from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LINE_HZ, WALKS
 from khr_figures.gaits import cycle_of, gait_3

@@ -20,7 +20,7 @@ from khr_analysis.models.pendulum import Pendulum, critical_inclination, static_
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_experiments.push_recovery import stance

@@ -6,7 +6,7 @@ import os
 import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version as version_of
 from pathlib import Path
@@ -17,6 +17,7 @@ from khr_bringup.code_version import code_version, library_versions
 from khr_common.files import write_text
 from khr_experiments import experiments
 from khr_experiments.best_gain import map_result
+from khr_experiments.consistency import Said, check, ragged, said_of_runs
 from khr_experiments.critical import limit_of_seed
 from khr_experiments.ensemble_file import read_ensemble, spread_of
 from khr_experiments.experiments import ROOT, Opened, Runs, shipped
@@ -56,6 +57,7 @@ LIMIT_RUNS = 5  # of a bisection, about
 # The code that decides the scoreboard's measurements, beside that of the runs.
 MEASURING = (
     ('khr_analysis', '**/*.py'),
+    ('khr_experiments', 'condition.py'),
     ('khr_experiments', 'critical.py'),
     ('khr_experiments', 'scoreboard_runs.py'),
 )
@@ -130,7 +132,8 @@ def reproduce(
 
     Raises:
         ReportError: if an argument is not accepted or something cannot be written.
-        RunError: if the computation could not go on; finished results are kept.
+        RunError: if the computation could not go on, or results contradict one another; what is
+            finished is kept.
     """
     check_workers(workers)
     began = time.monotonic()
@@ -196,6 +199,7 @@ class Computed:
         bisected: experiments whose runs lie along a limit.
         lost: number of runs whose workers died.
         failed: other failures, a line each.
+        said: what the scoreboard's measurements say of who stays up.
     """
 
     drawn: list[FigureResult]
@@ -204,6 +208,7 @@ class Computed:
     bisected: tuple[str, ...]
     lost: int
     failed: list[str]
+    said: list[Said] = field(default_factory=list)
 
     def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:
         """Return the result of an evaluation; None if it fails, and note the failure."""
@@ -249,6 +254,8 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
             computed.scoreboard = computed.attempt(
                 SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
             )
+        if computed.scoreboard:
+            computed.said = list(bench.said())
         computed.drawn = pictures.results(drawn)
         return computed
 
@@ -256,6 +263,8 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
 def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
     runs = runs_by_name(asked.experiments, ROOT, asked.fast)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
+    said = [*computed.said, *said_of_runs(runs)]
+    check(said, ROOT)
     return Reproduction(
         [each for each in computed.drawn if each.number in FIGURES],
         [each for each in computed.drawn if each.number not in FIGURES],
@@ -264,6 +273,7 @@ def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
         time.monotonic() - began,
         _findings(asked, computed, runs, peaks),
         peaks,
+        ragged(said),
     )
 
 

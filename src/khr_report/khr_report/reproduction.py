@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -48,6 +48,7 @@ class Reproduction:
         seconds: wall time of the command, without results computed earlier.
         findings: the results as data.
         peaks: origin of the spectral peaks; None if its runs were not asked for, or failed.
+        ragged: conditions that fall on gentler ground than they survive, a line each.
     """
 
     figures: list[FigureResult]
@@ -57,6 +58,7 @@ class Reproduction:
     seconds: float
     findings: Findings
     peaks: PeakStudy | None
+    ragged: Sequence[str] = ()
 
     @property
     def drawn(self) -> list[FigureResult]:

@@ -77,6 +77,9 @@ def _verdict(results: Reproduction) -> Section:
         body += part('verdicts', scoreboard_page.counts(board))
     else:
         body = part('paragraphs', ['The scoreboard was not measured.'])
+    if results.ragged:
+        title = 'Where survival is ragged: falls on gentler ground than some that is survived'
+        body += part('folded', title, part('bullets', results.ragged))
     failed = [f'{figure.number}: {figure.error}' for figure in results.drawn if figure.error]
     return Section(
         'Verdict at a glance',

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from khr_bringup.derived import derived
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import Scenario, Values
 from khr_common import ParameterError
@@ -148,7 +149,7 @@ class _Variant:
     def __init__(self, file: str, scenario: Scenario, axes: dict[str, Axis]) -> None:
         self._file = file
         self._scenario = scenario
-        self._complete = complete(scenario)
+        self._defaults = complete(Scenario('', {}))
         self._tables = {
             node: scenario.table(table_of(node))
             for node in sorted({name.split('.')[0] for name in axes})
@@ -167,20 +168,21 @@ class _Variant:
                 )
             except ParameterError as error:
                 raise SweepError(f'{self._file}: {node}: {error}') from error
-        return self._complete | {
-            node: self._complete[node] | keys for node, keys in changes.items()
+        stated = self._stated(changes)
+        return {
+            node: table | derived(stated, node) | stated.get(node, {})
+            for node, table in self._defaults.items()
+        }
+
+    def _stated(self, changes: Values) -> dict[str, dict[str, Any]]:
+        values = self._scenario.values
+        return {
+            node: values.get(node, {}) | changes.get(node, {}) for node in {**values, **changes}
         }
 
     def changed(self, changes: Values) -> Scenario:
         """Return the scenario with changed values, which are already checked."""
-        values = self._scenario.values
-        return replace(
-            self._scenario,
-            values={
-                node: values.get(node, {}) | changes.get(node, {})
-                for node in {**values, **changes}
-            },
-        )
+        return replace(self._scenario, values=self._stated(changes))
 
 
 def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int | None) -> Scenario:

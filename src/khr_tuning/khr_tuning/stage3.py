@@ -21,7 +21,8 @@ from numpy.typing import NDArray
 
 from khr_analysis.models.force_loop import StandingLoop
 from khr_bringup.code_version import code_version
-from khr_experiments.critical import Condition, workers
+from khr_experiments.condition import Condition
+from khr_experiments.critical import workers
 from khr_experiments.engine_comparison import ENGINES
 from khr_experiments.job_cache import KeptJobs
 from khr_experiments.scoreboard_runs import MeasuredLift, lift

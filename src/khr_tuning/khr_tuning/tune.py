@@ -19,7 +19,8 @@ from typing import Any
 from khr_bringup.code_version import code_version
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario import Scenario, changes_of
-from khr_experiments.critical import INITIAL_TILT_DEG, workers
+from khr_experiments.condition import INITIAL_TILT_DEG
+from khr_experiments.critical import workers
 from khr_experiments.ensemble_file import Member
 from khr_experiments.job_cache import KeptJobs
 from khr_sweeps.progress import Bar

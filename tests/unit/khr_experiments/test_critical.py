@@ -16,13 +16,13 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.derived import start_of_lift
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
+from khr_experiments.condition import Condition
 from khr_experiments.critical import (
     HIGHEST,
     LOWEST,
     RAGGED,
     VIBRATES,
     Attempt,
-    Condition,
     Limit,
     bisect,
     measure,

@@ -7,7 +7,7 @@ from multiprocessing import get_context
 
 import pytest
 
-from khr_experiments.critical import Condition
+from khr_experiments.condition import Condition
 from khr_experiments.job_cache import KeptJobs
 from khr_experiments.json_file import known
 from khr_experiments.scoreboard_runs import MeasuredLift

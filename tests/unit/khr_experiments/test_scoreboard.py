@@ -13,7 +13,8 @@ from khr_bringup.node_registry import table_of
 from khr_bringup.scenario import load, shipped
 from khr_common import check
 from khr_experiments import scoreboard
-from khr_experiments.critical import Condition, Limit
+from khr_experiments.condition import Condition
+from khr_experiments.critical import Limit
 from khr_experiments.errors import ExperimentError
 from khr_experiments.json_file import read_json, write_json
 from khr_experiments.published import (

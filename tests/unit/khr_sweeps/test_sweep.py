@@ -304,6 +304,11 @@ def test_a_run_is_its_parameters_and_the_code(first, second):
     )
     assert (one.id == other.id) == (first == second)
     assert identity(complete(one.scenario), 'v') == one.id
+    tilted = trials('scenario: lift_3.8deg\ngrid:\n  simulator.inclination_deg: [3.8, 6.0]\n')
+    assert [identity(complete(each.scenario), 'v') for each in tilted] == [
+        each.id
+        for each in tilted  # what follows from the inclination is part of it
+    ]
     assert identity(complete(one.scenario), 'w') != one.id
 
 

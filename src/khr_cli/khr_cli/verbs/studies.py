@@ -69,7 +69,8 @@ def critical(
     ] = None,
 ) -> None:
     """Measure the critical inclination, in deg, by bisection over seeds."""
-    from khr_experiments.critical import Condition, report
+    from khr_experiments.condition import Condition
+    from khr_experiments.critical import report
 
     changes = tuple(scenarios.changes_of(set_ or []).items())
     print(
