@@ -39,7 +39,7 @@ Wanted = Callable[[Condition], bool]
 def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw the amplitude spectra of Gait-3 by inclination: without control, and with the ankle."""
     return _per_inclination(
-        'Figure 5.8: the spectrum of Gait-3 without control (left) and with the ankle (right)',
+        'Figure 5.8: spectra of Gait-3, without control (left) and with the ankle (right)',
         SPREAD,
         walks_of(runs),
         [lambda of: of == walking(), lambda of: bool(of.ankle_gain and not of.hip_gain)],

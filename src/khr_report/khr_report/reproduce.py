@@ -37,7 +37,7 @@ from khr_experiments.scoreboard_runs import Bench
 from khr_figures.registry import FIGURES, draw, drawing_of, numbers_of
 from khr_report.errors import ReportError
 from khr_report.findings_page import findings_markdown
-from khr_report.page.text import duration
+from khr_report.page.text import count, duration
 from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction, distinct
 from khr_report.reproduction_page import write_index
@@ -156,7 +156,7 @@ def reproduce(
     report_lost(computed.lost)
     drawn = sum(not each.error for each in computed.drawn)
     print(
-        f'{page}: {drawn} of {len(computed.drawn)} figures, {results.findings.runs} runs, '
+        f'{page}: {drawn} of {len(computed.drawn)} figures, {count(results.findings.runs, "run")}, '
         f'scoreboard: {summary(computed.scoreboard) if computed.scoreboard else "not asked for"}; '
         f'{duration(results.seconds)}'
     )
