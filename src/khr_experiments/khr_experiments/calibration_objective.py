@@ -19,9 +19,8 @@ from khr_bringup.offline import duration
 from khr_common import RunError
 from khr_experiments.calibration_plan import CalibrationPlan, WantedLimit, WantedWalk
 from khr_experiments.condition import Changes
-from khr_experiments.critical import run
+from khr_experiments.critical import run, stayed_up
 
-RIDES = 0.056  # m, slide of one sole in one time on the ground: the length of a step
 REACH = 3.2  # deg around the aim within which a limit is looked for
 STAGGER = 0.38196601125  # of a tolerance, by which each seed's search starts elsewhere
 COARSE = 0.4  # deg, tolerance of a search's bisections
@@ -169,7 +168,7 @@ class _Counter:
 
     def survives(self, row: WantedLimit, seed: int, inclination_deg: float) -> bool:
         outcome = self.run(row, inclination_deg, seed)
-        return outcome is not None and outcome.verdict != 'fell' and outcome.largest_slip <= RIDES
+        return outcome is not None and stayed_up(outcome)
 
     def run(
         self, row: WantedLimit | WantedWalk, inclination_deg: float, seed: int

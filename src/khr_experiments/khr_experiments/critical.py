@@ -30,9 +30,15 @@ STEP = 0.8  # deg, of a search until it has both a survived and a fatal inclinat
 START = 6.0  # deg, start of the first seed's search
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
 LARGEST_JOBS = 64
+RIDES = 0.056  # m, slide of one sole in one time on the ground: the length of a step
 NORMAL = 1.96  # standard deviations of 95 %
 RAGGED = 0.1  # deg by which a limit moves if the physics step is halved (tests/integration)
 GOLDEN = 0.6180339887  # spreads the seeds' lattices evenly over a tolerance
+
+
+def stayed_up(outcome: Outcome) -> bool:
+    """Return whether a robot neither fell nor rode down the board on its soles."""
+    return outcome.verdict != 'fell' and outcome.largest_slip <= RIDES
 
 
 @dataclass(frozen=True)
@@ -45,8 +51,8 @@ class Attempt:
 
     @property
     def survived(self) -> bool:
-        """Say whether the robot had not fallen at the end of the motion."""
-        return self.outcome.verdict != 'fell'
+        """Return whether the robot stayed up."""
+        return stayed_up(self.outcome)
 
     @property
     def text(self) -> str:

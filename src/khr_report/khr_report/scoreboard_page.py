@@ -51,8 +51,9 @@ is within {TOLERANCE_DEG:g} deg of the thesis's, and misses if nothing of it is,
 any robot of the ensemble ([calibration.md](calibration.md)), which is given as lowest and highest;
 else it is undecided. So is a walk that some seeds survive and others do not, and an order of limits
 whose intervals overlap. The thesis's limit of a control is the steepest ground on which it walked.
-"Slip" and "vibrate" are shares of the seeds on the steepest ground that they survived: a sole slid
-by a quarter of a step; more than {degrees(VIBRATES):.1f} deg/s above 4 Hz."""
+Who rides down the board, a sole sliding further than a step, has not stayed up. "Slip"
+and "vibrate" are shares of the seeds on the steepest ground that they survived: a sole slid by a
+quarter of a step; more than {degrees(VIBRATES):.1f} deg/s above 4 Hz."""
 ORDERS_TEXT = 'The limits should grow: no control, ankle, ankle and hip.'
 STANDING_TEXT = """Mean forces on the support foot while the other foot is up; the board tilts under
 the standing robot. phi is read back by interpolating Delta on the curve of whole degrees."""

@@ -16,7 +16,6 @@ from khr_experiments.calibration import CONSTANTS, Calibration, differences, par
 from khr_experiments.calibration_objective import (
     FALL,
     REACH,
-    RIDES,
     Task,
     limit_near,
     measure_robot,
@@ -25,6 +24,7 @@ from khr_experiments.calibration_objective import (
 )
 from khr_experiments.calibration_plan import FreeConstant, read_plan
 from khr_experiments.calibration_search import Search, best_of, read_journal, search
+from khr_experiments.critical import RIDES
 from khr_experiments.ensemble import determined, ensemble, thinned, worst_miss
 from khr_experiments.ensemble_file import read_ensemble, spread_of, write_ensemble
 from khr_experiments.errors import ExperimentError

@@ -21,6 +21,7 @@ from khr_experiments.critical import (
     HIGHEST,
     LOWEST,
     RAGGED,
+    RIDES,
     VIBRATES,
     Attempt,
     Limit,
@@ -28,6 +29,7 @@ from khr_experiments.critical import (
     measure,
     report,
     run,
+    stayed_up,
     text_of,
     workers,
 )
@@ -36,6 +38,12 @@ from khr_sim.run_parameters import RunParameters
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
     return Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, slip, slip, vibration, verdict == 'fell')
+
+
+def test_who_rides_down_the_board_has_not_stayed_up():
+    assert stayed_up(outcome('slipped', slip=0.99 * RIDES))
+    assert not stayed_up(outcome('slipped', slip=1.01 * RIDES))
+    assert not stayed_up(outcome('fell', slip=0.0))
 
 
 @given(
