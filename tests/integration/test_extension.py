@@ -11,6 +11,7 @@ from math import ceil
 from pathlib import Path
 
 import pytest
+import yaml
 
 from khr_bringup import run_registry
 from tests import ROOT
@@ -118,7 +119,8 @@ def test_its_gain_changes_while_it_runs(python, tmp_path):
     try:
         entry = wait_for(lambda: _domain(running.pid), 'the run')
         khr(python, 'set', 'knee_controller', 'gain', '9', '--domain', entry)
-        assert khr(python, 'get', 'knee_controller', 'gain', '--domain', entry) == 'gain: 9.0\n'
+        shown = khr(python, 'get', 'knee_controller', 'gain', '--domain', entry)
+        assert yaml.safe_load(shown) == {'gain': 9.0}
     finally:
         running.send_signal(signal.SIGINT)
         running.communicate(timeout=60)

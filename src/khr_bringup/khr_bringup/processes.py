@@ -15,7 +15,7 @@ from khr_common.lifeline import PARENT
 
 FIRST = ('simulator',)  # it ends the run, and waits until that is received
 LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
-GRACE = 5.0  # s of wall time before a process that does not stop is killed
+GRACE = 10.0  # s of wall time before a process that does not stop is killed
 WELL = (0, -signal.SIGINT)  # the second while it was starting, before it could close anything
 POLL = 0.02  # s of wall time between looks at a process that is to end
 CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish

@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import json
 import sys
-import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -26,6 +24,7 @@ from khr_experiments.calibration_objective import Candidate, Task, measure_robot
 from khr_experiments.calibration_plan import CalibrationPlan
 from khr_experiments.condition import Changes
 from khr_experiments.errors import ExperimentError
+from khr_experiments.optimiser import evolution
 from khr_sweeps.cluster import compute, connected
 
 HOPELESS = 12.0  # cost above which a candidate of the first generation is given up
@@ -208,25 +207,14 @@ def _generations(
     search: Search, begin: dict[str, float]
 ) -> Iterator[tuple[Any, list[Any], list[dict[str, float]]]]:
     """Yield optimiser, shares and constants of each generation; restart a search that is done."""
-    with warnings.catch_warnings(), suppress(ImportError):
-        warnings.simplefilter('ignore')
-        import cma
     plan, asked, restart = search.plan, len(search.plan.placed), 0
     start = [
         float(np.clip(constant.share(begin.get(name, constant.default)), 0.02, 0.98))
         for name, constant in plan.constants.items()
     ]
     while asked < search.candidates:
-        optimiser = cma.CMAEvolutionStrategy(
-            start,
-            search.spread,
-            {
-                'seed': 1 + search.seed + 1000 * restart,  # 0 would be the time of day
-                'bounds': [0.0, 1.0],
-                'popsize': search.population * 2**restart,
-                'verbose': -9,
-            },
-        )
+        seed = 1 + search.seed + 1000 * restart
+        optimiser = evolution(start, search.spread, seed, search.population * 2**restart)
         while not optimiser.stop() and asked < search.candidates:
             shares = optimiser.ask()
             asked += len(shares)

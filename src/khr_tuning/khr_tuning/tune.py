@@ -7,9 +7,7 @@ their trade-off. What both have tried is kept: those that no other beats in both
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
 from math import inf
 from pathlib import Path
@@ -23,6 +21,7 @@ from khr_experiments.condition import INITIAL_TILT_DEG
 from khr_experiments.critical import workers
 from khr_experiments.ensemble_file import Member
 from khr_experiments.job_cache import KeptJobs
+from khr_experiments.optimiser import evolution
 from khr_sweeps.progress import Bar
 from khr_tuning.errors import TuningError
 from khr_tuning.knobs import Changes, Knob, changes
@@ -270,23 +269,12 @@ def _generations(
     question: Question, first: Sequence[float], order: str
 ) -> Iterator[tuple[Any, list[Any]]]:
     """Yield the optimiser and its shares of the ranges, one generation after the other."""
-    with warnings.catch_warnings(), suppress(ImportError):
-        warnings.simplefilter('ignore')
-        import cma
     start = [
         min(max(knob.share(value), 0.1), 0.9)
         for knob, value in zip(question.knobs, first, strict=True)
     ]
-    optimiser = cma.CMAEvolutionStrategy(
-        start,
-        SPREAD,
-        {
-            'seed': 1 + question.seed + 1000 * ORDERS.index(order),  # 0 would be the time of day
-            'bounds': [0.0, 1.0],
-            'popsize': POPULATION,
-            'verbose': -9,
-        },
-    )
+    seed = 1 + question.seed + 1000 * ORDERS.index(order)
+    optimiser = evolution(start, SPREAD, seed, POPULATION)
     for _ in range(max(1, question.candidates // (POPULATION * len(ORDERS)))):
         shares = optimiser.ask()
         yield optimiser, shares
