@@ -183,7 +183,8 @@ class Bench:
         for (function, condition, *arguments), job in self._jobs.items():
             if function is limit_of_seed:
                 for one in job.result()[1]:
-                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, one.survived)
+                    stood = one.outcome.verdict != 'fell'
+                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, stood)
             else:
                 inclination_deg, seed = arguments
                 survived = job.result().survived

@@ -99,15 +99,20 @@ def test_a_contradiction_is_refused_by_one_line_each_and_an_error(capsys):
 
 
 class Pool:
-    """Measures at once: all walks fall, all limits are one run that is survived."""
+    """Measures at once: all walks end so, all limits are one run that walks, or rides."""
+
+    def __init__(self, walks='fell', slip=0.0):
+        self.walks, self.slip = walks, slip
 
     def submit(self, function, *arguments):
         done = Future()
         if function is limit_of_seed:
             _, seed, start, _ = arguments
-            done.set_result((start, [Attempt(start, seed, outcome('walked'))]))
+            done.set_result(
+                (start, [Attempt(start, seed, replace(outcome('walked'), largest_slip=self.slip))])
+            )
         else:
-            done.set_result(MeasuredWalk(outcome('fell'), ()))
+            done.set_result(MeasuredWalk(outcome(self.walks), ()))
         return done
 
 
@@ -118,3 +123,10 @@ def test_all_that_a_bench_has_measured_is_said():
     said = list(bench.said())
     assert len(said) == 4 and {one.seed for one in said} == {0, 1}
     assert len(contradictions(said)) == 2
+
+
+def test_who_rides_down_the_board_has_not_fallen():
+    bench = Bench(Pool('slipped', slip=1.0), 1, 0.2)
+    bench.ask_limit(walking(12.0), 8.0)
+    bench.ask(walk, walking(12.0), 8.0)
+    assert contradictions(list(bench.said())) == []
