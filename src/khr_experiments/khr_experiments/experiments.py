@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -14,6 +14,7 @@ from khr_bringup.code_version import code_version
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import CONFIG, Scenario
 from khr_experiments.errors import ExperimentError
+from khr_sim.run_parameters import RunParameters
 from khr_sweeps.folder import Folder, discard_other, read_results, request_of, series_path
 from khr_sweeps.progress import Bar
 from khr_sweeps.reading import load
@@ -128,13 +129,35 @@ def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
     return root / (f'{name}-fast' if fast else name)
 
 
-def sweeps_of(names: Iterable[str], fast: bool) -> dict[Path, Sweep]:
+def root_of(engine: str) -> Path:
+    """Return the folder of all experiments on a physics engine."""
+    return ROOT if engine == RunParameters().engine else ROOT / engine
+
+
+def sweeps_of(names: Iterable[str], fast: bool, engine: str = '') -> dict[Path, Sweep]:
     """Read experiments; return them by folder.
+
+    Args:
+        names: of the experiments.
+        fast: whether in their quick form.
+        engine: physics engine; that of their scenarios if left out.
 
     Raises:
         ExperimentError: if one is not known or not valid.
     """
-    return {folder_of(name, fast): specification_of(name, fast) for name in names}
+    root = root_of(engine) if engine else ROOT
+    return {
+        folder_of(name, fast, root): _on(specification_of(name, fast), engine) for name in names
+    }
+
+
+def _on(sweep: Sweep, engine: str) -> Sweep:
+    if not engine:
+        return sweep
+    change = {('simulator', 'engine'): engine}
+    return replace(
+        sweep, scenarios={name: each.changed(change) for name, each in sweep.scenarios.items()}
+    )
 
 
 @contextmanager

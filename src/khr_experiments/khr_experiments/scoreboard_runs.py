@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import degrees
 from typing import Any
 
@@ -15,7 +15,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.derived import start_of_lift
-from khr_experiments.condition import Condition
+from khr_experiments.condition import Changes, Condition
 from khr_experiments.consistency import Said
 from khr_experiments.critical import Limit, limit_of_seed, run
 from khr_experiments.job_cache import Pool
@@ -128,6 +128,8 @@ class Bench:
         curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
         spread: lowest and highest limit of the robots that explain the data, deg, by the
             condition's title.
+        settings: further parameters of every measurement of a condition, the physics engine for
+            one.
     """
 
     def __init__(
@@ -137,8 +139,10 @@ class Bench:
         tolerance: float,
         curve: tuple[float, ...] = STAGE_1_GRID,
         spread: Mapping[str, tuple[float, float]] | None = None,
+        settings: Changes = (),
     ) -> None:
         self.spread = spread or {}
+        self._settings = settings
         self.seeds = seeds
         self.tolerance = tolerance
         self.curve = curve
@@ -180,7 +184,8 @@ class Bench:
 
     def said(self) -> Iterator[Said]:
         """Yield what every finished measurement says of who stays up."""
-        for (function, condition, *arguments), job in self._jobs.items():
+        for (function, *given), job in self._jobs.items():
+            condition, *arguments = self._set(tuple(given))
             if function is limit_of_seed:
                 for one in job.result()[1]:
                     stood = one.outcome.verdict != 'fell'
@@ -193,7 +198,13 @@ class Bench:
     def submit(self, function: Any, *arguments: Any) -> None:
         """Start a job, unless it is under way."""
         if (function, *arguments) not in self._jobs:
-            self._jobs[function, *arguments] = self._pool.submit(function, *arguments)
+            self._jobs[function, *arguments] = self._pool.submit(function, *self._set(arguments))
+
+    def _set(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        condition, *others = arguments
+        if not self._settings:
+            return arguments
+        return replace(condition, changes=(*self._settings, *condition.changes)), *others
 
     def result(self, function: Any, *arguments: Any) -> Any:
         """Wait for a job, and return what it found."""

@@ -28,13 +28,15 @@ class Pictures:
         bar: advances with each figure.
         out: folder of the figures and their CSV files.
         fast: whether to draw the quick and coarse form.
+        root: folder of the experiments.
     """
 
-    def __init__(self, client: Client, bar: Bar, out: Path, fast: bool) -> None:
+    def __init__(self, client: Client, bar: Bar, out: Path, fast: bool, root: Path = ROOT) -> None:
         self._client = client
         self._bar = bar
         self._out = out
         self._fast = fast
+        self._root = root
         self._futures: dict[str, tuple[FigureResult, Any]] = {}
 
     def submit_figure(self, number: str) -> None:
@@ -49,14 +51,14 @@ class Pictures:
             0.0,
         )
         self._submit(
-            result, _draw_figure, number, self._out.absolute(), ROOT.absolute(), self._fast
+            result, _draw_figure, number, self._out.absolute(), self._root.absolute(), self._fast
         )
 
     def submit_map(self, sweep: Sweep) -> None:
         """Start drawing a stability map over the first two axes of an experiment."""
         x, y = list(sweep.axes)[:2]
         name = sweep.name
-        folder, image = folder_of(name, self._fast), self._out / f'{name}.png'
+        folder, image = folder_of(name, self._fast, self._root), self._out / f'{name}.png'
         result = FigureResult(
             name,
             sweep.title,

@@ -42,12 +42,14 @@ from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction, distinct
 from khr_report.reproduction_page import write_index
 from khr_report.scoreboard_page import summary, write_scoreboard
+from khr_sim import engines
 from khr_sweeps.progress import Bar
 from khr_sweeps.sweep import INTERRUPTED, check_workers, report_lost
 
 if TYPE_CHECKING:
     from distributed import Client
 
+BULLET = 'bullet'  # the physics engine, unless another is asked for
 SCOREBOARD = 'scoreboard'
 LINES = 'lines'  # the experiment on the origin of the spectral peaks
 MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
@@ -76,6 +78,7 @@ class Wanted:
         scoreboard: whether the scoreboard is measured.
         fast: whether everything is computed in its quick and coarse form.
         command: the command that asks for the same.
+        engine: physics engine.
     """
 
     figures: tuple[str, ...]
@@ -83,6 +86,7 @@ class Wanted:
     scoreboard: bool
     fast: bool
     command: str
+    engine: str = BULLET
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -91,7 +95,7 @@ class Wanted:
         return tuple(dict.fromkeys((*of_figures, *self.maps)))
 
 
-def wanted(only: str | None, fast: bool) -> Wanted:
+def wanted(only: str | None, fast: bool, engine: str = BULLET) -> Wanted:
     """Parse a list with commas of what to reproduce; None stands for everything.
 
     Raises:
@@ -103,12 +107,19 @@ def wanted(only: str | None, fast: bool) -> Wanted:
     for name in names:
         if name not in every:
             raise ReportError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
+    if engine not in engines.LIBRARIES:
+        accepted = ' | '.join(engines.LIBRARIES)
+        raise ReportError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
     return Wanted(
         tuple(number for number in FIGURES if number in names),
         tuple(name for name in maps if name in names),
         SCOREBOARD in names,
         fast,
-        'khr reproduce' + (f' --only {only}' if only else '') + ' --fast' * fast,
+        'khr reproduce'
+        + (f' --only {only}' if only else '')
+        + ' --fast' * fast
+        + (f' --engine {engine}' if engine != BULLET else ''),
+        engine,
     )
 
 
@@ -118,6 +129,7 @@ def reproduce(
     fast: bool = False,
     workers: int | None = None,
     findings: Path | None = None,
+    engine: str = BULLET,
 ) -> int:
     """Reproduce the thesis, or a part of it; return the exit code.
 
@@ -129,6 +141,7 @@ def reproduce(
         fast: whether to compute the quick and coarse form.
         workers: processes; as many as there are cores by default.
         findings: file of the findings; ``findings.md`` in the folder by default.
+        engine: physics engine; the results of each are kept apart.
 
     Raises:
         ReportError: if an argument is not accepted or something cannot be written.
@@ -137,10 +150,10 @@ def reproduce(
     """
     check_workers(workers)
     began = time.monotonic()
-    asked = wanted(only, fast)
+    asked = wanted(only, fast, engine)
     _make(out / 'figures')
     try:
-        with experiments.opened(experiments.sweeps_of(asked.experiments, fast)) as sweeps:
+        with experiments.opened(experiments.sweeps_of(asked.experiments, fast, engine)) as sweeps:
             computed = _compute(asked, sweeps, out / 'figures', workers or os.cpu_count() or 1)
     except KeyboardInterrupt:
         print('khr: interrupted; repeat the command to go on', file=sys.stderr)
@@ -228,11 +241,11 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
         Bar('reproduce', experiments.missing(sweeps) + len(drawn), lines=True) as bar,
         connected(workers) as client,
     ):
-        pictures = Pictures(client, bar, out, asked.fast)
+        pictures = Pictures(client, bar, out, asked.fast, experiments.root_of(asked.engine))
         for number in asked.figures:
             if not FIGURES[number].experiments:
                 pictures.submit_figure(number)
-        bench = _bench(client, bar, asked.fast)
+        bench = _bench(client, bar, asked)
         if asked.scoreboard:
             submit_all(bench)
         lost = experiments.run_on(client, sweeps, bar)
@@ -261,10 +274,11 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
 
 
 def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
-    runs = runs_by_name(asked.experiments, ROOT, asked.fast)
+    root = experiments.root_of(asked.engine)
+    runs = runs_by_name(asked.experiments, root, asked.fast)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
     said = [*computed.said, *said_of_runs(runs)]
-    check(said, ROOT)
+    check(said, root)
     return Reproduction(
         [each for each in computed.drawn if each.number in FIGURES],
         [each for each in computed.drawn if each.number not in FIGURES],
@@ -311,15 +325,20 @@ def _write(out: Path, findings: Path, results: Reproduction) -> Path:
     return write_index(out, results)
 
 
-def _bench(client: Client, bar: Bar, fast: bool) -> Bench:
+def _bench(client: Client, bar: Bar, asked: Wanted) -> Bench:
     pool = KeptJobs(
-        client, ROOT / SCOREBOARD, code_version(*MEASURING), bar, {limit_of_seed: LIMIT_RUNS}
+        client,
+        experiments.root_of(asked.engine) / SCOREBOARD,
+        code_version(*MEASURING),
+        bar,
+        {limit_of_seed: LIMIT_RUNS},
     )
     spread = spread_of(read_ensemble())
+    settings = ((('simulator', 'engine'), asked.engine),) if asked.engine != BULLET else ()
     return (
-        Bench(pool, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE, spread)
-        if fast
-        else Bench(pool, SEEDS, TOLERANCE, spread=spread)
+        Bench(pool, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE, spread, settings)
+        if asked.fast
+        else Bench(pool, SEEDS, TOLERANCE, spread=spread, settings=settings)
     )
 
 

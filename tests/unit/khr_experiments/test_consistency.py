@@ -11,9 +11,10 @@ from khr_common import RunError
 from khr_experiments.condition import Condition
 from khr_experiments.consistency import Said, check, contradictions, named, ragged, said_of_runs
 from khr_experiments.critical import Attempt
-from khr_experiments.experiments import Run, shipped, specification_of
+from khr_experiments.experiments import Run, shipped, specification_of, sweeps_of
 from khr_experiments.published import STAGE_2, walking
 from khr_experiments.scoreboard_runs import Bench, MeasuredWalk, limit_of_seed, walk
+from khr_sim.run_parameters import RunParameters
 from khr_sweeps.trial import complete
 from tests.fakes.benches import outcome
 
@@ -130,3 +131,27 @@ def test_who_rides_down_the_board_has_not_fallen():
     bench.ask_limit(walking(12.0), 8.0)
     bench.ask(walk, walking(12.0), 8.0)
     assert contradictions(list(bench.said())) == []
+
+
+def test_a_bench_on_another_engine_measures_and_says_so():
+    engine = (('simulator', 'engine'), 'mujoco')
+    asked = []
+
+    class Recording(Pool):
+        def submit(self, function, condition, *arguments):
+            asked.append(condition)
+            return super().submit(function, condition, *arguments)
+
+    bench = Bench(Recording(), 1, 0.2, settings=(engine,))
+    bench.ask(walk, walking(12.0), 8.0)
+    assert [dict(condition.changes) for condition in asked] == [dict([engine])]
+    assert [one.condition for one in bench.said()] == asked
+    assert not bench.walks(walking(12.0), 8.0)[0].survived  # asked for by its own name
+
+
+def test_experiments_on_another_engine_have_folders_of_their_own():
+    (own,) = sweeps_of(['walk_soles'], True)
+    (other,) = (found := sweeps_of(['walk_soles'], True, 'mujoco'))
+    assert own != other and other.name == own.name
+    for scenario in found[other].scenarios.values():
+        assert scenario.table(RunParameters).engine == 'mujoco'

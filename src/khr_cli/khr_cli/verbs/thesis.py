@@ -46,11 +46,12 @@ def reproduce(
         Path | None,
         typer.Option(help='The findings as Markdown; findings.md in the folder by default.'),
     ] = None,
+    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'bullet',
 ) -> None:
     """Run every experiment of the thesis anew, draw every figure, and write one page."""
     from khr_report.reproduce import reproduce as run_all
 
-    raise typer.Exit(run_all(out, only, fast, workers, findings))
+    raise typer.Exit(run_all(out, only, fast, workers, findings, engine))
 
 
 def lines(
