@@ -21,7 +21,6 @@ setup(
         'khr_bringup',
         'khr_sweeps',
         'khr_experiments',
-        'cma',
         'numpy',
     ],
     extras_require={'test': ['pytest']},
