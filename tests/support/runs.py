@@ -131,7 +131,7 @@ def interrupt(process, number=signal.SIGINT):
     return finish(process, process.folder)
 
 
-def wait_for(condition, what, seconds=40.0):
+def wait_for(condition, what, seconds=90.0):
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         value = condition()
