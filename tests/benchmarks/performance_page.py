@@ -99,7 +99,7 @@ def page(graphs: Rounds, swept: Sequence[Numbers], growth: dict[str, list[Number
             f'difference of a sweep of {sweeps.MANY} runs and one of {sweeps.FEW}, so that the '
             f'start cancels, which takes: {starts}. In place: one run after another in one '
             'process without workers.',
-            '## Growth\n\nAn hour of standing in the offline twin: what each part of it computes '
+            '## Growth\n\nStanding in the offline twin, for long: what each part of it computes '
             'for a simulated second, and the memory at its end.',
             table(('engine', 'until, s', 'ms per simulated s', 'MiB'), grown),
         )
