@@ -10,6 +10,14 @@ from rich.console import Console
 from rich.table import Table
 
 
+def package_of(path):
+    """Return the package that the file at ``path`` belongs to: its outermost one."""
+    folder = Path(path).parent
+    while (folder.parent / '__init__.py').exists():
+        folder = folder.parent
+    return folder.name
+
+
 def measured():
     """Return what was counted, by package."""
     coverage = Coverage()
@@ -19,7 +27,7 @@ def measured():
         files = json.load(file)['files']
     packages = defaultdict(Counter)
     for path, content in files.items():
-        name = next(part for part in Path(path).parts if part.startswith('khr_'))
+        name = package_of(path)
         for part in ('statements', 'lines', 'branches'):
             for kind in ('num', 'covered'):
                 packages[name][kind, part] += content['summary'].get(f'{kind}_{part}', 0)
