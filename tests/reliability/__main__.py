@@ -61,16 +61,21 @@ def main() -> int:
     given = parser.parse_args()
     found = cases(given.seed, given.kills, given.soak)
     wanted = [case for case in found if case.kind.startswith(given.only)]
+    names = {case.name for case in wanted}
+
+    def write() -> list[Result]:
+        results = [each for each in _done(given.journal) if each.name in names]
+        write_text(given.out, page(results, given.seed))
+        return results
+
     for loops in given.busy:
         with _busy(loops):
-            _campaign(wanted, given.journal, loaded=loops >= LOADED)
-    names = {case.name for case in wanted}
-    results = [each for each in _done(given.journal) if each.name in names]
-    write_text(given.out, page(results, given.seed))
-    return int(any(result.faults for result in results))
+            for _ in _campaign(wanted, given.journal, loaded=loops >= LOADED):
+                write()
+    return int(any(result.faults for result in write()))
 
 
-def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> None:
+def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> Iterator[Result]:
     """Try the cases that a journal does not hold yet, on a loaded machine or a quiet one."""
     done = {each.name for each in _done(journal) if each.loaded == loaded}
     journal.parent.mkdir(parents=True, exist_ok=True)
@@ -84,6 +89,7 @@ def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> None:
             file.write(json.dumps(result._asdict()) + '\n')
         said = '; '.join(faults) or 'good'
         print(f'{number}/{len(wanted)} {case.name} (others {others:.1f}): {said}', flush=True)
+        yield result
 
 
 @contextmanager
