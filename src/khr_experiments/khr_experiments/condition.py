@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gait_parameters import GaitParameters
@@ -43,6 +43,10 @@ class Condition:
         words += [f'K_A {self.ankle_gain:g}'] if self.ankle_gain else []
         words += [f'K_H {self.hip_gain:g}'] if self.hip_gain else []
         return ', '.join(words if self.ankle_gain or self.hip_gain else [*words, 'no control'])
+
+    def turned(self) -> Condition:
+        """Return the condition of a robot that faces the other way."""
+        return replace(self, uphill=not self.uphill)
 
     @staticmethod
     def of(scenario: Scenario) -> tuple[Condition, float]:

@@ -33,6 +33,7 @@ from khr_experiments.scoreboard_compare import (
     theory_row,
     trend_row,
     walk_row,
+    width_rows,
 )
 from khr_experiments.scoreboard_rows import Explanation, Scoreboard, Shift
 from khr_experiments.scoreboard_runs import Bench, lift, walk
@@ -104,13 +105,15 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
         tuple(walk_row(row, bench.walks(row.condition, row.inclination_deg)) for row in WALKS),
         tuple(trend_row(row, bench) for row in TRENDS),
         _explanations(bench, limits) if explain else None,
+        tuple(width_rows(bench, limits)),
     )
 
 
 def submit_all(bench: Bench) -> None:
     """Start all measurements that are known beforehand."""
     for row in LIMITS:
-        bench.ask_limit(row.condition, row.thesis_deg)
+        for condition in (row.condition, row.condition.turned()):
+            bench.ask_limit(condition, row.thesis_deg)
     for walked in WALKS:
         bench.ask(walk, walked.condition, walked.inclination_deg)
     for trend in TRENDS:

@@ -41,6 +41,7 @@ from khr_experiments.scoreboard_rows import (
     StandingRow,
     TrendRow,
     WalkRow,
+    Width,
 )
 from khr_experiments.scoreboard_runs import Bench, MeasuredLift, MeasuredWalk
 
@@ -99,6 +100,15 @@ def agrees(
     low = min((difference - half, *others))
     high = max((difference + half, *others))
     return False if low > most or high < -most else None
+
+
+def width_rows(bench: Bench, limits: dict[Condition, Limit]) -> list[Width]:
+    """Measure how far the robot stays up facing uphill, where it falls backward."""
+    return [
+        Width(row.condition.title, limits[row.condition].mean, up.mean, known(up.half_width))
+        for row in LIMITS
+        for up in [bench.limit(row.condition.turned(), row.thesis_deg)]
+    ]
 
 
 def theory_row() -> LimitRow:

@@ -58,6 +58,22 @@ class LimitRow(ScoreboardRow):
 
 
 @dataclass(frozen=True)
+class Width:
+    """The slopes between which a robot stays up, facing downhill and facing uphill.
+
+    Attributes:
+        condition: as :attr:`khr_experiments.condition.Condition.title` names it.
+        downhill_deg, uphill_deg: steepest ground before it falls forward, and backward.
+        half_width_deg: half the 95 % confidence interval of the uphill one; None for one seed.
+    """
+
+    condition: str
+    downhill_deg: float
+    uphill_deg: float
+    half_width_deg: float | None = None
+
+
+@dataclass(frozen=True)
 class OrderRow(ScoreboardRow):
     """Whether the limits grow: no control, ankle, ankle and hip."""
 
@@ -168,6 +184,7 @@ class Scoreboard:
     Attributes:
         seeds: of each measurement.
         explanations: of the limits that miss; None if they were not looked for.
+        widths: of the conditions whose limit is published.
     """
 
     seeds: int
@@ -177,6 +194,7 @@ class Scoreboard:
     walks: tuple[WalkRow, ...]
     trends: tuple[TrendRow, ...]
     explanations: tuple[Explanation, ...] | None = None
+    widths: tuple[Width, ...] = ()
 
     @property
     def rows(self) -> tuple[ScoreboardRow, ...]:

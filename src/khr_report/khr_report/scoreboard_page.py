@@ -21,6 +21,7 @@ from khr_experiments.scoreboard_rows import (
     StandingRow,
     TrendRow,
     WalkRow,
+    Width,
 )
 from khr_report.page.document import (
     Block,
@@ -55,6 +56,8 @@ Who rides down the board, a sole sliding further than a step, has not stayed up.
 and "vibrate" are shares of the seeds on the steepest ground that they survived: a sole slid by a
 quarter of a step; more than {degrees(VIBRATES):.1f} deg/s above 4 Hz."""
 ORDERS_TEXT = 'The limits should grow: no control, ankle, ankle and hip.'
+WIDTHS_TEXT = """Both ways: how steep the ground may be before the robot falls forward, facing
+downhill, and backward, facing uphill. The thesis has no number for the second."""
 STANDING_TEXT = """Mean forces on the support foot while the other foot is up; the board tilts under
 the standing robot. phi is read back by interpolating Delta on the curve of whole degrees."""
 WALKING_TEXT = f"""Slip and vibration are medians over the walks without a fall; peaks are those of
@@ -81,8 +84,11 @@ def _signed(value: float | None) -> str:
 def _limit(row: LimitRow) -> str:
     if row.kind == 'formula':
         return f'{row.deg:.2f}'
-    half = row.half_width_deg
-    return f'{row.deg:.2f}' + (' (one seed)' if half is None else f' +- {half:.2f}')
+    return _within(row.deg, row.half_width_deg)
+
+
+def _within(deg: float, half: float | None) -> str:
+    return f'{deg:.2f}' + (' (one seed)' if half is None else f' +- {half:.2f}')
 
 
 def _share(value: float | None) -> str:
@@ -116,6 +122,12 @@ ORDER_COLUMNS: Columns[OrderRow] = {
     'motion': lambda row: row.motion,
     'limits, deg': lambda row: numbers(row.limits_deg, 2),
     **JUDGEMENT,
+}
+WIDTH_COLUMNS: Columns[Width] = {
+    'condition': lambda row: row.condition,
+    'downhill, deg': lambda row: f'{row.downhill_deg:.2f}',
+    'uphill, deg': lambda row: _within(row.uphill_deg, row.half_width_deg),
+    'width, deg': lambda row: f'{row.downhill_deg + row.uphill_deg:.2f}',
 }
 STANDING_COLUMNS: Columns[StandingRow] = {
     'what': lambda row: row.what,
@@ -207,6 +219,7 @@ def blocks(board: Scoreboard) -> list[Block]:
                 table(board.limits, LIMIT_COLUMNS),
                 ORDERS_TEXT,
                 table(board.orders, ORDER_COLUMNS),
+                *((WIDTHS_TEXT, table(board.widths, WIDTH_COLUMNS)) if board.widths else ()),
             ),
         ),
         Passage(

@@ -51,6 +51,17 @@ def test_board_of_the_thesis_itself_passes_every_row():
     assert board.explanations == ()
 
 
+def test_board_measures_every_limit_both_ways():
+    bench = Thesis()
+    board = scoreboard.compare(bench)
+    assert [width.condition for width in board.widths] == [row.condition.title for row in LIMITS]
+    for width, row in zip(board.widths, LIMITS, strict=True):
+        assert width.downhill_deg == row.thesis_deg
+        up = replace(row.condition, uphill=True)
+        assert width.uphill_deg == bench.limit(up, row.thesis_deg).mean
+        assert any(asked[1] == up for asked in bench.asked), 'it runs beside the others'
+
+
 def test_scoreboard_is_the_same_after_its_file(tmp_path):
     for bench in (Thesis(amiss=walking(18.0)), Opposite()):
         board = scoreboard.compare(bench)
