@@ -86,8 +86,7 @@ class Folder:
 
     def finished(self) -> set[str]:
         """Return the ids of the runs in the journal."""
-        with (self.path / JOURNAL).open(encoding='utf-8') as lines:
-            return {json.loads(line)['id'] for line in lines}
+        return set(self.verdicts())
 
     def verdicts(self) -> dict[str, str | None]:
         """Return the verdicts of the runs in the journal, by their ids."""
