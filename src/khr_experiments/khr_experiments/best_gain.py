@@ -1,4 +1,4 @@
-"""Find the best gain for each inclination, and the effect of rubber soles, from the runs of maps."""
+"""The best gain for each inclination, and the effect of rubber soles, from the runs of maps."""
 
 from __future__ import annotations
 

@@ -166,7 +166,8 @@ def _on(sweep: Sweep, engine: str) -> Sweep:
 def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
     """Open the folders of sweeps to add missing runs; write their results at the end.
 
-    A folder that another command is writing is waited for. Runs of another version of the code or the experiment are discarded.
+    A folder that another command is writing is waited for. Runs of another version of the code or
+    the experiment are discarded.
 
     Raises:
         ExperimentError: if a folder cannot be written.

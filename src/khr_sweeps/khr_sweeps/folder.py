@@ -46,7 +46,8 @@ class Folder:
 
     Args:
         path: the folder; made if needed.
-        request: all that determines the runs of the sweep, from Specification.record and the version.
+        request: all that determines the runs of the sweep: what :meth:`Sweep.record
+            <khr_sweeps.specification.Sweep.record>` returns, and the version of the code.
         wait: whether to wait for another command that is writing it; it says so.
 
     Raises:
