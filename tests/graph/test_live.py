@@ -86,7 +86,7 @@ def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(ru
 
 
 def ratio_changes_once(bag, before, after):
-    """Return whether the ratio of correction to rate, the gain, changes once: from one to the other."""
+    """Return whether the gain, correction by rate, changes once: from one value to the other."""
     rates = {stamp_ns(message): message.angular_velocity.y for _, message in bag['/imu/data_raw']}
     unit = None
     gains = []

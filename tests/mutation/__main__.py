@@ -1,8 +1,8 @@
 """Mutation tests of core modules: ``python -m tests.mutation MODULE ...``, or ``make mutants``.
 
 Each module is changed in a copy of the sources, one small change at a time, and the unit tests of
-its package that import it are run. A mutant that survives is a change that no test notices: a test that is missing,
-or a change that makes no difference. What is interrupted goes on.
+its package that import it are run. A mutant that survives is a change that no test notices: a test
+that is missing, or a change that makes no difference. What is interrupted goes on.
 """
 
 from __future__ import annotations

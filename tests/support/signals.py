@@ -4,7 +4,7 @@ from khr_common.interfaces import FOOT_FORCES, GYRO, STAGE
 
 
 def signals(rate=None, forces=None, stage=None):
-    """Return the signals of a pitch rate, rad/s, four normal forces, N, and shares by controller."""
+    """Return the signals of a pitch rate (rad/s), four normal forces (N), shares by controller."""
     found = {} if rate is None else {GYRO: (0.0, rate, 0.0)}
     if forces is not None:
         found |= {topic: (0.0, 0.0, each) for topic, each in zip(FOOT_FORCES, forces, strict=True)}

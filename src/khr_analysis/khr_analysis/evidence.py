@@ -42,7 +42,7 @@ class Evidence:
     words: str
 
     def agrees(self, origin: Origin) -> bool:
-        """Say whether it speaks for an origin, or against others alone."""
+        """Return whether it speaks for an origin, or against others alone."""
         if self.speaks_for:
             return origin in self.speaks_for
         return bool(self.speaks_against) and origin not in self.speaks_against
@@ -84,12 +84,12 @@ class Ratio:
 
     @property
     def vanished(self) -> bool:
-        """Say whether less than a third is left, beyond the seeds' scatter if that is known."""
+        """Return whether less than a third is left, beyond the seeds' scatter if that is known."""
         return self.value < LEFT and not self.high >= 1.0
 
     @property
     def changed(self) -> bool:
-        """Say whether the interval excludes no change."""
+        """Return whether the interval excludes no change."""
         return self.low > 1.0 or self.high < 1.0
 
     @property
@@ -189,7 +189,7 @@ def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence |
 
 
 def _separates(peak: TracedPeak, reference: Walks, other: Walks) -> bool:
-    """Say whether another cycle can distinguish a line from a fixed frequency.
+    """Return whether another cycle can distinguish a line from a fixed frequency.
 
     It must move the line by more than the resolution, and have no line of its own where the
     frequency stays: 11/2.31 is 10/2.1.

@@ -27,7 +27,7 @@ class Places:
 
     @property
     def decisive(self) -> bool:
-        """Say whether the places distinguish lines from other frequencies.
+        """Return whether the places distinguish lines from other frequencies.
 
         A line with a reading error of half the distance of two lines or more may be found
         anywhere between them, like any other frequency.

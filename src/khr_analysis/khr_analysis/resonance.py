@@ -37,7 +37,7 @@ class Resonance:
     beyond: bool
 
     def holds(self, frequency: float, error: float = 0.0) -> bool:
-        """Say whether a frequency known to +- ``error`` (Hz) may lie in the band."""
+        """Return whether a frequency known to +- ``error`` (Hz) may lie in the band."""
         return self.low - error <= frequency <= self.high + error
 
 

@@ -208,9 +208,9 @@ def read_inclination(
 
     At rest the ground's force acts straight below the centre of mass. The sensors show
     where it acts: b (F_T - F_H)/(F_T + F_H) ahead of the ankle of one foot. The joints show where
-    the centre of mass is, so that the lean theta_A0 of (3.10), the lean theta_A of (3.7) that a control
-    adds, the sag of the servos and a lifted leg are all in it. With Delta = F_T - F_H, one foot or
-    two side by side and small angles it is (3.7), solved for phi.
+    the centre of mass is, so that the lean theta_A0 of (3.10), the lean theta_A of (3.7) that a
+    control adds, the sag of the servos and a lifted leg are all in it. With Delta = F_T - F_H, one
+    foot or two side by side and small angles it is (3.7), solved for phi.
 
     It is exact at rest on feet that lie flat. Once the toes or heels carry everything, it stays at
     the inclination at which they began to.

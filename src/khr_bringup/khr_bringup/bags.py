@@ -72,7 +72,7 @@ class Samples:
 
 
 def bag_of(path: Path) -> Path:
-    """Return the bag of a run's folder, the newest if there was a reset; a bag stands for itself."""
+    """Return the bag of a run's folder, the newest after a reset; a bag is its own."""
     bags = [each for each in path.glob('bag*') if re.fullmatch(r'bag(_\d+)?', each.name)]
     return max(bags, key=lambda each: int(each.name[4:] or 1), default=path)
 

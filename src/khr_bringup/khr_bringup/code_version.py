@@ -85,12 +85,12 @@ def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
     return tuple(sorted({spec_of(node).package for node in nodes} - own))
 
 
-def stamp(scenario: Scenario) -> str:
-    """Return the lines about versions at the end of a scenario as run."""
+def as_run(scenario: Scenario) -> str:
+    """Return a whole scenario as YAML, with the versions that it ran with as its last lines."""
     libraries = library_versions(scenario.table(RunParameters).engine)
     numbers = {'Python': python_version(), **libraries}
     lines = [f'{LIBRARY}{name}: {number}\n' for name, number in numbers.items()]
-    return ''.join([*lines, f'{MARK}{version_of(scenario)}\n'])
+    return ''.join([scenario.to_yaml(), *lines, f'{MARK}{version_of(scenario)}\n'])
 
 
 def libraries_in(text: str) -> dict[str, str]:

@@ -17,7 +17,7 @@ from khr_bringup.scenario import Scenario
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, READY, TF, TF_STATIC
-from khr_sim.punctuality import Punctuality
+from khr_sim.punctuality import FIGURES
 from khr_sim.run_parameters import RunParameters
 
 # s of wall time for nodes to appear, and for listeners to acknowledge the end: a loaded machine
@@ -128,7 +128,6 @@ def _result(view: Any) -> GraphResult:
     if values.get('end') == 'error':
         raise RunError(f'{values["reason"]}; the run was stopped')
     ended = view.entered.get('finished', time.monotonic())
-    realtime = Punctuality().figures()  # their names
     return GraphResult(
         view.verdict,
         view.outcome,
@@ -137,7 +136,7 @@ def _result(view: Any) -> GraphResult:
         view.entered.get('running', ended),
         ended,
         tuple(view.warnings),
-        realtime={name: values[name] for name in realtime if realtime.keys() <= values.keys()},
+        realtime={name: values[name] for name in FIGURES if values.keys() >= set(FIGURES)},
         scenario=view.scenario,
     )
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from khr_bringup.code_version import stamp
+from khr_bringup.code_version import as_run
 from khr_bringup.following import PATIENCE, GraphResult, follow, interrupts, nodes_of
 from khr_bringup.node_registry import registry, spec_of
 from khr_bringup.processes import Processes
@@ -68,7 +68,7 @@ def run_graph(
     """
     _check_memory()
     parameters = folder / 'scenario.yaml'
-    write_text(parameters, scenario.to_yaml() + stamp(scenario))
+    write_text(parameters, as_run(scenario))
     os.environ.update(entry.environment())
     nodes = nodes_of(scenario, record)
     processes = Processes(entry.environment(), folder / 'log', entry.lock)

@@ -9,7 +9,7 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from khr_bringup import scenario as scenarios
-from khr_bringup.code_version import stamp
+from khr_bringup.code_version import as_run
 from khr_bringup.errors import BringupError
 from khr_bringup.expectation import MEANING, Expectation
 from khr_bringup.following import nodes_of
@@ -80,7 +80,7 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
     folder = _folder(given['out'], scenario.name)
     prepared = prepare(scenario, folder, record)
     parameters = folder / 'scenario.yaml'
-    write_text(parameters, prepared.to_yaml() + stamp(prepared))
+    write_text(parameters, as_run(prepared))
     nodes = tuple((spec_of(node).package, node) for node in nodes_of(scenario, record))
     return Launch(scenario.name, folder, parameters, nodes, given['expect'], rviz)
 

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 import os
-from array import array
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
+
+import yaml
 
 from khr_bringup.errors import BringupError
 from khr_bringup.run_registry import WITHOUT_LOG, choose
@@ -35,8 +36,9 @@ class LiveParameter:
 
     @property
     def shown(self) -> str:
-        """Return the value as YAML."""
-        return self.value if isinstance(self.value, str) else json.dumps(self.value)
+        """Return the value as YAML, such as ``khr set`` reads."""
+        # In a list, because YAML marks the end of a document that is a bare scalar.
+        return yaml.safe_dump([self.value], default_flow_style=True, width=inf).strip()[1:-1]
 
 
 def get_parameters(
@@ -115,16 +117,16 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
 
 
 def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
-    from rclpy.parameter import parameter_value_to_python
+    from khr_common.nodes.ros_parameters import value_of
 
     names = sorted(call('list_parameters').result.names)
     if name is not None and name not in names:
         raise BringupError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
     wanted = names if name is None else [name]
-    values = [parameter_value_to_python(each) for each in call('get_parameters', wanted).values]
+    values = map(value_of, call('get_parameters', wanted).values)
     descriptors = call('describe_parameters', wanted).descriptors
     return [
-        LiveParameter(key, list(value) if isinstance(value, array) else value, _meaning(each))
+        LiveParameter(key, value, _meaning(each))
         for key, value, each in zip(wanted, values, descriptors, strict=True)
     ]
 

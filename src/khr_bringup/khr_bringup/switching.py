@@ -118,11 +118,12 @@ class _Graph:
     def get(self, node: str, name: str) -> Any:
         """Return a parameter of a node."""
         from rcl_interfaces.srv import GetParameters
-        from rclpy.parameter import parameter_value_to_python
+
+        from khr_common.nodes.ros_parameters import value_of
 
         request = GetParameters.Request(names=[name])
         (value,) = self._call(GetParameters, f'{node}/get_parameters', request).values
-        return parameter_value_to_python(value)
+        return value_of(value)
 
     def prepare(self, node: str, values: Mapping[str, Any]) -> None:
         """Have a node prepare for another run; without values it forgets what it prepared for."""

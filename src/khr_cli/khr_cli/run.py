@@ -17,7 +17,7 @@ from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
 from khr_bringup.bags import bag_of
-from khr_bringup.code_version import stamp
+from khr_bringup.code_version import as_run
 from khr_bringup.expectation import Expectation, realtime_text
 from khr_bringup.following import write_outcome
 from khr_bringup.offline import duration, run_offline
@@ -108,7 +108,7 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     folder = _folder(scenario, options.out)
     start = time.monotonic()
     if options.offline:
-        write_text(folder / 'scenario.yaml', scenario.to_yaml() + stamp(scenario))
+        write_text(folder / 'scenario.yaml', as_run(scenario))
     result = (_offline if options.offline else _graph)(scenario, folder, options, console, start)
     scenario = result.scenario or scenario
     failures = [result.failure] if result.failure else []

@@ -1,4 +1,4 @@
-"""Find the best gain for each inclination, and the effect of rubber soles, from the runs of maps."""
+"""The best gain for each inclination, and the effect of rubber soles, from the runs of maps."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from math import inf
 from statistics import median
+from typing import NamedTuple
 
 import numpy as np
 
@@ -60,14 +61,16 @@ class BestGains:
     hopeless_deg: tuple[float, ...]
 
 
-@dataclass(frozen=True)
-class FrictionLimit:
-    """The inclination that half of the runs survive with a friction, and its 95 % interval, deg.
+class SurvivalLimit(NamedTuple):
+    """The inclination that half of the runs survive with a value of another parameter, deg.
 
-    None where the runs do not show one.
+    Attributes:
+        value: of the other parameter.
+        deg: the inclination; None if the runs do not show one.
+        low_deg, high_deg: the ends of its 95 % interval; None where it is open.
     """
 
-    friction: float
+    value: float
     deg: float | None
     low_deg: float | None
     high_deg: float | None
@@ -79,12 +82,11 @@ class MapLimits:
 
     Attributes:
         name: of the parameter, ``node.parameter``.
-        limits: value, inclination, and the ends of its 95 % interval, deg; None where the runs do
-            not show one.
+        limits: one for each value.
     """
 
     name: str
-    limits: tuple[tuple[float, float | None, float | None, float | None], ...]
+    limits: tuple[SurvivalLimit, ...]
 
 
 @dataclass(frozen=True)
@@ -101,7 +103,7 @@ class SoleEffect:
     inclinations_deg: tuple[float, ...]
     smooth: tuple[Cell | None, ...]
     rubber: tuple[Cell | None, ...]
-    limits: tuple[FrictionLimit, ...]
+    limits: tuple[SurvivalLimit, ...]
     both_up_to_deg: float | None
     slip_factor: float | None
     vibration_factor: float | None
@@ -146,10 +148,7 @@ def best_gains(runs: Runs, gain: str) -> BestGains:
 def map_limits(runs: Runs, other: str) -> MapLimits:
     """Find the inclination that half of the runs survive for each value of another parameter."""
     lines = by(cells_of(runs, INCLINATION, other), lambda cell: cell.y)
-    found = (_friction_limit(value, lines[value]) for value in sorted(lines))
-    return MapLimits(
-        other, tuple((one.friction, one.deg, one.low_deg, one.high_deg) for one in found)
-    )
+    return MapLimits(other, tuple(_limit(value, lines[value]) for value in sorted(lines)))
 
 
 def sole_effect(runs: Runs) -> SoleEffect:
@@ -169,7 +168,7 @@ def sole_effect(runs: Runs) -> SoleEffect:
         smooth,
         rubber,
         tuple(
-            _friction_limit(friction, [cells[key] for key in sorted(cells) if key[1] == friction])
+            _limit(friction, [cells[key] for key in sorted(cells) if key[1] == friction])
             for friction in frictions
         ),
         both[-1][0].x if both else None,
@@ -200,13 +199,13 @@ def _cell(x: float, y: float, runs: Sequence[Run]) -> Cell:
     )
 
 
-def _friction_limit(friction: float, cells: Sequence[Cell]) -> FrictionLimit:
+def _limit(value: float, cells: Sequence[Cell]) -> SurvivalLimit:
     x, hits, runs = (
         np.array([getattr(cell, name) for cell in cells], dtype=np.float64)
         for name in ('x', 'survived', 'runs')
     )
     found = crossing(x, hits, runs)
-    return FrictionLimit(friction, known(found.value), known(found.low), known(found.high))
+    return SurvivalLimit(value, known(found.value), known(found.low), known(found.high))
 
 
 def _growth(pairs: Sequence[tuple[float | None, float | None]]) -> float | None:

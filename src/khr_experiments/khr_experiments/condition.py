@@ -50,7 +50,7 @@ class Condition:
 
     @staticmethod
     def of(scenario: Scenario) -> tuple[Condition, float]:
-        """Return the condition of a scenario, without further changes, and its inclination in deg."""
+        """Return a scenario's condition, without further changes, and its inclination, deg."""
         run = scenario.table(RunParameters)
         ankle = scenario.table(AnkleControllerParameters)
         hip = scenario.table(HipControllerParameters)

@@ -89,7 +89,7 @@ class Quantity:
 
     @property
     def is_inside(self) -> bool:
-        """Say whether the ranges over step size and seeds overlap."""
+        """Return whether the ranges over step size and seeds overlap."""
         first, second = self.values
         return max(min(first), min(second)) <= min(max(first), max(second))
 
@@ -104,7 +104,7 @@ class ComparedScenario:
 
     @property
     def is_inside(self) -> bool:
-        """Say whether the engines share a verdict."""
+        """Return whether the engines share a verdict."""
         return bool(set(self.verdicts[0]) & set(self.verdicts[1]))
 
 
@@ -127,7 +127,7 @@ class ComparedLimit:
 
     @property
     def is_inside(self) -> bool:
-        """Say whether the difference is within the scatter."""
+        """Return whether the difference is within the scatter."""
         return abs(self.difference) <= self.scatter
 
 

@@ -1,7 +1,7 @@
 """The robots that explain the data: every candidate of a search that fits, thinned to be diverse.
 
-One best robot says nothing of how well the rows determine its constants. The spread of all that fit
-does: a constant that takes its whole range among them is left open by the rows.
+One best robot says nothing of how well the rows determine its constants. The spread of all that
+fit does: a constant that takes its whole range among them is left open by the rows.
 """
 
 from __future__ import annotations
@@ -74,7 +74,7 @@ def ensemble(
 
 
 def falls(plan: CalibrationPlan, robot: Candidate) -> bool:
-    """Say whether a robot fell with some seed on level ground."""
+    """Return whether a robot fell with some seed on level ground."""
     level = [row.title for row in plan.walks if row.inclination_deg == 0.0]
     return any(cost >= FALL for title in level for cost in robot.walks.get(title, ()))
 
@@ -124,7 +124,7 @@ class Determined:
 
     @property
     def is_open(self) -> bool:
-        """Say whether the rows leave the constant open."""
+        """Return whether the rows leave the constant open."""
         return self.share > OPEN
 
 

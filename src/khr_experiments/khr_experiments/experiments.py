@@ -14,7 +14,7 @@ from khr_bringup.code_version import code_version
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import CONFIG, Scenario
 from khr_experiments.errors import ExperimentError
-from khr_sim.run_parameters import RunParameters
+from khr_sim import engines
 from khr_sweeps.folder import Folder, discard_other, read_results, request_of, series_path
 from khr_sweeps.progress import Bar
 from khr_sweeps.reading import load
@@ -131,28 +131,30 @@ def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
 
 def root_of(engine: str) -> Path:
     """Return the folder of all experiments on a physics engine."""
-    return ROOT if engine == RunParameters().engine else ROOT / engine
+    return ROOT if engine == engines.DEFAULT else ROOT / engine
 
 
-def sweeps_of(names: Iterable[str], fast: bool, engine: str = '') -> dict[Path, Sweep]:
+def sweeps_of(
+    names: Iterable[str], fast: bool, engine: str = engines.DEFAULT
+) -> dict[Path, Sweep]:
     """Read experiments; return them by folder.
 
     Args:
         names: of the experiments.
         fast: whether in their quick form.
-        engine: physics engine; that of their scenarios if left out.
+        engine: physics engine; with the default one the scenarios stay as they are.
 
     Raises:
         ExperimentError: if one is not known or not valid.
     """
-    root = root_of(engine) if engine else ROOT
+    root = root_of(engine)
     return {
         folder_of(name, fast, root): _on(specification_of(name, fast), engine) for name in names
     }
 
 
 def _on(sweep: Sweep, engine: str) -> Sweep:
-    if not engine:
+    if engine == engines.DEFAULT:
         return sweep
     change = {('simulator', 'engine'): engine}
     return replace(
@@ -164,7 +166,8 @@ def _on(sweep: Sweep, engine: str) -> Sweep:
 def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
     """Open the folders of sweeps to add missing runs; write their results at the end.
 
-    A folder that another command is writing is waited for. Runs of another version of the code or the experiment are discarded.
+    A folder that another command is writing is waited for. Runs of another version of the code or
+    the experiment are discarded.
 
     Raises:
         ExperimentError: if a folder cannot be written.

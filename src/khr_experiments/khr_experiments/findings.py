@@ -39,7 +39,7 @@ class Tally:
 
     @property
     def stays(self) -> bool:
-        """Say whether at least half of them stay up."""
+        """Return whether at least half of them stay up."""
         return 2 * self.fell <= self.runs
 
 

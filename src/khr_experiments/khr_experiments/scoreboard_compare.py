@@ -82,7 +82,7 @@ def limit_rows(
 def agrees(
     difference: float, half_width: float, others: Sequence[float] = (), most: float = TOLERANCE_DEG
 ) -> bool | None:
-    """Say whether a limit agrees with the thesis; None if that is undecided.
+    """Return whether a limit agrees with the thesis; None if that is undecided.
 
     It agrees if its whole interval lies within the tolerance, and disagrees if none of it does and
     none of the other robots that explain the data comes that close either. Of one seed, without an
@@ -130,7 +130,7 @@ def order_rows(limits: dict[Condition, Limit]) -> list[OrderRow]:
 
 
 def _in_order(limits: Sequence[Limit]) -> bool | None:
-    """Say whether each limit exceeds the one before; None if their intervals leave it open."""
+    """Return whether each limit exceeds the one before; None if their intervals leave it open."""
     signs = []
     for lower, upper in pairwise(limits):
         within = hypot(*(w for w in (lower.half_width, upper.half_width) if isfinite(w)), 0.0)
@@ -216,7 +216,7 @@ def trend_row(row: PublishedTrend, bench: Bench) -> TrendRow:
 
 
 def grows(values: Sequence[float], least: float = 0.0) -> bool:
-    """Say whether each value exceeds the one before by more than ``least``; a NaN does not."""
+    """Return whether each value exceeds the one before by more than ``least``; a NaN does not."""
     return all(later - earlier > least for earlier, later in pairwise(values))
 
 

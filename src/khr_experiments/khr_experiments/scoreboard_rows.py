@@ -128,7 +128,7 @@ class WalkRow(ScoreboardRow):
 
     @property
     def falls(self) -> bool:
-        """Say whether most seeds fell."""
+        """Return whether most seeds fell."""
         return 2 * self.fell > self.runs
 
 

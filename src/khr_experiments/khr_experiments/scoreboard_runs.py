@@ -40,7 +40,7 @@ class MeasuredWalk:
 
     @property
     def survived(self) -> bool:
-        """Say whether the robot had not fallen at the end."""
+        """Return whether the robot had not fallen at the end."""
         return self.outcome.verdict != 'fell'
 
 
@@ -63,7 +63,7 @@ class MeasuredLift:
 
     @property
     def survived(self) -> bool:
-        """Say whether the robot had not fallen at the end."""
+        """Return whether the robot had not fallen at the end."""
         return self.outcome.verdict != 'fell'
 
     @property

@@ -81,7 +81,7 @@ def control(of: Condition) -> str:
 
 
 def fell(run: Run) -> bool:
-    """Say whether a run ended in a fall."""
+    """Return whether a run ended in a fall."""
     return bool(run.row['verdict'] == 'fell')
 
 

@@ -48,7 +48,7 @@ class Signal:
     moving: bool = False
 
     def silent(self, series: Series) -> bool:
-        """Say whether it has nothing to show of a run: zero or unknown throughout."""
+        """Return whether it has nothing to show of a run: zero or unknown throughout."""
         values = np.nan_to_num(self.values(series))
         return not (np.ptp(values) if self.moving else values).any()
 
@@ -136,7 +136,7 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
         groups: to show; by default all, the forces foot by foot.
     """
     wanted = tuple(groups) or [one.group for one in SIGNALS if one.group != FEET]
-    heard = [
+    shown = [
         one
         for one in SIGNALS
         if one.group in wanted and not all(one.silent(series) for series in runs.values())
@@ -148,12 +148,12 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
                 one.unit,
                 tuple((name, series, one) for name, series in runs.items()),
             )
-            for one in heard
+            for one in shown
         ]
     (series,) = runs.values()
     found = []
-    for group in dict.fromkeys(one.group for one in heard):
-        some = [one for one in heard if one.group == group]
+    for group in dict.fromkeys(one.group for one in shown):
+        some = [one for one in shown if one.group == group]
         alone = f': {some[0].name}' if len(some) == 1 and some[0].name else ''
         lines = tuple((one.name, series, one) for one in some)
         found.append(Pane(group + alone, some[0].unit, lines))

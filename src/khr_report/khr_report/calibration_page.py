@@ -220,7 +220,7 @@ def pictures(out: Path) -> tuple[Path, Path]:
 
 
 def enough(found: Ensemble) -> bool:
-    """Say whether an ensemble can distinguish determined constants from open ones."""
+    """Return whether an ensemble can distinguish determined constants from open ones."""
     return len(found.robots) >= LEAST
 
 

@@ -2,25 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from khr_experiments.best_gain import (
     CRITERION,
     RUBBER,
     SMOOTH,
     BestGains,
     Cell,
-    FrictionLimit,
     MapLimits,
     SoleEffect,
+    SurvivalLimit,
 )
 from khr_experiments.stability_map import NAMES
 from khr_report.page.document import Block, Columns, Table, number, rate, table
 from khr_sweeps.statistics import wilson
-
-FRICTION_COLUMNS: Columns[FrictionLimit] = {
-    'friction': lambda row: f'{row.friction:g}',
-    'half of the runs survive, deg': lambda row: number(row.deg, 2),
-    '95 %': lambda row: _interval(row),
-}
 
 
 def blocks(result: BestGains | SoleEffect | MapLimits) -> list[Block]:
@@ -31,13 +27,8 @@ def blocks(result: BestGains | SoleEffect | MapLimits) -> list[Block]:
 
 
 def _limits(result: MapLimits) -> list[Block]:
-    name = NAMES.get(result.name, result.name)
-    rows = tuple(
-        (f'{value:g}', number(deg, 2), _open_interval(low, high))
-        for value, deg, low, high in result.limits
-    )
     return [
-        Table((name, 'half of the runs stay up to, deg', '95 %'), rows),
+        _limit_table(NAMES.get(result.name, result.name), result.limits),
         'The inclinations were bisected: no run far from the limit, so no best gain of a slope.',
     ]
 
@@ -76,7 +67,7 @@ def _soles(result: SoleEffect) -> list[Block]:
         f'Smooth is friction {SMOOTH:g}, rubber {RUBBER:g}. Slip and vibration are medians of the '
         'runs that survive.',
         Table(head, rows),
-        table(result.limits, FRICTION_COLUMNS),
+        _limit_table('friction', result.limits),
         _effect(result),
     ]
 
@@ -98,11 +89,17 @@ def _of_sole(cell: Cell | None) -> tuple[str, str, str]:
     return f'{cell.survived} of {cell.runs}', number(slip_mm, 0), rate(cell.vibration)
 
 
-def _interval(limit: FrictionLimit) -> str:
-    return _open_interval(limit.low_deg, limit.high_deg)
+def _limit_table(name: str, limits: Sequence[SurvivalLimit]) -> Table:
+    columns: Columns[SurvivalLimit] = {
+        name: lambda limit: f'{limit.value:g}',
+        'half of the runs stay up to, deg': lambda limit: number(limit.deg, 2),
+        '95 %': _interval,
+    }
+    return table(limits, columns)
 
 
-def _open_interval(low: float | None, high: float | None) -> str:
+def _interval(limit: SurvivalLimit) -> str:
+    low, high = limit.low_deg, limit.high_deg
     ends = ('' if low is None else f'from {low:.2f}', '' if high is None else f'to {high:.2f}')
     return ' '.join(end for end in ends if end) or 'open'
 

@@ -49,7 +49,6 @@ from khr_sweeps.sweep import INTERRUPTED, check_workers, report_lost
 if TYPE_CHECKING:
     from distributed import Client
 
-BULLET = 'bullet'  # the physics engine, unless another is asked for
 SCOREBOARD = 'scoreboard'
 LINES = 'lines'  # the experiment on the origin of the spectral peaks
 MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
@@ -86,7 +85,7 @@ class Wanted:
     scoreboard: bool
     fast: bool
     command: str
-    engine: str = BULLET
+    engine: str = engines.DEFAULT
 
     @property
     def experiments(self) -> tuple[str, ...]:
@@ -95,7 +94,7 @@ class Wanted:
         return tuple(dict.fromkeys((*of_figures, *self.maps)))
 
 
-def wanted(only: str | None, fast: bool, engine: str = BULLET) -> Wanted:
+def wanted(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> Wanted:
     """Parse a list with commas of what to reproduce; None stands for everything.
 
     Raises:
@@ -118,7 +117,7 @@ def wanted(only: str | None, fast: bool, engine: str = BULLET) -> Wanted:
         'khr reproduce'
         + (f' --only {only}' if only else '')
         + ' --fast' * fast
-        + (f' --engine {engine}' if engine != BULLET else ''),
+        + (f' --engine {engine}' if engine != engines.DEFAULT else ''),
         engine,
     )
 
@@ -129,7 +128,7 @@ def reproduce(
     fast: bool = False,
     workers: int | None = None,
     findings: Path | None = None,
-    engine: str = BULLET,
+    engine: str = engines.DEFAULT,
 ) -> int:
     """Reproduce the thesis, or a part of it; return the exit code.
 
@@ -334,7 +333,9 @@ def _bench(client: Client, bar: Bar, asked: Wanted) -> Bench:
         {limit_of_seed: LIMIT_RUNS},
     )
     spread = spread_of(read_ensemble())
-    settings = ((('simulator', 'engine'), asked.engine),) if asked.engine != BULLET else ()
+    settings = (
+        ((('simulator', 'engine'), asked.engine),) if asked.engine != engines.DEFAULT else ()
+    )
     return (
         Bench(pool, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE, spread, settings)
         if asked.fast

@@ -1,4 +1,4 @@
-"""``khr stage3``: what the hip's damping is worth to a standing robot, as page, data and picture."""
+"""``khr stage3``: what the hip's damping is worth to a standing robot: page, data, picture."""
 
 from __future__ import annotations
 

@@ -9,6 +9,8 @@ LATE = 1.5  # periods of wall time from one control period to the next
 SLOWEST = 0.99  # of the factor that was asked for, on average
 LATENCIES = 2000  # answers over which their latency is reported
 MOST = 0.01  # of all periods that may come late, or find a correction too old
+# The names of what is said when a run is over.
+FIGURES = ('realtime', 'real_time_factor', 'periods', 'missed_periods', 'stale_corrections')
 
 
 @dataclass
@@ -56,15 +58,11 @@ class Punctuality:
         return in_time and self._due >= SLOWEST * self._taken
 
     def figures(self) -> dict[str, str]:
-        """Return what is said of it when the run is over."""
+        """Return what is said of it when the run is over: FIGURES as texts."""
         reached = self._simulated / self._taken if self._taken else 0.0
-        return {
-            'realtime': 'held' if self.held else 'not held',
-            'real_time_factor': f'{reached:.3f}',
-            'periods': str(self.periods),
-            'missed_periods': str(self.late),
-            'stale_corrections': str(self.stale),
-        }
+        held = 'held' if self.held else 'not held'
+        counts = (str(self.periods), str(self.late), str(self.stale))
+        return dict(zip(FIGURES, (held, f'{reached:.3f}', *counts), strict=True))
 
 
 @dataclass

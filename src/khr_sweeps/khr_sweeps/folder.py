@@ -46,7 +46,8 @@ class Folder:
 
     Args:
         path: the folder; made if needed.
-        request: all that determines the runs of the sweep, from Specification.record and the version.
+        request: all that determines the runs of the sweep: what :meth:`Sweep.record
+            <khr_sweeps.specification.Sweep.record>` returns, and the version of the code.
         wait: whether to wait for another command that is writing it; it says so.
 
     Raises:
@@ -86,8 +87,7 @@ class Folder:
 
     def finished(self) -> set[str]:
         """Return the ids of the runs in the journal."""
-        with (self.path / JOURNAL).open(encoding='utf-8') as lines:
-            return {json.loads(line)['id'] for line in lines}
+        return set(self.verdicts())
 
     def verdicts(self) -> dict[str, str | None]:
         """Return the verdicts of the runs in the journal, by their ids."""

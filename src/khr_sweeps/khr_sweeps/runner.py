@@ -23,8 +23,8 @@ def run_missing(
 ) -> Iterator[list[Row | None]]:
     """Compute the runs missing in the folders of sweeps; yield batches of rows after writing them.
 
-    A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes several
-    rounds, each with the runs that follow from those before. Workers need no access to the
+    A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes
+    several rounds, each with the runs that follow from those before. Workers need no access to the
     folders: signals are returned with the results and written here.
 
     Args:
@@ -75,7 +75,10 @@ def _round(
 
 
 def _due(specification: Sweep, folder: Folder, tried: set[str]) -> bool:
-    """Say whether a sweep has a run to do that was not tried: one whose worker died was."""
+    """Return whether a sweep has a run to do that was not tried.
+
+    A run whose worker died was tried.
+    """
     trials = specification.due(code_version(), folder.verdicts())
     return any(trial.run not in tried for trial in trials)
 

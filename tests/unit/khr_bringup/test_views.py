@@ -1,4 +1,4 @@
-"""The views that ship for RViz, Foxglove, Lichtblick and PlotJuggler show topics and frames that there are."""
+"""The shipped views of RViz, Foxglove, Lichtblick and PlotJuggler show what there is."""
 
 import json
 import re

@@ -96,7 +96,7 @@ def test_rubber_is_put_beside_smooth():
     assert found.smooth[0] == Cell(4.0, SMOOTH, 3, 3, 0, 0.1, 0.02)
     assert found.rubber[0] == Cell(4.0, 0.8, 3, 3, 0, 0.2, 0.001)
     assert found.rubber[1] == Cell(6.0, 0.8, 3, 0, 0, None, None)
-    limits = {limit.friction: limit.deg for limit in found.limits}
+    limits = {limit.value: limit.deg for limit in found.limits}
     assert limits == pytest.approx({SMOOTH: 7.0, 0.8: 5.0}, abs=0.2)
     assert found.both_up_to_deg == 4.0
     assert (found.slip_factor, found.vibration_factor) == pytest.approx((0.05, 2.0))

@@ -149,6 +149,12 @@ def test_a_bench_on_another_engine_measures_and_says_so():
     assert not bench.walks(walking(12.0), 8.0)[0].survived  # asked for by its own name
 
 
+def test_the_default_engine_by_name_is_the_same_experiment():
+    """Otherwise khr figure and khr reproduce would discard one another's runs."""
+    own = sweeps_of(['walk_soles'], True)
+    assert sweeps_of(['walk_soles'], True, RunParameters().engine) == own
+
+
 def test_experiments_on_another_engine_have_folders_of_their_own():
     (own,) = sweeps_of(['walk_soles'], True)
     (other,) = (found := sweeps_of(['walk_soles'], True, 'mujoco'))

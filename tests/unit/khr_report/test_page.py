@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from khr_bringup.scenario import load
 from khr_experiments import findings as results
-from khr_experiments.best_gain import BestGains, Cell, FrictionLimit, SoleEffect
+from khr_experiments.best_gain import BestGains, Cell, MapLimits, SoleEffect, SurvivalLimit
 from khr_experiments.critical import Limit
 from khr_experiments.experiments import Run
 from khr_experiments.findings import Findings
@@ -32,7 +32,7 @@ SOLES = SoleEffect(
     (5.0, 7.0),
     (CELL, CELL),
     (replace(CELL, y=0.8), None),
-    (FrictionLimit(0.18, 7.0, 6.5, None), FrictionLimit(0.8, None, None, None)),
+    (SurvivalLimit(0.18, 7.0, 6.5, None), SurvivalLimit(0.8, None, None, None)),
     5.0,
     None,
     1.0,
@@ -302,7 +302,8 @@ def test_findings_are_the_same_after_their_file(tmp_path):
     made = findings(
         Thesis(amiss=walking(18.0)), soles=results.compare_soles(soles('fell', 'walked')['soles'])
     )
-    for each in (made, EMPTY):
+    mapped = replace(EMPTY, maps={'soles': SOLES, 'bisected': MapLimits('a.b', SOLES.limits)})
+    for each in (made, mapped, EMPTY):
         write_json(tmp_path / 'findings.json', each)
         assert read_json(tmp_path / 'findings.json', Findings) == each
 

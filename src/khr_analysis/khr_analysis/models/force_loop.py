@@ -213,7 +213,7 @@ class StandingLoop:
 
     @property
     def stable(self) -> bool:
-        """Say whether every motion dies away."""
+        """Return whether every motion dies away."""
         return self.growth < 0.0
 
     @property

@@ -29,3 +29,14 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
 ]
+EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')]
+SeedsOption = Annotated[int, typer.Option(help='Seeds of each measurement.')]
+ToleranceOption = Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')]
+OptimiserSeedOption = Annotated[int, typer.Option(help='Seed of the optimiser.')]
+JobsOption = Annotated[int, typer.Option(help='Processes on this machine.')]
+WorkersOption = Annotated[
+    int | None, typer.Option(help='Processes on this machine; one per core by default.')
+]
+SchedulerOption = Annotated[
+    str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
+]

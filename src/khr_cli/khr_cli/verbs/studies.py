@@ -8,6 +8,16 @@ from typing import Annotated
 import typer
 
 from khr_bringup import scenario as scenarios
+from khr_cli.verbs.options import (
+    EngineOption,
+    JobsOption,
+    OptimiserSeedOption,
+    SchedulerOption,
+    SeedsOption,
+    SetOption,
+    ToleranceOption,
+    WorkersOption,
+)
 
 
 def push(
@@ -61,12 +71,10 @@ def critical(
     uphill: Annotated[
         bool, typer.Option('--uphill', help='Face uphill: where does it fall backward?')
     ] = False,
-    seeds: Annotated[int, typer.Option(help='Number of seeds.')] = 5,
-    tolerance: Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')] = 0.1,
-    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
-    set_: Annotated[
-        list[str] | None, typer.Option('--set', help='Change a parameter: node.parameter=value.')
-    ] = None,
+    seeds: SeedsOption = 5,
+    tolerance: ToleranceOption = 0.1,
+    jobs: JobsOption = 2,
+    set_: SetOption = None,
 ) -> None:
     """Measure the critical inclination, in deg, by bisection over seeds."""
     from khr_experiments.condition import Condition
@@ -95,51 +103,44 @@ def calibrate(
     journal: Annotated[
         Path, typer.Option(help='A line per candidate; the same command goes on with it.')
     ] = Path('runs/calibration.jsonl'),
-    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'mujoco',
+    engine: EngineOption = 'mujoco',
     candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 400,
     population: Annotated[int, typer.Option(help='Candidates of a generation.')] = 10,
-    seed: Annotated[int, typer.Option(help='Of the optimiser.')] = 0,
-    seeds: Annotated[int, typer.Option(help='Seeds of each measurement.')] = 2,
+    seed: OptimiserSeedOption = 0,
+    seeds: SeedsOption = 2,
     start: Annotated[
         Path | None,
         typer.Option(help='Begin at the best candidate of this journal, not at the defaults.'),
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(help='Processes on this machine; one per core by default.')
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
 ) -> None:
     """Search the free constants so that all rows of the thesis come out at once."""
     from khr_report.calibration_page import Request
     from khr_report.calibration_page import calibrate as search
 
-    print(
-        search(
-            Request(
-                config,
-                out,
-                members,
-                journal,
-                engine,
-                candidates,
-                population,
-                seed,
-                seeds,
-                start,
-                workers,
-                scheduler,
-            )
-        )
+    asked = Request(
+        config=config,
+        out=out,
+        members=members,
+        journal=journal,
+        engine=engine,
+        candidates=candidates,
+        population=population,
+        seed=seed,
+        seeds=seeds,
+        start=start,
+        workers=workers,
+        scheduler=scheduler,
     )
+    print(search(asked))
 
 
 def engines(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/engines.md'),
-    seeds: Annotated[int, typer.Option(help='Seeds of every limit.')] = 3,
-    tolerance: Annotated[float, typer.Option(help='Of each bisection, in deg.')] = 0.1,
-    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    seeds: SeedsOption = 3,
+    tolerance: ToleranceOption = 0.1,
+    jobs: JobsOption = 2,
     only: Annotated[
         str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
     ] = None,
@@ -152,10 +153,7 @@ def engines(
 
 def tune(
     scenario: Annotated[str, typer.Argument(help='A scenario file or name: motion and ground.')],
-    set_: Annotated[
-        list[str] | None,
-        typer.Option('--set', help='Change a parameter first, such as the inclination.'),
-    ] = None,
+    set_: SetOption = None,
     gait: Annotated[
         bool, typer.Option('--gait', help='Search where the gait carries the centre of mass too.')
     ] = False,
@@ -163,10 +161,10 @@ def tune(
         bool,
         typer.Option('--robust', help='For every robot of the ensemble that calibrate found.'),
     ] = False,
-    seeds: Annotated[int, typer.Option(help='Runs of each candidate.')] = 3,
-    candidates: Annotated[int, typer.Option(help='Candidates to try.')] = 64,
-    seed: Annotated[int, typer.Option(help='Of the optimiser.')] = 0,
-    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    seeds: SeedsOption = 3,
+    candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 64,
+    seed: OptimiserSeedOption = 0,
+    jobs: JobsOption = 2,
     out: Annotated[
         Path | None, typer.Option(help='Folder of the results; runs/tune/NAME by default.')
     ] = None,
@@ -181,9 +179,9 @@ def stage3(
     out: Annotated[
         Path, typer.Option(help='The page to write; data and picture beside it.')
     ] = Path('docs/stage3.md'),
-    seeds: Annotated[int, typer.Option(help='Seeds of every point.')] = 2,
-    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'mujoco',
-    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    seeds: SeedsOption = 2,
+    engine: EngineOption = 'mujoco',
+    jobs: JobsOption = 2,
     measured: Annotated[
         bool,
         typer.Option('--measured', help='Write page and picture from the data, without runs.'),
@@ -203,12 +201,8 @@ def sweep(
             help='Folder of the results, runs/NAME by default; runs already in it are kept.'
         ),
     ] = None,
-    workers: Annotated[
-        int | None, typer.Option(help='Processes on this machine; one per core by default.')
-    ] = None,
-    scheduler: Annotated[
-        str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
-    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
     fast: Annotated[
         bool, typer.Option('--fast', help="Take the file's quick form; NAME becomes NAME-fast.")
     ] = False,

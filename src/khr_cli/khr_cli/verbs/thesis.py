@@ -7,6 +7,15 @@ from typing import Annotated
 
 import typer
 
+from khr_cli.verbs.options import (
+    EngineOption,
+    JobsOption,
+    SeedsOption,
+    ToleranceOption,
+    WorkersOption,
+)
+from khr_sim import engines
+
 
 def figure(
     numbers: Annotated[
@@ -39,14 +48,12 @@ def reproduce(
         bool, typer.Option('--fast', help='Use the quick, coarse form: minutes.')
     ] = False,
     out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
-    workers: Annotated[
-        int | None, typer.Option(help='Processes; one per core by default.')
-    ] = None,
+    workers: WorkersOption = None,
     findings: Annotated[
         Path | None,
         typer.Option(help='The findings as Markdown; findings.md in the folder by default.'),
     ] = None,
-    engine: Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')] = 'bullet',
+    engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Run every experiment of the thesis anew, draw every figure, and write one page."""
     from khr_report.reproduce import reproduce as run_all
@@ -60,9 +67,7 @@ def lines(
     ] = 'walk_6.99deg_ka12',
     fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
     out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
-    workers: Annotated[
-        int | None, typer.Option(help='Processes; one per core by default.')
-    ] = None,
+    workers: WorkersOption = None,
 ) -> None:
     """Attribute a walk's spectral peaks to gait, feedback or slip."""
     from khr_report.peak_origin_page import peak_origin
@@ -72,9 +77,9 @@ def lines(
 
 def scoreboard(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
-    seeds: Annotated[int, typer.Option(help='Number of seeds of each measurement.')] = 3,
-    tolerance: Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')] = 0.2,
-    jobs: Annotated[int, typer.Option(help='Processes.')] = 2,
+    seeds: SeedsOption = 3,
+    tolerance: ToleranceOption = 0.2,
+    jobs: JobsOption = 2,
     explain: Annotated[
         bool, typer.Option('--explain/--no-explain', help='Search for what explains each miss.')
     ] = True,

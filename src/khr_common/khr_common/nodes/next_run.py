@@ -8,10 +8,10 @@ from typing import Any
 
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import Parameter
 
 from khr_common.errors import KhrError
-from khr_common.nodes.ros_parameters import plain
+from khr_common.nodes.ros_parameters import value_of
 from khr_common.parameters import check
 
 HELD = 60.0  # s of wall time; who prepares a run and then falls silent prepares none
@@ -56,9 +56,7 @@ class NextRun:
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
         self._held, self._since = {}, time.monotonic()
-        given = {
-            each.name: plain(parameter_value_to_python(each.value)) for each in request.parameters
-        }
+        given = {each.name: value_of(each.value) for each in request.parameters}
         response.result.successful = True
         try:
             values = {name: check(self._table, name, value) for name, value in given.items()}

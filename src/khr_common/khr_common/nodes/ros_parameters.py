@@ -6,6 +6,7 @@ import sys
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rclpy.parameter import parameter_value_to_python
 
 from khr_common.parameters import Specification
 
@@ -15,6 +16,11 @@ LARGEST = 2**63 - 1  # of an integer parameter
 def plain(value: Any) -> Any:
     """Return a list for what ROS makes an ``array.array`` of, and anything else as it is."""
     return list(value) if not isinstance(value, str) and hasattr(value, '__iter__') else value
+
+
+def value_of(message: Any) -> Any:
+    """Return the plain value that a rcl_interfaces/ParameterValue holds."""
+    return plain(parameter_value_to_python(message))
 
 
 def describe(specification: Specification) -> ParameterDescriptor:

@@ -11,6 +11,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
 
 LIBRARIES = {'bullet': 'pybullet', 'mujoco': 'mujoco'}  # by engine, as the package index has them
+DEFAULT = SimulatorParameters().engine  # of a scenario that names none
 
 
 def create(parameters: SimulatorParameters, robot: Robot) -> Engine:

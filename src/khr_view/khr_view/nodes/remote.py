@@ -8,11 +8,12 @@ from typing import Any
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.client import Client
-from rclpy.parameter import Parameter, parameter_value_to_python
+from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import SetBool, Trigger
 
 from khr_common.interfaces import PARAMETER_EVENTS
+from khr_common.nodes.ros_parameters import value_of
 from khr_view.controls import Control, Pending, Tunable, Value, control
 
 GONE = 'the simulator does not answer; is the run still there?'
@@ -119,11 +120,11 @@ class Remote:
 
     def _on_values(self, tunables: Sequence[Tunable], descriptors: Any, values: Any) -> None:
         for each, descriptor, value in zip(tunables, descriptors, values, strict=True):
-            found = control(each, descriptor, parameter_value_to_python(value))
+            found = control(each, descriptor, value_of(value))
             if found is not None and each.group:
                 self._found(found)
             else:
-                self._changed(each, parameter_value_to_python(value))
+                self._changed(each, value_of(value))
 
     def _send(self, tunable: Tunable, value: Value) -> None:
         client = self._clients[tunable.node]
@@ -145,9 +146,7 @@ class Remote:
     def _restore(self, tunable: Tunable) -> None:
         future = self._clients[tunable.node].get_parameters([tunable.name])
         future.add_done_callback(
-            lambda future: self._changed(
-                tunable, parameter_value_to_python(_answer(future).values[0])
-            )
+            lambda future: self._changed(tunable, value_of(_answer(future).values[0]))
         )
 
     def _call(self, client: Client, request: Any) -> None:
@@ -168,7 +167,7 @@ class Remote:
         for parameter in event.changed_parameters:
             tunable = self._by_key.get((node, parameter.name))
             if tunable is not None and tunable.key not in self._pending:
-                self._changed(tunable, parameter_value_to_python(parameter.value))
+                self._changed(tunable, value_of(parameter.value))
 
 
 def _answer(future: Any) -> Any:
