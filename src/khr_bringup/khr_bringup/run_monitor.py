@@ -22,6 +22,9 @@ from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
 from khr_common.run_identity import KEY, MalformedError, check_run, check_status, read_ready
 
+UNNAMED = '_NODE_NAME_UNKNOWN_'  # what ROS calls a node whose name has not come yet
+NAMING = 2.0  # s of wall time for it to come
+
 
 def pairs(status: DiagnosticStatus) -> dict[str, str]:
     """Return the key-value pairs of a status."""
@@ -86,11 +89,20 @@ class Watcher(Node):  # type: ignore[misc]
         """Describe a second source of a topic that has an owner, if there is one."""
         for topic, owner in self._owners.items():
             if self.count_publishers(topic) > 1:
-                names = [info.node_name for info in self.get_publishers_info_by_topic(topic)]
+                names = self._sources(topic)
                 if len(names) > 1:
                     others = sorted(set(names) - {owner}) or [f'a second node named {owner}']
                     return f'{topic}: published by {", ".join(others)} beside {owner}'
         return None
+
+    def _sources(self, topic: str) -> list[str]:
+        """Return the nodes that publish a topic; a new one's name comes after its publishers."""
+        end = time.monotonic() + NAMING
+        while True:
+            names = [info.node_name for info in self.get_publishers_info_by_topic(topic)]
+            if UNNAMED not in names or time.monotonic() >= end:
+                return ['a node without a name' if name == UNNAMED else name for name in names]
+            time.sleep(0.02)
 
     def _on_switch(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
