@@ -11,12 +11,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_balance.gait_parameters import GaitParameters
 from khr_common.block import Numbers
 from khr_common.interfaces import ANKLE_CORRECTION, FOOT_FORCES, GYRO, HIP_CORRECTION, Topic
 
 Array = NDArray[np.float64]
 
-SPAN = 3 * 2.31  # s: three gait cycles
+SPAN = 3.0 * GaitParameters().cycle_period  # s
 SHORTEST_PERIOD = 0.010  # s between samples
 # Okabe and Ito's colours, told apart by colour-blind readers; those of feet share one per end.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
