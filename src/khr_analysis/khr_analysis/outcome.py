@@ -171,6 +171,11 @@ class Outcome:
     vibration: float
     final: bool
 
+    @property
+    def fell(self) -> bool:
+        """Return whether the robot has fallen."""
+        return self.verdict == 'fell'
+
 
 class OutcomeMonitor:
     """Judge a run while it goes on, in constant memory."""

@@ -19,7 +19,7 @@ from khr_experiments.experiments import Runs
 from khr_experiments.published import walking
 from khr_figures.gaits import Walk, name_of, walks_of
 from khr_figures.plot_style import head, panels, share_scale
-from khr_figures.records import GYRO, LOOKS, Rate, control, draw_seeds, fell
+from khr_figures.records import GYRO, LOOKS, Rate, control, draw_seeds
 from khr_figures.spectrum_panels import (
     PITCH,
     SPREAD,
@@ -88,7 +88,7 @@ def _per_inclination(
     Below them ``marks`` are explained.
     """
     asked = {walk: group for walk, group in walks.items() if any(is_(walk[1]) for is_ in columns)}
-    stayed = {walk: group for walk, group in asked.items() if not all(map(fell, group))}
+    stayed = {walk: group for walk, group in asked.items() if not all(run.fell for run in group)}
     if not stayed:
         figure = _all_fallen(asked)
         head(figure, title, PITCH)

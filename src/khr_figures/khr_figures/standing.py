@@ -33,7 +33,6 @@ from khr_figures.records import (
     control,
     draw_over_inclination,
     draw_seeds,
-    fell,
     grouped,
     inclination_deg,
     record,
@@ -106,7 +105,7 @@ def held_difference(run: Run) -> float:
 
 def largest_rate(run: Run, rate: Rate = TRUE) -> float:
     """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if the robot fell."""
-    if fell(run):
+    if run.fell:
         return math.nan
     series, lift = record(run), lift_of(run)
     return float(np.abs(rate.values(series)[series.time >= lift.start]).max())
@@ -167,7 +166,7 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
             draw_seeds(axis, lifts[phi], _force(part), name, color=color, linestyle=line)
             draw_seeds(
                 axis,
-                [run for run in lifts[phi] if not fell(run)],
+                [run for run in lifts[phi] if not run.fell],
                 _force_of_both(part),
                 f'{name}{BOTH}',
                 color=color,
