@@ -1,0 +1,36 @@
+"""A push as it comes over a topic."""
+
+from __future__ import annotations
+
+from geometry_msgs.msg import WrenchStamped
+
+from khr_common.interfaces import WORLD
+from khr_common.nodes.messages import to_nanoseconds
+from khr_sim.push import Push
+from khr_sim.run_parameters import RunParameters
+
+
+def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) -> Push:
+    """Return the push that a message asks for; what is past begins now.
+
+    Args:
+        message: in the frame of the world, or in that of the link it acts on.
+        parameters: the link of the former, and point and duration of both.
+        now_ns: the instant, ns.
+
+    Raises:
+        SimError: if it is not accepted.
+    """
+    p, force = parameters, message.wrench.force
+    frame = message.header.frame_id or WORLD
+    x, y, z = p.push_point
+    push = Push(
+        start=max(to_nanoseconds(message.header.stamp), now_ns) / 1e9,
+        duration=p.push_duration,
+        frame=frame,
+        link=p.push_link if frame == WORLD else frame,
+        force=(force.x, force.y, force.z),
+        point=(x, y, z),
+    )
+    p.check_push(push)
+    return push
