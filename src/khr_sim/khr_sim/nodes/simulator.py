@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from math import isfinite
-from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
@@ -13,7 +11,7 @@ from rclpy.clock import Clock, ClockType
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from khr_common import KhrError, ParameterError, cdr
+from khr_common import KhrError, ParameterError
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
     JOINT_REFERENCE,
@@ -29,8 +27,8 @@ from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import Barrier, Receipts
+from khr_sim.nodes.inputs import Answer, read_answer, read_push
 from khr_sim.nodes.metronome import Metronome
-from khr_sim.nodes.push_message import read_push
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
 from khr_sim.punctuality import Latency, Punctuality
@@ -40,14 +38,6 @@ ASK_AGAIN = 0.1  # s of wall time without an answer
 LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
 SILENCE = 4.0  # s of wall time without a report of those that have not received the end
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
-
-
-class Answer(NamedTuple):
-    """What a node asks of the joints, rad, for the instant of its stamp."""
-
-    stamp_ns: int
-    name: list[str]
-    position: tuple[float, ...]
 
 
 class SimulatorNode(KhrNode):
@@ -72,7 +62,7 @@ class SimulatorNode(KhrNode):
         self._sources = [name for name in self.parameters.answers if name]
         for source in self._sources:
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
-            self.subscribe_bytes(topic, _read_answer, partial(self._on_answer, source))
+            self.subscribe_bytes(topic, read_answer, partial(self._on_answer, source))
         self.subscribe(READY, self._on_ready)
         self._pushes_out = self.publisher(PUSHED)
         self.subscribe(PUSH, self._on_push)
@@ -348,10 +338,3 @@ class SimulatorNode(KhrNode):
                 **self._latency.figures(),
             },
         )
-
-
-def _read_answer(data: bytes) -> Answer:
-    names, positions = cdr.joint_positions(data)
-    if len(names) != len(positions) or not isfinite(sum(positions)):
-        raise MalformedError('not one finite position per joint')
-    return Answer(cdr.clock(data), names, positions)
