@@ -11,12 +11,13 @@ import numpy as np
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome_measures import SoleSlip, Vibration
-from khr_common import parameter
+from khr_common import parameter, sample_period
 from khr_common.block import Numbers, Signals
 from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 from khr_common.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
+OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # what an Instant is made of
 
 
 @dataclass(frozen=True)
@@ -67,14 +68,7 @@ class MonitorParameters:
         minimum=0.1,
         maximum=15.0,
     )
-    control_period: float = parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=0.03,
-        read_only=True,
-    )
+    control_period: float = sample_period(maximum=0.03)
 
 
 class Observation(Protocol):
@@ -126,7 +120,7 @@ class Instant(NamedTuple):
 
         Args:
             stamp_ns: of the instant, ns.
-            signals: of pose, rate, soles and contact forces.
+            signals: of OBSERVED.
         """
         pose, soles = signals[TRUE_POSE], signals[TRUE_SOLES]
         return Instant(
