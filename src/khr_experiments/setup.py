@@ -23,7 +23,6 @@ setup(
         'cma',
         'distributed',
         'numpy',
-        'pyarrow',
         'pydantic',
         'PyYAML',
         'scipy',

@@ -24,6 +24,7 @@ setup(
         'khr_tuning',
         'matplotlib',
         'numpy',
+        'pyarrow',
         'scipy',
     ],
     extras_require={'test': ['pytest']},

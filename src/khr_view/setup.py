@@ -19,6 +19,7 @@ setup(
     install_requires=[
         'khr_common',
         'khr_sim',
+        'khr_balance',
         'khr_analysis',
         'khr_bringup',
         'numpy',

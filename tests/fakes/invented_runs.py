@@ -8,7 +8,7 @@ import numpy as np
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Series
-from khr_experiments.experiments import specification_of
+from khr_experiments.experiments import Run, specification_of
 from khr_figures.registry import FIGURES
 from khr_sim.run_parameters import RunParameters
 
@@ -28,6 +28,7 @@ class Invented:
     row: dict
     scenario: object
     series: Series
+    fell = Run.fell
 
 
 def difference(inclination_deg: float) -> float:

@@ -13,8 +13,9 @@ from khr_experiments.published import LIMITS, TRENDS, WALKS
 from khr_experiments.scoreboard_rows import Scoreboard
 from khr_figures.registry import FIGURES, paths
 from khr_report.findings_page import findings_markdown
-from khr_report.reproduce import MAP, SCOREBOARD, Computed, reproduce, wanted
+from khr_report.reproduce import Computed, reproduce
 from khr_report.scoreboard_page import scoreboard_markdown
+from khr_report.wanted import MAP, SCOREBOARD, wanted
 from tests.support.runs import KHR
 
 PATIENCE = 900.0  # s, on a machine that does other work as well

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from khr_analysis.outcome import MonitorParameters
+from khr_analysis.outcome import OBSERVED, MonitorParameters
 from khr_analysis.recording import RecorderParameters
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_common.block import NodeSpec
@@ -15,10 +15,6 @@ from khr_common.interfaces import (
     READY,
     SPECTRUM,
     STATE,
-    TRUE_FORCES,
-    TRUE_POSE,
-    TRUE_RATE,
-    TRUE_SOLES,
 )
 
 PACKAGE = 'khr_analysis'
@@ -36,7 +32,7 @@ MONITOR = NodeSpec(
     'monitor',
     PACKAGE,
     MonitorParameters,
-    subscribes=(TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES, PEAKS, STATE),
+    subscribes=(*OBSERVED, PEAKS, STATE),
     publishes=(OUTCOME, DIAGNOSTICS, READY),
     node='khr_analysis.nodes.monitor:MonitorNode',
     listens=True,

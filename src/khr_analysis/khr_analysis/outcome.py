@@ -4,18 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, hypot, isfinite, pi, radians, sqrt, tan
+from math import atan2, cos, isfinite, radians
 from typing import Any, Literal, NamedTuple, Protocol
 
 import numpy as np
 
 from khr_analysis.errors import AnalysisError
-from khr_common import parameter
+from khr_analysis.outcome_measures import SoleSlip, Vibration
+from khr_common import parameter, sample_period
 from khr_common.block import Numbers, Signals
 from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 from khr_common.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
+OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # what an Instant is made of
 
 
 @dataclass(frozen=True)
@@ -66,14 +68,7 @@ class MonitorParameters:
         minimum=0.1,
         maximum=15.0,
     )
-    control_period: float = parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=0.03,
-        read_only=True,
-    )
+    control_period: float = sample_period(maximum=0.03)
 
 
 class Observation(Protocol):
@@ -125,7 +120,7 @@ class Instant(NamedTuple):
 
         Args:
             stamp_ns: of the instant, ns.
-            signals: of pose, rate, soles and contact forces.
+            signals: of OBSERVED.
         """
         pose, soles = signals[TRUE_POSE], signals[TRUE_SOLES]
         return Instant(
@@ -171,6 +166,11 @@ class Outcome:
     vibration: float
     final: bool
 
+    @property
+    def fell(self) -> bool:
+        """Return whether the robot has fallen."""
+        return self.verdict == 'fell'
+
 
 class OutcomeMonitor:
     """Judge a run while it goes on, in constant memory."""
@@ -181,10 +181,11 @@ class OutcomeMonitor:
 
     def reset(self) -> None:
         """Forget the run so far; the next instant is the start of another."""
-        self._soles = (_Sole(), _Sole())
+        self._soles = (SoleSlip(), SoleSlip())
         self._start: _Start | None = None
         self._largest_pitch = 0.0
-        self._vibration = _Vibration(self.parameters)
+        own = self.parameters
+        self._vibration = Vibration(own.vibration_frequency, own.control_period)
         self._outcome: Outcome | None = None
 
     def configure(self, parameters: MonitorParameters) -> None:
@@ -273,36 +274,6 @@ class _Start:
     left: Vector
 
 
-class _Sole:
-    """How far one sole slid while it was loaded.
-
-    What counts is the motion across the sole's normal: a foot that tips over its edge moves its
-    middle along the normal alone, and that is no slip. The net way of each time on the ground is
-    taken, so that trembling on the spot does not add up.
-    """
-
-    def __init__(self) -> None:
-        self._place: Vector | None = None  # at the last instant, if loaded then
-        self._normal: Vector = (0.0, 0.0, 1.0)
-        self._slide: Vector = (0.0, 0.0, 0.0)  # since the sole was loaded
-        self._past = 0.0  # of earlier times on the ground
-        self.largest = 0.0
-
-    @property
-    def slip(self) -> float:
-        return self._past + hypot(*self._slide)
-
-    def follow(self, place: Vector, normal: Vector, share: float) -> None:
-        """Take the pose of an instant, and the share of the load since the last; 0 is unloaded."""
-        if share and self._place is not None:
-            step = _across(self._place, place, self._normal, normal)
-            self._slide = _sum(self._slide, (share * step[0], share * step[1], share * step[2]))
-            self.largest = max(self.largest, hypot(*self._slide))
-        elif not share:
-            self._past, self._slide = self.slip, (0.0, 0.0, 0.0)
-        self._place, self._normal = (place if share else None), normal
-
-
 # A few plain numbers take a fifth of the time of three-element arrays, 67 times a second.
 
 
@@ -315,44 +286,3 @@ def _up(quaternion: Sequence[float]) -> Vector:
     """Return the z axis of a frame."""
     x, y, z, w = quaternion
     return 2.0 * (x * z + y * w), 2.0 * (y * z - x * w), 1.0 - 2.0 * (x * x + y * y)
-
-
-def _sum(first: Vector, second: Vector) -> Vector:
-    return first[0] + second[0], first[1] + second[1], first[2] + second[2]
-
-
-def _across(before: Vector, now: Vector, normal_before: Vector, normal: Vector) -> Vector:
-    """Return the part of a step that is normal to the mean of two normals."""
-    mean = _sum(normal_before, normal)
-    step = now[0] - before[0], now[1] - before[1], now[2] - before[2]
-    along = dot(step, mean) / dot(mean, mean)
-    return step[0] - along * mean[0], step[1] - along * mean[1], step[2] - along * mean[2]
-
-
-class _Vibration:
-    """Root mean square of a rate above a corner frequency: a Butterworth of second order."""
-
-    def __init__(self, parameters: MonitorParameters) -> None:
-        # The bilinear transform in closed form: to import SciPy's filters takes a second.
-        warped = tan(pi * parameters.vibration_frequency * parameters.control_period)
-        scale = 1.0 / (1.0 + sqrt(2.0) * warped + warped * warped)
-        self._b = (scale, -2.0 * scale, scale)
-        self._a = (
-            1.0,
-            2.0 * (warped * warped - 1.0) * scale,
-            (1.0 - sqrt(2.0) * warped + warped * warped) * scale,
-        )
-        self._first = self._second = self._sum = 0.0
-        self._count = 0
-
-    @property
-    def rms(self) -> float:
-        return sqrt(self._sum / self._count)
-
-    def add(self, rate: float) -> None:
-        # Transposed direct form II by hand: SciPy's filters are made for whole arrays.
-        high = float(self._b[0] * rate + self._first)
-        self._first = float(self._b[1] * rate - self._a[1] * high + self._second)
-        self._second = float(self._b[2] * rate - self._a[2] * high)
-        self._sum += high * high
-        self._count += 1

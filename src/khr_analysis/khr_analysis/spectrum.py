@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.peaks import WINDOWS, Peak, find_tones
-from khr_common import ParameterError, parameter
+from khr_common import ParameterError, parameter, sample_period
 
 Array = NDArray[np.float64]
 
@@ -67,14 +67,7 @@ class FftAnalyserParameters:
         minimum=0.1,
         maximum=20.0,
     )
-    control_period: float = parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=0.1,
-        read_only=True,
-    )
+    control_period: float = sample_period()
 
     def __post_init__(self) -> None:
         if self.size < 8:

@@ -18,7 +18,7 @@ from khr_balance.body import forward
 from khr_balance.errors import BalanceError
 from khr_balance.feedback import finite_forces
 from khr_balance.joints import JOINTS, SIDES
-from khr_common import ParameterError, parameter
+from khr_common import ParameterError, parameter, sample_period
 from khr_common.low_pass import LowPass
 
 STAGES = (1, 2, 3)  # no control; ankle; ankle and hip
@@ -94,14 +94,7 @@ class StageParameters:
         minimum=0.0,
         maximum=1.0,
     )
-    control_period: float = parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=0.1,
-        read_only=True,
-    )
+    control_period: float = sample_period()
 
     def __post_init__(self) -> None:
         if self.hip_above_deg < self.ankle_above_deg:

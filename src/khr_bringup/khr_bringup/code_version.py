@@ -24,6 +24,7 @@ SOURCES = (
     ('khr_sim', 'urdf/*.urdf'),
     ('khr_balance', '**/*.py'),
     ('khr_analysis', 'outcome.py'),
+    ('khr_analysis', 'outcome_measures.py'),
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'run_signals.py'),
 )

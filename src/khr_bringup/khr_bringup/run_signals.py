@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import OBSERVED, Instant, MonitorParameters, Outcome, OutcomeMonitor
 from khr_bringup.bags import Messages, Samples, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario import Scenario, parse
@@ -220,12 +220,11 @@ def series_and_outcome(messages: Messages) -> tuple[Series, Outcome | None]:
         return np.column_stack([column(topic, index) for topic in topics])
 
     monitor = OutcomeMonitor(scenario.table(MonitorParameters))
-    judged = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
-    rows = zip(times.tolist(), *(tables[topic].rows(times) for topic in judged), strict=True)
+    rows = zip(times.tolist(), *(tables[topic].rows(times) for topic in OBSERVED), strict=True)
     outcome: Outcome | None = None
     distance, slip = np.full((2, len(times)), np.nan)
     for index, (time, *row) in enumerate(rows):
-        seen = _judged(monitor, time, dict(zip(judged, row, strict=True)))
+        seen = _judged(monitor, time, dict(zip(OBSERVED, row, strict=True)))
         if seen is not None:
             outcome = seen
             distance[index], slip[index] = seen.distance, seen.slip_distance

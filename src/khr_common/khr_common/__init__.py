@@ -1,7 +1,14 @@
 """What every khr package shares: parameter tables, interfaces, errors, the base of the nodes."""
 
 from khr_common.errors import KhrError, RunError
-from khr_common.parameters import ParameterError, build, check, parameter, specifications
+from khr_common.parameters import (
+    ParameterError,
+    build,
+    check,
+    parameter,
+    sample_period,
+    specifications,
+)
 
 __all__ = [
     'KhrError',
@@ -10,5 +17,6 @@ __all__ = [
     'build',
     'check',
     'parameter',
+    'sample_period',
     'specifications',
 ]

@@ -128,6 +128,18 @@ def parameter(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def sample_period(maximum: float = 0.1) -> Any:
+    """Declare the field of a node whose samples are the simulator's; s."""
+    return parameter(
+        0.015,
+        'Period of the samples, that of the simulator.',
+        unit='s',
+        minimum=0.001,
+        maximum=maximum,
+        read_only=True,
+    )
+
+
 def specifications(table: type[Any]) -> Mapping[str, Specification]:
     """List the parameters of a table by name, in the order of their declaration."""
     if table not in _KNOWN:  # to look up the types takes milliseconds

@@ -183,7 +183,7 @@ def _merit(cell: Cell) -> tuple[float, float, float]:
 
 
 def _cell(x: float, y: float, runs: Sequence[Run]) -> Cell:
-    up = [run.row for run in runs if run.row['verdict'] != 'fell']
+    up = [run.row for run in runs if not run.fell]
 
     def middle(column: str) -> float | None:
         return median(row[column] for row in up) if up else None

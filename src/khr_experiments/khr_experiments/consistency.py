@@ -49,8 +49,7 @@ def said_of_runs(runs: Mapping[str, Runs]) -> Iterator[Said]:
             if run.row.get('verdict') is None:
                 continue
             condition, inclination_deg, seed = named(run.scenario)
-            survived = run.row['verdict'] != 'fell'
-            yield Said(f'experiment {name}', condition, inclination_deg, seed, survived)
+            yield Said(f'experiment {name}', condition, inclination_deg, seed, not run.fell)
 
 
 def named(scenario: Scenario) -> tuple[Condition, float, int]:

@@ -1,8 +1,8 @@
 """Measure the critical inclination: how steep the ground may be before the robot falls.
 
 Each seed starts the robot with another small error of its posture and other sensor noise, and has
-a limit of its own, found by bisection; their spread gives the confidence interval. Only a fall
-counts as failure, slipping and vibrating do not.
+a limit of its own, found by bisection; their spread gives the confidence interval. A fall counts as
+failure, and to ride down the board on the soles; to slip a little and to vibrate do not.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ GOLDEN = 0.6180339887  # spreads the seeds' lattices evenly over a tolerance
 
 def stayed_up(outcome: Outcome) -> bool:
     """Return whether a robot neither fell nor rode down the board on its soles."""
-    return outcome.verdict != 'fell' and outcome.largest_slip <= RIDES
+    return not outcome.fell and outcome.largest_slip <= RIDES
 
 
 @dataclass(frozen=True)
@@ -50,8 +50,8 @@ class Attempt:
     outcome: Outcome
 
     @property
-    def survived(self) -> bool:
-        """Return whether the robot stayed up."""
+    def stayed_up(self) -> bool:
+        """Return whether the robot neither fell nor rode down the board on its soles."""
         return stayed_up(self.outcome)
 
     @property
@@ -98,13 +98,13 @@ class Limit:
 
     @property
     def highest(self) -> tuple[Attempt, ...]:
-        """Return, per seed, the steepest attempt up to its limit that it survived."""
+        """Return, per seed, the steepest attempt up to its limit in which it stayed up."""
         found = []
         for seed, limit in enumerate(self.of_seeds):
             below = [
                 one
                 for one in self.attempts
-                if one.seed == seed and one.survived and one.inclination_deg <= limit
+                if one.seed == seed and one.stayed_up and one.inclination_deg <= limit
             ]
             found += [max(below, key=lambda one: one.inclination_deg)] if below else []
         return tuple(found)
@@ -180,7 +180,7 @@ def limit_of_seed(
     def survives(inclination_deg: float) -> bool:
         attempts.append(attempt(condition, inclination_deg, seed))
         print(f'{condition.title:24}{attempts[-1].text}', file=sys.stderr, flush=True)
-        return attempts[-1].survived
+        return attempts[-1].stayed_up
 
     shift = tolerance * (seed * GOLDEN % 1.0)
     return bisect(survives, start + shift, tolerance), attempts

@@ -190,7 +190,7 @@ def measure(name: str, changes: Changes) -> Measured:
     result = run_offline(scenario, lambda truth, *_: truths.append(truth))
     outcome = result.outcome
     numbers = {'vibration, deg/s': degrees(outcome.vibration)}
-    if outcome.verdict == 'fell':
+    if outcome.fell:
         return Measured(outcome.verdict, {'fall, s': outcome.fell_at or result.time})
     numbers |= {'distance, m': outcome.distance, 'largest slip, mm': 1000.0 * outcome.largest_slip}
     times = np.array([truth.stamp_ns / 1e9 for truth in truths])

@@ -48,6 +48,11 @@ class Run:
     scenario: Scenario
     kept: Path
 
+    @property
+    def fell(self) -> bool:
+        """Return whether the run ended in a fall."""
+        return bool(self.row['verdict'] == 'fell')
+
     @cached_property
     def series(self) -> Series | None:
         """Load the signals; None if the experiment keeps none, or the run failed."""

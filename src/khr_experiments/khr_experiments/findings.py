@@ -121,11 +121,11 @@ class Findings:
 
 def tally(runs: Iterable[Run]) -> Tally:
     """Count runs; a run that belongs to several experiments counts once, by its trajectory."""
-    rows = list({run.row['trajectory_hash']: run.row for run in runs}.values())
-    stayed = [row for row in rows if row['verdict'] != 'fell']
+    counted = {run.row['trajectory_hash']: run for run in runs}.values()
+    stayed = [run.row for run in counted if not run.fell]
     return Tally(
-        len(rows),
-        len(rows) - len(stayed),
+        len(counted),
+        len(counted) - len(stayed),
         1000.0 * median(row['largest_slip_m'] for row in stayed) if stayed else None,
         median(row['vibration_rad_s'] for row in stayed) if stayed else None,
     )
@@ -199,7 +199,7 @@ def _with_friction(friction: float, runs: Runs) -> FrictionComparison:
 
 
 def _on_tilting_ground(name: str, staged: bool, runs: Runs) -> TiltComparison:
-    fell = [_reached_deg(run) for run in runs if run.row['verdict'] == 'fell']
+    fell = [_reached_deg(run) for run in runs if run.fell]
     falls = 2 * len(fell) > len(runs)
     return TiltComparison(
         name,

@@ -221,7 +221,7 @@ def push_robot(condition: PushCondition, force: float) -> PushResponse:
 
     result = run_offline(scenario, watch)
     time, x_com = np.array(rows).T
-    return PushResponse(time, x_com, result.outcome.verdict == 'fell')
+    return PushResponse(time, x_com, result.outcome.fell)
 
 
 def falls(condition: PushCondition, force: float) -> bool:
@@ -230,7 +230,7 @@ def falls(condition: PushCondition, force: float) -> bool:
     Raises:
         ExperimentError: if the force is negative or not finite.
     """
-    return run_offline(_pushed(condition, force)).outcome.verdict == 'fell'
+    return run_offline(_pushed(condition, force)).outcome.fell
 
 
 def _pushed(condition: PushCondition, force: float) -> Scenario:

@@ -27,44 +27,46 @@ CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
 
 @dataclass(frozen=True)
-class MeasuredWalk:
-    """One walk.
+class MeasuredRun:
+    """One run.
 
     Attributes:
         outcome: of the monitor.
-        peaks: of the torso's true pitch rate over Gait-3, largest first; none after a fall.
     """
 
     outcome: Outcome
-    peaks: tuple[Peak, ...]
 
     @property
     def survived(self) -> bool:
         """Return whether the robot had not fallen at the end."""
-        return self.outcome.verdict != 'fell'
+        return not self.outcome.fell
 
 
 @dataclass(frozen=True)
-class MeasuredLift:
+class MeasuredWalk(MeasuredRun):
+    """One walk.
+
+    Attributes:
+        peaks: of the torso's true pitch rate over Gait-3, largest first; none after a fall.
+    """
+
+    peaks: tuple[Peak, ...]
+
+
+@dataclass(frozen=True)
+class MeasuredLift(MeasuredRun):
     """One leg lift.
 
     Attributes:
-        outcome: of the monitor.
         toe, heel: mean force on the support foot in the later half of the time on one leg, N;
             NaN if the robot fell earlier.
         overshoot: largest absolute pitch rate of the torso from the start of the motion, rad/s;
             NaN if the robot fell earlier.
     """
 
-    outcome: Outcome
     toe: float
     heel: float
     overshoot: float
-
-    @property
-    def survived(self) -> bool:
-        """Return whether the robot had not fallen at the end."""
-        return self.outcome.verdict != 'fell'
 
     @property
     def difference(self) -> float:
@@ -88,7 +90,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWal
             (truth.stamp_ns / 1e9, float(truth.mean_angular_velocity[1]))
         ),
     )
-    if outcome.verdict == 'fell':
+    if outcome.fell:
         return MeasuredWalk(outcome, ())
     start, end = Gait(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
     rates = [rate for time, rate in samples if start <= time < end - 1e-9]
@@ -188,8 +190,8 @@ class Bench:
             condition, *arguments = self._set(tuple(given))
             if function is limit_of_seed:
                 for one in job.result()[1]:
-                    stood = one.outcome.verdict != 'fell'
-                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, stood)
+                    survived = not one.outcome.fell
+                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, survived)
             else:
                 inclination_deg, seed = arguments
                 survived = job.result().survived
@@ -211,7 +213,7 @@ class Bench:
         return self._jobs[function, *arguments].result()
 
 
-def survived(runs: Iterable[MeasuredWalk] | Iterable[MeasuredLift]) -> float:
+def survived(runs: Iterable[MeasuredRun]) -> float:
     """Return the share of runs without a fall."""
     return float(np.mean([run.survived for run in runs]))
 

@@ -18,6 +18,7 @@ from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN, STALL_TORQUE
 from khr_experiments.experiments import Runs
 from khr_experiments.published import STAGE_2, STAGE_3
 from khr_figures import standing
+from khr_figures.lifts import held_difference, lift_of, overshoot_of, rate_of_run
 from khr_figures.plot_style import TITLES, head, legend_above, legend_below, panels, share_scale
 from khr_figures.records import (
     LOOKS,
@@ -127,8 +128,8 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
     for side, color, line, mark in (('left', 'C2', '-', 'o'), ('right', 'C3', '--', 's')):
         draw_over_inclination(
             axis,
-            [run for run in lifts if standing.lift_of(run).support == side],
-            standing.held_difference,
+            [run for run in lifts if lift_of(run).support == side],
+            held_difference,
             f'simulated robot, {side} leg',
             color=color,
             linestyle=line,
@@ -205,7 +206,7 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
             draw_seeds(
                 axis,
                 lifts.get((stage, phi), []),
-                partial(standing.rate_of_run, rate=rate),
+                partial(rate_of_run, rate=rate),
                 f'φ = {phi:g}°',
                 color=color,
                 linestyle=line,
@@ -241,7 +242,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
             run
             for name in standing.EXPERIMENTS
             for run in runs[name]
-            if standing.lift_of(run).support == 'left'
+            if lift_of(run).support == 'left'
         ),
         condition,
     )
@@ -249,7 +250,7 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         draw_over_inclination(
             robot,
             lifts[stage],
-            partial(standing.largest_rate, rate=rate),
+            partial(overshoot_of, rate=rate),
             control(stage),
             color=color,
             linestyle=line,

@@ -25,7 +25,6 @@ from khr_figures.records import (
     condition,
     control,
     draw_seeds,
-    fell,
     grouped,
     inclination_deg,
     record,
@@ -122,7 +121,7 @@ def _name_legs(axis: Axes, gait: GaitParameters) -> None:
 
 def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
     """Number the peaks of Gait-3, of the mean over the seeds that reached its end."""
-    whole = [gait_3(run, rate) for run in walks if not fell(run)]
+    whole = [gait_3(run, rate) for run in walks if not run.fell]
     if not whole:
         return
     time, mean = whole[0][0], np.mean([values for _, values in whole], axis=0)
@@ -209,7 +208,9 @@ def _per_inclination(walks: Mapping[Walk, Runs], rate: Rate) -> Figure:
     for axis, group in zip(axes, walks.values(), strict=True):
         _draw_gait_3(axis, group, rate)
     share_scale(
-        axis for axis, group in zip(axes, walks.values(), strict=True) if not all(map(fell, group))
+        axis
+        for axis, group in zip(axes, walks.values(), strict=True)
+        if not all(run.fell for run in group)
     )
     return figure
 
@@ -223,7 +224,7 @@ def _draw_gait_3(axis: Axes, group: Runs, rate: Rate) -> None:
             there,
             functools.partial(gait_3, rate=rate),
             'pitch rate',
-            lambda run: fell(run) and bool(run.row['fell_at_s'] < cycle_of(run)[1]),
+            lambda run: run.fell and bool(run.row['fell_at_s'] < cycle_of(run)[1]),
             color=BLUE,
         )
     else:

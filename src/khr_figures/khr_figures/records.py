@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, fields
+from operator import attrgetter
 from typing import Any
 
 import numpy as np
@@ -80,11 +81,6 @@ def control(of: Condition) -> str:
     return ', '.join(f'{name} = {gain:g}' for name, gain in gains.items() if gain) or 'no control'
 
 
-def fell(run: Run) -> bool:
-    """Return whether a run ended in a fall."""
-    return bool(run.row['verdict'] == 'fell')
-
-
 def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
     """Group runs by a key, in their order; runs without signals are left out."""
     return by((run for run in runs if run.series is not None), key)
@@ -98,7 +94,7 @@ def record(run: Run) -> Series:
     """
     if run.series is None:
         raise ValueError(f'{run.point}: no signals')
-    end = run.row['fell_at_s'] if fell(run) else np.inf
+    end = run.row['fell_at_s'] if run.fell else np.inf
     shown = run.series.time <= end + 1e-6
     return Series(**{each.name: getattr(run.series, each.name)[shown] for each in fields(Series)})
 
@@ -108,7 +104,7 @@ def draw_seeds(
     runs: Runs,
     signal: Callable[[Run], tuple[Array, Array]],
     label: str,
-    falls: Callable[[Run], bool] = fell,
+    falls: Callable[[Run], bool] = attrgetter('fell'),
     /,
     **look: Any,
 ) -> None:
@@ -153,7 +149,7 @@ def draw_over_inclination(
         (phi, found)
         for (phi, group), values in zip(groups, samples, strict=True)
         for run, found in zip(group, values, strict=True)
-        if fell(run)
+        if run.fell
     ]
     look = {**FALLEN, 'color': color}
     if fallen:

@@ -19,7 +19,7 @@ from khr_experiments.experiments import Runs
 from khr_experiments.published import walking
 from khr_figures.gaits import Walk, name_of, walks_of
 from khr_figures.plot_style import head, panels, share_scale
-from khr_figures.records import GYRO, LOOKS, Rate, control, draw_seeds, fell
+from khr_figures.records import GYRO, LOOKS, Rate, control, draw_seeds
 from khr_figures.spectrum_panels import (
     PITCH,
     SPREAD,
@@ -45,6 +45,7 @@ def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figur
         [lambda of: of == walking(), lambda of: bool(of.ankle_gain and not of.hip_gain)],
         _draw_amplitude,
         rate,
+        _marks(),
     )
 
 
@@ -57,6 +58,7 @@ def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
         [lambda of: bool(of.hip_gain)],
         _draw_amplitude,
         rate,
+        _marks(),
     )
 
 
@@ -79,10 +81,14 @@ def _per_inclination(
     columns: Sequence[Wanted],
     draw: Draw,
     rate: Rate,
+    marks: Sequence[Line2D] = (),
 ) -> Figure:
-    """Draw a panel per walk that a seed survived, a column per kind of control if several."""
+    """Draw a panel per walk that a seed survived, a column per kind of control if several.
+
+    Below them ``marks`` are explained.
+    """
     asked = {walk: group for walk, group in walks.items() if any(is_(walk[1]) for is_ in columns)}
-    stayed = {walk: group for walk, group in asked.items() if not all(map(fell, group))}
+    stayed = {walk: group for walk, group in asked.items() if not all(run.fell for run in group)}
     if not stayed:
         figure = _all_fallen(asked)
         head(figure, title, PITCH)
@@ -98,8 +104,8 @@ def _per_inclination(
     for axis, walk in zip(axes, filter(None, places), strict=True):
         draw(axis, walk, stayed[walk], rate)
     share_scale(axes)
-    if draw is _draw_amplitude:
-        _name_marks(figure)
+    if marks:
+        figure.legend(loc='outside lower center', ncols=3, handles=marks)
     head(figure, title, how, _fallen([walk for walk in asked if walk not in stayed]))
     return figure
 
@@ -146,21 +152,18 @@ def _all_fallen(walks: Mapping[Walk, Runs]) -> Figure:
     return figure
 
 
-def _name_marks(figure: Figure) -> None:
-    figure.legend(
-        loc='outside lower center',
-        ncols=3,
-        handles=[
-            Line2D([], [], color=ROBOT, marker='.', label='simulated robot'),
-            Line2D(
-                [],
-                [],
-                color=THESIS,
-                marker='v',
-                markerfacecolor='white',
-                linewidth=1.0,
-                label="thesis's peak, and how well it is known",
-            ),
-            Line2D([], [], color='0.85', linewidth=0.8, label=f'lines n/{GAIT_PERIOD:g} s'),
-        ],
-    )
+def _marks() -> list[Line2D]:
+    """Return a legend for the amplitudes of the robot and the peaks of the thesis."""
+    return [
+        Line2D([], [], color=ROBOT, marker='.', label='simulated robot'),
+        Line2D(
+            [],
+            [],
+            color=THESIS,
+            marker='v',
+            markerfacecolor='white',
+            linewidth=1.0,
+            label="thesis's peak, and how well it is known",
+        ),
+        Line2D([], [], color='0.85', linewidth=0.8, label=f'lines n/{GAIT_PERIOD:g} s'),
+    ]

@@ -18,7 +18,6 @@ from khr_figures.records import (
     condition,
     control,
     draw_seeds,
-    fell,
     grouped,
     inclination_deg,
 )
@@ -97,7 +96,7 @@ def compare(
         rate: whose spectrum it is.
     """
     looks = list(zip(groups.items(), LOOKS, strict=False))
-    if all(fell(run) for group in groups.values() for run in group):
+    if all(run.fell for group in groups.values() for run in group):
         for (of, group), (color, line) in looks:
             draw_seeds(axis, group, pitch, name(of), color=color, linestyle=line)
         axis.set_title(f'{axis.get_title(loc="left")}: all fall')

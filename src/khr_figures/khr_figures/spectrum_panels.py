@@ -16,7 +16,7 @@ from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LINE_HZ, WALKS
 from khr_figures.gaits import cycle_of, gait_3
 from khr_figures.plot_style import legend_above
-from khr_figures.records import GYRO, Rate, control, fell, record
+from khr_figures.records import GYRO, Rate, control, record
 
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
 MARK_HEIGHT = 0.96  # of a panel, where the thesis's peaks are marked
@@ -26,7 +26,7 @@ PITCH = "where all seeds fall, the torso's pitch up to there (x), a thin line pe
 
 def spectrum_of(run: Run, rate: Rate = GYRO) -> Spectrum | None:
     """Return the spectrum of a run's Gait-3 in deg/s, or None if it fell."""
-    if fell(run):
+    if run.fell:
         return None
     parameters: FftAnalyserParameters = run.scenario.table(FftAnalyserParameters)
     return spectrum(gait_3(run, rate)[1], parameters, cycle_of(run)[0])

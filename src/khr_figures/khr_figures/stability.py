@@ -16,9 +16,9 @@ from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
 from khr_experiments.best_gain import CRITERION, GAINS
-from khr_experiments.stability_map import Direction, StabilityMap, stability_map
 from khr_figures.errors import FigureError
 from khr_figures.plot_style import head, save, styled
+from khr_figures.stability_map import Direction, StabilityMap, stability_map
 from khr_sweeps.folder import read_results
 
 SIZE = (9.0, 7.0)  # inches

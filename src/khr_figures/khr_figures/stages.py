@@ -12,7 +12,7 @@ from khr_balance.stage import StageParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.experiments import Run, Runs
 from khr_figures.plot_style import legend_above, panels
-from khr_figures.records import LOOKS, draw_seeds, fell, grouped, record
+from khr_figures.records import LOOKS, draw_seeds, grouped, record
 
 
 def climb(runs: dict[str, Runs]) -> Figure:
@@ -58,7 +58,7 @@ def _draw_ground(axis: Axes, runs: Runs) -> None:
 
 
 def _where_it_fell(runs: Runs) -> str:
-    ends = [record(run).inclination[-1] for run in runs if fell(run)]
+    ends = [record(run).inclination[-1] for run in runs if run.fell]
     who = 'falls' if len(ends) == len(runs) else f'{len(ends)} of {len(runs)} fall'
     return f': {who} at {np.degrees(np.mean(ends)):.1f}°' if ends else ''
 

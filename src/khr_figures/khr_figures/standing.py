@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import matplotlib
 import numpy as np
@@ -18,22 +17,26 @@ from matplotlib.figure import Figure
 from khr_analysis.models.ankle_servo import controlled_lean
 from khr_analysis.models.pendulum import Pendulum, critical_inclination, static_force_difference
 from khr_analysis.models.thesis import FORCE_GAIN, INITIAL_LEAN
-from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.condition import Condition
 from khr_experiments.experiments import Run, Runs
 from khr_experiments.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_experiments.push_recovery import stance
+from khr_figures.lifts import (
+    SIDES,
+    LiftTimes,
+    held_difference,
+    held_forces,
+    lift_of,
+    support_forces,
+)
 from khr_figures.plot_style import head, legend_above, legend_below, panels, share_scale
 from khr_figures.records import (
     LOOKS,
-    TRUE,
-    Rate,
     condition,
     control,
     draw_over_inclination,
     draw_seeds,
-    fell,
     grouped,
     inclination_deg,
     record,
@@ -42,80 +45,11 @@ from khr_figures.records import (
 ROBOT = Pendulum()
 EXPERIMENTS = ('lift_inclination', 'lift_stages')
 SHOWN_DEG = 3.8  # the thesis's inclination of Figure 3.4
-SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
 STAGES = (STAGE_1, STAGE_2, STAGE_3)
 SPREAD = 'median of the seeds, band from smallest to largest; x: a seed fell'
 SLOPE = 'inclination φ (°)'
 BOTH = ', both feet'
 DIFFERENCE = 'Δ = F_T − F_H (N)'
-
-
-@dataclass(frozen=True)
-class LiftTimes:
-    """The support foot of a leg lift, and the times of its parts in s."""
-
-    support: str
-    start: float
-    lifted: float
-    up: float
-    lowered: float
-    down: float
-    end: float
-
-
-def lift_of(run: Run) -> LiftTimes:
-    """Return the times of a run's leg lift."""
-    gait = run.scenario.table(GaitParameters)
-    times = gait.start_delay + np.cumsum(
-        [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
-    )
-    return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
-
-
-def support_forces(run: Run) -> tuple[Array, Array, Array]:
-    """Return time from the start of the motion (s), toe and heel force of the support foot (N)."""
-    series, lift = record(run), lift_of(run)
-    toe, heel = SIDES[lift.support]
-    kept = series.time >= lift.start
-    return (
-        series.time[kept] - lift.start,
-        series.contact_force[kept, toe],
-        series.contact_force[kept, heel],
-    )
-
-
-def held_forces(run: Run) -> tuple[float, float]:
-    """Return the mean toe and heel force in the later half of the time on one leg, N.
-
-    NaN if the robot fell earlier.
-    """
-    lift = lift_of(run)
-    time, toe, heel = support_forces(run)
-    late = lift.up + lift.lowered - 2.0 * lift.start
-    settled = (time >= late / 2.0) & (time <= lift.lowered - lift.start)
-    if not time.size or time[-1] < lift.lowered - lift.start - 1e-6:
-        return math.nan, math.nan
-    return float(toe[settled].mean()), float(heel[settled].mean())
-
-
-def held_difference(run: Run) -> float:
-    """Return the mean Delta = F_T - F_H over the same time as :func:`held_forces`, N."""
-    toe, heel = held_forces(run)
-    return toe - heel
-
-
-def largest_rate(run: Run, rate: Rate = TRUE) -> float:
-    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if the robot fell."""
-    if fell(run):
-        return math.nan
-    series, lift = record(run), lift_of(run)
-    return float(np.abs(rate.values(series)[series.time >= lift.start]).max())
-
-
-def rate_of_run(run: Run, rate: Rate = TRUE) -> tuple[Array, Array]:
-    """Return time (s) and pitch rate (deg/s) of a run up to its fall."""
-    series = record(run)
-    return series.time, rate.values(series)
 
 
 def draw_own_difference(axis: Axes, run: Run) -> None:
@@ -167,7 +101,7 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
             draw_seeds(axis, lifts[phi], _force(part), name, color=color, linestyle=line)
             draw_seeds(
                 axis,
-                [run for run in lifts[phi] if not fell(run)],
+                [run for run in lifts[phi] if not run.fell],
                 _force_of_both(part),
                 f'{name}{BOTH}',
                 color=color,

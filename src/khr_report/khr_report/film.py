@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,8 +32,8 @@ class Filmed:
 
     def at(self, time: float) -> Frame:
         """Return the instant at a time, s; the last one from its end on."""
-        times = [frame.time for frame in self.kept]
-        return self.kept[min(int(np.searchsorted(times, time - 1e-9)), len(times) - 1)]
+        index = bisect_left(self.kept, time - 1e-9, key=lambda frame: frame.time)
+        return self.kept[min(index, len(self.kept) - 1)]
 
 
 def render_run(

@@ -28,7 +28,7 @@ HEIGHT = 720  # px, of a picture in which sizes below hold
 MARGIN, LARGE, SMALL, PANEL = 18, 30, 20, 112
 FULL_FORCE = 20.0  # N; the robot weighs 15
 FULL_RATE = 60.0  # deg/s
-SHOWN = 2.31  # s of the pitch rate, one gait cycle
+SHOWN = GaitParameters().cycle_period  # s of the pitch rate
 LEVEL = 0.3  # of the width, length of the level line
 FLAT = radians(0.05)  # an inclination that is not drawn
 

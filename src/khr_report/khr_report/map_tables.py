@@ -14,7 +14,7 @@ from khr_experiments.best_gain import (
     SoleEffect,
     SurvivalLimit,
 )
-from khr_experiments.stability_map import NAMES
+from khr_figures.stability_map import NAMES
 from khr_report.page.document import Block, Columns, Table, number, rate, table
 from khr_sweeps.statistics import wilson
 

@@ -20,7 +20,7 @@ from khr_experiments.best_gain import map_result
 from khr_experiments.consistency import Said, check, ragged, said_of_runs
 from khr_experiments.critical import limit_of_seed
 from khr_experiments.ensemble_file import read_ensemble, spread_of
-from khr_experiments.experiments import ROOT, Opened, Runs, shipped
+from khr_experiments.experiments import ROOT, Opened, Runs
 from khr_experiments.findings import (
     Findings,
     compare_friction,
@@ -42,6 +42,7 @@ from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction, distinct
 from khr_report.reproduction_page import write_index
 from khr_report.scoreboard_page import summary, write_scoreboard
+from khr_report.wanted import SCOREBOARD, Wanted, wanted
 from khr_sim import engines
 from khr_sweeps.progress import Bar
 from khr_sweeps.sweep import INTERRUPTED, check_workers, report_lost
@@ -49,9 +50,7 @@ from khr_sweeps.sweep import INTERRUPTED, check_workers, report_lost
 if TYPE_CHECKING:
     from distributed import Client
 
-SCOREBOARD = 'scoreboard'
 LINES = 'lines'  # the experiment on the origin of the spectral peaks
-MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
 SEEDS, TOLERANCE = 3, 0.2  # of the scoreboard; the tolerance is that of each bisection, in deg
 FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE = 1, 0.8, (0.0, 3.0, 6.0)
 LIMIT_RUNS = 5  # of a bisection, about
@@ -65,61 +64,6 @@ MEASURING = (
 LIBRARIES = ('scipy', 'matplotlib')
 
 Result = TypeVar('Result')
-
-
-@dataclass(frozen=True)
-class Wanted:
-    """The parts of a reproduction that were asked for.
-
-    Attributes:
-        figures: their numbers, in the order of the registry.
-        maps: names of experiments that are drawn as stability maps.
-        scoreboard: whether the scoreboard is measured.
-        fast: whether everything is computed in its quick and coarse form.
-        command: the command that asks for the same.
-        engine: physics engine.
-    """
-
-    figures: tuple[str, ...]
-    maps: tuple[str, ...]
-    scoreboard: bool
-    fast: bool
-    command: str
-    engine: str = engines.DEFAULT
-
-    @property
-    def experiments(self) -> tuple[str, ...]:
-        """Return the names of all experiments needed, each once."""
-        of_figures = (name for number in self.figures for name in FIGURES[number].experiments)
-        return tuple(dict.fromkeys((*of_figures, *self.maps)))
-
-
-def wanted(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> Wanted:
-    """Parse a list with commas of what to reproduce; None stands for everything.
-
-    Raises:
-        ReportError: if a name is not known.
-    """
-    maps = [name for name in shipped() if name.startswith(MAP)]
-    every = (*FIGURES, *maps, SCOREBOARD)
-    names = every if only is None else tuple(name.strip() for name in only.split(','))
-    for name in names:
-        if name not in every:
-            raise ReportError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
-    if engine not in engines.LIBRARIES:
-        accepted = ' | '.join(engines.LIBRARIES)
-        raise ReportError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
-    return Wanted(
-        tuple(number for number in FIGURES if number in names),
-        tuple(name for name in maps if name in names),
-        SCOREBOARD in names,
-        fast,
-        'khr reproduce'
-        + (f' --only {only}' if only else '')
-        + ' --fast' * fast
-        + (f' --engine {engine}' if engine != engines.DEFAULT else ''),
-        engine,
-    )
 
 
 def reproduce(

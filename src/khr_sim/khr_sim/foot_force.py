@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from itertools import chain
 from math import isfinite
 
-from khr_common import parameter
+from khr_common import parameter, sample_period
 from khr_common.low_pass import LowPass
 from khr_common.seeding import generator
 from khr_sim.errors import SimError
@@ -47,14 +47,7 @@ class FootForceParameters:
         0.5, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0
     )
     seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
-    control_period: float = parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=0.1,
-        read_only=True,
-    )
+    control_period: float = sample_period()
 
 
 class FootForce:

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import isfinite, radians, tau
 
-from khr_common import parameter
+from khr_common import parameter, sample_period
 from khr_common.low_pass import LowPass
 from khr_common.seeding import generator
 from khr_sim.errors import SimError
@@ -70,14 +70,7 @@ class GyroParameters:
         'at the nominal sensitivity.',
     )
     seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
-    control_period: float = parameter(
-        0.015,
-        'Period of the samples, that of the simulator.',
-        unit='s',
-        minimum=0.001,
-        maximum=0.1,
-        read_only=True,
-    )
+    control_period: float = sample_period()
 
 
 class Gyro:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import OBSERVED, Instant, MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import quantities
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_bringup.bags import Messages, changes, read_what_is_left
@@ -23,10 +23,7 @@ from khr_common.interfaces import (
     ROBOT_DESCRIPTION,
     SCENARIO,
     STAGE,
-    TRUE_FORCES,
     TRUE_POSE,
-    TRUE_RATE,
-    TRUE_SOLES,
     Topic,
 )
 from khr_sim.robot import Robot
@@ -39,8 +36,7 @@ from khr_view.traces import SPAN, TOPICS, Chart
 
 Array = NDArray[np.float64]
 
-JUDGED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
-PERIODIC = tuple(dict.fromkeys((*NEEDED, *TOPICS, *JUDGED, STAGE)))
+PERIODIC = tuple(dict.fromkeys((*NEEDED, *TOPICS, *OBSERVED, STAGE)))
 
 
 @dataclass(frozen=True)
@@ -127,20 +123,16 @@ class RecordedRun:
 
     def columns(self, chart: Chart, time: float) -> tuple[Array, ...]:
         """Return what :meth:`khr_view.traces.Traces.columns` would have at a time, s."""
-        first = self._tracks.get(chart.lines[0].terms[0][0])
+        first = self._tracks.get(chart.clock)
         stamps = first.stamps if first else self.stamps
         start, stop = np.searchsorted(stamps, [round((time - SPAN) * 1e9), round(time * 1e9) + 1])
-        times = stamps[start:stop] / 1e9
-        columns = [times]
-        for line in chart.lines:
-            total = np.zeros(len(times))
-            for topic, index, weight in line.terms:
-                track = self._tracks.get(topic)
-                if track is not None:
-                    values = np.interp(times, track.stamps / 1e9, track.numbers[:, index])
-                    total = total + weight * values
-            columns.append(total)
-        return tuple(columns)
+        return chart.columns(stamps[start:stop] / 1e9, self._values)
+
+    def _values(self, topic: Topic, index: int) -> tuple[Array, Array]:
+        track = self._tracks.get(topic)
+        if track is None:
+            return np.zeros(0), np.zeros(0)
+        return track.stamps / 1e9, track.numbers[:, index]
 
     def spectrum(self, time: float) -> SpectrumLines | None:
         """Return the spectrum of the window that ends at a time, s; None before it is full."""
@@ -171,10 +163,10 @@ class RecordedRun:
     def _judge(self, parameters: MonitorParameters) -> list[Outcome]:
         monitor, outcomes = OutcomeMonitor(parameters), []
         tracks: Mapping[Topic, Track] = self._tracks
-        if any(topic not in tracks for topic in JUDGED):
+        if any(topic not in tracks for topic in OBSERVED):
             return []
         for stamp_ns in self.stamps.tolist():
-            signals = {topic: tracks[topic].at(stamp_ns) for topic in JUDGED}
+            signals = {topic: tracks[topic].at(stamp_ns) for topic in OBSERVED}
             try:
                 outcomes.append(monitor.update(Instant.of(stamp_ns, signals)))
             except KhrError:  # a damaged instant

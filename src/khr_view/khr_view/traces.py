@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import degrees
 from typing import Protocol
@@ -11,12 +11,13 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_balance.gait_parameters import GaitParameters
 from khr_common.block import Numbers
 from khr_common.interfaces import ANKLE_CORRECTION, FOOT_FORCES, GYRO, HIP_CORRECTION, Topic
 
 Array = NDArray[np.float64]
 
-SPAN = 3 * 2.31  # s: three gait cycles
+SPAN = 3.0 * GaitParameters().cycle_period  # s
 SHORTEST_PERIOD = 0.010  # s between samples
 # Okabe and Ito's colours, told apart by colour-blind readers; those of feet share one per end.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
@@ -52,6 +53,34 @@ class Chart:
     def topics(self) -> set[Topic]:
         """Return the topics that its lines are made of."""
         return {topic for line in self.lines for topic, _, _ in line.terms}
+
+    @property
+    def clock(self) -> Topic:
+        """Return the topic at whose times the chart is drawn: the first of the first line."""
+        return self.lines[0].terms[0][0]
+
+    def columns(
+        self, times: Array, samples: Callable[[Topic, int], tuple[Array, Array]]
+    ) -> tuple[Array, ...]:
+        """Return the times, and for each line its values at these times.
+
+        A picture is no measurement: what a topic lacks at one of them is read between its
+        neighbours.
+
+        Args:
+            times: s.
+            samples: returns the times of a topic, s, and one of its numbers at these; empty if
+                nothing has come.
+        """
+        columns = [times]
+        for line in self.lines:
+            total = np.zeros(len(times))
+            for topic, index, weight in line.terms:
+                own, values = samples(topic, index)
+                if len(own):
+                    total = total + weight * np.interp(times, own, values)
+            columns.append(total)
+        return tuple(columns)
 
 
 L_TOE, L_HEEL, R_TOE, R_HEEL = FOOT_FORCES
@@ -124,23 +153,12 @@ class Traces:
             samples.clear()
 
     def columns(self, chart: Chart) -> tuple[Array, ...]:
-        """Return times in s, and for each line of a chart its values at these times.
+        """Return times in s, and for each line of a chart its values at these times."""
+        return chart.columns(self._times(chart.clock), self._values)
 
-        The times are those of the first line's first topic. A picture is no measurement: what
-        another topic lacks at one of them is read between its neighbours.
-        """
-        first = chart.lines[0].terms[0][0]
-        times = self._times(first)
-        columns = [times]
-        for line in chart.lines:
-            total = np.zeros(len(times))
-            for topic, index, weight in line.terms:
-                own = self._times(topic)
-                if len(own):
-                    values = [numbers[index] for _, numbers in self._samples[topic]]
-                    total = total + weight * np.interp(times, own, values)
-            columns.append(total)
-        return tuple(columns)
+    def _values(self, topic: Topic, index: int) -> tuple[Array, Array]:
+        values = [numbers[index] for _, numbers in self._samples[topic]]
+        return self._times(topic), np.array(values, dtype=np.float64)
 
     def _times(self, topic: Topic) -> Array:
         return np.array([stamp for stamp, _ in self._samples[topic]], dtype=np.float64) / 1e9

@@ -11,11 +11,11 @@ from khr_analysis.models.pendulum import Pendulum
 from khr_experiments.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_experiments.push_recovery import PushCondition, stance
 from khr_figures.gaits import peaks_of_swings
+from khr_figures.lifts import overshoot_of
 from khr_figures.plot_style import styled
 from khr_figures.points import write_points
 from khr_figures.records import RATES
 from khr_figures.registry import FIGURES
-from khr_figures.standing import largest_rate
 from tests.fakes.invented_runs import FELL_AT, RATE, READ, TONE, WEIGHT, difference, runs_for
 from tests.support.figures import check_whole
 
@@ -155,7 +155,7 @@ def test_a_lift_that_falls_has_no_largest_rate_whenever_it_falls(part):
     (run, *_) = runs_for('3.13', NOBODY)['lift_stages']
     late = part * run.series.time[-1]
     fallen = dataclasses.replace(run, row={'verdict': 'fell', 'fell_at_s': late})
-    assert math.isnan(largest_rate(fallen)) and not math.isnan(largest_rate(run))
+    assert math.isnan(overshoot_of(fallen)) and not math.isnan(overshoot_of(run))
 
 
 def test_gait_3_is_one_cycle_of_the_pitch_rate(table):

@@ -7,25 +7,16 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 
-from khr_analysis.outcome import Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import OBSERVED, Instant, MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import quantities
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
-from khr_common.interfaces import (
-    OUTCOME,
-    PEAKS,
-    TRUE_FORCES,
-    TRUE_POSE,
-    TRUE_RATE,
-    TRUE_SOLES,
-    Topic,
-)
+from khr_common.interfaces import OUTCOME, PEAKS, TRUE_RATE, Topic
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import status
 from khr_common.run_identity import KEY
 from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 
-INPUTS = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)
 REPORT_PERIOD = 0.5  # s of wall time
 LEVELS: dict[str, bytes] = {'fell': DiagnosticStatus.ERROR, 'slipped': DiagnosticStatus.WARN}
 
@@ -40,10 +31,10 @@ class MonitorNode(Listener):
         super().__init__(spec)
         self._monitor = OutcomeMonitor(self.parameters)
         self._judge = StampJudge(self._restart)
-        self._inputs = ExactTimeSynchronizer(INPUTS)
+        self._inputs = ExactTimeSynchronizer(OBSERVED)
         self._outcome_out = self.publisher(OUTCOME)
         self._restart()
-        for topic in INPUTS:
+        for topic in OBSERVED:
             self.subscribe_numbers(topic, self._on_numbers)
         self.subscribe(PEAKS, self._on_peaks)
         self.create_timer(

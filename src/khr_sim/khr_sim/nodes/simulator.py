@@ -4,17 +4,14 @@ from __future__ import annotations
 
 import time
 from functools import partial
-from math import isfinite
-from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
-from rclpy.timer import Timer
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
-from khr_common import KhrError, ParameterError, cdr
+from khr_common import KhrError, ParameterError
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
     JOINT_REFERENCE,
@@ -24,32 +21,23 @@ from khr_common.interfaces import (
     PUSHED,
     READY,
     STATE,
-    WORLD,
     correction,
 )
-from khr_common.nodes.messages import restamp, status, to_nanoseconds
+from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import Barrier, Receipts
+from khr_sim.nodes.inputs import Answer, read_answer, read_push
+from khr_sim.nodes.metronome import Metronome
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
-from khr_sim.punctuality import Latency, Pace, Punctuality
-from khr_sim.push import Push
+from khr_sim.punctuality import Latency, Punctuality
 from khr_sim.run_parameters import GAIT, RunParameters
 
 ASK_AGAIN = 0.1  # s of wall time without an answer
 LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
 SILENCE = 4.0  # s of wall time without a report of those that have not received the end
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
-TICKS = 4  # looks per control period whether its time has come, if there is a pace
-
-
-class Answer(NamedTuple):
-    """What a node asks of the joints, rad, for the instant of its stamp."""
-
-    stamp_ns: int
-    name: list[str]
-    position: tuple[float, ...]
 
 
 class SimulatorNode(KhrNode):
@@ -74,7 +62,7 @@ class SimulatorNode(KhrNode):
         self._sources = [name for name in self.parameters.answers if name]
         for source in self._sources:
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
-            self.subscribe_bytes(topic, _read_answer, partial(self._on_answer, source))
+            self.subscribe_bytes(topic, read_answer, partial(self._on_answer, source))
         self.subscribe(READY, self._on_ready)
         self._pushes_out = self.publisher(PUSHED)
         self.subscribe(PUSH, self._on_push)
@@ -82,10 +70,10 @@ class SimulatorNode(KhrNode):
         self.create_service(SetBool, '~/pause', self._on_pause)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(ASK_AGAIN, self._on_watch, clock=self._steady)
-        self._metronome: Timer | None = None
-        self._tick = 0.0
+        on_tick = self._pump if self._lockstep else self._on_tick
+        self._metronome = Metronome(self, self._steady, on_tick)
         self._restart()
-        self._set_metronome()
+        self._metronome.configure(self.parameters)
 
     @property
     def _lockstep(self) -> bool:
@@ -94,27 +82,13 @@ class SimulatorNode(KhrNode):
     def configure(self, parameters: RunParameters) -> None:
         """Pass changed parameters to the physics; they act from the next control period."""
         self.plant.configure(parameters)
-        self._set_metronome()
+        self._metronome.configure(parameters)
 
     def check_next(self, parameters: RunParameters) -> None:
         """Refuse what is settled when the node starts."""
         for name in ('answers', 'listeners', 'sync'):
             if getattr(parameters, name) != getattr(self.parameters, name):
                 raise ParameterError(f'{name}: cannot change while the graph runs')
-
-    def _set_metronome(self) -> None:
-        """Tick by the wall clock: each period in realtime mode, more often to keep a pace."""
-        p = self.parameters
-        factor = TICKS * p.pace if self._lockstep else p.realtime_factor
-        tick = p.control_period / factor if factor else 0.0
-        if tick == self._tick:
-            return
-        if self._metronome is not None:
-            self.destroy_timer(self._metronome)
-        self._tick, self._metronome = tick, None
-        if tick:
-            on_tick = self._pump if self._lockstep else self._on_tick
-            self._metronome = self.create_timer(tick, on_tick, clock=self._steady)
 
     def finish(self) -> None:
         """Publish how far the run got."""
@@ -140,7 +114,7 @@ class SimulatorNode(KhrNode):
             self.plant.close()
             self.plant = Plant(self.parameters)
             self._period_ns = round(self.parameters.control_period * 1e9)
-            self._set_metronome()
+            self._metronome.configure(self.parameters)
         self._barrier: Barrier[Answer] = Barrier(self._sources)
         self._barrier.open(0)
         self.now_ns = 0
@@ -148,7 +122,7 @@ class SimulatorNode(KhrNode):
         self._started = False
         self._progress = self._attention = self._born = self._reported = time.monotonic()
         self._punctuality = Punctuality()
-        self._pace = Pace()
+        self._metronome.restart()
         self._enter('waiting')
         self._output.describe()
         if GAIT not in self._sources:
@@ -171,14 +145,12 @@ class SimulatorNode(KhrNode):
         if self.state == 'waiting' and not self._waiting_for():
             self._enter('running')
         while (
-            self.state == 'running' and self._lockstep and not self._missing() and self._in_time()
+            self.state == 'running'
+            and self._lockstep
+            and not self._missing()
+            and self._metronome.begins()
         ):
             self._advance(self._barrier.at(self._due))
-
-    def _in_time(self) -> bool:
-        """Return whether the pace, if there is one, lets the coming period begin."""
-        p = self.parameters
-        return not p.pace or self._pace.begins(time.monotonic(), p.control_period / p.pace)
 
     @property
     def _due(self) -> int:
@@ -239,25 +211,13 @@ class SimulatorNode(KhrNode):
             self._pump()
 
     def _on_push(self, message: WrenchStamped) -> None:
-        p, force = self.parameters, message.wrench.force
-        frame = message.header.frame_id or WORLD
-        start = max(to_nanoseconds(message.header.stamp), self.now_ns) / 1e9
-        x, y, z = p.push_point
         try:
-            push = Push(
-                start=start,
-                duration=p.push_duration,
-                frame=frame,
-                link=p.push_link if frame == WORLD else frame,
-                force=(force.x, force.y, force.z),
-                point=(x, y, z),
-            )
-            p.check_push(push)
+            push = read_push(message, self.parameters, self.now_ns)
             self.plant.world.push(push)
         except KhrError as error:
             raise MalformedError(str(error)) from error
-        message.header.frame_id = frame
-        restamp(message.header.stamp, round(start * 1e9))
+        message.header.frame_id = push.frame
+        restamp(message.header.stamp, round(push.start * 1e9))
         self._pushes_out.publish(message)  # who asks once may be unknown to a recorder
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
@@ -378,10 +338,3 @@ class SimulatorNode(KhrNode):
                 **self._latency.figures(),
             },
         )
-
-
-def _read_answer(data: bytes) -> Answer:
-    names, positions = cdr.joint_positions(data)
-    if len(names) != len(positions) or not isfinite(sum(positions)):
-        raise MalformedError('not one finite position per joint')
-    return Answer(cdr.clock(data), names, positions)

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from khr_experiments.errors import ExperimentError
-from khr_experiments.stability_map import stability_map
 from khr_figures.errors import FigureError
 from khr_figures.stability import draw_map, figure
+from khr_figures.stability_map import stability_map
 from khr_sweeps.errors import SweepError
 from khr_sweeps.folder import Folder, read_results
 from khr_sweeps.statistics import crossing, wilson
