@@ -13,7 +13,17 @@ import psutil
 import pytest
 import yaml
 
-from tests.support.runs import Bag, children, finish, interrupt, khr, stamp_ns, wait_until_running
+from tests.support.runs import (
+    Bag,
+    call,
+    children,
+    finish,
+    interrupt,
+    joined,
+    khr,
+    stamp_ns,
+    wait_until_running,
+)
 
 pytestmark = pytest.mark.slow
 LONG = 600  # s of simulated time: longer than any test waits
@@ -48,6 +58,7 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     assert changed.code == 0, changed.err
     value, _, meaning = changed.out.partition('  # ')
     assert value == 'ankle_controller.gain: 12.0 -> 18.0' and meaning.startswith('Gain K')
+    pause(run.folder)  # what follows changes nothing
     refused = khr('set', 'ankle_controller', 'gain', '99.0', '--domain', run.domain)
     assert refused.code == 2
     assert '99.0' in refused.err and '60.0' in refused.err
@@ -72,6 +83,14 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     ]
     assert [each.value.double_value for _, each in events] == [18.0]
     assert ratio_changes_once(bag, 12.0, 18.0)
+
+
+def pause(folder):
+    """Halt a run, so that commands find the machine idle and the bag short."""
+    from std_srvs.srv import SetBool
+
+    with joined(folder) as node:
+        call(node, SetBool, 'simulator/pause', SetBool.Request(data=True))
 
 
 def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(run):
