@@ -1,7 +1,7 @@
 """The campaign of faults: ``make chaos``. Seeded; what is done is not repeated.
 
-python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...] [--journal FILE]
-[--out FILE]
+python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...] [--also VERSION ...]
+[--journal FILE] [--out FILE]
 """
 
 from __future__ import annotations
@@ -10,6 +10,7 @@ import argparse
 import json
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -58,26 +59,32 @@ def main() -> int:
     )
     parser.add_argument('--journal', type=Path, default=Path('runs/chaos.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
+    parser.add_argument(
+        '--also', nargs='+', default=[], help='code versions whose results count as well'
+    )
     given = parser.parse_args()
+    versions = {code_version(), *given.also}
     found = cases(given.seed, given.kills, given.soak)
     wanted = [case for case in found if case.kind.startswith(given.only)]
     names = {case.name for case in wanted}
 
     def write() -> list[Result]:
-        results = [each for each in _done(given.journal) if each.name in names]
+        results = [each for each in _done(given.journal, versions) if each.name in names]
         write_text(given.out, page(results, given.seed))
         return results
 
     for loops in given.busy:
         with _busy(loops):
-            for _ in _campaign(wanted, given.journal, loaded=loops >= LOADED):
+            for _ in _campaign(wanted, given.journal, versions, loaded=loops >= LOADED):
                 write()
     return int(any(result.faults for result in write()))
 
 
-def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> Iterator[Result]:
+def _campaign(
+    wanted: Sequence[Case], journal: Path, versions: set[str], loaded: bool
+) -> Iterator[Result]:
     """Try the cases that a journal does not hold yet, on a loaded machine or a quiet one."""
-    done = {each.name for each in _done(journal) if each.loaded == loaded}
+    done = {each.name for each in _done(journal, versions) if each.loaded == loaded}
     journal.parent.mkdir(parents=True, exist_ok=True)
     for number, case in enumerate(wanted, 1):
         if case.name in done:
@@ -104,12 +111,12 @@ def _busy(loops: int) -> Iterator[None]:
             each.wait()
 
 
-def _done(journal: Path) -> list[Result]:
-    """Return what a journal holds of this version of the code."""
+def _done(journal: Path, versions: set[str]) -> list[Result]:
+    """Return what a journal holds of these versions of the code."""
     if not journal.is_file():
         return []
     records = [json.loads(line) for line in journal.read_text(encoding='utf-8').splitlines()]
-    return [Result(**each) for each in records if each['version'] == code_version()]
+    return [Result(**each) for each in records if each['version'] in versions]
 
 
 def page(results: Sequence[Result], seed: int) -> str:
@@ -127,13 +134,21 @@ def page(results: Sequence[Result], seed: int) -> str:
             rows.append((kind, *cells))
     lines = [
         TITLE,
-        f'Seed {seed}, code version {code_version()}. A machine is loaded if other processes '
+        f'Seed {seed}, {_versions(results)}. A machine is loaded if other processes '
         f'used {LOADED:g} core or more of it just before; {_others(results)}.',
         table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
         *(['The network was not tried: ' + NO_OTHER_MACHINE] if NO_OTHER_MACHINE else []),
         *(['\n'.join(short)] if short else []),
     ]
     return '\n\n'.join(lines) + '\n'
+
+
+def _versions(results: Sequence[Result]) -> str:
+    """Return of which versions of the code the results are."""
+    counts = Counter(each.version for each in results)
+    if len(counts) == 1:
+        return f'code version {next(iter(counts))}'
+    return 'code versions ' + ', '.join(f'{name} ({n} cases)' for name, n in counts.items())
 
 
 def _others(results: Sequence[Result]) -> str:

@@ -48,11 +48,12 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
 def test_the_page_counts_by_kind_and_load():
     text = page(
         [
-            Result('a', 'full disk', ['lost'], 0.1, ''),
-            Result('b', 'full disk', [], 0.9, ''),
-            Result('a', 'full disk', [], 2.0, ''),
+            Result('a', 'full disk', ['lost'], 0.1, 'old'),
+            Result('b', 'full disk', [], 0.9, 'old'),
+            Result('a', 'full disk', [], 2.0, 'new'),
         ],
         0,
     )
     assert '| full disk | 2 | 1 | 1 | 0 |' in text and '- a: lost' in text
+    assert 'code versions old (2 cases), new (1 cases)' in text
     assert 'quiet: 0.1 to 0.9, median 0.9; loaded: 2.0 to 2.0' in text
