@@ -203,7 +203,10 @@ def _separates(peak: TracedPeak, reference: Walks, other: Walks) -> bool:
 
 
 def _stays(peak: TracedPeak, reference: Walks, other: Walks) -> Literal['n', 'Hz', '']:
-    """Say what of a peak stays with another cycle; nothing if both seem to, or neither."""
+    """Return what a peak keeps when the cycle changes, its number n or its frequency.
+
+    Nothing if it seems to keep both, or neither.
+    """
     reach = MOVED * peak.spacing
     least = LEFT * peak.in_walks(reference).mean()
 

@@ -72,7 +72,7 @@ class Samples:
 
 
 def bag_of(path: Path) -> Path:
-    """Return the bag of a run's folder, the newest after a reset; a bag is its own."""
+    """Return the bag in a run's folder, the newest after a reset; or the bag that is given."""
     bags = [each for each in path.glob('bag*') if re.fullmatch(r'bag(_\d+)?', each.name)]
     return max(bags, key=lambda each: int(each.name[4:] or 1), default=path)
 
@@ -190,7 +190,7 @@ def _sample(read: Callable[[bytes], Floats], data: bytes) -> tuple[int, Floats]:
 
 
 def mend(content: bytes) -> bytes:
-    """Return a whole MCAP file of what stands before the damage of one.
+    """Return a whole MCAP file made of what stands before the damage in another.
 
     A recorder that is killed leaves a file without an end, and its last chunk may be cut: chunks
     without compression are opened, so that only the record at the cut is lost.

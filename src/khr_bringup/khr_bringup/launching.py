@@ -1,4 +1,4 @@
-"""What the arguments of the launch file ask for, without any of launch itself."""
+"""What the arguments of the launch file ask for; nothing here imports ``launch``."""
 
 from __future__ import annotations
 

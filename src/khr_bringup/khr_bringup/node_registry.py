@@ -101,7 +101,7 @@ def _load(entry: EntryPoint) -> NodeSpec:
 
 
 def _foreign_last(entry: EntryPoint) -> tuple[bool, str, str]:
-    """Order entry points so that a foreign package is blamed for what it has in common."""
+    """Order entry points so that, of two that clash, the foreign one is refused."""
     return _package(entry) not in OWN, entry.name, entry.value
 
 

@@ -129,7 +129,7 @@ def parameter(
 
 
 def sample_period(maximum: float = 0.1) -> Any:
-    """Declare the field of a node whose samples are the simulator's; s."""
+    """Declare the period of a node that works on the simulator's samples, s."""
     return parameter(
         0.015,
         'Period of the samples, that of the simulator.',

@@ -111,17 +111,17 @@ class Limit:
 
     @property
     def slipped(self) -> float:
-        """Return the share of seeds that slipped on the steepest ground survived."""
+        """Return the share of seeds that slipped on the steepest ground on which they stayed up."""
         return _share(one.outcome.verdict == 'slipped' for one in self.highest)
 
     @property
     def vibrated(self) -> float:
-        """Return the share of seeds that vibrated on the steepest ground survived."""
+        """Return the share of seeds that vibrated on that ground."""
         return _share(one.outcome.vibration > VIBRATES for one in self.highest)
 
     @property
     def vibration(self) -> float:
-        """Return the mean vibration above 4 Hz on the steepest ground survived, rad/s."""
+        """Return the mean vibration above 4 Hz on that ground, rad/s."""
         return float(np.mean([one.outcome.vibration for one in self.highest] or [np.nan]))
 
 

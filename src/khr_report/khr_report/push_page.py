@@ -11,7 +11,6 @@ import io
 from collections.abc import Iterable, Sequence
 from dataclasses import fields
 from pathlib import Path
-from tempfile import TemporaryFile
 
 from khr_common.files import write_text
 from khr_common.markdown import put_between, rewrite_document
@@ -30,7 +29,6 @@ from khr_experiments.push_limits import (
 )
 from khr_experiments.push_model import legs
 from khr_experiments.push_recovery import START, TOLERANCE, WATCH, stance
-from khr_report.errors import ReportError
 from khr_report.page.document import Columns, Table, markdown, table
 from khr_sim.parameters import SimulatorParameters
 
@@ -149,22 +147,6 @@ def rewrite(text: str) -> str:
         KhrError: if a marker is missing.
     """
     return put_between(text, BEGIN, END, document_part())
-
-
-def make_folder(out: Path) -> None:
-    """Make a folder, and check before minutes of measuring that it can be written.
-
-    Raises:
-        ReportError: if it cannot be made or written.
-    """
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-        with TemporaryFile(dir=out):
-            pass
-    except OSError as failure:
-        raise ReportError(
-            f'--out: {str(out)!r} {failure.strerror}; accepted: a folder that can be written'
-        ) from failure
 
 
 def write(rows: Sequence[PushRow], out: Path) -> list[Path]:

@@ -35,8 +35,8 @@ from khr_experiments.scoreboard import compare, submit_all
 from khr_experiments.scoreboard_rows import Scoreboard
 from khr_experiments.scoreboard_runs import Bench
 from khr_figures.registry import FIGURES, draw, drawing_of, numbers_of
-from khr_report.errors import ReportError
 from khr_report.findings_page import findings_markdown
+from khr_report.folders import make_folder
 from khr_report.page.text import count, duration
 from khr_report.pictures import Pictures, reason, runs_by_name
 from khr_report.reproduction import FigureResult, Reproduction, distinct
@@ -94,7 +94,7 @@ def reproduce(
     check_workers(workers)
     began = time.monotonic()
     asked = wanted(only, fast, engine)
-    _make(out / 'figures')
+    make_folder(out / 'figures')
     try:
         with experiments.opened(experiments.sweeps_of(asked.experiments, fast, engine)) as sweeps:
             computed = _compute(asked, sweeps, out / 'figures', workers or os.cpu_count() or 1)
@@ -294,12 +294,3 @@ def _versions() -> dict[str, str]:
         **library_versions(),
         **{name: version_of(name) for name in LIBRARIES},
     }
-
-
-def _make(folder: Path) -> None:
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ReportError(
-            f'--out: {str(folder)!r}: {error.strerror}; accepted: a folder that can be written'
-        ) from error

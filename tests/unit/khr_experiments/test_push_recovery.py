@@ -15,6 +15,7 @@ from khr_experiments.push_model import legs
 from khr_experiments.push_recovery import GYROS, START, PushCondition, bracket, push_robot, stance
 from khr_report import push_page
 from khr_report.errors import ReportError
+from khr_report.folders import make_folder
 from khr_report.page.document import markdown
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
@@ -155,7 +156,7 @@ def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
     table = markdown([push_page.largest_pushes(rows)]).splitlines()
     assert len(table) == 2 + 3 * 7
     assert len({line.count('|') for line in table}) == 1
-    push_page.make_folder(tmp_path / 'new')
+    make_folder(tmp_path / 'new')
     path = push_page.write(rows, tmp_path / 'new')[0]
     with path.open(encoding='utf-8') as file:
         read = list(csv.DictReader(file))
@@ -163,7 +164,7 @@ def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
         field.name for field in fields(push_limits.PushRow)
     }
     with pytest.raises(ReportError, match=r'^--out: .*accepted: '):
-        push_page.make_folder(path)
+        make_folder(path)
 
 
 @pytest.mark.parametrize(

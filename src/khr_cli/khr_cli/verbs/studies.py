@@ -41,10 +41,11 @@ def push(
     """Find the largest push the standing robot survives, beside the model's."""
     from khr_experiments import push_limits
     from khr_report import push_page
+    from khr_report.folders import make_folder
     from khr_report.page.document import markdown
 
     if out:
-        push_page.make_folder(out)
+        make_folder(out)
     rows = push_limits.measure_all(
         push_limits.conditions(
             push_limits.numbers('--ka', ka),

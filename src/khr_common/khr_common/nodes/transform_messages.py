@@ -52,7 +52,7 @@ _Support._fields_ = [
 
 
 class _Callbacks(Structure):
-    """A message_type_support_callbacks_t; its functions are called for other than bytes alone."""
+    """A message_type_support_callbacks_t; who sends and receives bytes alone calls none of it."""
 
     _fields_ = (('namespace', c_char_p), ('name', c_char_p), ('functions', c_void_p * 5))
 
@@ -163,7 +163,7 @@ def _stand_in() -> type[Any]:
 
 
 def _callbacks(element: _Support) -> _Callbacks:
-    """Return what serializes a message, for which bytes alone are never asked."""
+    """Return what serializes a message; it is never called, as the message goes as bytes."""
     within = cast(element.handle(byref(element), _FAST), POINTER(_Support)).contents
     found = _Callbacks.from_buffer_copy(cast(within.data, POINTER(_Callbacks)).contents)
     found.namespace, found.name = f'{PACKAGE}::msg'.encode(), NAME.encode()
