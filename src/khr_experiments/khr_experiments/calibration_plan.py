@@ -68,7 +68,7 @@ class FreeConstant:
         return (value - low) / (high - low)
 
     def away(self, value: float) -> bool:
-        """Say whether a value is away from what is published or derived."""
+        """Return whether a value is away from what is published or derived."""
         return self.value is not None and not self.value[0] <= value <= self.value[1]
 
     @property

@@ -38,7 +38,7 @@ class Knob:
 
     @property
     def is_gain(self) -> bool:
-        """Say whether 0 switches a controller off."""
+        """Return whether 0 switches a controller off."""
         return self.key == 'gain'
 
     def at(self, share: float) -> float:
