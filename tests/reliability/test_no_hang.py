@@ -18,6 +18,7 @@ STAND = ('run', 'stand_0deg', '--duration', '600')
         ('--processes', 'simulator', 'simulator has not reported'),
         ('--one-process', 'graph', 'graph has not reported'),
         ('--processes', 'recorder', 'recorder'),
+        ('--processes', 'transforms', 'transforms has been stopped by a signal for 15 s'),
         ('--processes', 'gyro', 'no answer from ankle_controller, hip_controller'),
     ],
 )

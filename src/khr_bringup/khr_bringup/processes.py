@@ -15,7 +15,8 @@ from khr_common.lifeline import PARENT
 
 FIRST = ('simulator',)  # it ends the run, and waits until that is received
 LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
-GRACE = 10.0  # s of wall time before a process that does not stop is killed
+GRACE = 20.0  # s of wall time before a process that does not stop is killed; ten end at a time
+FROZEN = 15.0  # s of wall time after which a process that a signal has stopped ends the run
 WELL = (0, -signal.SIGINT)  # the second while it was starting, before it could close anything
 POLL = 0.02  # s of wall time between looks at a process that is to end
 CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
@@ -42,6 +43,7 @@ class Processes:
         self._locks = (lock,) if lock >= 0 else ()
         self._children: dict[str, subprocess.Popen[bytes]] = {}
         self._beside: set[str] = set()
+        self._moved: dict[str, float] = {}  # when each was last seen not to be frozen
         log.mkdir(parents=True, exist_ok=True)
 
     def start(self, name: str, nodes: Sequence[str], parameters: Path) -> None:
@@ -89,11 +91,19 @@ class Processes:
             )
 
     def ended(self) -> str | None:
-        """Describe a process that has ended, if one has, of those that the run needs."""
+        """Describe a process that has ended or is frozen, of those that the run needs."""
+        now = time.monotonic()
         for name, child in self._children.items():
+            if name in self._beside:
+                continue
             code = child.poll()
-            if code is not None and name not in self._beside:
+            if code is not None:
                 return self._obituary(name, code)
+            since = self._moved.setdefault(name, now)
+            if not _frozen(child.pid):
+                self._moved[name] = now
+            elif now - since > FROZEN:
+                return f'{name} has been stopped by a signal for {FROZEN:g} s'
         return None
 
     def left(self) -> list[str]:

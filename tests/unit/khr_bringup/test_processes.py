@@ -9,7 +9,9 @@ import textwrap
 import psutil
 import pytest
 
+from khr_bringup import processes
 from khr_bringup.processes import Processes
+from tests.support.runs import wait_for
 
 PARENT = """
     import sys
@@ -55,6 +57,24 @@ def test_who_is_killed_while_stopping_is_named(tmp_path):
     wait_for_line(tmp_path)
     os.kill(children._children['recorder'].pid, signal.SIGKILL)
     assert children.stop() == 'recorder was killed by SIGKILL: ready'
+
+
+def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, 'FROZEN', 0.3)
+    children = started(tmp_path, 'tests.fakes.waiting', '0')
+    wait_for_line(tmp_path)
+    child = psutil.Process(children._children['recorder'].pid)
+    child.suspend()
+    assert children.ended() is None
+    child.resume()
+    wait_for(lambda: child.status() != psutil.STATUS_STOPPED, 'life')
+    assert children.ended() is None
+    child.suspend()
+    assert wait_for(children.ended, 'word of it') == (
+        'recorder has been stopped by a signal for 0.3 s'
+    )
+    child.resume()
+    assert children.stop() is None
 
 
 def test_who_ends_well_is_not_named(tmp_path):

@@ -97,10 +97,14 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
 
 
 def _close(node: KhrNode, executor: EventsExecutor, turn: _Turn) -> None:
-    """Let a node receive what is on its way, close it, and send what it publishes last."""
+    """Let a node receive what is on its way, close it, and send what it publishes last.
+
+    A node that closes receives nothing more: it may have let go of what its callbacks need.
+    """
     end = time.monotonic() + node.patience
     while turn.signals < 2 and not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
+    executor.remove_node(node)
     node.close()
     sent = time.monotonic() + LAST_WORDS
     while time.monotonic() < sent:
