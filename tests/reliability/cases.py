@@ -277,7 +277,7 @@ def tested(case: Case, _: Path) -> list[str]:
         cwd=ROOT, capture_output=True, text=True, check=False,
         env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'},
     )  # fmt: skip
-    return [line for line in ended.stdout.splitlines() if line.startswith('FAILED')]
+    return [line for line in ended.stdout.splitlines() if line.startswith(('FAILED', 'E  '))]
 
 
 def soak(case: Case, folder: Path) -> list[str]:
