@@ -6,7 +6,7 @@ from khr_common.interfaces import CLOCK, GYRO, JOINT_REFERENCE, OUTCOME, STATE
 from tests.reliability.traffic import EMPTY, publisher, read, send, shared, topics
 from tests.support.runs import finish, joined, khr, wait_for, wait_until
 
-SHORT = ('--duration', '12')  # long enough for a report of what was refused
+SHORT = ('--duration', '40')  # not over before a test on a loaded machine has halted it
 
 
 @pytest.fixture(scope='module')
