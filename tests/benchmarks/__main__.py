@@ -9,9 +9,11 @@ from __future__ import annotations
 import argparse
 import json
 from pathlib import Path
+from typing import Any
 
 from khr_common.files import write_text
 from tests.benchmarks import (
+    bench_commands,
     bench_graph,
     bench_growth,
     bench_gyro_circuit,
@@ -20,6 +22,8 @@ from tests.benchmarks import (
     performance_page,
 )
 
+PARTS = ('graphs', 'swept', 'growth', 'commands')
+
 
 def main() -> None:
     """Measure, print the page, and write it with its data if asked to."""
@@ -27,26 +31,36 @@ def main() -> None:
     parser.add_argument('--repeats', type=int, default=3, help='rounds of all cases')
     parser.add_argument('--growth', type=float, default=3600.0, help='simulated s of standing')
     parser.add_argument('--write', type=Path, help='page; its JSON lies beside it')
-    parser.add_argument('--read', type=Path, help='JSON to write a page from, without measuring')
+    parser.add_argument(
+        '--only', nargs='+', choices=PARTS, default=PARTS, metavar='PART',
+        help=f'of {", ".join(PARTS)}; the others are those of --read',
+    )  # fmt: skip
+    parser.add_argument(
+        '--read', type=Path, help='JSON of an earlier page; without --only, nothing is measured'
+    )
     options = parser.parse_args()
-    if options.read:
-        found = json.loads(options.read.read_text(encoding='utf-8'))
-    else:
-        print('## Models\n', bench_models.report(), sep='\n')
-        print('\n## Gyro circuit\n', bench_gyro_circuit.report(), '', sep='\n')
-        found = {
-            'graphs': bench_graph.measure(options.repeats),
-            'swept': [bench_sweeps.measure() for _ in range(options.repeats)],
-            'growth': {
-                engine: bench_growth.measure(engine, options.growth)
-                for engine in ('bullet', 'mujoco')
-            },
-        }
+    found = json.loads(options.read.read_text(encoding='utf-8')) if options.read else {}
+    for part in options.only if options.only != PARTS or not options.read else ():
+        found[part] = _measured(part, options)
     text = performance_page.page(**found)
     print(text)
     if options.write:
         write_text(options.write, text)
         write_text(options.write.with_suffix('.json'), json.dumps(found, indent=1) + '\n')
+
+
+def _measured(part: str, options: argparse.Namespace) -> Any:
+    if part == 'graphs':
+        print('## Models\n', bench_models.report(), sep='\n')
+        print('\n## Gyro circuit\n', bench_gyro_circuit.report(), '', sep='\n')
+        return bench_graph.measure(options.repeats)
+    if part == 'swept':
+        return [bench_sweeps.measure() for _ in range(options.repeats)]
+    if part == 'growth':
+        return {
+            engine: bench_growth.measure(engine, options.growth) for engine in ('bullet', 'mujoco')
+        }
+    return bench_commands.measure()
 
 
 if __name__ == '__main__':

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from khr_common.markdown import table
 from tests.benchmarks import bench_graph as graph
 from tests.benchmarks import bench_sweeps as sweeps
+from tests.benchmarks.bench_commands import COMMANDS
 from tests.benchmarks.clock import COMPUTING, FACTORS, WALL, Numbers
 
 Rounds = dict[str, list[Numbers]]
@@ -53,13 +54,19 @@ start are the twin's. It replays the torques that the twin reckoned, so its moti
 the twin's, bit for bit; with the engine's motors, it holds the joints by POSITION_CONTROL."""
 
 
-def page(graphs: Rounds, swept: Sequence[Numbers], growth: dict[str, list[Numbers]]) -> str:
+def page(
+    graphs: Rounds,
+    swept: Sequence[Numbers],
+    growth: dict[str, list[Numbers]],
+    commands: Numbers | None = None,
+) -> str:
     """Return the measurements as Markdown.
 
     Args:
         graphs: of :func:`tests.benchmarks.bench_graph.measure`.
         swept: of :func:`tests.benchmarks.bench_sweeps.measure`, by round.
         growth: of :func:`tests.benchmarks.bench_growth.measure`, by engine.
+        commands: of :func:`tests.benchmarks.bench_commands.measure`; None if not measured.
     """
     goals = [
         _goal(goal, [mine[goal.clock] / other[goal.clock] for mine, other in pairs])
@@ -102,6 +109,7 @@ def page(graphs: Rounds, swept: Sequence[Numbers], growth: dict[str, list[Number
             '## Growth\n\nStanding in the offline twin, for long: what each part of it computes '
             'for a simulated second, and the memory at its end.',
             table(('engine', 'until, s', 'ms per simulated s', 'MiB'), grown),
+            *(_commands(commands) if commands else ()),
         )
     ) + '\n'  # fmt: skip
 
@@ -112,6 +120,22 @@ def _goal(goal: Goal, ratios: Sequence[float]) -> tuple[str, ...]:
     clock = 'wall' if goal.clock == WALL else 'computing'
     shown = (f'{ratio:.0%}' for ratio in (goal.least, *found))
     return (goal.name, goal.base, clock, *shown, verdict)
+
+
+def _commands(seconds: Numbers) -> tuple[str, str]:
+    rows = [
+        (
+            f'`{command.name}`',
+            f'{command.most:.0f}',
+            f'{seconds[command.name]:.0f}',
+            'met' if seconds[command.name] <= command.most else '**missed**',
+        )
+        for command in COMMANDS
+    ]
+    return (
+        '## Commands\n\nWall time of whole commands on two cores, once each.',
+        table(('command', 'goal, s', 'measured, s', ''), rows),
+    )
 
 
 def _rest(graphs: Rounds) -> Iterable[str]:

@@ -1,50 +1,62 @@
 """How nodes end: one that has closed receives nothing more."""
 
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
+from rclpy.parameter import Parameter
 from std_msgs.msg import String
 
+from khr_common import parameter
+from khr_common.interfaces import READY
+from khr_common.nodes.node import KhrNode
 from khr_common.nodes.spin import _close
+from khr_sim.node_specs import GYRO
 
 
-class Talkative(Node):
+@dataclass(frozen=True)
+class Table:
+    """One number."""
+
+    loud: float = parameter(0.0, 'How loud.')
+
+
+class Talkative(KhrNode):
     """It hears itself all the time."""
 
     patience = 20.0
 
-    def __init__(self, context):
-        super().__init__('talkative', context=context)
-        self.before = self.after = 0
-        self.closed = False
-        publisher = self.create_publisher(String, 'talk', 10)
-        self.create_subscription(String, 'talk', self._on_talk, 10)
-        self.create_timer(0.001, lambda: publisher.publish(String()))
+    def __init__(self):
+        super().__init__(replace(GYRO, name='talkative', table=Table))
+        self.heard, self.configured = {False: 0, True: 0}, {False: 0, True: 0}
+        publisher = self.publisher(READY)
+        self.subscribe(READY, self._on_talk)
+        self.create_timer(0.001, lambda: self._talk(publisher))
+
+    def _talk(self, publisher):
+        publisher.publish(String())
+        self.set_parameters([Parameter('loud', value=1.0)])
+
+    def configure(self, _):
+        self.configured[self.closed] += 1
 
     def _on_talk(self, _):
-        if self.closed:
-            self.after += 1
-        else:
-            self.before += 1
+        self.heard[self.closed] += 1
 
     def settled(self):
-        return self.before > 3
-
-    def close(self):
-        self.closed = True
+        return self.heard[False] > 3 and self.configured[False] > 3
 
 
 def test_a_closed_node_receives_nothing_more(monkeypatch):
     monkeypatch.setenv('ROS_AUTOMATIC_DISCOVERY_RANGE', 'OFF')
-    context = rclpy.Context()
-    rclpy.init(args=[], context=context)
-    node, executor = Talkative(context), EventsExecutor(context=context)
-    executor.add_node(node)
+    rclpy.init(args=[])
     try:
+        node, executor = Talkative(), EventsExecutor()
+        executor.add_node(node)
         _close(node, executor, SimpleNamespace(signals=0))
     finally:
-        rclpy.try_shutdown(context=context)
-    assert node.closed and node.before > 3
-    assert node.after == 0
+        rclpy.try_shutdown()
+    assert node.closed
+    assert node.heard[False] > 3 and node.configured[False] > 3
+    assert node.heard[True] == node.configured[True] == 0

@@ -8,6 +8,7 @@ import pytest
 from tests.benchmarks import __main__ as benchmarks
 from tests.benchmarks import bench_graph as graph
 from tests.benchmarks import bench_sweeps as sweeps
+from tests.benchmarks.bench_commands import COMMANDS
 from tests.benchmarks.clock import FACTORS
 from tests.benchmarks.performance_page import GOALS, SWEEP_GOALS, page
 
@@ -42,6 +43,26 @@ def test_a_goal_is_met_if_the_median_reaches_it(share, says):
         found[graph.TWIN, graph.RAW, 'wall'] == found[graph.TWIN, graph.RAW, 'computing'] == says
     )
     assert found[sweeps.TWO, sweeps.ONE, 'wall'] == says
+
+
+def test_a_command_that_takes_too_long_misses_its_goal():
+    seconds = {command.name: command.most for command in COMMANDS}
+    seconds['make test'] += 1.0
+    text = page(runs(10.0), sweep(1.0), GROWTH, seconds)
+    assert '| `make test` | 480 | 481 | **missed** |' in text
+    assert '| `khr reproduce --engine mujoco` | 600 | 600 | met |' in text
+
+
+def test_a_part_alone_is_measured_again(tmp_path, monkeypatch, capsys):
+    data, out = tmp_path / 'old.json', tmp_path / 'page.md'
+    found = {'graphs': runs(9.5), 'swept': sweep(0.5), 'growth': GROWTH}
+    data.write_text(json.dumps(found))
+    seconds = {command.name: 1.0 for command in COMMANDS}
+    monkeypatch.setattr(benchmarks.bench_commands, 'measure', lambda: seconds)
+    given = ['bench', '--read', str(data), '--only', 'commands', '--write', str(out)]
+    monkeypatch.setattr(sys, 'argv', given)
+    benchmarks.main()
+    assert json.loads(out.with_suffix('.json').read_text()) == found | {'commands': seconds}
 
 
 def test_the_page_is_written_again_from_its_data(tmp_path, monkeypatch, capsys):

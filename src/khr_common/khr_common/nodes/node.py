@@ -72,6 +72,7 @@ class KhrNode(Node):  # type: ignore[misc]
         failure: why it ended by itself, in one line.
         run: identity of its run; empty if it was started by hand.
         now_ns: the newest simulated time that it knows of, ns.
+        closed: whether it has let go of what its callbacks need: then none is called.
     """
 
     patience = 4.0
@@ -83,6 +84,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self.failure: str | None = None
         self.run = own_run()
         self.now_ns = 0
+        self.closed = False
         self._refused: Counter[tuple[Topic, str]] = Counter()
         for specification in specifications(self.table).values():
             self._declare(specification)
@@ -217,6 +219,8 @@ class KhrNode(Node):  # type: ignore[misc]
         self, topic: Topic, read: Callable[[bytes], Value], callback: Callable[[Value], None]
     ) -> Subscription:
         def receive(data: bytes) -> None:
+            if self.closed:
+                return
             try:
                 found = read(data)
             except MalformedError as error:
@@ -308,5 +312,5 @@ class KhrNode(Node):  # type: ignore[misc]
         changes = {p.name: plain(p.value) for p in parameters if p.name in own}
         if changes:
             self.parameters = self._build(changes)
-            if not self._beginning:
+            if not (self._beginning or self.closed):
                 self.configure(self.parameters)

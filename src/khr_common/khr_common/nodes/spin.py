@@ -104,7 +104,7 @@ def _close(node: KhrNode, executor: EventsExecutor, turn: _Turn) -> None:
     end = time.monotonic() + node.patience
     while turn.signals < 2 and not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
-    executor.remove_node(node)
+    node.closed = True  # to take it off the executor meanwhile may crash what is on its way there
     node.close()
     sent = time.monotonic() + LAST_WORDS
     while time.monotonic() < sent:
