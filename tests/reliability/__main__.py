@@ -13,19 +13,30 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from functools import cache
+from hashlib import sha256
 from pathlib import Path
 from typing import NamedTuple
 
 import psutil
 
-from khr_bringup.code_version import code_version
 from khr_common.files import write_text
 from khr_common.markdown import table
+from tests import ROOT
 from tests.reliability.cases import HARMS, NO_OTHER_MACHINE, Case, attempt, cases
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
 LOOK = 1.0  # s of wall time over which their use is measured
 TITLE = '# Reliability\n\nWhat a run withstands, as `make chaos` tries it.'
+
+
+@cache
+def source_version() -> str:
+    """Return a digest of all sources: unlike a trajectory's version, of the nodes' as well."""
+    digest = sha256()
+    for path in sorted((ROOT / 'src').glob('khr*/khr*/**/*.py')):
+        digest.update(path.relative_to(ROOT).as_posix().encode() + b'\0' + path.read_bytes())
+    return digest.hexdigest()[:16]
 
 
 class Result(NamedTuple):
@@ -66,7 +77,7 @@ def main() -> int:
         help='code versions whose results count as well; what fell short then is tried again',
     )
     given = parser.parse_args()
-    versions = {code_version(), *given.also}
+    versions = {source_version(), *given.also}
     found = cases(given.seed, given.kills, given.soak)
     wanted = [case for case in found if case.kind.startswith(given.only)]
     names = {case.name for case in wanted}
@@ -90,7 +101,7 @@ def _campaign(
     done = {
         each.name
         for each in _done(journal, versions)
-        if each.loaded == loaded and not (each.faults and each.version != code_version())
+        if each.loaded == loaded and not (each.faults and each.version != source_version())
     }
     journal.parent.mkdir(parents=True, exist_ok=True)
     for number, case in enumerate(wanted, 1):
@@ -98,7 +109,7 @@ def _campaign(
             continue
         others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
         faults = attempt(case)
-        result = Result(case.name, case.kind, faults, round(others, 2), code_version())
+        result = Result(case.name, case.kind, faults, round(others, 2), source_version())
         with journal.open('a', encoding='utf-8') as file:
             file.write(json.dumps(result._asdict()) + '\n')
         said = '; '.join(faults) or 'good'
