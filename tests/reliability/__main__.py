@@ -47,6 +47,7 @@ class Result(NamedTuple):
     faults: list[str]
     others: float
     version: str
+    figures: str = ''
 
     @property
     def loaded(self) -> bool:
@@ -108,8 +109,8 @@ def _campaign(
         if case.name in done:
             continue
         others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
-        faults = attempt(case)
-        result = Result(case.name, case.kind, faults, round(others, 2), source_version())
+        faults, figures = attempt(case)
+        result = Result(case.name, case.kind, faults, round(others, 2), source_version(), figures)
         with journal.open('a', encoding='utf-8') as file:
             file.write(json.dumps(result._asdict()) + '\n')
         said = '; '.join(faults) or 'good'
@@ -141,6 +142,11 @@ def _done(journal: Path, versions: set[str]) -> list[Result]:
 def page(results: Sequence[Result], seed: int) -> str:
     """Return the table of a campaign as Markdown, and all that fell short."""
     rows, short = [], []
+    measured = [
+        f'- {each.kind}, {"loaded" if each.loaded else "quiet"}: {each.figures}'
+        for each in results
+        if each.figures
+    ]
     for kind in HARMS:
         of_kind = [each for each in results if each.kind == kind]
         cells = []
@@ -158,6 +164,7 @@ def page(results: Sequence[Result], seed: int) -> str:
         table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
         *(['The network was not tried: ' + NO_OTHER_MACHINE] if NO_OTHER_MACHINE else []),
         *(['\n'.join(short)] if short else []),
+        *(['Measured:', '\n'.join(measured)] if measured else []),
     ]
     return '\n\n'.join(lines) + '\n'
 

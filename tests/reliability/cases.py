@@ -30,6 +30,7 @@ GONE = 5.0  # s of wall time within which nothing of a run is left
 LIMIT = 150.0  # s of wall time for a case: 30 for a hang to be noticed, on a loaded machine
 SECONDS = 3.0  # simulated, of the runs that are harmed
 LONGEST_LINE = 600
+FIGURES = 'figures'  # in the folder of a case: what it measured, in a line
 TRIES = 5  # runs until a process is killed before it has ended by itself
 
 
@@ -295,7 +296,13 @@ def soak(case: Case, folder: Path) -> list[str]:
     half = sizes[len(sizes) // 2 :]
     if len(half) > 10 and max(half[-5:]) > 1.05 * max(half[:5]):
         faults.append(f'memory grew from {max(half[:5]):.0f} to {max(half[-5:]):.0f} MB')
-    return faults + _lost(folder / 'run' / 'bag', float(case.seed))
+    bag = folder / 'run' / 'bag'
+    large = sum(file.stat().st_size for file in bag.glob('*')) / 1e6
+    (folder / FIGURES).write_text(
+        f'{case.seed} s {case.mode}: memory {max(half[:5], default=0.0):.0f} MB after half of it, '
+        f'{max(half[-5:], default=0.0):.0f} MB at the end; bag {large:.0f} MB'
+    )
+    return faults + _lost(bag, float(case.seed))
 
 
 def _lost(bag: Path, seconds: float) -> list[str]:
@@ -370,16 +377,19 @@ def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
     return found
 
 
-def attempt(case: Case) -> list[str]:
-    """Do a case in a folder of its own; return what fell short."""
+def attempt(case: Case) -> tuple[list[str], str]:
+    """Do a case in a folder of its own; return what fell short, and what it measured."""
     folder = Path(mkdtemp(prefix='khr-chaos-'))
+    figures = ''
     try:
         faults = HARMS[case.kind](case, folder)
+        with suppress(FileNotFoundError):
+            figures = (folder / FIGURES).read_text()
     except Exception as error:  # of the campaign itself: it counts as a fault, and is looked into
         faults = [f'campaign: {type(error).__name__}: {error}']
     finally:
         shutil.rmtree(folder, ignore_errors=True)
-    return [' '.join(fault.split())[:LONGEST_LINE] for fault in faults + left_over()]
+    return [' '.join(fault.split())[:LONGEST_LINE] for fault in faults + left_over()], figures
 
 
 NO_OTHER_MACHINE = why_not()

@@ -50,10 +50,11 @@ def test_the_page_counts_by_kind_and_load():
         [
             Result('a', 'full disk', ['lost'], 0.1, 'old'),
             Result('b', 'full disk', [], 0.9, 'old'),
-            Result('a', 'full disk', [], 2.0, 'new'),
+            Result('a', 'full disk', [], 2.0, 'new', 'bag 3 MB'),
         ],
         0,
     )
     assert '| full disk | 2 | 1 | 1 | 0 |' in text and '- a: lost' in text
+    assert '- full disk, loaded: bag 3 MB' in text
     assert 'code versions old (2 cases), new (1 cases)' in text
     assert 'quiet: 0.1 to 0.9, median 0.9; loaded: 2.0 to 2.0' in text
