@@ -16,6 +16,7 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory, mkdtemp
 
+import numpy as np
 import psutil
 
 from khr_bringup import scenario as scenarios
@@ -284,25 +285,39 @@ def tested(case: Case, _: Path) -> list[str]:
 def soak(case: Case, folder: Path) -> list[str]:
     """Run for long: memory does not grow, nothing is lost."""
     run = Run(folder / 'run', case.mode, float(case.seed))
-    sizes: list[float] = []
+    samples: list[tuple[int, float]] = []  # processes, and their memory, MB
     while run.process.poll() is None:
         with suppress(psutil.Error):
-            sizes.append(sum(each.memory_info().rss for each in run.look().values()) / 1e6)
+            sizes = [each.memory_info().rss / 1e6 for each in run.look().values()]
+            samples.append((sum(size > 0.0 for size in sizes), sum(sizes)))
         time.sleep(1.0)  # a sample
     _, err = run.process.communicate()
     faults = (
         [] if run.process.returncode == 0 else [f'exit {run.process.returncode}: {err[-300:]}']
     )
-    half = sizes[len(sizes) // 2 :]
-    if len(half) > 10 and max(half[-5:]) > 1.05 * max(half[:5]):
-        faults.append(f'memory grew from {max(half[:5]):.0f} to {max(half[-5:]):.0f} MB')
+    most, middle, end = growth(samples)
+    if end > 1.05 * middle:
+        faults.append(f'memory grew from {middle:.0f} to {end:.0f} MB')
     bag = folder / 'run' / 'bag'
     large = sum(file.stat().st_size for file in bag.glob('*')) / 1e6
     (folder / FIGURES).write_text(
-        f'{case.seed} s {case.mode}: memory {max(half[:5], default=0.0):.0f} MB after half of it, '
-        f'{max(half[-5:], default=0.0):.0f} MB at the end; bag {large:.0f} MB'
+        f'{case.seed} s {case.mode}: memory of {most} processes {middle:.0f} MB after half of it, '
+        f'{end:.0f} MB at the end; bag {large:.0f} MB'
     )
     return faults + _lost(bag, float(case.seed))
+
+
+def growth(samples: list[tuple[int, float]]) -> tuple[int, float, float]:
+    """Return how many processes there were, and their memory in the middle and at the end.
+
+    Args:
+        samples: how many processes there were, and their memory; those with fewer processes than
+            the most, when they start and end, do not count.
+    """
+    most = max(count for count, _ in samples)
+    whole = [size for count, size in samples if count == most]
+    tenth, half = max(1, len(whole) // 10), len(whole) // 2
+    return most, float(np.median(whole[half : half + tenth])), float(np.median(whole[-tenth:]))
 
 
 def _lost(bag: Path, seconds: float) -> list[str]:

@@ -9,7 +9,7 @@ import pytest
 from khr_bringup import scenario as scenarios
 from tests import ROOT
 from tests.reliability.__main__ import Result, page
-from tests.reliability.cases import HARMS, PHASES, SCENARIO, cases
+from tests.reliability.cases import HARMS, PHASES, SCENARIO, cases, growth
 
 
 def campaign(folder, *arguments):
@@ -43,6 +43,15 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
     killed = {(case.victim, case.phase) for case in found if case.kind == 'SIGKILL of a process'}
     victims = {*scenarios.load(SCENARIO).nodes, 'graph'}
     assert killed == {(victim, phase) for victim in victims for phase in PHASES}
+
+
+def test_memory_that_grows_is_seen_whatever_starts_and_ends():
+    ends = [(1, 20.0), (0, 0.0)]
+    flat = [(2, 100.0)] * 50
+    assert growth([*ends, *flat, *ends]) == (2, 100.0, 100.0)
+    rising = [(2, 100.0 + number) for number in range(50)]
+    processes, middle, end = growth([*ends, *rising, *ends])
+    assert processes == 2 and 120.0 < middle < 130.0 and end > 140.0
 
 
 def test_the_page_counts_by_kind_and_load():
