@@ -81,7 +81,8 @@ def scoreboard(seeds: int, tolerance: float, jobs: int, explain: bool = True) ->
         seeds: of each measurement.
         tolerance: of each bisection, deg.
         jobs: processes.
-        explain: whether to look for changes that explain the limits that miss.
+        explain: whether to measure more than the thesis has: what moves the limits that miss, and
+            limits facing uphill.
 
     Raises:
         ExperimentError: if an argument is not accepted.
@@ -94,8 +95,8 @@ def scoreboard(seeds: int, tolerance: float, jobs: int, explain: bool = True) ->
 
 
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
-    """Return the scoreboard of what a bench measures."""
-    submit_all(bench)
+    """Return the scoreboard of what a bench measures; see :func:`scoreboard`."""
+    submit_all(bench, explain)
     limits = {row.condition: bench.limit(row.condition, row.thesis_deg) for row in LIMITS}
     return Scoreboard(
         bench.seeds,
@@ -105,15 +106,16 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
         tuple(walk_row(row, bench.walks(row.condition, row.inclination_deg)) for row in WALKS),
         tuple(trend_row(row, bench) for row in TRENDS),
         _explanations(bench, limits) if explain else None,
-        tuple(width_rows(bench, limits)),
+        tuple(width_rows(bench, limits)) if explain else (),
     )
 
 
-def submit_all(bench: Bench) -> None:
+def submit_all(bench: Bench, explain: bool) -> None:
     """Start all measurements that are known beforehand."""
     for row in LIMITS:
-        for condition in (row.condition, row.condition.turned()):
-            bench.ask_limit(condition, row.thesis_deg)
+        bench.ask_limit(row.condition, row.thesis_deg)
+    for row in LIMITS if explain else ():
+        bench.ask_limit(row.condition.turned(), row.thesis_deg)
     for walked in WALKS:
         bench.ask(walk, walked.condition, walked.inclination_deg)
     for trend in TRENDS:

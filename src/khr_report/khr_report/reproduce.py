@@ -190,7 +190,7 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
                 pictures.submit_figure(number)
         bench = _bench(client, bar, asked)
         if asked.scoreboard:
-            submit_all(bench)
+            submit_all(bench, explain=not asked.fast)
         lost = experiments.run_on(client, sweeps, bar)
         for number in asked.figures:
             if FIGURES[number].experiments:

@@ -247,7 +247,7 @@ def write(out: Path, seeds: int, tolerance: float, jobs: int, explain: bool = Tr
         seeds: of each measurement.
         tolerance: of each bisection, deg.
         jobs: processes.
-        explain: whether to look for changes that explain the limits that miss.
+        explain: whether to measure more than the thesis has.
 
     Raises:
         ExperimentError: if an argument is not accepted.

@@ -88,7 +88,8 @@ def test_limit_that_misses_stays_and_is_looked_into():
     assert [shift.change for shift in explanation.shifts] == [
         name for name, _ in scoreboard.CHANGES['walk']
     ]
-    assert scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False).explanations is None
+    quick = scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False)
+    assert quick.explanations is None and quick.widths == ()
 
 
 @pytest.mark.parametrize('motion', scoreboard.CHANGES)

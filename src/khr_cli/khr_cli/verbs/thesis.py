@@ -81,7 +81,11 @@ def scoreboard(
     tolerance: ToleranceOption = 0.2,
     jobs: JobsOption = 2,
     explain: Annotated[
-        bool, typer.Option('--explain/--no-explain', help='Search for what explains each miss.')
+        bool,
+        typer.Option(
+            '--explain/--no-explain',
+            help='Search for what explains each miss; measure limits uphill.',
+        ),
     ] = True,
 ) -> None:
     """Measure every row of the thesis on the simulated robot and write the scoreboard."""
