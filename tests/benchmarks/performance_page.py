@@ -131,6 +131,7 @@ def _commands(seconds: Numbers) -> tuple[str, str]:
             'met' if seconds[command.name] <= command.most else '**missed**',
         )
         for command in COMMANDS
+        if command.name in seconds
     ]
     return (
         '## Commands\n\nWall time of whole commands on two cores, once each.',
