@@ -8,6 +8,7 @@ import sys
 
 import pytest
 
+from khr_bringup import run_registry
 from khr_bringup.errors import BringupError
 from khr_bringup.run_registry import choose, ports_of, register, registered, running
 from khr_common import RunError
@@ -15,6 +16,9 @@ from khr_common import RunError
 
 @pytest.fixture(autouse=True)
 def own_register(tmp_path, monkeypatch):
+    # The names of domains are one space for all who use the machine, other tests among them:
+    # these numbers no run takes by itself, and their ports are above the ephemeral ones.
+    monkeypatch.setattr(run_registry, 'DOMAINS', range(230, 214, -1))
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
     monkeypatch.delenv('ROS_DOMAIN_ID', raising=False)
 
@@ -80,9 +84,9 @@ def test_a_domain_with_somebody_in_it_is_handed_out_only_to_who_asks_for_it(tmp_
 
 
 def test_the_entry_of_a_killed_run_is_forgotten(tmp_path):
-    stale = {'domain': 98, 'pid': os.getpid(), 'scenario': 'walk', 'folder': 'x'}
-    (register() / '98.json').write_text(json.dumps(stale))
-    (register() / '97.json').write_text('{')
+    stale = {'domain': 229, 'pid': os.getpid(), 'scenario': 'walk', 'folder': 'x'}
+    (register() / '229.json').write_text(json.dumps(stale))
+    (register() / '228.json').write_text('{')
     assert not running()
     assert not list(register().iterdir())
 
