@@ -1,5 +1,8 @@
-"""How nodes end: one that has closed receives nothing more."""
+"""How nodes end: by a signal at any moment; one that has closed receives nothing more."""
 
+import os
+import subprocess
+import sys
 from dataclasses import dataclass, replace
 from types import SimpleNamespace
 
@@ -13,6 +16,31 @@ from khr_common.interfaces import READY
 from khr_common.nodes.node import KhrNode
 from khr_common.nodes.spin import _close
 from khr_sim.node_specs import GYRO
+
+# A signal handler runs between two lines of Python, so it is called at each of them in turn.
+INTERRUPTED = """
+import itertools, sys
+import rclpy
+from rclpy.experimental.events_executor import EventsExecutor
+from khr_common.nodes.spin import Turn
+
+rclpy.init(args=[])
+executor = EventsExecutor()
+for moment in itertools.count(1):
+    turn, lines = Turn(), itertools.count(1)
+
+    def trace(frame, event, _):
+        if event == 'line' and next(lines) == moment:
+            turn.interrupt()
+        return trace
+
+    sys.settrace(trace)
+    turn.take(executor)
+    sys.settrace(None)
+    if not turn.signals:
+        print(moment)
+        break
+"""
 
 
 @dataclass(frozen=True)
@@ -60,3 +88,14 @@ def test_a_closed_node_receives_nothing_more(monkeypatch):
     assert node.closed
     assert node.heard[False] > 3 and node.configured[False] > 3
     assert node.heard[True] == node.configured[True] == 0
+
+
+def test_a_signal_at_any_moment_ends_a_turn():
+    done = subprocess.run(
+        [sys.executable, '-c', INTERRUPTED],
+        env={**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
+        capture_output=True,
+        text=True,
+        timeout=60,
+    )
+    assert int(done.stdout) > 5, done.stderr

@@ -7,12 +7,11 @@ import importlib
 import signal
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
-from rclpy.task import Future
 
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
@@ -22,25 +21,40 @@ from khr_common.nodes.node import KhrNode
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
 
 
-class _Turn:
+class Turn:
     """Process messages until there are none, or a signal comes; count the signals.
 
     To spin once is to process one message, and costs as much as to process two. Spinning with a
     time limit processes all, but while messages keep coming it does not return: a signal ends it.
+    To the executor a turn is the future that it waits for. rclpy's own would not do: its lock may
+    be held by the very thread that a signal interrupts, and then the handler waits for ever.
     """
 
     def __init__(self) -> None:
         self.signals = 0
-        self._over: Future[None] = Future()
+        self._stop: Callable[[Turn], None] = _nothing
 
     def take(self, executor: EventsExecutor) -> None:
-        self._over = Future()
+        """Process messages for a while; return at once if a signal has come."""
+        self._stop = _nothing
         if not self.signals:
-            executor.spin_until_future_complete(self._over, 0.1)
+            executor.spin_until_future_complete(self, 0.1)
+
+    def add_done_callback(self, stop: Callable[[Turn], None]) -> None:
+        """Keep what stops the executor; a signal that came just before stops it now."""
+        self._stop = stop
+        if self.signals:
+            stop(self)
+
+    def remove_done_callback(self, _: Callable[[Turn], None]) -> bool:
+        """Forget it: the executor has stopped."""
+        self._stop = _nothing
+        return True
 
     def interrupt(self, *_: object) -> None:
+        """Count a signal and stop the executor: a signal handler."""
         self.signals += 1
-        self._over.set_result(None)
+        self._stop(self)
 
 
 def node_class(spec: NodeSpec) -> type[KhrNode]:
@@ -62,7 +76,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
     second one they wait for nobody.
     """
-    turn = _Turn()
+    turn = Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
     classes = [node_class(spec) for spec in specs]
@@ -96,7 +110,11 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     return 1 if failed else 0
 
 
-def _close(node: KhrNode, executor: EventsExecutor, turn: _Turn) -> None:
+def _nothing(_: Turn) -> None:
+    """Stop nothing: no executor spins."""
+
+
+def _close(node: KhrNode, executor: EventsExecutor, turn: Turn) -> None:
     """Let a node receive what is on its way, close it, and send what it publishes last.
 
     A node that closes receives nothing more: it may have let go of what its callbacks need.
