@@ -24,6 +24,7 @@ from khr_common.run_identity import KEY, MalformedError, check_run, check_status
 
 UNNAMED = '_NODE_NAME_UNKNOWN_'  # what ROS calls a node whose name has not come yet
 NAMING = 2.0  # s of wall time for it to come
+POLL = 0.02  # s of wall time between looks whether it has
 
 
 def pairs(status: DiagnosticStatus) -> dict[str, str]:
@@ -102,7 +103,7 @@ class Watcher(Node):  # type: ignore[misc]
             names = [info.node_name for info in self.get_publishers_info_by_topic(topic)]
             if UNNAMED not in names or time.monotonic() >= end:
                 return ['a node without a name' if name == UNNAMED else name for name in names]
-            time.sleep(0.02)
+            time.sleep(POLL)
 
     def _on_switch(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response

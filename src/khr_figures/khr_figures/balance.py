@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from khr_analysis.models import pendulum as model
-from khr_analysis.models.ankle_servo import Pid, controlled_lean, largest_rate, simulate_servo
+from khr_analysis.models.ankle_servo import Pid, corrected_motion, largest_rate, simulate_servo
 from khr_analysis.models.checks import FORMS, Form
 from khr_analysis.models.friction import sliding_inclination
 from khr_analysis.models.pendulum import Pendulum
@@ -293,15 +293,11 @@ def friction() -> Figure:
 
 
 def _adjust(inclination_deg: float, form: Form) -> model.PendulumMotion:
-    inclination = math.radians(inclination_deg)
-    target = controlled_lean(ROBOT, FORCE_GAIN, inclination=inclination, initial_lean=INITIAL_LEAN)
-    return simulate_servo(
+    return corrected_motion(
         ROBOT,
-        Pid(),
-        target=target,
-        inclination=inclination,
+        FORCE_GAIN,
+        inclination=math.radians(inclination_deg),
         initial_lean=INITIAL_LEAN,
-        duration=1.0,
         step=2e-3,
         form=form,
     )

@@ -117,6 +117,9 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
     from khr_view.page.playback_panel import PlaybackPanel
 
     runs = [RecordedRun(path) for path in paths]
+    interrupted: list[int] = []
+    for each in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(each, lambda caught, _: interrupted.append(caught))
     player = Player(max(run.end for run in runs), min(run.period for run in runs))
     played = PlayedRuns(runs)
     display = Display(door(), played.charts)
@@ -128,9 +131,6 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
         runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs),
         '; '.join(run.damage for run in runs if run.damage),
     )
-    interrupted: list[int] = []
-    for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, lambda caught, _: interrupted.append(caught))
     count, shown, before = 0, -1.0, time.monotonic()
     while not interrupted:
         time.sleep(1.0 / RATE)

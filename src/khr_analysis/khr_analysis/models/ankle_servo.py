@@ -106,6 +106,35 @@ def simulate_servo(
     )
 
 
+def corrected_motion(
+    pendulum: Pendulum,
+    gain: float,
+    *,
+    inclination: float,
+    initial_lean: float,
+    step: float = 1e-3,
+    form: Form = 'physical',
+) -> ServoMotion:
+    """Integrate (3.11) over a second in which the lean that (3.13) asks for is set at once.
+
+    Args:
+        gain: K_A on the force difference, rad/N.
+
+    Raises:
+        AnalysisError: as ``simulate_servo`` and ``controlled_lean``.
+    """
+    return simulate_servo(
+        pendulum,
+        Pid(),
+        target=controlled_lean(pendulum, gain, inclination=inclination, initial_lean=initial_lean),
+        inclination=inclination,
+        initial_lean=initial_lean,
+        duration=1.0,
+        step=step,
+        form=form,
+    )
+
+
 def controlled_lean(
     pendulum: Pendulum,
     gain: float,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -11,8 +12,8 @@ from khr_analysis.models.ankle_servo import (
     Pid,
     controlled_critical_inclination,
     controlled_lean,
+    corrected_motion,
     largest_rate,
-    simulate_servo,
 )
 from khr_analysis.models.checks import FORMS
 from khr_analysis.models.friction import SlidingFoot, simulate_sliding, sliding_inclination
@@ -50,29 +51,13 @@ def pendulum_numbers() -> str:
 
 def ankle_numbers() -> str:
     """Return what the ankle servo and the force loop reach (3.11)-(3.13)."""
-    inclination = math.radians(6.0)
-    target = controlled_lean(ROBOT, FORCE_GAIN, inclination=inclination, initial_lean=INITIAL_LEAN)
+    at = partial(corrected_motion, ROBOT, FORCE_GAIN, inclination=math.radians(6.0))
     rates = [
-        abs(
-            math.degrees(
-                largest_rate(
-                    simulate_servo(
-                        ROBOT,
-                        Pid(),
-                        target=target,
-                        inclination=inclination,
-                        initial_lean=INITIAL_LEAN,
-                        duration=1.0,
-                        form=form,
-                    )
-                )
-            )
-        )
-        for form in FORMS
+        abs(math.degrees(largest_rate(at(initial_lean=INITIAL_LEAN, form=form)))) for form in FORMS
     ]
-    wrong = controlled_lean(
-        ROBOT, FORCE_GAIN, inclination=inclination, initial_lean=INITIAL_LEAN, form='published'
-    )
+    leans = partial(controlled_lean, ROBOT, FORCE_GAIN, inclination=math.radians(6.0))
+    target = leans(initial_lean=INITIAL_LEAN)
+    wrong = leans(initial_lean=INITIAL_LEAN, form='published')
     free, held = (
         math.degrees(controlled_critical_inclination(ROBOT, gain, initial_lean=INITIAL_LEAN))
         for gain in (0.0, FORCE_GAIN)
