@@ -28,19 +28,19 @@ class Tally:
     """Runs that differ only in their seeds.
 
     Attributes:
-        runs, fell: number of runs, and of those that fell.
-        slip_mm, vibration: medians of those that did not fall, None if all did; rad/s.
+        runs, lost: number of runs, and of those that fell or rode down the board on their soles.
+        slip_mm, vibration: medians of the others, None if there are none; rad/s.
     """
 
     runs: int
-    fell: int
+    lost: int
     slip_mm: float | None
     vibration: float | None
 
     @property
     def stays(self) -> bool:
         """Return whether at least half of them stay up."""
-        return 2 * self.fell <= self.runs
+        return 2 * self.lost <= self.runs
 
 
 @dataclass(frozen=True)
@@ -58,7 +58,7 @@ class FrictionComparison:
     """How steep the ground may be with one friction.
 
     Attributes:
-        steepest_deg: up to here most runs stay up wherever they were tried; None if they fall on
+        steepest_deg: up to here most runs stay up wherever they were tried; None if they do not on
             the flattest ground tried.
         tried_deg: flattest and steepest ground tried.
         slip_mm: median at ``steepest_deg``.
@@ -122,7 +122,7 @@ class Findings:
 def tally(runs: Iterable[Run]) -> Tally:
     """Count runs; a run that belongs to several experiments counts once, by its trajectory."""
     counted = {run.row['trajectory_hash']: run for run in runs}.values()
-    stayed = [run.row for run in counted if not run.fell]
+    stayed = [run.row for run in counted if run.stayed_up]
     return Tally(
         len(counted),
         len(counted) - len(stayed),

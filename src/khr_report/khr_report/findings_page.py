@@ -41,13 +41,13 @@ Row = TypeVar('Row', bound=ScoreboardRow)
 
 def _outcome(tally: Tally) -> str:
     if not tally.stays:
-        return f'falls ({tally.fell} of {tally.runs})'
-    return f'stays up ({tally.runs - tally.fell} of {tally.runs})'
+        return f'falls or rides down ({tally.lost} of {tally.runs})'
+    return f'stays up ({tally.runs - tally.lost} of {tally.runs})'
 
 
 def _steepest(row: FrictionComparison) -> str:
     if row.steepest_deg is None:
-        return f'falls at {row.tried_deg[0]:g} already'
+        return f'not at {row.tried_deg[0]:g} already'
     return f'{row.steepest_deg:g} of {row.tried_deg[1]:g}'
 
 
@@ -161,7 +161,8 @@ def _added(findings: Findings) -> tuple[Block, ...]:
         ('Rubber soles', '', table(findings.soles, SOLE_COLUMNS)),
         (
             'Friction',
-            'The steepest ground up to which most runs stay up, of the steepest tried.',
+            'The steepest ground up to which most runs neither fall nor ride down the board on '
+            'their soles, of the steepest tried.',
             table(findings.friction, FRICTION_COLUMNS),
         ),
         (

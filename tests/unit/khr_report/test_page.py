@@ -329,7 +329,10 @@ def test_soles_are_compared_as_they_came_out():
     assert better.smooth == results.Tally(2, 2, None, None)
     assert worse.rubber == better.smooth and worse.smooth == better.rubber
     text = sections(findings(soles=(better,)))[ADDS]
-    assert '| 8.88 | K_A 12 | stays up (2 of 2) | 10 | 5.7 | falls (2 of 2) | - | - |' in text
+    assert (
+        '| 8.88 | K_A 12 | stays up (2 of 2) | 10 | 5.7 | falls or rides down (2 of 2) | - | - |'
+        in text
+    )
 
 
 def test_a_run_of_several_experiments_counts_once():
@@ -339,13 +342,13 @@ def test_a_run_of_several_experiments_counts_once():
 
 
 def test_friction_decides_how_steep_the_ground_may_be():
-    def compared(limits):
+    def compared(limits, beyond='fell', slip=0.0):
         return results.compare_friction(
             run(
                 'walk_6.99deg_ka12',
                 0,
-                'walked' if phi <= limit else 'fell',
-                mu / 10,
+                'walked' if phi <= limit else beyond,
+                mu / 10 if phi <= limit else slip,
                 simulator__friction=mu,
                 simulator__inclination_deg=phi,
             )
@@ -358,9 +361,11 @@ def test_friction_decides_how_steep_the_ground_may_be():
     assert (rough.friction, rough.steepest_deg, rough.tried_deg) == (0.2, 6.0, (5.0, 7.0))
     assert rough.slip_mm == pytest.approx(20.0)
     text = sections(findings(friction=(slick, rough)))[ADDS]
-    assert '| K_A 12 | 0.1 | falls at 5 already | - |' in text
+    assert '| K_A 12 | 0.1 | not at 5 already | - |' in text
     assert '| K_A 12 | 0.2 | 6 of 7 | 20 |' in text
     assert [each.steepest_deg for each in compared({0.1: 7.0, 0.2: 5.0})] == [7.0, 5.0]
+    riding = compared({0.1: 4.0, 0.2: 6.0}, 'slipped', 13.0)
+    assert [each.steepest_deg for each in riding] == [None, 6.0], 'who rides has not stayed up'
 
 
 def test_staged_control_is_compared_on_tilting_ground():
