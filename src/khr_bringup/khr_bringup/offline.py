@@ -88,7 +88,7 @@ class ControlLoop:
 
     def answer(self, truth: Truth) -> list[float]:
         """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
-        time, signals = truth.stamp_ns / 1e9, dict(truth.signals())
+        time, signals = truth.stamp_ns / 1e9, truth.signals()
         for block, topics in self._blocks:
             signals.update(zip(topics, block.update(time, signals), strict=True))
         self.signals = signals

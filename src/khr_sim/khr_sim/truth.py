@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_common.block import Signals
+from khr_common.block import Numbers
 from khr_common.interfaces import (
     CLOCK,
     JOINT_STATES,
@@ -18,6 +18,7 @@ from khr_common.interfaces import (
     TRUE_POSE,
     TRUE_RATE,
     TRUE_SOLES,
+    Topic,
 )
 
 Array = NDArray[np.float64]
@@ -27,17 +28,27 @@ Array = NDArray[np.float64]
 SIGNALS = (CLOCK, JOINT_STATES, TRUE_POSE, TRUE_RATE, TRUE_SOLES, TRUE_INCLINATION, *TRUE_FORCES)
 
 
+class _Part:
+    """A part of a row of numbers, as an attribute that shows its shape; of the class, itself."""
+
+    def __init__(self, begin: int, shape: tuple[int, ...]) -> None:
+        self.span, self._shape = slice(begin, begin + prod(shape)), shape
+
+    def __get__(self, truth: Truth | None, _: type) -> Any:
+        return self if truth is None else truth.numbers[self.span].reshape(self._shape)
+
+
 class _Row:
-    """Hand out the numbers of a row, part behind part, each as a property that shows its shape."""
+    """Hand out the numbers of a row, part behind part."""
 
     def __init__(self) -> None:
         self.end = 0
 
     def part(self, *shape: int) -> Any:
         """Return the next part."""
-        part = slice(self.end, self.end + prod(shape))
-        self.end = part.stop
-        return property(lambda truth: truth.numbers[part].reshape(shape))
+        part = _Part(self.end, shape)
+        self.end = part.span.stop
+        return part
 
 
 _row = _Row()
@@ -91,18 +102,21 @@ class Truth:
         x, y, z, w = self.orientation.tolist()
         return atan2(2.0 * hypot(x * z + y * w, y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
 
-    def signals(self) -> Signals:
+    def signals(self) -> dict[Topic, Numbers]:
         """Return what each topic of the truth carries, for those who subscribe to it."""
-        position, orientation = self.sole_position.tolist(), self.sole_orientation.tolist()
-        forces = zip(TRUE_FORCES, self.contact_force.tolist(), strict=True)
+        numbers = self.numbers.tolist()  # once: this is done in every period
+        places, turns, forces = (
+            numbers[part.span]
+            for part in (Truth.sole_position, Truth.sole_orientation, Truth.contact_force)
+        )
         return {
             CLOCK: (),
-            JOINT_STATES: self.joint_position.tolist(),
-            TRUE_POSE: (*self.position.tolist(), *self.orientation.tolist()),
-            TRUE_RATE: self.mean_angular_velocity.tolist(),
-            TRUE_SOLES: (*position[0], *orientation[0], *position[1], *orientation[1]),
+            JOINT_STATES: numbers[Truth.joint_position.span],
+            TRUE_POSE: numbers[Truth.position.span] + numbers[Truth.orientation.span],
+            TRUE_RATE: numbers[Truth.mean_angular_velocity.span],
+            TRUE_SOLES: places[:3] + turns[:4] + places[3:] + turns[4:],
             TRUE_INCLINATION: (self.inclination,),
-            **dict(forces),
+            **{topic: forces[3 * row : 3 * row + 3] for row, topic in enumerate(TRUE_FORCES)},
         }
 
     def record(self) -> bytes:

@@ -33,7 +33,6 @@ Array = NDArray[np.float64]
 IMPEDANCE_RATIO = 10.0  # of friction to normal force: what keeps a standing foot from creeping
 IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, by its depth
 CONES = {'elliptic': mujoco.mjtCone.mjCONE_ELLIPTIC, 'pyramid': mujoco.mjtCone.mjCONE_PYRAMIDAL}
-_TO_XYZW = (1, 2, 3, 0)  # the engine's quaternions are w x y z
 _NET_FORCE = 3  # how a contact sensor reduces the contacts that it sees: to their sum, in odom
 _FREE = 6  # degrees of freedom of base_link, which come before the joints'
 _warnings: list[str] = []  # which the engine would write to a file where it was started
@@ -113,6 +112,9 @@ class MuJoCo:
         self._joints = np.array([model.joint(name).dofadr[0] - _FREE for name in JOINTS])
         self._position, self._velocity = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
         self._addresses = _MJ_STEP, model._address, data._address
+        self._base = data.qpos[: _FREE + 1], data.qvel[:_FREE]
+        self._links = data.xpos, data.xquat
+        self._pushes = data.xfrc_applied
         self._views = (
             data.qpos[_FREE + 1 :],
             data.qvel[_FREE:],
@@ -147,7 +149,7 @@ class MuJoCo:
     def push(self, link: int, force: Array, point: Array) -> None:
         """Apply a force during the next step alone: N, at a point in m, both in odom."""
         arm = point - self._data.xipos[link]
-        self._data.xfrc_applied[link] += (*force, *np.cross(arm, force))
+        self._pushes[link] += (*force, *np.cross(arm, force))
 
     def run(self, commands: Array, servos: Servos, forces: ContactForces) -> list[float]:
         """Advance one step per row of ``commands``; return the last torques of the servos."""
@@ -164,7 +166,7 @@ class MuJoCo:
         if _warnings:
             raise RunError(f'mujoco: {_warnings.pop()}')
         forces.steps += len(commands)
-        self._data.xfrc_applied[:] = 0.0
+        self._pushes[:] = 0.0
         mujoco.mj_kinematics(self._model, self._data)  # a step leaves the poses of its start
         if self._viewer is not None:
             self._viewer.sync()
@@ -172,12 +174,11 @@ class MuJoCo:
 
     def base(self) -> Motion:
         """Return the motion of base_link."""
-        x, y, z, qw, qx, qy, qz = self._data.qpos[: _FREE + 1].tolist()
-        velocity = self._data.qvel[:_FREE].tolist()
-        orientation = (qx, qy, qz, qw)
-        return Motion(
-            (x, y, z), orientation, tuple(velocity[:3]), carried(orientation, velocity[3:])
-        )
+        pose, velocity = self._base
+        x, y, z, qw, qx, qy, qz = pose.tolist()
+        vx, vy, vz, *turning = velocity.tolist()
+        orientation = qx, qy, qz, qw
+        return Motion((x, y, z), orientation, (vx, vy, vz), carried(orientation, turning))
 
     def joints(self) -> tuple[Array, Array]:
         """Return the joint angles in rad and the joint speeds in rad/s, both (17,)."""
@@ -185,10 +186,13 @@ class MuJoCo:
 
     def poses(self, links: Sequence[int]) -> list[Pose]:
         """Return the poses of links other than base_link."""
-        rows = list(links)
-        positions = self._data.xpos[rows].tolist()
-        orientations = self._data.xquat[rows][:, _TO_XYZW].tolist()
-        return [*zip(map(tuple, positions), orientations, strict=True)]
+        return [self._pose(link) for link in links]
+
+    def _pose(self, link: int) -> Pose:
+        positions, orientations = self._links
+        x, y, z = positions[link].tolist()
+        qw, qx, qy, qz = orientations[link].tolist()
+        return (x, y, z), (qx, qy, qz, qw)
 
     def close(self) -> None:
         """Close the window, if there is one."""
