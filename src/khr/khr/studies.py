@@ -15,7 +15,7 @@ import yaml
 from khr.runs import RunResult, changes_of
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_common import KhrError
 from khr_experiments.condition import Condition
@@ -55,7 +55,7 @@ def spectrum(
     gait = run.scenario.table(GaitParameters)
     first, last = 0.0, float(run.signals.time[-1]) + 1.0
     if gait.motion == 'walk':
-        planned = Gait(gait)
+        planned = gait_of(gait)
         first, last = planned.cycle(1)[0], planned.cycle(gait.cycles)[1]
     if run.outcome.fell_at is not None:
         last = min(last, run.outcome.fell_at)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.stage import StageParameters, StagePolicy
 from khr_common.block import Block, CoreBlock, Numbers, Signals
@@ -21,12 +21,12 @@ class GaitBlock(Block[GaitParameters]):
 
     def __init__(self, parameters: GaitParameters) -> None:
         super().__init__(parameters)
-        self.gait = Gait(parameters)
+        self.gait = gait_of(parameters)
 
     def configure(self, parameters: GaitParameters) -> None:
         """Plan the motion anew."""
         super().configure(parameters)
-        self.gait = Gait(parameters)
+        self.gait = gait_of(parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
         """Answer with the 17 joint angles, rad."""

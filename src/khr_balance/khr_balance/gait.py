@@ -6,6 +6,8 @@ angles once, checked against the robot, and then only looked up.
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 
@@ -16,7 +18,7 @@ from khr_balance.gait_parameters import GaitParameters
 from khr_balance.gait_plan import Plan, plan_motion
 from khr_balance.kinematics import leg_angles
 
-__all__ = ['Gait', 'GaitParameters']
+__all__ = ['Gait', 'GaitParameters', 'gait_of']
 
 _GRID = 0.005  # s; the splines through this grid stay within 1e-5 rad of the exact solution
 _TOLERANCE = 1e-7  # m, of the centre of mass
@@ -75,6 +77,18 @@ class Gait:
                 f'cycle: {number} is not accepted; accepted: integer in [1, {len(self._cycles)}]'
             )
         return self._cycles[number - 1]
+
+
+@lru_cache(maxsize=8)
+def gait_of(parameters: GaitParameters) -> Gait:
+    """Return the motion of a table, the same object for the same table.
+
+    Planning takes a tenth of a second, and studies run one motion hundreds of times.
+
+    Raises:
+        BalanceError: as ``Gait``.
+    """
+    return Gait(parameters)
 
 
 def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:

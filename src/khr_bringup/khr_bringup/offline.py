@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import spec_of
@@ -43,7 +43,7 @@ class OfflineResult:
 def duration(scenario: Scenario) -> float:
     """Return how long the scenario's run lasts in s: its own duration, or the motion's."""
     own = scenario.table(RunParameters).duration
-    return float(own or Gait(scenario.table(GaitParameters)).duration)
+    return float(own or gait_of(scenario.table(GaitParameters)).duration)
 
 
 class ControlLoop:

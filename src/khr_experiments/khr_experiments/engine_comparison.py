@@ -13,7 +13,7 @@ from math import degrees, hypot
 
 import numpy as np
 
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup import scenario as scenarios
 from khr_bringup.offline import run_offline
@@ -195,7 +195,7 @@ def measure(name: str, changes: Changes) -> Measured:
     numbers |= {'distance, m': outcome.distance, 'largest slip, mm': 1000.0 * outcome.largest_slip}
     times = np.array([truth.stamp_ns / 1e9 for truth in truths])
     if gait.motion == 'walk':
-        start, end = Gait(gait).cycle(CYCLE)
+        start, end = gait_of(gait).cycle(CYCLE)
         inside = (times >= start - 1e-9) & (times < end - 1e-9)
         rates = np.array([truth.mean_angular_velocity[1] for truth in truths])[inside]
         for line in LINES:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import groupby, product
 from math import radians
 from pathlib import Path
@@ -18,7 +17,7 @@ from khr_analysis.models.thesis import GAIT_PERIOD
 from khr_analysis.origin import Line, Sureness, origins, strongest_near
 from khr_analysis.resonance import Resonance, resonance
 from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import load
@@ -194,10 +193,9 @@ def _walks(label: str, runs: Sequence[Run]) -> Walks:
     )
 
 
-@cache
 def _whole_cycles(gait: GaitParameters) -> tuple[float, float]:
     """Return where the whole cycles of a walk begin and end, s."""
-    planned = Gait(gait)  # takes a fifth of a second
+    planned = gait_of(gait)
     return planned.cycle(1)[0], planned.cycle(gait.cycles)[1]
 
 

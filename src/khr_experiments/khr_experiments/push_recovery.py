@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from khr_analysis.models.pendulum import Pendulum
 from khr_analysis.models.push import Direction, capture_force
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import Scenario
@@ -164,7 +164,7 @@ def stance(scenario: Scenario | None = None) -> Stance:
 def _stance(
     gait: GaitParameters, simulator: RunParameters, ankle: AnkleControllerParameters
 ) -> Stance:
-    posture = Gait(gait).reference(0.0)
+    posture = gait_of(gait).reference(0.0)
     if ankle.source == 'gyro':
         (angles,) = AnkleController(replace(ankle, staged=False)).update(0.0, AT_REST)
         lean = dict(zip(ANKLE_CORRECTION.names, angles, strict=True))

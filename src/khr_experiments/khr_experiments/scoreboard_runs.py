@@ -12,7 +12,7 @@ import numpy as np
 from khr_analysis.outcome import Outcome
 from khr_analysis.peaks import Peak
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.derived import start_of_lift
 from khr_experiments.condition import Changes, Condition
@@ -92,7 +92,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWal
     )
     if outcome.fell:
         return MeasuredWalk(outcome, ())
-    start, end = Gait(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
+    start, end = gait_of(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
     rates = [rate for time, rate in samples if start <= time < end - 1e-9]
     return MeasuredWalk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
 

@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.signal import find_peaks
 
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.run_signals import Array
 from khr_experiments.condition import Condition
@@ -40,12 +40,7 @@ Walk = tuple[float, Condition]  # inclination in deg, and condition
 
 def cycle_of(run: Run) -> tuple[float, float]:
     """Return start and end of Gait-3 in s."""
-    return _gait(run.scenario.table(GaitParameters)).cycle(CYCLE)
-
-
-@functools.cache
-def _gait(parameters: GaitParameters) -> Gait:
-    return Gait(parameters)  # planning takes a tenth of a second
+    return gait_of(run.scenario.table(GaitParameters)).cycle(CYCLE)
 
 
 def rate_of_walk(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
@@ -104,7 +99,7 @@ def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 def _name_gaits(axis: Axes, gait: GaitParameters) -> None:
     """Shade the whole gaits and name them."""
     for cycle in range(1, gait.cycles + 1):
-        begin, end = (time - gait.start_delay for time in _gait(gait).cycle(cycle))
+        begin, end = (time - gait.start_delay for time in gait_of(gait).cycle(cycle))
         axis.axvspan(
             begin, end, color='0.85' if cycle == CYCLE else '0.96', zorder=0, linewidth=0.0
         )

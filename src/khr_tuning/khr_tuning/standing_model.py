@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from khr_analysis.models.force_loop import Chain, JointServos, StandingLoop
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.board_units import force_gain, rate_gain
-from khr_balance.gait import Gait
+from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario import Scenario
@@ -33,7 +33,7 @@ def standing_loop(scenario: Scenario, feet: int) -> StandingLoop:
     """
     gait = scenario.table(GaitParameters)
     time = 0.0 if feet == 2 else gait.start_delay + gait.shift_time + gait.lift_time
-    posture = np.asarray(Gait(gait).reference(time), dtype=np.float64)
+    posture = np.asarray(gait_of(gait).reference(time), dtype=np.float64)
     sides = 'lr' if feet == 2 else ('l' if gait.first_foot == 'right' else 'r')
     simulator = scenario.table(RunParameters)
     ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from khr_balance import joints
 from khr_balance.body import HEEL_X, TOE_X, forward
 from khr_balance.errors import BalanceError
-from khr_balance.gait import Gait
+from khr_balance.gait import Gait, gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_common import ParameterError, build, specifications
 from tests.fakes.postures import mirrored
@@ -185,3 +185,12 @@ def test_every_default_is_in_its_own_range():
         specifications(GaitParameters)[field.name].check(
             list(field.default) if isinstance(field.default, tuple) else field.default
         )
+
+
+def test_a_motion_is_planned_once_for_each_table():
+    table = GaitParameters(start_delay=0.123)
+    once = gait_of(table)
+    assert gait_of(dataclasses.replace(table)) is once
+    other = gait_of(dataclasses.replace(table, start_delay=0.5))
+    assert other.duration == pytest.approx(once.duration + 0.5 - 0.123)
+    assert gait_of(table).reference(1.0) == Gait(table).reference(1.0)
