@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from pydantic import TypeAdapter, ValidationError
 
 from khr_common.files import write_text
+from khr_common.quoting import LONGEST
 from khr_experiments.errors import ExperimentError
 
 Result = TypeVar('Result')
@@ -33,10 +34,17 @@ def read_json(path: Path, kind: type[Result]) -> Result:
     """
     try:
         return TypeAdapter(kind).validate_json(path.read_bytes())
-    except (OSError, ValidationError) as error:
+    except OSError as error:
         raise ExperimentError(
-            f'{path}: not a {kind.__name__.lower()}; accepted: a file that khr wrote '
-            f'({" ".join(str(error).split())})'
+            f'{path}: {error.strerror}; accepted: a file that khr wrote'
+        ) from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = '.'.join(map(str, first['loc']))
+        raise ExperimentError(
+            f'{path}: not a {kind.__name__.lower()} of this version '
+            f'({": ".join(filter(None, (where, first["msg"][:LONGEST])))}); '
+            'accepted: a file that khr wrote'
         ) from error
 
 

@@ -69,12 +69,19 @@ def test_scoreboard_is_the_same_after_its_file(tmp_path):
         assert read_json(tmp_path / 'new' / 'board.json', Scoreboard) == board
 
 
-@pytest.mark.parametrize('text', [None, '{"seeds": 3}', 'no JSON'])
-def test_file_that_holds_no_scoreboard_is_one_line(tmp_path, text):
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        (None, 'No such file or directory'),
+        ('{"seeds": 3}', r'not a scoreboard of this version \(limits: Field required\)'),
+        ('no JSON', r'not a scoreboard of this version \(Invalid JSON: .*\)'),
+    ],
+)
+def test_file_that_holds_no_scoreboard_is_one_line(tmp_path, text, said):
     path = tmp_path / 'board.json'
     if text is not None:
         path.write_text(text)
-    with pytest.raises(ExperimentError, match=r'^\S*board\.json: not a scoreboard; .*$'):
+    with pytest.raises(ExperimentError, match=rf'^\S*board\.json: {said}; accepted: .*$'):
         read_json(path, Scoreboard)
 
 
