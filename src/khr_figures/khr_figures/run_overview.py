@@ -192,7 +192,10 @@ def over_time(
 
 
 def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
-    """Draw amplitudes over frequency, one colour per run, and name the largest peaks."""
+    """Draw amplitudes over frequency, one colour per run, and name the largest peaks.
+
+    Two runs have names, one has an empty one; a run without a spectrum is said to have none.
+    """
     found = {name: one for name, one in spectra.items() if one is not None}
     if not found:
         axis.set_axis_off()
@@ -216,9 +219,13 @@ def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
             )
     spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
     axis.set(
-        xlabel=f'frequency (Hz), {"; ".join(spans)}', ylabel='amplitude (°/s)', ylim=(0.0, None)
+        xlabel=f'frequency (Hz), {"; ".join(spans)}; peaks interpolated between the lines',
+        ylabel='amplitude (°/s)',
+        ylim=(0.0, None),
     )
-    if any(found):
+    for name in (each for each in spectra if each not in found):
+        axis.plot([], [], linestyle='none', label=f'{name}: too short for a spectrum')
+    if any(spectra):
         legend_above(axis)
 
 

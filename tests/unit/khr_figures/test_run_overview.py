@@ -8,8 +8,16 @@ import pytest
 from khr_balance.gait import Gait
 from khr_balance.gait_parameters import GaitParameters
 from khr_bringup.scenario import load
-from khr_figures.plot_style import styled
-from khr_figures.run_overview import RANGE_DB, SPECTRUM, over_time, overview, spectrogram
+from khr_figures.plot_style import panels, styled
+from khr_figures.run_overview import (
+    RANGE_DB,
+    SPECTRUM,
+    draw_spectra,
+    over_time,
+    overview,
+    spectrogram,
+    third_cycle,
+)
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
 from tests.support.figures import check_whole
 
@@ -57,6 +65,17 @@ def test_a_signal_that_says_nothing_has_no_panel(series):
         tilting, _ = over_time({'': replace(series, inclination=0.01 * series.time)}, {})
     assert not [title for title in titles(level) if 'ground' in title]
     assert 'Inclination of the ground: true' in titles(tilting)
+
+
+def test_of_two_runs_the_one_without_a_spectrum_is_named(series):
+    with styled():
+        figure, (axis,) = panels('')
+        draw_spectra(axis, {'A': third_cycle(series, SCENARIO), 'B': None})
+    named = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    named += (
+        [text.get_text() for text in axis.get_legend().get_texts()] if axis.get_legend() else []
+    )
+    assert named == ['A', 'B: too short for a spectrum']
 
 
 def test_signals_and_spectrogram_of_two_runs_share_the_time_axis(series):
