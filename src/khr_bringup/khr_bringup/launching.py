@@ -71,8 +71,8 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
         scenarios.parse_change(f'simulator.{name}={given[name]}')
         for name in OF_SIMULATOR
         if given[name]
-    ) | scenarios.changes_of(_parted(given['set']))
-    scenario = scenarios.load(given['scenario']).changed(changes)
+    )
+    scenario = scenarios.load(given['scenario']).changed(changes).set_to(_parted(given['set']))
     scenario = scenario.changed(
         {('simulator', 'duration'): duration(scenario), ('transforms', 'joints'): joints}
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib.resources import files
 from os.path import isfile
 from pathlib import Path
@@ -34,7 +34,7 @@ class Scenario:
     Attributes:
         name: the stem of its file.
         values: what the scenario says itself, by node and key; the rest are defaults.
-        title: the first comment line of its file.
+        title: the first comment line of its file, and what was set on the command line.
     """
 
     name: str
@@ -80,6 +80,20 @@ class Scenario:
         for (node, key), value in changes.items():
             values.setdefault(node, {})[key] = _checked(self.name, node, key, value)
         return Scenario(self.name, _consistent(self.name, values), self.title)
+
+    def set_to(self, texts: Iterable[str]) -> Scenario:
+        """Return a scenario with changes as on a command line; its title names them.
+
+        Args:
+            texts: each ``node.key=value``.
+
+        Raises:
+            BringupError: as :meth:`changed`, or if a text is not of that form.
+        """
+        given = list(texts)
+        changed = self.changed(changes_of(given))
+        words = [self.title or self.name, *(' '.join(text.split()) for text in given)]
+        return replace(changed, title=', '.join(words)[:LONGEST].strip())
 
     def to_yaml(self) -> str:
         """Write the whole scenario, defaults included, as a ROS 2 parameter file.

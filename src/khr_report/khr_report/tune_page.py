@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from khr_bringup.scenario import Scenario, changes_of, load
+from khr_bringup.scenario import Scenario, load
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_experiments.critical import LARGEST_JOBS
@@ -56,7 +56,7 @@ def write(
         raise TuningError(
             f'--jobs: {jobs} is not accepted; accepted: integer in [1, {LARGEST_JOBS}]'
         )
-    asked = load(scenario).changed(changes_of(changed))
+    asked = load(scenario).set_to(changed)
     robots = tuple(read_ensemble()[:MOST_ROBOTS]) if robust else ()
     if robust and not robots:
         raise TuningError('--robust: the ensemble has no robot; accepted: after khr calibrate')

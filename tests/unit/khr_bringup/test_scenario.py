@@ -138,6 +138,20 @@ def test_change_takes_an_integer_for_a_float():
     assert changed.table(AnkleControllerParameters).gain == 18.0
 
 
+def test_what_was_set_stands_in_the_title_and_reads_back():
+    scenario = scenarios.load('walk_8.88deg_ka12')
+    changed = scenario.set_to(['ankle_controller.enabled=false', 'simulator.pushes=[\n]'])
+    assert changed.values['ankle_controller']['enabled'] is False
+    assert changed.values['simulator']['pushes'] == []
+    assert changed.title == (
+        f'{scenario.title}, ankle_controller.enabled=false, simulator.pushes=[ ]'
+    )
+    assert scenarios.parse(changed.to_yaml(), 'again.yaml', 'again').title == changed.title
+    assert scenario.set_to([]) == scenario
+    many = scenario.set_to([f'gait.cycles={number}' for number in range(1, 40)])
+    assert scenarios.parse(many.to_yaml(), 'again.yaml', 'again').title == many.title
+
+
 def test_all_nodes_share_the_control_period():
     changed = scenarios.load('walk_0deg').changed(
         scenarios.changes_of(['simulator.control_period=0.02'])

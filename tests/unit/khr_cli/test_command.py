@@ -105,6 +105,17 @@ def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
     assert out.strip().splitlines()[-1].startswith('trajectory hash ')
 
 
+def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
+    title = f'{scenarios.load("stand_0deg").title}, simulator.friction=0.3'
+    command_line = ['run', 'stand_0deg', '--set', 'simulator.friction=0.3']
+    code, out, _ = khr(
+        monkeypatch, capsys, *command_line, '--offline', '--duration', 0.3, '--out', tmp_path
+    )
+    assert code == 0
+    assert title in ' '.join(out.split())
+    assert (tmp_path / 'scenario.yaml').read_text().startswith(f'# {title}\n')
+
+
 @pytest.mark.parametrize(('arguments', 'expected'), [([], 2), (['--help'], 0)])
 def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
     code, out, err = khr(monkeypatch, capsys, *arguments)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 from rich.console import Console
@@ -58,14 +58,14 @@ def run(
     if scenario is None:
         list_scenarios()
         raise KhrError('run: no scenario given; accepted: one of these, or a scenario file')
-    changes = scenarios.changes_of(set_ or [])
+    changes: dict[tuple[str, str], Any] = {}
     if duration is not None:
         changes['simulator', 'duration'] = duration
     if realtime and offline:
         raise KhrError('--realtime: not with --offline, which has no clock; accepted: one of them')
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
-    chosen = scenarios.load(scenario).changed(changes)
+    chosen = scenarios.load(scenario).set_to(set_ or []).changed(changes)
     options = Options(
         offline=offline,
         one_process=one_process,
@@ -110,11 +110,11 @@ def view(
     if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
         both = [Path(what), *([against] if against else [])]
         raise typer.Exit(play(both, Viewing(host, port, browser)))
-    changes = scenarios.changes_of(set_ or [])
-    changes |= {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
+    changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     viewing = Viewing(host, port, browser, stay=True)
     options = Options(one_process=True, record=record, out=out, domain=domain, view=viewing)
-    raise typer.Exit(run_scenario(scenarios.load(what).changed(changes), options))
+    chosen = scenarios.load(what).set_to(set_ or []).changed(changes)
+    raise typer.Exit(run_scenario(chosen, options))
 
 
 def list_scenarios() -> None:
