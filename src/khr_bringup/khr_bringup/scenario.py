@@ -95,6 +95,19 @@ class Scenario:
         words = [self.title or self.name, *(' '.join(text.split()) for text in given)]
         return replace(changed, title=', '.join(words)[:LONGEST].strip())
 
+    def switched_off(self, changes: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+        """Return which of some parameters do nothing, by their node, whose ``enabled`` is false.
+
+        Args:
+            changes: (node, key) of each.
+        """
+        found: dict[str, list[str]] = {}
+        for node, key in changes:
+            switch = specifications(table_of(node)).get('enabled')
+            if switch and key != 'enabled' and not self.of(node).get('enabled', switch.default):
+                found.setdefault(node, []).append(key)
+        return found
+
     def to_yaml(self) -> str:
         """Write the whole scenario, defaults included, as a ROS 2 parameter file.
 

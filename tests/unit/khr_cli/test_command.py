@@ -116,6 +116,34 @@ def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
     assert (tmp_path / 'scenario.yaml').read_text().startswith(f'# {title}\n')
 
 
+@pytest.mark.parametrize(
+    ('settings', 'warning'),
+    [
+        (
+            ['hip_controller.gain=13', 'hip_controller.staged=false'],
+            'khr: --set hip_controller.gain, staged: no effect while hip_controller.enabled is '
+            'false; to switch it on: --set hip_controller.enabled=true\n',
+        ),
+        (['hip_controller.gain=13', 'hip_controller.enabled=true'], ''),
+        (['hip_controller.enabled=false'], ''),
+        (['ankle_controller.gain=13', 'gait.cycles=2'], ''),
+    ],
+)
+def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys, settings, warning):
+    monkeypatch.setattr('khr_cli.run.run_scenario', lambda *_: 0)
+    changes = [word for text in settings for word in ('--set', text)]
+    for verb in ('run', 'view'):
+        code, _, err = khr(monkeypatch, capsys, verb, 'walk_8.88deg_ka12', *changes)
+        assert (code, err) == (0, warning)
+
+
+def test_critical_points_out_a_gain_of_a_controller_that_is_off(monkeypatch, capsys):
+    monkeypatch.setattr('khr_experiments.critical.report', lambda *_: '')
+    setting = ('--set', 'ankle_controller.gain=12')
+    assert 'no effect' in khr(monkeypatch, capsys, 'critical', '--ka', '0', *setting)[2]
+    assert khr(monkeypatch, capsys, 'critical', '--ka', '6', *setting)[2] == ''
+
+
 @pytest.mark.parametrize(('arguments', 'expected'), [([], 2), (['--help'], 0)])
 def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
     code, out, err = khr(monkeypatch, capsys, *arguments)

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
 from khr_bringup import scenario as scenarios
+from khr_bringup.scenario import Scenario
 
 
 def _scenario_names(incomplete: str) -> list[str]:
@@ -40,3 +43,14 @@ WorkersOption = Annotated[
 SchedulerOption = Annotated[
     str | None, typer.Option(help='Use the workers of a "dask scheduler", tcp://HOST:PORT.')
 ]
+
+
+def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:
+    """Say on stderr which of the parameters that ``--set`` changes do nothing, and why."""
+    off = scenario.switched_off(scenarios.changes_of(texts))
+    for node, keys in off.items():
+        print(
+            f'khr: --set {node}.{", ".join(keys)}: no effect while {node}.enabled is false; '
+            f'to switch it on: --set {node}.enabled=true',
+            file=sys.stderr,
+        )

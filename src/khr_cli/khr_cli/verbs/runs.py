@@ -16,6 +16,7 @@ from khr_cli.verbs.options import (
     RecordOption,
     ScenarioArgument,
     SetOption,
+    warn_of_switched_off,
 )
 from khr_common import KhrError
 
@@ -76,6 +77,7 @@ def run(
         network=network,
         view=Viewing() if view else None,
     )
+    warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(run_scenario(chosen, options))
 
 
@@ -114,6 +116,7 @@ def view(
     viewing = Viewing(host, port, browser, stay=True)
     options = Options(one_process=True, record=record, out=out, domain=domain, view=viewing)
     chosen = scenarios.load(what).set_to(set_ or []).changed(changes)
+    warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(run_scenario(chosen, options))
 
 

@@ -17,6 +17,7 @@ from khr_cli.verbs.options import (
     SetOption,
     ToleranceOption,
     WorkersOption,
+    warn_of_switched_off,
 )
 
 
@@ -82,14 +83,9 @@ def critical(
     from khr_experiments.critical import report
 
     changes = tuple(scenarios.changes_of(set_ or []).items())
-    print(
-        report(
-            Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill),
-            seeds,
-            tolerance,
-            jobs,
-        )
-    )
+    condition = Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill)
+    warn_of_switched_off(condition.scenario(0.0), set_ or [])
+    print(report(condition, seeds, tolerance, jobs))
 
 
 def calibrate(
