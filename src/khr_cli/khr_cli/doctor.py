@@ -12,6 +12,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from rich.console import Console
+from rich.markup import escape
 
 from khr_bringup.run_registry import WITHOUT_LOG, registered, running
 from khr_cli.promises import children_end, open_sockets, register_is_private
@@ -47,7 +48,8 @@ def examine(console: Console) -> int:
         fine, what, advice = check()
         good &= fine
         mark = '[green]ok [/green]' if fine else '[red]bad[/red]'
-        console.print(f'{mark} {what}' + ('' if fine else f' -> {advice}'), highlight=False)
+        said = escape(what if fine else f'{what} -> {advice}')
+        console.print(f'{mark} {said}', highlight=False, soft_wrap=True)
     return 0 if good else 1
 
 

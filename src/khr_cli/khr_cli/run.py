@@ -122,14 +122,14 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
         failures.append('interrupted while the results were written; the folder may lack some')
     _summarise(scenario, folder, result, options)
     for failure in failures:
-        console.print(f'khr: {failure}', highlight=False, markup=False)
+        _say(console, f'khr: {failure}')
     if failures:
         return 1
     if result.end == 'stopped':
         return 0 if options.stay else INTERRUPTED
     unmet = expected.unmet(result.verdict, result.realtime)
     if unmet:
-        console.print(f'khr: {unmet}', highlight=False)
+        _say(console, f'khr: {unmet}')
     return 1 if unmet else 0
 
 
@@ -160,11 +160,9 @@ def _graph(
 
     seconds = scenario.table(RunParameters).duration
     with registered(scenario.name, folder, options.domain, options.network) as entry:
-        console.print(
-            f'{scenario.name}: {entry.to_join}  folder {folder}', highlight=False, markup=False
-        )
+        _say(console, f'{scenario.name}: {entry.to_join}  folder {folder}')
         if entry.network:
-            console.print(f'khr: {NETWORK}', highlight=False)
+            _say(console, f'khr: {NETWORK}')
         beside = _page(options.view, console)
         with _progress(console, seconds) as show:
 
@@ -194,7 +192,7 @@ def _graph(
                 stay=options.stay,
             )
     for warning in result.warnings:
-        console.print(f'khr: {warning}', highlight=False, markup=False)
+        _say(console, f'khr: {warning}')
     return Result(
         result.verdict,
         result.outcome,
@@ -219,7 +217,7 @@ def _door(viewing: Viewing, console: Console) -> Callable[[], Door]:
     """Return what opens the door of the page and says where it is."""
     from khr_view import beside
 
-    say = partial(console.print, highlight=False, markup=False, soft_wrap=True)
+    say = partial(_say, console)
     return partial(beside.opened, viewing.host, viewing.port, viewing.browser, say)
 
 
@@ -307,13 +305,11 @@ def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
     try:
         draw_run(folder, scenario, folder / 'overview.png')
     except KhrError as error:  # the run itself is done and kept
-        console.print(f'khr: no overview: {error}', highlight=False)
+        _say(console, f'khr: no overview: {error}')
 
 
 def _summarise(scenario: Scenario, folder: Path, result: Result, options: Options) -> None:
-    table = Table(
-        title=escape(scenario.title or scenario.name), show_header=False, title_justify='left'
-    )
+    table = Table(show_header=False)
     table.add_row('outcome', f'[bold]{result.verdict or "unknown"}[/bold]')
     for name, value in result.quantities.items():
         if name not in ('final', 'verdict') and value:
@@ -323,8 +319,15 @@ def _summarise(scenario: Scenario, folder: Path, result: Result, options: Option
     if result.realtime:
         table.add_row('real time', realtime_text(result.realtime))
     table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
-    table.add_row('folder', escape(str(folder)))
+    console = Console()
+    _say(console, scenario.title or scenario.name)
+    console.print(table)
+    _say(console, f'folder {folder}')
     if options.record and not options.offline:
-        table.add_row('bag', escape(str(bag_of(folder))))
-    Console().print(table)
-    print(f'trajectory hash {result.trajectory_hash}')
+        _say(console, f'bag {bag_of(folder)}')
+    _say(console, f'trajectory hash {result.trajectory_hash}')
+
+
+def _say(console: Console, text: str) -> None:
+    """Print one line as it is: whole at whatever width, so that its paths can be copied."""
+    console.print(text, highlight=False, markup=False, soft_wrap=True)

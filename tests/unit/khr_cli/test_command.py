@@ -10,6 +10,7 @@ import pytest
 
 from khr_bringup import scenario as scenarios
 from khr_cli import command
+from khr_common import RunError
 
 
 def khr(monkeypatch, capsys, *arguments):
@@ -106,14 +107,29 @@ def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
 
 
 def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv('COLUMNS', '80')
+    folder = tmp_path / ('a[b]' * 20)
     title = f'{scenarios.load("stand_0deg").title}, simulator.friction=0.3'
     command_line = ['run', 'stand_0deg', '--set', 'simulator.friction=0.3']
     code, out, _ = khr(
-        monkeypatch, capsys, *command_line, '--offline', '--duration', 0.3, '--out', tmp_path
+        monkeypatch, capsys, *command_line, '--offline', '--duration', 0.3, '--out', folder
     )
     assert code == 0
-    assert title in ' '.join(out.split())
-    assert (tmp_path / 'scenario.yaml').read_text().startswith(f'# {title}\n')
+    assert (folder / 'scenario.yaml').read_text().startswith(f'# {title}\n')
+    lines = out.splitlines()
+    assert lines[0] == title and lines[-2] == f'folder {folder}'
+
+
+def test_the_folder_of_a_run_is_named_whole(monkeypatch, capsys, tmp_path):
+    def stop(*_, **__):
+        raise RunError('stopped')
+
+    monkeypatch.setenv('COLUMNS', '80')
+    monkeypatch.setattr('khr_bringup.graph.run_graph', stop)
+    folder = tmp_path / ('long' * 20)
+    code, _, err = khr(monkeypatch, capsys, 'run', 'stand_0deg', '--out', folder)
+    assert code == 1
+    assert err.splitlines()[0].endswith(f'  folder {folder}')
 
 
 @pytest.mark.parametrize(
