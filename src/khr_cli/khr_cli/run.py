@@ -16,6 +16,7 @@ from rich.markup import escape
 from rich.progress import BarColumn, Progress, TextColumn
 from rich.table import Table
 
+from khr_analysis.outcome_text import LABELS, shown
 from khr_bringup.bags import bag_of
 from khr_bringup.code_version import as_run
 from khr_bringup.expectation import Expectation, realtime_text
@@ -311,9 +312,9 @@ def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
 def _summarise(scenario: Scenario, folder: Path, result: Result, options: Options) -> None:
     table = Table(show_header=False)
     table.add_row('outcome', f'[bold]{result.verdict or "unknown"}[/bold]')
-    for name, value in result.quantities.items():
-        if name not in ('final', 'verdict') and value:
-            table.add_row(name.replace('_', ' '), escape(value))
+    for name, label in LABELS.items():
+        if value := result.quantities.get(name):
+            table.add_row(label, escape(shown(name, value)))
     table.add_row('ended by', result.end)
     table.add_row('real-time factor', f'{result.real_time_factor:.2f}')
     if result.realtime:

@@ -9,7 +9,6 @@ import platform
 import sys
 from collections.abc import Sequence
 from dataclasses import fields
-from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
+from khr_analysis.outcome_text import LABELS, shown
 from khr_bringup.code_version import code_version, library_versions, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.run_signals import Series
@@ -28,19 +28,7 @@ from khr_report.page.text import count
 from khr_report.run_contents import RunContents, find
 from khr_sweeps.trial import complete
 
-OUTCOME = {
-    'verdict': 'outcome',
-    'end': 'ended by',
-    'time_s': 'judged until, s',
-    'fell_at_s': 'fell at, s',
-    'distance_m': 'distance along the surface, m',
-    'lateral_drift_m': 'drift to the left, m',
-    'largest_pitch_deg': 'largest pitch, deg',
-    'slip_distance_m': 'slip, all steps, m',
-    'largest_slip_m': 'slip, largest of a step, m',
-    'vibration_rad_s': 'vibration, deg/s',
-    'trajectory_hash': 'trajectory hash',
-}
+OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, 'trajectory_hash': 'trajectory hash'}
 LETTERS = ('A', 'B')
 FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
 RESOLUTION = 150  # dots per inch
@@ -111,10 +99,7 @@ def _outcome(found: Sequence[RunContents]) -> Markup:
 
 
 def _value(name: str, value: Any) -> str:
-    """Write a quantity of an outcome; rates are shown in deg/s."""
-    if name.endswith('_rad_s') and value is not None:
-        return f'{degrees(float(value)):.2f}'
-    return str(value or '')
+    return shown(name, str(value)) if value else ''
 
 
 def _step(before: str, after: str) -> str:

@@ -1,9 +1,12 @@
 """The command line: mistakes are one line on stderr and exit code 2, and start nothing."""
 
+import json
 import os
+import re
 import subprocess
 import sys
 from importlib.metadata import version
+from math import degrees
 from pathlib import Path
 
 import pytest
@@ -117,6 +120,10 @@ def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
     assert code == 0
     assert (folder / 'scenario.yaml').read_text().startswith(f'# {title}\n')
     lines = out.splitlines()
+    outcome = json.loads((folder / 'outcome.json').read_text())
+    rows = dict(cells for line in lines if len(cells := re.findall('│ (.*?) +(?=│)', line)) == 2)
+    assert rows['vibration, deg/s'] == f'{degrees(float(outcome["vibration_rad_s"])):.2f}'
+    assert rows['judged until, s'] == outcome['time_s']
     assert lines[0] == title and lines[-2] == f'folder {folder}'
 
 
