@@ -34,7 +34,17 @@ def khr(monkeypatch, capsys, *arguments):
         (['run', 'walk_0deg', '--set', 'stride'], ['stride', 'node.parameter=value']),
         (['run', 'walk_0deg', '--expect', 'flown'], ['flown', 'walked | stood']),
         (['run', 'walk_0deg', '--expect', 'realtime'], ['--expect', 'sync=realtime']),
-        (['run', 'walk_0deg', '--offline', '--realtime'], ['--realtime', '--offline']),
+        *(
+            (['run', 'walk_0deg', '--offline', *words], [f'{words[0]}: ', '--offline'])
+            for words in (
+                ['--realtime'],
+                ['--view'],
+                ['--one-process'],
+                ['--processes'],
+                ['--domain', '7'],
+                ['--network'],
+            )
+        ),
         (['get', 'gait', '--timeout', '0'], ['--timeout', '0.1', 'khr get --help']),
         (['run', 'walk_0deg', '--duration', '-1'], ['duration', '-1.0']),
         (['run', 'walk_0deg', '--domain', '900'], ['--domain', '900', '1 to 99']),

@@ -36,11 +36,12 @@ def run(
         ),
     ] = False,
     one_process: Annotated[
-        bool,
+        bool | None,
         typer.Option(
-            '--one-process/--processes', help='All nodes in one process, or one process each.'
+            '--one-process/--processes',
+            help='All nodes in one process (the default), or one process each.',
         ),
-    ] = True,
+    ] = None,
     record: RecordOption = True,
     out: OutOption = None,
     set_: SetOption = None,
@@ -62,14 +63,24 @@ def run(
     changes: dict[tuple[str, str], Any] = {}
     if duration is not None:
         changes['simulator', 'duration'] = duration
-    if realtime and offline:
-        raise KhrError('--realtime: not with --offline, which has no clock; accepted: one of them')
+    for option, given, lacking in (
+        ('--realtime', realtime, 'no clock'),
+        ('--view', view, 'no topics to look at'),
+        ('--one-process', one_process is True, 'no nodes'),
+        ('--processes', one_process is False, 'no nodes'),
+        ('--domain', domain is not None, 'no topics'),
+        ('--network', network, 'no topics'),
+    ):
+        if offline and given:
+            raise KhrError(
+                f'{option}: not with --offline, which has {lacking}; accepted: one of them'
+            )
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     chosen = scenarios.load(scenario).set_to(set_ or []).changed(changes)
     options = Options(
         offline=offline,
-        one_process=one_process,
+        one_process=one_process is not False,
         record=record,
         out=out,
         expect=expect,
