@@ -179,8 +179,8 @@ def test_name_with_degrees_keeps_them(tmp_path):
 @pytest.mark.parametrize(
     ('run', 'word'),
     [
-        ('runs/nosuch', 'no such run; accepted: the folder of a run, or a scenario'),
-        ('nosuch', 'no such scenario'),
+        ('runs/nosuch', 'no such run or scenario'),
+        ('walk_8.88', r'no such run or scenario; did you mean walk_8\.88deg_ka12\?'),
         ('.', r'no scenario\.yaml in it'),
     ],
 )

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from difflib import get_close_matches
 from importlib.resources import files
 from os.path import isfile
 from pathlib import Path
@@ -125,14 +126,18 @@ class Scenario:
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 
 
-def load(name: str) -> Scenario:
+def load(name: str, sought: str = 'scenario') -> Scenario:
     """Read a scenario by path, or by name from the current config folder or the installed one.
+
+    Args:
+        name: path or name.
+        sought: what the name may stand for, in the words of the refusal.
 
     Raises:
         BringupError: if there is none, or it does not read; the text names file, node, key, value
             and what is accepted.
     """
-    path = find(name)
+    path = find(name, sought)
     return parse(read_file(path), str(path), path.stem)
 
 
@@ -160,11 +165,11 @@ def title_of(text: str) -> str:
     return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
 
 
-def find(name: str) -> Path:
+def find(name: str, sought: str = 'scenario') -> Path:
     """Return the file of a scenario given by path or name.
 
     Raises:
-        BringupError: if there is none.
+        BringupError: if there is none, as :func:`load`.
     """
     for path in (
         Path(name),
@@ -174,10 +179,19 @@ def find(name: str) -> Path:
     ):
         if isfile(path):  # Path.is_file raises if the name is too long to be one
             return path
+    near = _near(name)
     raise BringupError(
-        f'{named(name)}: no such scenario; accepted: a file, or one of '
-        f'{", ".join(path.stem for path in shipped())}'
+        f'{named(name)}: no such {sought}; '
+        + (f'did you mean {near}? ' if near else '')
+        + 'accepted: a path, or a name ("khr scenarios" lists them)'
     )
+
+
+def _near(name: str) -> str:
+    """Return the scenario whose name begins like this, or else is most like it; or nothing."""
+    stem, known = Path(name).name.removesuffix('.yaml'), [path.stem for path in shipped()]
+    begun = [each for each in known if stem and each.startswith(stem)]
+    return next(iter(begun or get_close_matches(stem, known, 1)), '')
 
 
 def shipped() -> list[Path]:

@@ -74,17 +74,14 @@ def scenario_of(run: str) -> Scenario:
     """Return the scenario of a run folder, or the one of that name or file.
 
     Raises:
-        ReportError: if there is neither.
+        KhrError: if there is neither.
     """
     folder = Path(run)
     if folder.is_dir():
         if not (folder / 'scenario.yaml').is_file():
             raise ReportError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
         return load(str(folder / 'scenario.yaml'))
-    is_path = folder.name != run
-    if is_path and not folder.exists():
-        raise ReportError(f'{run}: no such run; accepted: the folder of a run, or a scenario')
-    return load(run)
+    return load(run, 'run or scenario')
 
 
 def frames(scenario: Scenario, run: str = '') -> list[Frame]:

@@ -110,9 +110,23 @@ def test_mistakes_are_named(tmp_path, text, says):
         assert word in message
 
 
-def test_unknown_scenario_lists_the_known_ones():
-    with pytest.raises(BringupError, match='walk_0deg'):
-        scenarios.load('walk_99deg')
+@pytest.mark.parametrize(
+    ('name', 'near'),
+    [
+        ('walk_8.88', 'walk_8.88deg_ka12'),
+        ('config/scenarios/walk_9.7deg_ka12_kh.yaml', 'walk_9.7deg_ka12_kh12'),
+        ('wlak_3deg', 'walk_3deg'),
+        ('', None),
+        ('nowhere', None),
+        ('x' * 10_000, None),
+    ],
+)
+def test_unknown_scenario_says_which_was_meant_and_what_lists_all(name, near):
+    with pytest.raises(BringupError) as refusal:
+        scenarios.load(name)
+    assert 'no such scenario; ' in str(refusal.value) and '"khr scenarios"' in str(refusal.value)
+    assert ('did you mean' in str(refusal.value)) == (near is not None)
+    assert near is None or f'did you mean {near}?' in str(refusal.value)
 
 
 @pytest.mark.parametrize(

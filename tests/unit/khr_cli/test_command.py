@@ -27,7 +27,9 @@ def khr(monkeypatch, capsys, *arguments):
 @pytest.mark.parametrize(
     ('arguments', 'says'),
     [
-        (['run', 'nowhere.yaml'], ['nowhere.yaml', 'no such scenario', 'walk_0deg']),
+        (['run', 'nowhere.yaml'], ['nowhere.yaml', 'no such scenario', 'khr scenarios']),
+        (['view', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
+        (['film', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
         (['run', 'walk_0deg', '--set', 'gait.stroll=1'], ['gait', 'stroll', 'motion']),
         (['run', 'walk_0deg', '--set', 'walker.stride=1'], ['walker', 'simulator']),
         (['run', 'walk_0deg', '--set', 'gait.stride=9'], ['stride', '9.0', '[0, 0.1] m']),

@@ -126,7 +126,7 @@ def view(
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     viewing = Viewing(host, port, browser, stay=True)
     options = Options(one_process=True, record=record, out=out, domain=domain, view=viewing)
-    chosen = scenarios.load(what).set_to(set_ or []).changed(changes)
+    chosen = scenarios.load(what, 'run or scenario').set_to(set_ or []).changed(changes)
     warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(run_scenario(chosen, options))
 
