@@ -146,9 +146,13 @@ def test_a_bag_without_scenario_or_end_is_refused(tmp_path, result):
 
 def test_what_is_no_bag_is_refused(tmp_path):
     (tmp_path / 'text.mcap').write_text('no bag')
-    (tmp_path / 'empty').mkdir()
-    for path in ('text.mcap', 'empty', 'absent'):
+    for path in ('text.mcap', 'absent'):
         assert 'not a readable bag' in refused(tmp_path / path)
+
+
+def test_a_run_without_a_bag_is_refused_as_such(tmp_path):
+    (tmp_path / 'outcome.json').write_text('{}')
+    assert 'no bag in it: an --offline or --no-record run leaves none' in refused(tmp_path)
 
 
 @pytest.fixture(scope='module')

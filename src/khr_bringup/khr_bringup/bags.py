@@ -87,9 +87,14 @@ def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
     Raises:
         BringupError: if it is no bag or is damaged.
     """
-    messages = _empty(topics)
+    place, messages = bag_of(bag), _empty(topics)
+    if place.is_dir() and not (place / 'metadata.yaml').exists() and not any(place.glob('*.mcap')):
+        raise BringupError(
+            f'{bag}: no bag in it: an --offline or --no-record run leaves none; accepted: a '
+            'rosbag2 folder, or the folder of a run that recorded one'
+        )
     try:
-        _collect(bag_of(bag), messages)
+        _collect(place, messages)
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise BringupError(
