@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -28,9 +28,6 @@ from khr_bringup.scenario import Scenario
 from khr_common import KhrError
 from khr_common.files import write_text
 from khr_sim.run_parameters import RunParameters
-
-if TYPE_CHECKING:
-    from khr_view.guard import Door
 
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 REFRESH = 0.2  # s of wall time
@@ -106,11 +103,16 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     expected = Expectation.parse(options.expect, '--expect', scenario, options.offline)
     console = Console(stderr=True)
     scenario = _bounded(scenario, options)
+    page = _page(options.view, console)  # refused before a folder is made
     folder = _folder(scenario, options.out)
     start = time.monotonic()
     if options.offline:
         write_text(folder / 'scenario.yaml', as_run(scenario))
-    result = (_offline if options.offline else _graph)(scenario, folder, options, console, start)
+    result = (
+        _offline(scenario, console, start)
+        if options.offline
+        else _graph(scenario, folder, options, page, console, start)
+    )
     scenario = result.scenario or scenario
     failures = [result.failure] if result.failure else []
     try:
@@ -155,7 +157,12 @@ def _folder(scenario: Scenario, out: Path | None) -> Path:
 
 
 def _graph(
-    scenario: Scenario, folder: Path, options: Options, console: Console, start: float
+    scenario: Scenario,
+    folder: Path,
+    options: Options,
+    page: Callable[[Processes], None],
+    console: Console,
+    start: float,
 ) -> Result:
     from khr_bringup.graph import prepare, run_graph
 
@@ -164,7 +171,6 @@ def _graph(
         _say(console, f'{scenario.name}: {entry.to_join}  folder {folder}')
         if entry.network:
             _say(console, f'khr: {NETWORK}')
-        beside = _page(options.view, console)
         with _progress(console, seconds) as show:
 
             def show_view(view: Any) -> None:
@@ -189,7 +195,7 @@ def _graph(
                 record=options.record,
                 one_process=options.one_process,
                 show=show_view,
-                beside=beside,
+                beside=page,
                 stay=options.stay,
             )
     for warning in result.warnings:
@@ -210,30 +216,27 @@ def _graph(
 def play(paths: Sequence[Path], viewing: Viewing) -> int:
     """Play recorded runs back in a browser until interrupted; return the exit code."""
     from khr_view import playback
+    from khr_view.beside import announced
+    from khr_view.guard import open_door
 
-    return playback.play(paths, _door(viewing, Console(stderr=True)))
-
-
-def _door(viewing: Viewing, console: Console) -> Callable[[], Door]:
-    """Return what opens the door of the page and says where it is."""
-    from khr_view import beside
-
-    say = partial(_say, console)
-    return partial(beside.opened, viewing.host, viewing.port, viewing.browser, say)
+    say = partial(_say, Console(stderr=True))
+    return playback.play(
+        paths, lambda: announced(open_door(viewing.host, viewing.port), viewing.browser, say)
+    )
 
 
 def _page(viewing: Viewing | None, console: Console) -> Callable[[Processes], None]:
-    """Open the door of the page, if there is to be one; return what starts it."""
+    """Open the door of the page, if there is to be one; return what names and starts it."""
     if viewing is None:
         return lambda _: None
-    from khr_view import beside
+    from khr_view.beside import announced, start
+    from khr_view.guard import open_door
 
-    return partial(beside.start, _door(viewing, console)())
+    door, say = open_door(viewing.host, viewing.port), partial(_say, console)
+    return lambda processes: start(announced(door, viewing.browser, say), processes)
 
 
-def _offline(
-    scenario: Scenario, folder: Path, _: Options, console: Console, start: float
-) -> Result:
+def _offline(scenario: Scenario, console: Console, start: float) -> Result:
     from khr_analysis.outcome_text import quantities
 
     began = start

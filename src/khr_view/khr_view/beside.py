@@ -8,7 +8,7 @@ import webbrowser
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
-from khr_view.guard import SOCKET, TOKEN, Door, open_door
+from khr_view.guard import SOCKET, TOKEN, Door
 
 if TYPE_CHECKING:
     from khr_bringup.processes import Processes
@@ -20,16 +20,11 @@ OPENED = (
 )
 
 
-def opened(host: str, port: int, browser: bool, say: Callable[[str], None]) -> Door:
-    """Open a door, print its address, and open it in a browser if there is one to see.
-
-    Raises:
-        ViewError: as :func:`khr_view.guard.open_door`.
-    """
-    door = open_door(host, port)
+def announced(door: Door, browser: bool, say: Callable[[str], None]) -> Door:
+    """Print the address of a door, and open it in a browser if there is one to see."""
     say(f'page: {door.address}')
     if door.token:
-        say(f'khr: {OPENED.format(host=host)}')
+        say(f'khr: {OPENED.format(host=door.host)}')
     if browser and _screen():
         webbrowser.open(door.address)
     return door

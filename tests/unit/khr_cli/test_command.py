@@ -152,6 +152,19 @@ def test_the_folder_of_a_run_is_named_whole(monkeypatch, capsys, tmp_path):
 
 
 @pytest.mark.parametrize(
+    'words', [['--port', '99999'], ['--host', '192.0.2.1'], ['--host', 'nowhere.invalid']]
+)
+def test_a_page_that_cannot_be_served_is_refused_before_there_is_a_folder(
+    monkeypatch, capsys, tmp_path, words
+):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = khr(monkeypatch, capsys, 'view', 'stand_0deg', '--no-browser', *words)
+    assert code == 2
+    assert err.startswith(f'khr: {words[0]}: ') and err.count('\n') == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
     ('settings', 'warning'),
     [
         (
