@@ -13,8 +13,10 @@ from typing import Any
 import yaml
 
 from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import registry, table_of
 from khr_bringup.run_registry import WITHOUT_LOG, choose
 from khr_bringup.strict_yaml import read_file
+from khr_common import ParameterError, check, specifications
 from khr_common.quoting import quoted
 
 PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
@@ -28,11 +30,13 @@ class LiveParameter:
     Attributes:
         name, value: as the node has them.
         meaning: with its unit, and what the parameter accepts, as the node describes it.
+        fixed: whether it cannot change while the node runs.
     """
 
     name: str
     value: Any
     meaning: str
+    fixed: bool = False
 
     @property
     def shown(self) -> str:
@@ -71,6 +75,7 @@ def set_parameter(
 
     with _client(node, domain, timeout) as call:
         (before,) = _get(call, node, name)
+        check_change(node, before, value)
         try:
             parameter = Parameter(name, value=value)
         except (TypeError, ValueError, AssertionError) as error:
@@ -83,6 +88,28 @@ def set_parameter(
             raise BringupError(f'{node}: {result.reason or f"{name} cannot change now"}')
         (after,) = _get(call, node, name)
         return before, after
+
+
+def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
+    """Refuse what a node would refuse, in the words that a scenario file gets.
+
+    Raises:
+        BringupError: if the parameter is fixed, or its specification does not accept the value.
+    """
+    name = parameter.name
+    if parameter.fixed:
+        from khr_bringup.switching import KEPT  # takes long to load
+
+        switch = '' if name in KEPT.get(node, ()) else ', or khr switch'
+        raise BringupError(
+            f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.shown} while it '
+            f'runs; accepted: khr run --set {node}.{name}=VALUE{switch}'
+        )
+    if node in registry() and name in specifications(table_of(node)):
+        try:
+            check(table_of(node), name, value)
+        except ParameterError as error:
+            raise BringupError(f'{node}: {error}') from error
 
 
 def switch_scenario(scenario: Path, domain: int | None = None) -> str:
@@ -126,7 +153,7 @@ def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
     values = map(value_of, call('get_parameters', wanted).values)
     descriptors = call('describe_parameters', wanted).descriptors
     return [
-        LiveParameter(key, value, _meaning(each))
+        LiveParameter(key, value, _meaning(each), each.read_only)
         for key, value, each in zip(wanted, values, descriptors, strict=True)
     ]
 

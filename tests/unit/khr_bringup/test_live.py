@@ -5,7 +5,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_bringup.live import LiveParameter
+from khr_bringup.errors import BringupError
+from khr_bringup.live import LiveParameter, check_change
 from khr_bringup.scenario import parse_value
 
 SCALARS = (
@@ -40,3 +41,23 @@ def test_whatever_is_shown_is_one_line_of_yaml(value):
     shown = LiveParameter('name', value, '').shown
     assert '\n' not in shown
     assert yaml.safe_load(f'name: {shown}  # its meaning') == {'name': value}
+
+
+def test_what_a_node_would_refuse_is_refused_in_our_own_words():
+    gain, seed = LiveParameter('gain', 12.0, ''), LiveParameter('seed', 0, '', fixed=True)
+    check_change('ankle_controller', gain, 18.0)
+    check_change('another_node', gain, 900.0)
+    check_change('simulator', LiveParameter('use_sim_time', False, ''), True)
+    with pytest.raises(BringupError) as refusal:
+        check_change('ankle_controller', gain, 900.0)
+    assert str(refusal.value) == (
+        'ankle_controller: gain: 900.0 is not accepted; accepted: float in [0, 60]'
+    )
+    with pytest.raises(BringupError) as refusal:
+        check_change('simulator', seed, 3)
+    assert str(refusal.value) == (
+        'simulator: seed: 3 is not accepted: fixed at 0 while it runs; accepted: '
+        'khr run --set simulator.seed=VALUE, or khr switch'
+    )
+    with pytest.raises(BringupError, match=r'khr run --set simulator\.sync=VALUE$'):
+        check_change('simulator', LiveParameter('sync', 'lockstep', '', fixed=True), 'realtime')
