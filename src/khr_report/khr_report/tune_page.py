@@ -8,7 +8,7 @@ from pathlib import Path
 
 import yaml
 
-from khr_bringup.scenario import Scenario, load
+from khr_bringup.scenario import ANYWHERE, Scenario, load
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_experiments.critical import LARGEST_JOBS
@@ -16,6 +16,7 @@ from khr_experiments.ensemble_file import read_ensemble
 from khr_figures.plot_style import save
 from khr_figures.tuning import front_picture, values_text
 from khr_report.page.document import Block, Columns, Passage, markdown, table
+from khr_report.page.text import count
 from khr_tuning.errors import TuningError
 from khr_tuning.knobs import GAINS, PLACEMENT
 from khr_tuning.tune import ORDERS, Question, Tuned, Tuning, tune
@@ -87,20 +88,30 @@ def render(answer: Tuning, folder: Path) -> str:
     save(figure, folder / 'front.png')
     write_text(folder / 'tune.md', markdown([*blocks(answer)], 1) + '\n')
     knobs = answer.question.knobs
+    before = f'before, {values_text(knobs, answer.before.values)}: {_words(answer.before)}'
     return (
         f'{values_text(knobs, answer.best.values)}: {_words(answer.best)}; with other seeds '
-        f'{_words(answer.confirmed)}\nbefore, {values_text(knobs, answer.before.values)}: '
-        f'{_words(answer.before)}\n{folder / f"{name}.yaml"}'
+        f'{_words(answer.confirmed)}\n{_nothing_better(answer) or before}\n{folder / f"{name}.yaml"}'
     )
 
 
 def scenario_text(answer: Tuning) -> str:
     """Return the tuned scenario as the text of its file, thin over the defaults."""
     tuned: Scenario = answer.scenario
-    document = {node: {'ros__parameters': keys} for node, keys in tuned.values.items() if keys}
+    document = {
+        ANYWHERE + node: {'ros__parameters': keys} for node, keys in tuned.values.items() if keys
+    }
     title = f'{tuned.title or tuned.name}; tuned: '
     found = values_text(answer.question.knobs, answer.best.values)
     return f'# {title}{found}\n' + yaml.safe_dump(document, sort_keys=False)
+
+
+def _nothing_better(answer: Tuning) -> str:
+    """Say that a search has found nothing, if so."""
+    if answer.best != answer.before:
+        return ''
+    others = count(len(answer.tried) - 1, 'other candidate')
+    return f"None of {others} is better than the scenario's own values."
 
 
 def _words(each: Tuned) -> str:
@@ -133,11 +144,11 @@ def blocks(answer: Tuning) -> list[Block]:
         ),
     }
     text = (
-        f'Written by `khr tune`. {len(answer.tried)} candidates, each with {question.seeds} seeds '
-        f'on {robots}; searched twice (CMA-ES), with {" and with ".join(ORDERS)} first. The order: '
+        f'Written by `khr tune`. {len(answer.tried)} candidates, each with '
+        f'{count(question.seeds, "seed")} on {robots}; searched twice (CMA-ES), with {" and with ".join(ORDERS)} first. The order: '
         'most seeds up, then least slip, then least vibration. Slip and vibration are medians over '
         'the runs without a fall, of the worst robot. *Front*: what no candidate with as many seeds '
-        'up beats in both.'
+        'up beats in both.' + f' {_nothing_better(answer)}'.rstrip()
     )
     return [
         Passage(

@@ -6,6 +6,7 @@ from dataclasses import replace
 from math import inf
 
 import pytest
+import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -183,10 +184,23 @@ def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
     assert str(path) in text and text.startswith('K_A ')
     again = scenarios.load(str(path))
     assert again.values == answer.scenario.values and 'tuned: K_A' in again.title
+    assert set(yaml.safe_load(path.read_text())) == {f'/**/{node}' for node in again.values}
     assert (tmp_path / 'front.png').stat().st_size > 10_000
     page = (tmp_path / 'tune.md').read_text(encoding='utf-8')
     assert page.startswith('# Gains for walk_7.68deg_ka12\n')
     assert '| as it was | 12 | 0 |' in page and '| chosen, other seeds |' in page
+    assert 'candidates, each with 1 seed on the robot' in page
+
+
+def test_a_search_that_finds_nothing_better_says_so(invented, tmp_path):
+    found = tune(Question(WALK, GAINS, candidates=16, seeds=1), 1, tmp_path / 'jobs')
+    other = Tuned((13.0, 0.0), ((trial(),),))
+    kept = replace(found, best=found.before, tried=(found.before, other))
+    says = "None of 1 other candidate is better than the scenario's own values."
+    for answer, silent in ((kept, False), (replace(kept, best=other), True)):
+        text = tune_page.render(answer, tmp_path)
+        assert (says in text.splitlines()) != silent and ('before, K_A 12' in text) == silent
+        assert (says in (tmp_path / 'tune.md').read_text(encoding='utf-8')) != silent
 
 
 def test_without_any_survivor_nothing_is_written(invented, tmp_path):
