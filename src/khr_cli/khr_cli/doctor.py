@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import importlib.metadata
 import os
+import re
 import shutil
 import sys
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -18,24 +20,8 @@ from khr_bringup.run_registry import WITHOUT_LOG, registered, running
 from khr_cli.promises import children_end, open_sockets, register_is_private
 from khr_sim import engines
 
-VERSIONS = (
-    'rclpy',
-    'ros-rmw-fastrtps-cpp',
-    *engines.LIBRARIES.values(),
-    'numpy',
-    'scipy',
-    'rosbags',
-    'khr_common',
-    'khr_sim',
-    'khr_balance',
-    'khr_analysis',
-    'khr_bringup',
-    'khr_sweeps',
-    'khr_experiments',
-    'khr_figures',
-    'khr_report',
-    'khr_cli',
-)
+# Of what the packages do not declare: how ROS reaches its middleware, and the engines to choose.
+BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values())
 ROOM = 1.0  # GB of disk below which a recording is at risk
 Finding = tuple[bool, str, str]
 
@@ -43,7 +29,14 @@ Finding = tuple[bool, str, str]
 def examine(console: Console) -> int:
     """Print one line per check; return 0 if all are good, 1 otherwise."""
     good = True
-    checks = (python, *map(_version, VERSIONS), middleware, register_is_private, discovery, closed)
+    checks = (
+        python,
+        *map(_version, packages()),
+        middleware,
+        register_is_private,
+        discovery,
+        closed,
+    )
     for check in (*checks, children_end, disk, runs):
         fine, what, advice = check()
         good &= fine
@@ -57,6 +50,26 @@ def python() -> Finding:
     """Check the interpreter: the physics engine has wheels for 3.11 alone."""
     version = '.'.join(map(str, sys.version_info[:3]))
     return sys.version_info[:2] == (3, 11), f'Python {version}', 'use Python 3.11'
+
+
+def packages() -> list[str]:
+    """Return the distributions of this project, and what they declare that they need."""
+    homes = importlib.metadata.packages_distributions()
+    waiting = [*BESIDE, *(homes.get(root, [root])[0] for root in ('khr_cli', 'khr'))]
+    found: dict[str, str] = {}  # by the name that stands for all its spellings
+    for package in waiting:  # which grows meanwhile
+        key = re.sub(r'[-_.]+', '-', package).lower()
+        if key in found:
+            continue
+        found[key] = package
+        with suppress(importlib.metadata.PackageNotFoundError):
+            declared = importlib.metadata.requires(package) if key.startswith('khr') else None
+            waiting += [
+                re.split(r'[^\w.-]', each, maxsplit=1)[0]
+                for each in declared or ()
+                if 'extra ==' not in each
+            ]
+    return sorted(found.values(), key=lambda each: (not each.startswith('khr'), each.lower()))
 
 
 def _version(package: str) -> Callable[[], Finding]:
@@ -148,4 +161,5 @@ def runs() -> Finding:
     """List the runs that are going on."""
     entries = running()
     listed = ', '.join(f'{each.scenario} (ROS_DOMAIN_ID={each.domain})' for each in entries)
-    return True, f'{len(entries)} runs going on{": " + listed if listed else ""}', ''
+    many = f'{len(entries) or "no"} run{"s" if len(entries) > 1 else ""} going on'
+    return True, f'{many}: {listed}' if listed else many, ''

@@ -200,6 +200,21 @@ def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
     assert err == ''
 
 
+@pytest.mark.parametrize(
+    ('verb', 'says'),
+    [
+        ('run', ['the whole motion by default, and with 0', 'the highest free one by default']),
+        ('view', ['the highest free one by default, whatever ROS_DOMAIN_ID says']),
+        ('set', ['the only one by default, or as ROS_DOMAIN_ID']),
+    ],
+)
+def test_the_help_says_what_is_done_without_an_option(monkeypatch, capsys, verb, says):
+    monkeypatch.setenv('COLUMNS', '300')
+    _, out, _ = khr(monkeypatch, capsys, verb, '--help')
+    for words in says:
+        assert words in out
+
+
 def test_interruption_is_exit_code_130(monkeypatch, capsys):
     def interrupt(_):
         raise KeyboardInterrupt

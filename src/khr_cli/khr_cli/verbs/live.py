@@ -10,8 +10,13 @@ from khr_bringup import scenario as scenarios
 from khr_bringup.live import PATIENCE, LiveParameter, get_parameters
 from khr_bringup.live import set_parameter as set_live
 from khr_bringup.live import switch_scenario as switch
-from khr_cli.verbs.options import DomainOption
 
+DomainOption = Annotated[
+    int | None,
+    typer.Option(
+        '--domain', help='ROS domain of the run; the only one by default, or as ROS_DOMAIN_ID.'
+    ),
+]
 TimeoutOption = Annotated[
     float, typer.Option(min=0.1, help='Seconds to wait for the node, and for each answer.')
 ]

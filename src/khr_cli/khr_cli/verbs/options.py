@@ -22,7 +22,12 @@ ScenarioArgument = typer.Argument(
     help='A scenario file or name; without one, they are listed.', autocompletion=_scenario_names
 )
 DomainOption = Annotated[
-    int | None, typer.Option('--domain', help='ROS domain of the run (1 to 99).')
+    int | None,
+    typer.Option(
+        '--domain',
+        help='ROS domain of the run (1 to 99); the highest free one by default, whatever '
+        'ROS_DOMAIN_ID says.',
+    ),
 ]
 RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]
 OutOption = Annotated[

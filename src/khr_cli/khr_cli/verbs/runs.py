@@ -24,7 +24,8 @@ from khr_common import KhrError
 def run(
     scenario: Annotated[str | None, ScenarioArgument] = None,
     duration: Annotated[
-        float | None, typer.Option(help='Simulated seconds; the length of the motion by default.')
+        float | None,
+        typer.Option(help='Simulated seconds; the whole motion by default, and with 0.'),
     ] = None,
     realtime: Annotated[
         bool, typer.Option('--realtime', help='Run against the wall clock instead of in lockstep.')
