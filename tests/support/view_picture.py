@@ -22,10 +22,14 @@ def draw(file):
             'view', SCENARIO, '--no-browser', '--port', port, '--out', Path(folder) / 'run'
         )
         try:
+            next(line for line in run.stderr if 'page: http' in line)  # its door is open
             with browser_page(width=1280, height=800) as (page, _):
                 page.goto(f'http://127.0.0.1:{port}/')
                 page.get_by_role('button', name='Pause').wait_for()
-                wait_for(lambda: page.wait_for_timeout(100) or _time(page) > SHOWN, 'the third cycle')
+                page.locator('.mantine-Notification-closeButton').first.click()  # no GPU: known
+                wait_for(
+                    lambda: page.wait_for_timeout(100) or _time(page) > SHOWN, 'the third cycle'
+                )
                 page.screenshot(path=file)
         finally:
             run.send_signal(signal.SIGINT)
