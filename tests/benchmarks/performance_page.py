@@ -102,10 +102,10 @@ def page(
             'Medians of start-up (s), memory of each process of its own (MiB), messages in the '
             'bag, messages lost, and time from a sample to its correction (ms):',
             '\n'.join(_rest(graphs)),
-            f'## Sweeps\n\nRuns of {sweeps.SECONDS:g} s of `{sweeps.SCENARIO}`, each case by the '
-            f'difference of a sweep of {sweeps.MANY} runs and one of {sweeps.FEW}, so that the '
-            f'start cancels, which takes: {starts}. In place: one run after another in one '
-            'process without workers.',
+            f'## Sweeps\n\nRuns of {sweeps.SECONDS:g} s of `{sweeps.SCENARIO}`. Speeds are from the '
+            f'difference in time of a sweep of {sweeps.MANY} runs and one of {sweeps.FEW}: the '
+            f'start of the workers does not count in it. That start takes: {starts}. In place: one '
+            'run after another in one process without workers.',
             '## Growth\n\nStanding in the offline twin, for long: what each part of it computes '
             'for a simulated second, and the memory at its end.',
             table(('engine', 'until, s', 'ms per simulated s', 'MiB'), grown),

@@ -61,6 +61,16 @@ def test_the_page_asks_nobody_else(page, viewed):
     assert hosts == {f'127.0.0.1:{viewed.port}'}
 
 
+def test_what_runs_is_named_and_chosen(page, viewed):
+    page.get_by_role('cell', name='stand_0deg').wait_for()
+    chosen = row(page, 'Scenario', 'input').locator('input').first
+    assert chosen.input_value() == 'stand_0deg'
+
+
+def test_the_spectrum_comes_after_the_first_whole_cycle(page, viewed):
+    page.get_by_text('Spectrum of the pitch rate, deg/s over Hz').wait_for()
+
+
 def test_keyboard_alone_reaches_every_control(page):
     controls = [
         control

@@ -206,7 +206,9 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
         handles += panel.plot([], [], **MARK, label='half of the runs survive, with 95 % interval')
     if counted.best:
         handles += panel.plot([], [], **BEST, label='best gain of an inclination')
-    handles.append(Patch(facecolor=EMPTY, label='no such run'))
+    handles.append(
+        Patch(facecolor=EMPTY, label='nothing to show: no run, or none that fell or survived')
+    )
     page.legend(handles=handles, loc='outside lower center', ncols=2)
     x, y = (direction.title.partition(' (')[0] for direction in (counted.x, counted.y))
     words = [f'{int(counted.runs.sum())} runs']

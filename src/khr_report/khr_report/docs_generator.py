@@ -82,10 +82,9 @@ def nodes_markdown() -> str:
     topics = sorted({*owners, PUSH}, key=lambda topic: topic.name)
     notice = 'Written by `make docs` from the node registry and the parameter tables.'
     on_topics = (
-        'Names are relative to the namespace of the robot, but for those with a slash. A *period* '
-        'topic carries one message in every control period, stamped with its instant; a *latched* '
-        'one keeps the newest for late subscribers; an *event* comes now and then. All are '
-        'reliable.'
+        'Names are relative to the namespace of the robot. A *period* topic carries one message in '
+        'every control period, stamped with its instant; a *latched* one keeps the newest for late '
+        'subscribers; an *event* comes now and then. All are reliable.'
     )
     on_parameters = (
         '*Fixed* parameters are read when a node starts; all others can change while it runs '

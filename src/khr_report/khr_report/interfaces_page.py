@@ -62,18 +62,35 @@ ON_DRIVER = (
     "without the nodes `gyro` and `foot_force`, whose topics are then the board's own.",
 )
 ON_CONTROL = (
-    'With ros2_control the driver is a `SystemInterface` with 17 position command interfaces, and '
-    'standard controllers around it do the rest:',
+    'With ros2_control the driver is a `SystemInterface`, and standard controllers around it do the '
+    'rest. It exports 17 command interfaces, `JOINT/position`, and these state interfaces:',
+    '- `JOINT/position` of the 17 joints;\n'
+    '- of a sensor `imu` all ten that the broadcaster claims: `orientation.x` `.y` `.z` `.w`, '
+    '`angular_velocity.x` `.y` `.z`, `linear_acceleration.x` `.y` `.z`. The gyro measures '
+    '`angular_velocity.y`. The rates about x and z are 0, unless they are measured: a message with '
+    'a rate that is not finite is refused. The other seven are read by no node: NaN;\n'
+    '- of the sensors `left_toe`, `left_heel`, `right_toe` and `right_heel` the normal force, '
+    '`force.z`, and `force.x`, `force.y` as 0, for the same reason.',
+    'The controllers:',
     '- `joint_state_broadcaster` publishes `joint_states`;\n'
-    '- `imu_sensor_broadcaster`, its `~/imu` remapped to `imu/data_raw`, gives the rate in the frame '
-    '`imu_link`; the controllers read the pitch rate, y, in rad/s;\n'
-    '- four `force_torque_sensor_broadcaster`, their `~/wrench` remapped to `foot_force/left_toe` '
-    'and so on, each in the frame of its sensor, z normal to the sole;\n'
-    '- `forward_command_controller` takes the sum of reference and corrections on '
-    '`~/commands` (`std_msgs/msg/Float64MultiArray`), in the order of the joints below.',
-    'The node that adds them up is the one to write: it subscribes to `joint_reference` and to each '
-    '`NODE/correction`, and publishes `clock` at the update rate of the controller manager, which has '
-    'to be that of the board (100, 66.7, 50 or 40 Hz). Joints, in their order: '
+    '- `imu_sensor_broadcaster` (`sensor_name: imu`, `frame_id: imu_link`), its `~/imu` remapped to '
+    '`imu/data_raw`; the feedback reads the pitch rate, y, in rad/s. '
+    '`static_covariance_orientation` and `static_covariance_linear_acceleration` begin with -1: '
+    'not measured;\n'
+    '- four `force_torque_sensor_broadcaster`, each with the three forces of its sensor under '
+    '`interface_names.force` and the frame of its sensor, z normal to the sole; their `~/wrench` is '
+    'remapped to `foot_force/left_toe` and so on;\n'
+    '- `forward_command_controller` (`interface_name: position`) takes the sum of reference and '
+    'corrections on `~/commands` (`std_msgs/msg/Float64MultiArray`), in the order of the joints '
+    'below.',
+    '`update_rate` of the controller manager is a whole number of Hz and has to be the rate of the '
+    'board: 100, 50 or 40. So `simulator.control_period` of the scenario is 0.010, 0.020 or 0.025 s; '
+    'the default, 0.015 s (66.7 Hz), cannot be set there.',
+    'The node that adds reference and corrections up is the one to write: it subscribes to '
+    '`joint_reference` and to each `NODE/correction`, and publishes `clock` at the update rate, from '
+    '0 on: the gait begins there. Nothing else gives the robot a clock, so `use_sim_time` is off in '
+    'the controller manager and in its controllers. Their messages, and the corrections that answer '
+    'them, bear system time: by that the node judges how old a correction is. Joints, in their order: '
     + ', '.join(f'`{joint}`' for joint in JOINTS)
     + '.',
 )

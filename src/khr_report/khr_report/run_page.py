@@ -30,6 +30,7 @@ from khr_sweeps.trial import complete
 
 OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, 'trajectory_hash': 'trajectory hash'}
 LETTERS = ('A', 'B')
+PLACES = (('recorder', 'folder'), ('recorder', 'scenario_file'))  # say where, not what
 FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
 RESOLUTION = 150  # dots per inch
 
@@ -176,7 +177,9 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
     for node, registered in registry().items():
         for key, specification in specifications(registered.spec.table).items():
             values = [every[node][key] for _, _, every in known]
-            if any(value != specification.default for value in values):
+            if (node, key) not in PLACES and any(
+                value != specification.default for value in values
+            ):
                 rows.append(
                     (
                         f'{node}.{key}',
@@ -188,7 +191,7 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
                 )
     names = [name for name, _, _ in known]
     heads = ('parameter', *names, 'default', 'unit', 'meaning')
-    looks = dict.fromkeys((*names, 'default'), 'value')
+    looks = dict.fromkeys((*names, 'default'), 'value') | {'meaning': 'meaning'}
     body = Markup()
     if len(known) == 2:
         differing = [row for row in rows if row[1] != row[2]]

@@ -51,6 +51,7 @@ WATCHED = (
     Tunable('', 'simulator', 'surface', ''),
     Tunable('', 'simulator', 'pad_distance', ''),
     Tunable('', 'fft_analyser', 'fundamental', ''),
+    Tunable('', 'recorder', 'scenario_file', ''),
 )
 
 

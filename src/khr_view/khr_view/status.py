@@ -12,7 +12,7 @@ class Status:
     """The newest that the graph has said of itself.
 
     Attributes:
-        scenario: name of what runs.
+        scenario: name of what runs; empty if nobody says.
         state: of the simulator; ``no run`` while there is none.
         reason: why it is so.
         verdict: of the monitor, so far.
@@ -47,7 +47,8 @@ class Status:
 
     def rows(self, time: float) -> list[tuple[str, str]]:
         """Return names and values to show at a simulated time, s."""
-        rows = [('time', f'{time:.2f} s'), ('verdict', self.verdict or 'not yet')]
+        rows = [('scenario', self.scenario)] if self.scenario else []
+        rows += [('time', f'{time:.2f} s'), ('verdict', self.verdict or 'not yet')]
         for name, key, unit, factor in QUANTITIES:
             if key in self.outcome:
                 rows.append((name, f'{float(self.outcome[key]) * factor:.1f} {unit}'))

@@ -19,7 +19,8 @@ Array = NDArray[np.float64]
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s
 SHORTEST_PERIOD = 0.010  # s between samples
-# Okabe and Ito's colours, told apart by colour-blind readers; those of feet share one per end.
+# Okabe and Ito's colours, told apart by colour-blind readers; the left foot is blue, the right one
+# orange, as in figures and films.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
 DEGREES = degrees(1.0)
 
@@ -91,8 +92,8 @@ CHARTS = (
         'N',
         (
             Curve('left toe', ((L_TOE, 2, 1.0),), BLUE),
-            Curve('left heel', ((L_HEEL, 2, 1.0),), ORANGE),
-            Curve('right toe', ((R_TOE, 2, 1.0),), BLUE, dashed=True),
+            Curve('left heel', ((L_HEEL, 2, 1.0),), BLUE, dashed=True),
+            Curve('right toe', ((R_TOE, 2, 1.0),), ORANGE),
             Curve('right heel', ((R_HEEL, 2, 1.0),), ORANGE, dashed=True),
         ),
     ),

@@ -59,8 +59,9 @@ def test_status_shows_what_is_there():
     assert dict(status.rows(1.0)) == {'time': '1.00 s', 'verdict': 'not yet'}
     status.monitor('slipped', {'slip_distance_m': '0.0123', 'real_time_factor': '2.00'})
     status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
-    status.stage = 2
+    status.stage, status.scenario = 2, 'walk_0deg'
     rows = dict(status.rows(1.0))
+    assert rows['scenario'] == 'walk_0deg'
     assert rows['slip'] == '12.3 mm' and rows['stage'] == '2'
     assert rows['late'] == '3 periods, 1 corrections'
     status.simulator({'sync': 'lockstep'})

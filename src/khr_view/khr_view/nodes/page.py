@@ -5,7 +5,9 @@ from __future__ import annotations
 import os
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -41,6 +43,7 @@ from khr_view.nodes.remote import Remote
 from khr_view.nodes.taps import Taps
 from khr_view.page.display import Display, Note
 from khr_view.page.live_panel import LivePanel
+from khr_view.scenario_name import scenario_name
 from khr_view.snapshot import NEEDED, Snapshot, SnapshotBuilder
 from khr_view.spectrum_lines import NamedPeak, spectrum_lines
 from khr_view.status import Status
@@ -168,9 +171,17 @@ class PageNode(KhrNode):
     def _on_value(self, tunable: Tunable, value: Value) -> None:
         if tunable.group:
             self._panel.show_value(tunable, value)
-        else:
-            self._known[tunable.name] = value
-            self._rebuild()
+            return
+        if tunable.name == 'scenario_file' and value != self._known.get(tunable.name):
+            self._show_scenario(Path(str(value)))
+        self._known[tunable.name] = value
+        self._rebuild()
+
+    def _show_scenario(self, file: Path) -> None:
+        """Name what runs after the file that the recorder has of it."""
+        with suppress(KhrError):  # it may be on another machine
+            self._status.scenario = scenario_name(file)
+            self._panel.show_scenario(self._status.scenario)
 
     def _rebuild(self) -> None:
         own = {

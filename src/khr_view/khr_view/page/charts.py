@@ -19,11 +19,12 @@ AXIS: dict[str, Any] = {
     'font': '11px system-ui, sans-serif',
 }
 EMPTY = np.zeros(2)
+NO_SPECTRUM = 'Spectrum of the pitch rate: after the first whole cycle of the gait.'
 
 
 def _line(label: str, color: str, width: float = 1.5, dashed: bool = False) -> dict[str, Any]:
     series: dict[str, Any] = {
-        'label': label,
+        'label': f'{label} (dashed)' if dashed else label,  # the legend's marks have no dashes
         'stroke': color,
         'width': width,
         'points': {'show': False},
@@ -76,12 +77,14 @@ class SpectrumChart:
             axes=(AXIS, AXIS | {'size': 44}),
             legend={'live': False},
             height=190,
+            visible=False,
         )
-        self._peaks = gui.add_html('')
+        self._peaks = gui.add_html(f'<div class="khr">{NO_SPECTRUM}</div>')
 
     def show(self, lines: SpectrumLines) -> None:
         """Draw a spectrum and name its peaks."""
         frequency, *amplitudes = lines.columns
+        self._chart.visible = True
         self._chart.data = (frequency, *map(np.degrees, amplitudes))
         rows = ''.join(
             f'<tr><td>{tone.label}</td><td>{tone.frequency:.2f} Hz</td>'

@@ -67,6 +67,11 @@ class LivePanel:
 
         handle.on_update(on_update)
 
+    def show_scenario(self, name: str) -> None:
+        """Choose the scenario that runs, if it is one that can be switched to."""
+        if name in self._scenario.options:
+            self._scenario.value = name
+
     def show_sync(self, sync: str) -> None:
         """Show the control of the speed that acts in this mode."""
         for mode, name in OF_SYNC.items():
@@ -112,6 +117,6 @@ class LivePanel:
 
     def _add_scenarios(self, scenarios: Sequence[str]) -> None:
         with self._folders['Scenario']:
-            chosen = self._gui.add_dropdown('Scenario', tuple(scenarios))
+            self._scenario = self._gui.add_dropdown('Scenario', tuple(scenarios))
             button = self._gui.add_button('Switch', icon='switch-horizontal', color='gray')
-        button.on_click(lambda _: self._emit(Switch(chosen.value)))
+        button.on_click(lambda _: self._emit(Switch(self._scenario.value)))

@@ -17,7 +17,7 @@ from khr_view.shapes import Shape, shapes
 from khr_view.snapshot import Snapshot
 
 Color = tuple[int, int, int]
-INK, TOE, HEEL, CENTER, SUPPORT, PATH, PUSH = (
+INK, LEFT, RIGHT, CENTER, SUPPORT, PATH, PUSH = (
     (60, 64, 72),
     (0, 114, 178),
     (213, 94, 0),
@@ -193,7 +193,7 @@ class RobotView:
 
     def _add_marks(self) -> None:
         scene, at = self._scene, self._at
-        colors = np.array([TOE, HEEL, TOE, HEEL], dtype=np.uint8)
+        colors = np.array([LEFT, LEFT, RIGHT, RIGHT], dtype=np.uint8)
         thin = {'shaft_radius': 0.0025, 'head_radius': 0.006, 'head_length': 0.014}
         self._arrows = scene.add_arrows(f'{at}/forces', np.zeros((4, 2, 3)), colors, **thin)
         self._center = scene.add_icosphere(f'{at}/center_of_mass', 0.008, CENTER)

@@ -1,0 +1,20 @@
+"""A run is named after the scenario that it began from."""
+
+import pytest
+
+from khr_bringup.scenario import load, shipped
+from khr_view.scenario_name import scenario_name
+
+
+@pytest.mark.parametrize('path', shipped(), ids=lambda path: path.stem)
+def test_a_scenario_as_run_has_the_name_of_its_file(path, tmp_path):
+    file = tmp_path / 'scenario.yaml'
+    changed = load(str(path)).changed({('simulator', 'seed'): 3})
+    file.write_text(changed.to_yaml())
+    assert scenario_name(file) == path.stem
+
+
+def test_one_that_is_not_shipped_has_its_title(tmp_path):
+    file = tmp_path / 'scenario.yaml'
+    file.write_text('# On ice\n/**/gait: {ros__parameters: {motion: walk}}\n')
+    assert scenario_name(file) == 'On ice'
