@@ -88,6 +88,10 @@ def read_messages(bag: Path, topics: Sequence[Topic]) -> Messages:
         BringupError: if it is no bag or is damaged.
     """
     place, messages = bag_of(bag), _empty(topics)
+    if not place.exists():
+        raise BringupError(
+            f'{bag}: not there; accepted: a rosbag2 folder, or the folder of a run that recorded one'
+        )
     if place.is_dir() and not (place / 'metadata.yaml').exists() and not any(place.glob('*.mcap')):
         raise BringupError(
             f'{bag}: no bag in it: an --offline or --no-record run leaves none; accepted: a '

@@ -119,6 +119,16 @@ def running() -> list[RunEntry]:
     return entries
 
 
+def check_domain(domain: int | None) -> None:
+    """Refuse a domain that no run can have.
+
+    Raises:
+        BringupError: if it is not None and out of range.
+    """
+    if domain is not None and domain not in DOMAINS:
+        raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
+
+
 @contextmanager
 def registered(
     scenario: str, folder: Path, domain: int | None = None, network: bool = False
@@ -132,8 +142,7 @@ def registered(
         BringupError: if the domain asked for is not accepted or taken, or none is free.
         RunError: if the run cannot be registered.
     """
-    if domain is not None and domain not in DOMAINS:
-        raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
+    check_domain(domain)
     lock, number = _claimed(domain)
     with lock:
         entry = RunEntry(

@@ -23,7 +23,7 @@ from khr_bringup.expectation import Expectation, realtime_text
 from khr_bringup.following import write_outcome
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.processes import Processes
-from khr_bringup.run_registry import registered
+from khr_bringup.run_registry import check_domain, registered
 from khr_bringup.scenario import Scenario
 from khr_common import KhrError
 from khr_common.files import write_text
@@ -103,7 +103,8 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     expected = Expectation.parse(options.expect, '--expect', scenario, options.offline)
     console = Console(stderr=True)
     scenario = _bounded(scenario, options)
-    page = _page(options.view, console)  # refused before a folder is made
+    check_domain(options.domain)  # refused before a folder is made, and so is the page
+    page = _page(options.view, console)
     folder = _folder(scenario, options.out)
     start = time.monotonic()
     if options.offline:
