@@ -96,7 +96,7 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
         (lambda: khr.run('nowhere'), 'nowhere'),
         (lambda: khr.run('walk_0deg', set={'gain': 3}), 'NODE.PARAMETER'),
         (lambda: khr.run('walk_0deg', set={'gait.cycles': -3}), 'cycles'),
-        (lambda: khr.load('nowhere'), 'not a readable bag'),
+        (lambda: khr.load('nowhere'), 'nowhere: not there'),
         (lambda: khr.critical('fly'), 'motion'),
         (lambda: khr.sweep('walk_0deg', {'nobody.at_home': [1]}), 'nobody'),
         (lambda: khr.env('nowhere'), 'nowhere'),
