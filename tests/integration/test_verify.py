@@ -146,8 +146,8 @@ def test_a_bag_without_scenario_or_end_is_refused(tmp_path, result):
 
 def test_what_is_no_bag_is_refused(tmp_path):
     (tmp_path / 'text.mcap').write_text('no bag')
-    for path in ('text.mcap', 'absent'):
-        assert 'not a readable bag' in refused(tmp_path / path)
+    assert 'not a readable bag' in refused(tmp_path / 'text.mcap')
+    assert 'not there' in refused(tmp_path / 'absent')
 
 
 def test_a_run_without_a_bag_is_refused_as_such(tmp_path):
