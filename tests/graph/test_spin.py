@@ -1,6 +1,7 @@
 """How nodes end: by a signal at any moment; one that has closed receives nothing more."""
 
 import os
+import signal
 import subprocess
 import sys
 from dataclasses import dataclass, replace
@@ -90,12 +91,33 @@ def test_a_closed_node_receives_nothing_more(monkeypatch):
     assert node.heard[True] == node.configured[True] == 0
 
 
-def test_a_signal_at_any_moment_ends_a_turn():
-    done = subprocess.run(
-        [sys.executable, '-c', INTERRUPTED],
+# What hangs at the end of a process comes after all is closed.
+STUCK = """
+import atexit, sys, time
+from khr_common.nodes import spin
+from khr_sim.node_specs import GYRO
+
+spin.LEAVING = 1
+spin.Turn.take = lambda turn, executor: turn.interrupt()
+atexit.register(time.sleep, 60.0)
+sys.exit(spin.run_node(GYRO))
+"""
+
+
+def run_python(text):
+    return subprocess.run(
+        [sys.executable, '-c', text],
         env={**os.environ, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'OFF'},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=50,
     )
+
+
+def test_a_process_that_does_not_get_away_is_ended_once_it_has_closed():
+    assert run_python(STUCK).returncode == -signal.SIGALRM
+
+
+def test_a_signal_at_any_moment_ends_a_turn():
+    done = run_python(INTERRUPTED)
     assert int(done.stdout) > 5, done.stderr

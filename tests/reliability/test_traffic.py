@@ -93,7 +93,9 @@ def test_a_second_source_of_an_owned_topic_ends_the_run_by_name(in_background, t
 def test_a_second_gait_of_another_run_is_refused_and_the_result_is_right(
     in_background, tmp_path, right
 ):
-    from khr_common.nodes.messages import blank_message, serialized
+    from rclpy.executors import SingleThreadedExecutor
+
+    from khr_common.nodes.messages import blank_message, message_class, serialized
 
     folder = tmp_path / 'run'
     process = in_background('run', 'stand_0deg', *SHORT, '--out', folder)
@@ -102,10 +104,16 @@ def test_a_second_gait_of_another_run_is_refused_and_the_result_is_right(
         sender = publisher(node, JOINT_REFERENCE)
         message = blank_message(JOINT_REFERENCE)
         message.position = [0.5] * 17
-        while process.poll() is None:
-            stamp = node.get_clock().now().nanoseconds
-            message.header.stamp.sec, message.header.stamp.nanosec = divmod(stamp, 10**9)
+
+        def answer(instant):
+            message.header.stamp = instant.clock
             sender.publish(serialized(message))
+
+        node.create_subscription(message_class(CLOCK.kind), CLOCK.name, answer, 10)
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        while process.poll() is None:
+            executor.spin_once(timeout_sec=0.1)
     ended = finish(process, folder)
     assert ended.code == 0, ended.err
     assert ended.hash == right

@@ -17,7 +17,8 @@ FIRST = ('simulator',)  # it ends the run, and waits until that is received
 LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
 GRACE = 20.0  # s of wall time before a process that does not stop is killed; ten end at a time
 FROZEN = 15.0  # s of wall time after which a process that a signal has stopped ends the run
-WELL = (0, -signal.SIGINT)  # the second while it was starting, before it could close anything
+LEFT = (0, -signal.SIGALRM)  # all closed; the second where the middleware did not let go
+WELL = (*LEFT, -signal.SIGINT)  # that one while it was starting, before it could close anything
 POLL = 0.02  # s of wall time between looks at a process that is to end
 CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
 

@@ -17,6 +17,7 @@ from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
 from khr_bringup.launching import ARGUMENTS, Launch, arrange
+from khr_bringup.processes import LEFT
 from khr_common import RunError
 from khr_common.lifeline import PARENT
 from khr_sim.robot import Robot
@@ -95,7 +96,7 @@ def _for_verdict(launch: Launch) -> list[str]:
 
 def _on_exit(event: ProcessExited, context: LaunchContext) -> None:
     """Fail if a node ends before it is asked to, or does not end well."""
-    if event.returncode or not context.is_shutdown:
+    if event.returncode not in LEFT or not context.is_shutdown:
         raise RunError(f'{event.action.name} ended with {event.returncode}')
 
 

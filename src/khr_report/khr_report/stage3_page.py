@@ -38,7 +38,11 @@ A robot that stands on one leg holds {THESIS[0]:g} deg without control, {THESIS[
 toe-heel difference fed back to its ankles, and {THESIS[2]:g} deg with the pitch rate fed back to its
 hips as well (Dutta, 2021). But a rate is zero at rest: (3.14) holds no lean. What is the third stage
 made of? The ankles' loop (3.13) has two constants that nothing published fixes, the scale of the
-force sensors and their time constant. The plane of both, with K_A {ANKLE_GAIN:g}:"""
+force sensors and their time constant. The plane of both, with K_A {ANKLE_GAIN:g}, shows what the hip
+adds. It adds two things: its rate takes energy out of a swing, which counts near the edge beyond which
+the ankles topple the robot; and where the gyro's reference is off, as the calibration has it
+([calibration.md](calibration.md)), it leans the torso back by K_H times as much, which counts
+everywhere."""
 CAPTION = """*Left without the hip, right with it. Solid lines: the scale beyond which the robot falls on the
 flat already; dotted: where the linear model expects it with the hip.*"""
 MODEL = """`khr_analysis.models.force_loop` is the loop without dry friction, linear, with the board's
@@ -130,7 +134,7 @@ def _holds(plane: Plane) -> str:
         text += (
             f'At the {others.sum()} other points where the robot stands without the hip, the hip '
             f'adds {worth[others].mean():+.2f} deg on average, {worth[others].min():+.1f} to '
-            f'{worth[others].max():+.1f}: a rate holds no lean.'
+            f'{worth[others].max():+.1f}.'
         )
     return text
 

@@ -59,6 +59,13 @@ def test_who_is_killed_while_stopping_is_named(tmp_path):
     assert children.stop() == 'recorder was killed by SIGKILL: ready'
 
 
+def test_who_had_closed_and_was_not_let_go_is_not_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting')
+    wait_for_line(tmp_path)
+    os.kill(children._children['recorder'].pid, signal.SIGALRM)
+    assert children.stop() is None
+
+
 def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path, monkeypatch):
     monkeypatch.setattr(processes, 'FROZEN', 0.3)
     children = started(tmp_path, 'tests.fakes.waiting', '0')

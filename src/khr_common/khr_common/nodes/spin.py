@@ -19,6 +19,7 @@ from khr_common.lifeline import end_with_parent, report_parents_end
 from khr_common.nodes.node import KhrNode
 
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
+LEAVING = 8  # s of wall time for interpreter and middleware to let go
 
 
 class Turn:
@@ -74,7 +75,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
 
     ROS's own signal handlers tear the context down before a node could publish a last message, so
     SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
-    second one they wait for nobody.
+    second one they wait for nobody. A process that then does not get away ends by SIGALRM.
     """
     turn = Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
@@ -107,7 +108,13 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     failed = [node for node in nodes if node.failure]
     for node in failed:
         print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
-    return 1 if failed else 0
+    if failed:
+        return 1
+    # All is closed. But a participant that hears others leave while it is destroyed may wait for
+    # itself for ever (Fast DDS 2.14, DomainParticipant::set_listener): then the kernel ends it.
+    signal.signal(signal.SIGALRM, signal.SIG_DFL)
+    signal.alarm(LEAVING)
+    return 0
 
 
 def _nothing(_: Turn) -> None:
