@@ -19,8 +19,8 @@ Array = NDArray[np.float64]
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s
 SHORTEST_PERIOD = 0.010  # s between samples
-# Okabe and Ito's colours, told apart by colour-blind readers; the left foot is blue, the right one
-# orange, as in figures and films.
+# The colours of Okabe and Ito, which colour-blind readers can tell apart. The left foot is blue and
+# the right foot orange, as in figures and films.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
 DEGREES = degrees(1.0)
 

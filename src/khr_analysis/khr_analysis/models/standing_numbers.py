@@ -51,13 +51,13 @@ def pendulum_numbers() -> str:
 
 def ankle_numbers() -> str:
     """Return what the ankle servo and the force loop reach (3.11)-(3.13)."""
-    at = partial(corrected_motion, ROBOT, FORCE_GAIN, inclination=math.radians(6.0))
-    rates = [
-        abs(math.degrees(largest_rate(at(initial_lean=INITIAL_LEAN, form=form)))) for form in FORMS
-    ]
-    leans = partial(controlled_lean, ROBOT, FORCE_GAIN, inclination=math.radians(6.0))
-    target = leans(initial_lean=INITIAL_LEAN)
-    wrong = leans(initial_lean=INITIAL_LEAN, form='published')
+    phi = math.radians(6.0)
+    motion = partial(
+        corrected_motion, ROBOT, FORCE_GAIN, inclination=phi, initial_lean=INITIAL_LEAN
+    )
+    lean = partial(controlled_lean, ROBOT, FORCE_GAIN, inclination=phi, initial_lean=INITIAL_LEAN)
+    rates = [abs(math.degrees(largest_rate(motion(form=form)))) for form in FORMS]
+    target, wrong = lean(), lean(form='published')
     free, held = (
         math.degrees(controlled_critical_inclination(ROBOT, gain, initial_lean=INITIAL_LEAN))
         for gain in (0.0, FORCE_GAIN)

@@ -11,7 +11,7 @@ from khr_bringup.live import PATIENCE, LiveParameter, get_parameters
 from khr_bringup.live import set_parameter as set_live
 from khr_bringup.live import switch_scenario as switch
 
-DomainOption = Annotated[
+RunningDomainOption = Annotated[
     int | None,
     typer.Option(
         '--domain', help='ROS domain of the run; the only one by default, or as ROS_DOMAIN_ID.'
@@ -27,7 +27,7 @@ def get_parameter(
     name: Annotated[
         str | None, typer.Argument(help='A parameter; all of them if left out.')
     ] = None,
-    domain: DomainOption = None,
+    domain: RunningDomainOption = None,
     timeout: TimeoutOption = PATIENCE,
 ) -> None:
     """Show parameters of a running graph, what they mean and accept, as YAML."""
@@ -39,7 +39,7 @@ def set_parameter(
     node: Annotated[str, typer.Argument(help='A node of the running graph.')],
     name: Annotated[str, typer.Argument(help='A parameter.')],
     value: Annotated[str, typer.Argument(help='Its new value.')],
-    domain: DomainOption = None,
+    domain: RunningDomainOption = None,
     timeout: TimeoutOption = PATIENCE,
 ) -> None:
     """Change a parameter of a running graph; it acts from the next control period."""
@@ -50,7 +50,7 @@ def set_parameter(
 
 def switch_scenario(
     scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
-    domain: DomainOption = None,
+    domain: RunningDomainOption = None,
 ) -> None:
     """Start a running graph anew with another scenario, taken as a whole or not at all."""
     path = scenarios.find(scenario)

@@ -28,7 +28,7 @@ class Turn:
     To spin once is to process one message, and costs as much as to process two. Spinning with a
     time limit processes all, but while messages keep coming it does not return: a signal ends it.
     To the executor a turn is the future that it waits for. rclpy's own would not do: its lock may
-    be held by the very thread that a signal interrupts, and then the handler waits for ever.
+    be held by the thread that a signal interrupts, and then the handler deadlocks.
     """
 
     def __init__(self) -> None:
@@ -110,8 +110,8 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
     if failed:
         return 1
-    # All is closed. But a participant that hears others leave while it is destroyed may wait for
-    # itself for ever (Fast DDS 2.14, DomainParticipant::set_listener): then the kernel ends it.
+    # All is closed. But a participant that is told of others leaving while it is destroyed may
+    # deadlock (Fast DDS 2.14, DomainParticipant::set_listener): then the kernel ends the process.
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(LEAVING)
     return 0
