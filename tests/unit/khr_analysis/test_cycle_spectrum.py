@@ -1,5 +1,7 @@
 """Statistics of walks over whole cycles: their levels of chance hold on white noise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -26,6 +28,28 @@ def test_chance_exceeds_the_coherence_limit_once_in_a_hundred_times():
     found = [walks(seed).slip_coherence(each) for seed in range(100) for each in FREQUENCIES]
     beyond = np.mean([coherence > limit for coherence, limit in found])
     assert beyond == pytest.approx(0.01, abs=0.005)
+
+
+def test_noise_makes_a_bin_high_as_often_as_its_chance_says():
+    """A chance below 5 % is found in 5 % of the bins of white noise, one below 1 % in 1 %."""
+    found = [
+        drawn.chance(place)
+        for drawn in map(walks, range(40))
+        for place in range(10, drawn.frequency.size - 10)
+    ]
+    assert np.mean(np.array(found) < 0.05) == pytest.approx(0.05, abs=0.006)
+    assert np.mean(np.array(found) < 0.01) == pytest.approx(0.01, abs=0.003)
+
+
+def test_a_high_bin_is_no_noise_to_its_neighbour():
+    """Both stand out: the one does not raise the floor that the other is judged by."""
+    first = 4 * CYCLES + 1
+    tones = 0.3 * np.sin(2 * np.pi * first / WALK.cycle_period / CYCLES * TIME)
+    tones += 10.0 * np.sin(2 * np.pi * (first + 1) / WALK.cycle_period / CYCLES * TIME)
+    noise = walks(2).records
+    both = Walks('', WALK, tuple(replace(each, rate=each.rate + tones) for each in noise), PERIOD)
+    assert both.chance(first) < 1e-4
+    assert both.chance(first + 1) < 1e-4
 
 
 def test_of_noise_nothing_repeats():
