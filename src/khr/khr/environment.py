@@ -109,7 +109,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
 
     def _observe(self) -> tuple[Observation, dict[str, Any]]:
         self._loop.answer(self._truth)
-        outcome = self._monitor.update(self._truth)
+        outcome = self._monitor.update(self._truth.stamp_ns, self._loop.signals)
         seen = np.array([*self._loop.signals[GYRO], *self._loop.forces], dtype=np.float32)
         return seen, {'time': self._truth.stamp_ns / 1e9, 'outcome': outcome}
 

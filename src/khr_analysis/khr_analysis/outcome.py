@@ -5,19 +5,17 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan2, cos, isfinite, radians
-from typing import Any, Literal, NamedTuple, Protocol
-
-import numpy as np
+from typing import Literal
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome_measures import SoleSlip, Vibration
 from khr_common import parameter, sample_period
-from khr_common.block import Numbers, Signals
+from khr_common.block import Signals
 from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 from khr_common.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
-OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # what an Instant is made of
+OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # what the monitor looks at
 
 
 @dataclass(frozen=True)
@@ -69,69 +67,6 @@ class MonitorParameters:
         maximum=15.0,
     )
     control_period: float = sample_period(maximum=0.03)
-
-
-class Observation(Protocol):
-    """What the monitor looks at, at one instant; the simulator's truth is one."""
-
-    @property
-    def stamp_ns(self) -> int:
-        """Time, ns."""
-
-    @property
-    def position(self) -> Any:
-        """Origin of base_link in odom, m, (3,)."""
-
-    @property
-    def orientation(self) -> Any:
-        """Of base_link in odom, quaternion x y z w, (4,)."""
-
-    @property
-    def mean_angular_velocity(self) -> Any:
-        """Of the torso in its own frame, rad/s, (3,)."""
-
-    @property
-    def contact_force(self) -> Any:
-        """On l_toe, l_heel, r_toe and r_heel, z normal to the sole, N, (4, 3)."""
-
-    @property
-    def sole_position(self) -> Any:
-        """Of l_sole and r_sole in odom, m, (2, 3)."""
-
-    @property
-    def sole_orientation(self) -> Any:
-        """Of l_sole and r_sole in odom, quaternions x y z w, (2, 4)."""
-
-
-class Instant(NamedTuple):
-    """An observation put together from the signals of the truth."""
-
-    stamp_ns: int
-    position: Numbers
-    orientation: Numbers
-    mean_angular_velocity: Numbers
-    contact_force: Sequence[Numbers]
-    sole_position: Sequence[Numbers]
-    sole_orientation: Sequence[Numbers]
-
-    @staticmethod
-    def of(stamp_ns: int, signals: Signals) -> Instant:
-        """Return the observation of an instant.
-
-        Args:
-            stamp_ns: of the instant, ns.
-            signals: of OBSERVED.
-        """
-        pose, soles = signals[TRUE_POSE], signals[TRUE_SOLES]
-        return Instant(
-            stamp_ns,
-            pose[:3],
-            pose[3:],
-            signals[TRUE_RATE],
-            [signals[topic] for topic in TRUE_FORCES],
-            [soles[:3], soles[7:10]],
-            [soles[3:7], soles[10:]],
-        )
 
 
 @dataclass(frozen=True)
@@ -192,42 +127,38 @@ class OutcomeMonitor:
         """Take changed thresholds from the next instant on; the corner frequency at a reset."""
         self.parameters = parameters
 
-    def update(self, seen: Observation) -> Outcome:
+    def update(self, stamp_ns: int, signals: Signals) -> Outcome:
         """Take one instant per control period; return the outcome so far.
+
+        Args:
+            stamp_ns: of the instant, ns.
+            signals: of OBSERVED at least, plain numbers.
 
         Raises:
             AnalysisError: if position, orientation or rate are not finite.
         """
         if self._outcome is not None and self._outcome.final:
             return self._outcome
-        place, turn, rates, soles, turns, contacts = map(
-            _plain,
-            (
-                seen.position,
-                seen.orientation,
-                seen.mean_angular_velocity,
-                seen.sole_position,
-                seen.sole_orientation,
-                seen.contact_force,
-            ),
-        )
-        up = _up(turn)
-        height, rate = place[2] - min(sole[2] for sole in soles), rates[1]
+        x, y, z, *turn = signals[TRUE_POSE]
+        place, feet = (x, y, z), signals[TRUE_SOLES]
+        soles, turns = (feet[:3], feet[7:10]), (feet[3:7], feet[10:])
+        up, rate = _up(turn), signals[TRUE_RATE][1]
+        height = place[2] - min(sole[2] for sole in soles)
         if not all(map(isfinite, (*up, height, rate))):
             raise AnalysisError(
-                f'observation: orientation {seen.orientation}, height {height} m, '
+                f'observation: orientation {turn}, height {height} m, '
                 f'pitch rate {rate} rad/s are not accepted; accepted: finite'
             )
         if self._start is None:
             self._start = _Start(place, height, *matrix(turns[0]).T.tolist()[:2])
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
         self._vibration.add(rate)
-        normal = [force[2] for force in contacts]
+        normal = [signals[topic][2] for topic in TRUE_FORCES]
         forces = [normal[0] + normal[1], normal[2] + normal[3]]
         for i, sole in enumerate(self._soles):
             loaded = forces[i] > self.parameters.load_threshold
             sole.follow(soles[i], _up(turns[i]), forces[i] / sum(forces) if loaded else 0.0)
-        self._outcome = self._judge(seen.stamp_ns / 1e9, place, self._start, up[2], height)
+        self._outcome = self._judge(stamp_ns / 1e9, place, self._start, up[2], height)
         return self._outcome
 
     def _judge(
@@ -272,14 +203,6 @@ class _Start:
     height: float
     ahead: Vector
     left: Vector
-
-
-# A few plain numbers take a fifth of the time of three-element arrays, 67 times a second.
-
-
-def _plain(values: Any) -> Any:
-    """Return numbers as they are or, of an array, as lists."""
-    return values.tolist() if isinstance(values, np.ndarray) else values
 
 
 def _up(quaternion: Sequence[float]) -> Vector:

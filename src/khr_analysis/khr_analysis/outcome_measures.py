@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from math import hypot, pi, sqrt, tan
 
 from khr_common.rotation import Vector, dot
@@ -19,7 +20,7 @@ class SoleSlip:
     """
 
     def __init__(self) -> None:
-        self._place: Vector | None = None  # at the last instant, if loaded then
+        self._place: Sequence[float] | None = None  # at the last instant, if loaded then
         self._normal: Vector = (0.0, 0.0, 1.0)
         self._slide: Vector = (0.0, 0.0, 0.0)  # since the sole was loaded
         self._past = 0.0  # of earlier times on the ground
@@ -30,7 +31,7 @@ class SoleSlip:
         """Return the way over all times on the ground, m."""
         return self._past + hypot(*self._slide)
 
-    def follow(self, place: Vector, normal: Vector, share: float) -> None:
+    def follow(self, place: Sequence[float], normal: Vector, share: float) -> None:
         """Take the pose of an instant, and the share of the load since the last.
 
         Args:
@@ -87,7 +88,9 @@ def _sum(first: Vector, second: Vector) -> Vector:
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
 
 
-def _across(before: Vector, now: Vector, normal_before: Vector, normal: Vector) -> Vector:
+def _across(
+    before: Sequence[float], now: Sequence[float], normal_before: Vector, normal: Vector
+) -> Vector:
     """Return the part of a step that is normal to the mean of two normals."""
     mean = _sum(normal_before, normal)
     step = now[0] - before[0], now[1] - before[1], now[2] - before[2]

@@ -142,7 +142,7 @@ def _run(
     truth = plant.start(due)
     while True:
         answer = loop.answer(truth)
-        outcome = monitor.update(truth)
+        outcome = monitor.update(truth.stamp_ns, loop.signals)
         if watch is not None:
             watch(truth, loop, outcome)
         if plant.end:

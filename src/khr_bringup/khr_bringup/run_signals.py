@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.outcome import OBSERVED, Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
 from khr_bringup.bags import Messages, Samples, read_messages
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario import Scenario, parse
@@ -262,7 +262,7 @@ def _judged(monitor: OutcomeMonitor, time: int, signals: dict[Topic, Any]) -> Ou
     if any(numbers is None for numbers in signals.values()):
         return None
     try:
-        return monitor.update(Instant.of(time, signals))
+        return monitor.update(time, signals)
     except AnalysisError:
         return None
 

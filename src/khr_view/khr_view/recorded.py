@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.outcome import OBSERVED, Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import quantities
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_bringup.bags import Messages, changes, read_what_is_left
@@ -168,7 +168,7 @@ class RecordedRun:
         for stamp_ns in self.stamps.tolist():
             signals = {topic: tracks[topic].at(stamp_ns) for topic in OBSERVED}
             try:
-                outcomes.append(monitor.update(Instant.of(stamp_ns, signals)))
+                outcomes.append(monitor.update(stamp_ns, signals))
             except KhrError:  # a damaged instant
                 outcomes += outcomes[-1:]
         return outcomes

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from math import cos, hypot, pi, radians, sin, sqrt, tan, tau
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -15,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
+from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 PERIOD_NS = 15_000_000
 HEIGHT = 0.25
@@ -24,7 +24,6 @@ HEIGHT = 0.25
 class Seen:
     """A robot that stands, on a slope of phi; distances are along the surface."""
 
-    step: int = 0
     phi: float = 0.0
     forward: float = 0.0
     left: float = 0.0
@@ -40,38 +39,28 @@ class Seen:
         return Rotation.from_euler('y', self.phi).apply((forward, left, up))
 
     @property
-    def stamp_ns(self):
-        return self.step * PERIOD_NS
-
-    @property
-    def position(self):
-        return self._place(self.forward, self.left, 0.0) + np.array((0.0, 0.0, self.height))
-
-    @property
-    def orientation(self):
-        return Rotation.from_euler('yx', (self.lean, self.roll)).as_quat()
-
-    @property
-    def mean_angular_velocity(self):
-        return np.array([9.0, self.rate, 9.0])
-
-    @property
-    def contact_force(self):
-        return np.array([(3.0, 3.0, load / 2) for load in self.load for _ in range(2)])
-
-    @property
-    def sole_position(self):
-        return np.array([self._place(*foot) for foot in self.feet])
-
-    @property
-    def sole_orientation(self):
-        pitches = [[self.phi + pitch] for pitch in self.foot_pitch]
-        return Rotation.from_euler('y', pitches).as_quat()
+    def signals(self):
+        """What the topics of the truth carry of it."""
+        x, y, z = self._place(self.forward, self.left, 0.0).tolist()
+        turn = Rotation.from_euler('yx', (self.lean, self.roll)).as_quat()
+        soles = [
+            number
+            for foot, pitch in zip(self.feet, self.foot_pitch, strict=True)
+            for part in (self._place(*foot), Rotation.from_euler('y', self.phi + pitch).as_quat())
+            for number in part.tolist()
+        ]
+        forces = [(3.0, 3.0, load / 2) for load in self.load for _ in range(2)]
+        return {
+            TRUE_POSE: [x, y, z + self.height, *turn.tolist()],
+            TRUE_RATE: [9.0, self.rate, 9.0],
+            TRUE_SOLES: soles,
+            **dict(zip(TRUE_FORCES, forces, strict=True)),
+        }
 
 
 def judged(run, parameters=None):
     monitor = OutcomeMonitor(parameters or MonitorParameters())
-    return [monitor.update(replace(seen, step=k)) for k, seen in enumerate(run)]
+    return [monitor.update(k * PERIOD_NS, seen.signals) for k, seen in enumerate(run)]
 
 
 def walk(steps=8, length=0.05, phi=0.0, slide=0.0):
@@ -190,7 +179,7 @@ def test_falling_in_any_direction(direction):
     run = [Seen(lean=angle * cos(direction), roll=angle * sin(direction)) for angle in angles]
     outcomes = judged(run)
     at = next(k for k, outcome in enumerate(outcomes) if outcome.verdict == 'fell')
-    tilts = [Rotation.from_quat(seen.orientation).apply((0, 0, 1))[2] for seen in run]
+    tilts = [Rotation.from_quat(seen.signals[TRUE_POSE][3:]).apply((0, 0, 1))[2] for seen in run]
     assert tilts[at] < cos(pi / 4) <= tilts[at - 1] + 1e-9
     assert outcomes[-1].fell_at == pytest.approx(at * 0.015)
 
@@ -226,19 +215,9 @@ def test_drift_is_to_the_left():
 
 
 def vibration(rates, parameters=None):
-    still, monitor = Seen(), OutcomeMonitor(parameters or MonitorParameters())
-    names = (
-        'stamp_ns',
-        'position',
-        'orientation',
-        'contact_force',
-        'sole_position',
-        'sole_orientation',
-    )
-    seen = SimpleNamespace(**{name: getattr(still, name) for name in names})
+    still, monitor = Seen().signals, OutcomeMonitor(parameters or MonitorParameters())
     for rate in rates:
-        seen.mean_angular_velocity = (0.0, rate, 0.0)
-        outcome = monitor.update(seen)
+        outcome = monitor.update(0, still | {TRUE_RATE: (0.0, rate, 0.0)})
     return outcome.vibration
 
 
@@ -262,17 +241,17 @@ def test_vibration_agrees_with_scipy(frequency):
 
 def test_reset_starts_anew():
     monitor = OutcomeMonitor(MonitorParameters())
-    first = [monitor.update(seen) for seen in walk(slide=0.02)]
+    first = [monitor.update(0, seen.signals) for seen in walk(slide=0.02)]
     monitor.reset()
-    assert [monitor.update(seen) for seen in walk(slide=0.02)] == first
+    assert [monitor.update(0, seen.signals) for seen in walk(slide=0.02)] == first
 
 
 def test_thresholds_change_at_runtime():
     monitor = OutcomeMonitor(MonitorParameters())
     for seen in walk(slide=0.01):
-        assert monitor.update(seen).verdict in ('stood', 'walked')
+        assert monitor.update(0, seen.signals).verdict in ('stood', 'walked')
     monitor.configure(MonitorParameters(step_slip=0.005))
-    assert monitor.update(seen).verdict == 'slipped'
+    assert monitor.update(0, seen.signals).verdict == 'slipped'
 
 
 @pytest.mark.parametrize(
@@ -280,4 +259,4 @@ def test_thresholds_change_at_runtime():
 )
 def test_refuses_what_is_not_finite(wrong):
     with pytest.raises(AnalysisError, match='observation'):
-        OutcomeMonitor(MonitorParameters()).update(Seen(**wrong))
+        OutcomeMonitor(MonitorParameters()).update(0, Seen(**wrong).signals)

@@ -7,7 +7,7 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 
-from khr_analysis.outcome import OBSERVED, Instant, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
 from khr_analysis.outcome_text import quantities
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
@@ -65,7 +65,7 @@ class MonitorNode(Listener):
             return
         before = self._outcome
         self._pitch_rate = signals[TRUE_RATE][1]
-        self._outcome = self._monitor.update(Instant.of(stamp_ns, signals))
+        self._outcome = self._monitor.update(stamp_ns, signals)
         self.now_ns = stamp_ns
         if self.received_all or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)

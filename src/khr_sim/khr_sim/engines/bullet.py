@@ -7,6 +7,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from operator import itemgetter
 from pathlib import Path
+from struct import Struct
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,7 +35,7 @@ __all__ = ['Bullet', 'bullet']
 
 Array = NDArray[np.float64]
 
-_FIRST, _SECOND = itemgetter(0), itemgetter(1)
+_pack = Struct(f'{len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
 _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
 # Of a contact point: link, position, normal, normal force, and twice friction force, direction.
 _CONTACT = itemgetter(3, 5, 7, 9, 10, 11, 12, 13)
@@ -52,6 +53,7 @@ class Bullet:
         self._urdf = physics_urdf(parameters, robot)
         self._torso_center = robot.links['base_link'].center_of_mass
         self._torso_arm = self._torso_center.tolist()
+        self._position, self._velocity = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
 
     def reset(self, inclination: float) -> None:
         """Start anew, with a ground inclined by so many rad."""
@@ -176,5 +178,6 @@ class Bullet:
 
     def _read_joints(self) -> None:
         states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
-        self._position = np.fromiter(map(_FIRST, states), float, len(JOINTS))
-        self._velocity = np.fromiter(map(_SECOND, states), float, len(JOINTS))
+        angles, speeds, *_ = zip(*states, strict=True)
+        _pack(self._position.data, 0, *angles)
+        _pack(self._velocity.data, 0, *speeds)
