@@ -18,8 +18,8 @@ LARGEST_RATE = 60.0  # deg/s, end of the colours
 def plane_picture(plane: Plane, found: list[Edge]) -> Figure:
     """Draw the plane with each measured number in its place, and the model's edge over them."""
     with styled():
-        figure = Figure(figsize=(WIDTH, 8.4), layout='constrained')
-        axes = figure.subplots(3, 2, sharex=True, sharey=True)
+        figure = Figure(figsize=(WIDTH, 11.0), layout='constrained')
+        axes = figure.subplots(4, 2, sharex=True, sharey=True)
         limits = [plane.limits(hip) for hip in HIPS]
         top = float(np.max(limits))
         for axis, title, values in zip(axes[0], HIPS.values(), limits, strict=True):
@@ -29,11 +29,17 @@ def plane_picture(plane: Plane, found: list[Edge]) -> Figure:
         for axis, title, values in zip(axes[1], HIPS.values(), rates, strict=True):
             _cells(axis, plane, values, (0.0, LARGEST_RATE), 'cividis', '.0f')
             axis.set_title(f'overshoot at 3.8° in °/s: {title}')
-        worth = plane.worth
-        reach = float(np.abs(worth).max())
-        _cells(axes[2][0], plane, worth, (-reach, reach), 'RdBu', '+.1f')
-        axes[2][0].set_title('what the hip is worth, °')
-        _damping(axes[2][1], plane)
+        for axis, title, values in zip(
+            axes[2],
+            ("what the hip's rate is worth, °", 'what its offset adds, °'),
+            (plane.worth, plane.worth_of_offset),
+            strict=True,
+        ):
+            reach = float(np.abs(values).max()) or 1.0
+            _cells(axis, plane, values, (-reach, reach), 'RdBu', '+.1f')
+            axis.set_title(title)
+        for axis, (hip, title) in zip(axes[3], HIPS.items(), strict=True):
+            _growth(axis, plane, hip, title)
         for axis in axes.flat:
             _edges(axis, plane, found)
             nearest = plane.nearest
@@ -47,7 +53,7 @@ def plane_picture(plane: Plane, found: list[Edge]) -> Figure:
             )
         lines, names = axes[0][0].get_legend_handles_labels()
         figure.legend(lines, names, loc='outside lower center', ncols=3)
-        for axis in axes[2]:
+        for axis in axes[-1]:
             axis.set_xlabel('force scale (mV/N)')
         for axis in axes[:, 0]:
             axis.set_ylabel('time constant (s)')
@@ -78,18 +84,19 @@ def _cells(
         axis.text(column, row, format(value, form), ha='center', va='center', size=6, color=color)
 
 
-def _damping(axis: Axes, plane: Plane) -> None:
-    """Draw the growth of the model's swing against the scale, for some time constants."""
-    axis.set_title('model, two feet: growth of its swing, 1/s')
-    values = np.array([[growth(s, time, 0.0) for s in plane.scales] for time in plane.times])
+def _growth(axis: Axes, plane: Plane, hip: float, title: str) -> None:
+    """Draw how fast the model's swing grows."""
+    axis.set_title(f"growth of the model's swing, 1/s: {title}")
+    values = np.array([[growth(s, time, hip) for s in plane.scales] for time in plane.times])
     reach = float(np.abs(values).max())
     _cells(axis, plane, values, (-reach, reach), 'PuOr_r', '+.1f')
 
 
 def _edges(axis: Axes, plane: Plane, found: list[Edge]) -> None:
+    """Draw what was measured along the borders of the cells, the prediction through them."""
     for name, color, line, scales in (
         ('falls on the flat beyond', 'black', '-', [edge.without_hip for edge in found]),
-        ('the same with the hip', '#D55E00', '-', [edge.with_hip for edge in found]),
+        ("the same with the hip's rate", '#D55E00', '-', [edge.with_hip for edge in found]),
         ('with the hip, predicted', '#D55E00', ':', [edge.predicted for edge in found]),
     ):
         places = [
@@ -97,6 +104,8 @@ def _edges(axis: Axes, plane: Plane, found: list[Edge]) -> None:
             for scale, edge in zip(scales, found, strict=True)
             if scale is not None
         ]
+        if line == '-':
+            places = [(x, y + half) for x, y in places for half in (-0.5, 0.5)]
         if places:
             axis.plot(*zip(*places, strict=True), color=color, linestyle=line, label=name)
 

@@ -37,14 +37,13 @@ Written by `khr stage3`; do not edit. The numbers are in [stage3.json](stage3.js
 A robot that stands on one leg holds {THESIS[0]:g} deg without control, {THESIS[1]:g} deg with the
 toe-heel difference fed back to its ankles, and {THESIS[2]:g} deg with the pitch rate fed back to its
 hips as well (Dutta, 2021). But a rate is zero at rest: (3.14) holds no lean. What is the third stage
-made of? The ankles' loop (3.13) has two constants that nothing published fixes, the scale of the
-force sensors and their time constant. The plane of both, with K_A {ANKLE_GAIN:g}, shows what the hip
-adds. It adds two things: its rate takes energy out of a swing, which counts near the edge beyond which
-the ankles topple the robot; and where the gyro's reference is off, as the calibration has it
-([calibration.md](calibration.md)), it leans the torso back by K_H times as much, which counts
-everywhere."""
-CAPTION = """*Left without the hip, right with it. Solid lines: the scale beyond which the robot falls on the
-flat already; dotted: where the linear model expects it with the hip.*"""
+made of? Two things, which are measured apart: the hip's rate takes energy out of a swing, and where
+the gyro's reference is off, as the calibration has it ([calibration.md](calibration.md)), the hip
+leans the torso back by K_H times as much. The ankles' loop (3.13) has two constants that nothing
+published fixes, the scale of the force sensors and their time constant. The plane of both, with
+K_A {ANKLE_GAIN:g}:"""
+CAPTION = """*Solid lines: the scale beyond which the robot falls on the flat already, without the hip and
+with its rate alone; dotted: where the linear model expects it with the hip.*"""
 MODEL = """`khr_analysis.models.force_loop` is the loop without dry friction, linear, with the board's
 period and delay: three joints with their servos on a foot that stays flat, the low-passes of force
 sensors and gyro. By its eigenvalues the ankles' loop swings as soon as it is strong or fast, and the
@@ -91,7 +90,7 @@ def summary(plane: Plane) -> str:
     time, scale = np.unravel_index(int(np.argmax(worth)), worth.shape)
     near = plane.nearest
     return (
-        f'the hip is worth {worth.max():.1f} deg at {_place(plane.scales[scale], plane.times[time])}'
+        f"the hip's rate is worth {worth.max():.1f} deg at {_place(plane.scales[scale], plane.times[time])}"
         f'; nearest to the thesis: {_place(near.force_scale, near.time_constant)}'
     )
 
@@ -112,11 +111,13 @@ def _place(scale: float, time: float) -> str:
 
 
 def _holds(plane: Plane) -> str:
-    worth, without, with_hip = plane.worth, plane.limits(0.0), plane.limits(HIP_GAIN)
+    worth, without = plane.worth, plane.limits(0.0)
+    with_hip, offset = plane.limits(HIP_GAIN, offset=False), plane.worth_of_offset
     held = worth >= WORTH
     toppled = held & (without == 0.0)
     text = (
-        f'At {held.sum()} of {worth.size} points the hip raises the limit by {WORTH:g} deg or more. '
+        f"At {held.sum()} of {worth.size} points the hip's rate raises the limit by {WORTH:g} deg or "
+        'more. '
         f'At {toppled.sum()} of them the ankles alone topple the robot on the flat. '
     )
     if held.any():
@@ -125,16 +126,18 @@ def _holds(plane: Plane) -> str:
             for row, column in np.argwhere(held)
         )
         text += (
-            f'They lie within {off:.1f} columns of the edge beyond which the ankles alone topple it; '
-            f'there the limit with the hip is {with_hip[held].min():.1f} to '
+            f'All {held.sum()} lie within {off:.1f} columns of the edge beyond which the ankles alone '
+            f'topple it; with the rate their limit is {with_hip[held].min():.1f} to '
             f'{with_hip[held].max():.1f} deg. '
         )
     others = (without > 0.0) & ~held
     if others.any():
         text += (
-            f'At the {others.sum()} other points where the robot stands without the hip, the hip '
+            f'At the {others.sum()} other points where the robot stands without the hip, the rate '
             f'adds {worth[others].mean():+.2f} deg on average, {worth[others].min():+.1f} to '
-            f'{worth[others].max():+.1f}.'
+            f'{worth[others].max():+.1f}: it holds no lean. There the offset adds '
+            f'{offset[others].mean():+.2f} deg, {offset[others].min():+.1f} to '
+            f'{offset[others].max():+.1f}.'
         )
     return text
 
@@ -209,13 +212,20 @@ def _grids(plane: Plane) -> tuple[Block, ...]:
         'Rows: time constant in s; columns: force scale in mV/N. A limit is climbed to from the '
         'flat, so that a loop that swings on gentle ground has none.'
     ]
-    for hip in (0.0, HIP_GAIN):
+    for hip, offset, name in (
+        (0.0, True, 'K_H 0'),
+        (HIP_GAIN, False, f'K_H {HIP_GAIN:g}, the rate alone'),
+        (HIP_GAIN, True, f'K_H {HIP_GAIN:g}, with the offset'),
+    ):
         rows = (
-            (f'{time:g}', *(cell(plane.at(Setting(scale, time, hip))) for scale in plane.scales))
+            (
+                f'{time:g}',
+                *(cell(plane.at(Setting(scale, time, hip, offset))) for scale in plane.scales),
+            )
             for time in plane.times
         )
         parts += [
-            f'K_A {ANKLE_GAIN:g}, K_H {hip:g}:',
+            f'K_A {ANKLE_GAIN:g}, {name}:',
             Table(('', *(f'{1e3 * scale:g}' for scale in plane.scales)), tuple(rows)),
         ]
     return tuple(parts)
@@ -243,7 +253,9 @@ def _checks(plane: Plane) -> Columns[Point]:
     return {
         'force scale, mV/N': lambda row: f'{1e3 * row.setting.force_scale:g}',
         'time constant, s': lambda row: f'{row.setting.time_constant:g}',
-        'K_H': lambda row: f'{row.setting.hip_gain:g}',
+        'K_H': lambda row: (
+            f'{row.setting.hip_gain:g}' + ('' if row.setting.offset else ', the rate alone')
+        ),
         f'limit, deg ({plane.engine})': lambda row: f'{plane.at(row.setting).limit_deg:.1f}',
         'limit, deg (the other)': lambda row: f'{row.limit_deg:.1f}',
     }

@@ -2,7 +2,8 @@
 
 The force loop (3.13) has one scale (force sensor and gain together) and one time constant. Over the
 plane of both, the limit of a leg lift is measured with the ankle loop alone and with the hip's
-rate feedback (3.14) as well. Ground that tips the robot over and a loop that swings end a lift
+rate feedback (3.14) as well, with and without the offset of the gyro's reference, by which the hip
+leans the torso back. Ground that tips the robot over and a loop that swings end a lift
 alike, so the limit is climbed to from the flat: it is the steepest ground below which no step of
 the climb fell, and 0 where the loop topples the robot on the flat.
 """
@@ -21,7 +22,7 @@ from numpy.typing import NDArray
 
 from khr_analysis.models.force_loop import StandingLoop
 from khr_bringup.code_version import code_version
-from khr_experiments.condition import Condition
+from khr_experiments.condition import Changes, Condition
 from khr_experiments.critical import workers
 from khr_experiments.engine_comparison import ENGINES
 from khr_experiments.job_cache import KeptJobs
@@ -52,24 +53,24 @@ class Setting:
         force_scale: of the force sensors, V/N.
         time_constant: of their low-pass, s.
         hip_gain: K_H; 0 is the ankle loop alone.
+        offset: whether the hip sees the offset of the gyro's reference, or the rate alone.
     """
 
     force_scale: float
     time_constant: float
     hip_gain: float
+    offset: bool = True
 
     def condition(self, engine: str) -> Condition:
         """Return the leg lift to be measured."""
-        return Condition(
-            'leg_lift',
-            ANKLE_GAIN,
-            self.hip_gain,
-            changes=(
-                (('simulator', 'engine'), engine),
-                (('ankle_controller', 'force_scale'), self.force_scale),
-                (('foot_force', 'time_constant'), self.time_constant),
-            ),
+        changes: Changes = (
+            (('simulator', 'engine'), engine),
+            (('ankle_controller', 'force_scale'), self.force_scale),
+            (('foot_force', 'time_constant'), self.time_constant),
         )
+        if not self.offset:
+            changes += ((('hip_controller', 'reference_offset'), 0.0),)
+        return Condition('leg_lift', ANKLE_GAIN, self.hip_gain, changes=changes)
 
 
 @dataclass(frozen=True)
@@ -131,7 +132,8 @@ class Plane:
 
     Attributes:
         engine: physics engine of the points.
-        points: with and without the hip, for every scale and time constant.
+        points: without the hip, with its rate alone, and with its offset as well, for every scale
+            and time constant.
         without: the leg lift without any control.
         checks: some of the points on the other engine.
     """
@@ -161,23 +163,28 @@ class Plane:
         """Return the point of a setting."""
         return next(point for point in self.points if point.setting == setting)
 
-    def grid(self, hip_gain: float, value: Callable[[Point], float]) -> Array:
+    def grid(self, hip_gain: float, value: Callable[[Point], float], offset: bool = True) -> Array:
         """Return a value of every point with a hip gain, (times, scales)."""
         return np.array(
             [
-                [value(self.at(Setting(scale, time, hip_gain))) for scale in self.scales]
+                [value(self.at(Setting(scale, time, hip_gain, offset))) for scale in self.scales]
                 for time in self.times
             ]
         )
 
-    def limits(self, hip_gain: float) -> Array:
+    def limits(self, hip_gain: float, offset: bool = True) -> Array:
         """Return the limits with a hip gain, deg, (times, scales)."""
-        return self.grid(hip_gain, lambda point: point.limit_deg)
+        return self.grid(hip_gain, lambda point: point.limit_deg, offset)
 
     @property
     def worth(self) -> Array:
-        """Return by how much the hip raises the limit, deg, (times, scales)."""
-        return self.limits(HIP_GAIN) - self.limits(0.0)
+        """Return by how much the hip's rate raises the limit, deg, (times, scales)."""
+        return self.limits(HIP_GAIN, offset=False) - self.limits(0.0)
+
+    @property
+    def worth_of_offset(self) -> Array:
+        """Return by how much the offset raises it further, deg, (times, scales)."""
+        return self.limits(HIP_GAIN) - self.limits(HIP_GAIN, offset=False)
 
     def columns_off(self, time: float, scale: float) -> float:
         """Return how many columns a point lies from the edge without the hip; inf without one."""
@@ -202,9 +209,12 @@ class Plane:
     def edge(self, time: float, hip_gain: float) -> float | None:
         """Return the force scale between the last point that holds and the first that does not.
 
-        What does not hold falls on the flat with some seed. None if all hold, or none does.
+        What does not hold falls on the flat with some seed. None if all hold, or none does. Of
+        the hip it is that of the rate alone.
         """
-        column = [self.at(Setting(scale, time, hip_gain)) for scale in self.scales]
+        column = [
+            self.at(Setting(scale, time, hip_gain, offset=not hip_gain)) for scale in self.scales
+        ]
         holds = [all(climb.limit_deg > 0.0 for climb in point.climbs) for point in column]
         if all(holds) or not holds[0]:
             return None
@@ -218,7 +228,8 @@ class Edge:
 
     Attributes:
         time_constant: of the force sensors, s.
-        without_hip, with_hip: force scales, V/N; None if they lie outside of the plane.
+        without_hip, with_hip: force scales, V/N, the second with the rate alone, as the model has
+            it; None if they lie outside of the plane.
         growth: of the model's worst motion at ``without_hip``, 1/s.
         predicted: force scale at which the model with the hip grows as fast as those without do
             on average; None if that lies outside of the plane.
@@ -297,7 +308,8 @@ def measure(
     if not 1 <= seeds <= 100:
         raise TuningError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 100]')
     other = next(name for name in ENGINES if name != engine)
-    wanted = [Setting(*each) for each in product(scales, times, (0.0, HIP_GAIN))]
+    hips = ((0.0, True), (HIP_GAIN, False), (HIP_GAIN, True))
+    wanted = [Setting(scale, time, *hip) for scale, time, hip in product(scales, times, hips)]
     without = Setting(0.0, times[0], 0.0)
     for setting in (without, *wanted):
         setting.condition(engine).scenario(0.0)  # a mistake is reported before anything starts

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from khr_analysis.outcome import Outcome
+from khr_balance.hip import HipControllerParameters
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_experiments.json_file import read_json, write_json
@@ -30,6 +31,7 @@ from khr_tuning.stage3 import (
 from khr_tuning.standing_model import chain_of, standing_loop
 
 POINT = Setting(0.002, 0.5, 0.0)
+HIPS = ((0.0,), (HIP_GAIN, False), (HIP_GAIN, True))
 
 
 def standing_up_to(limit, monkeypatch):
@@ -70,11 +72,12 @@ def plane(edge_without=0.0045, edge_with=0.0055):
     def point(setting):
         edge = edge_with if setting.hip_gain else edge_without
         stands = setting.force_scale < edge * setting.time_constant / 0.5
-        limit = 6.4 + 300.0 * setting.force_scale if stands else 0.0
+        lean = 0.5 if setting.hip_gain and setting.offset else 0.0
+        limit = 6.4 + 300.0 * setting.force_scale + lean if stands else 0.0
         return Point(setting, (Climb(limit, 0.2 if stands else None, 9),) * 2)
 
     scales, times = np.arange(0.001, 0.0081, 0.001).round(4).tolist(), [0.3, 0.5, 0.7]
-    points = [point(Setting(s, t, h)) for s in scales for t in times for h in (0.0, HIP_GAIN)]
+    points = [point(Setting(s, t, *h)) for s in scales for t in times for h in HIPS]
     without = Point(Setting(0.0, 0.3, 0.0), (Climb(6.4, 0.1, 8),))
     check = replace(points[0], climbs=(Climb(6.0, 0.1, 5),))
     return Plane('mujoco', tuple(points), without, (check,))
@@ -111,7 +114,7 @@ def test_the_model_predicts_its_own_edge():
         stands = growth(setting.force_scale, setting.time_constant, setting.hip_gain) < borne
         return Point(setting, (Climb(8.0 if stands else 0.0, None, 1),))
 
-    points = [point(Setting(s, t, h)) for s in scales for t in times for h in (0.0, HIP_GAIN)]
+    points = [point(Setting(s, t, *h)) for s in scales for t in times for h in HIPS]
     found = edges(replace(plane(), points=tuple(points)))
     for edge in found:
         assert edge.growth == pytest.approx(borne, abs=0.25)
@@ -157,6 +160,10 @@ def test_two_legs_are_twice_as_stiff_and_the_scenario_sets_the_loop():
     two, one = standing_loop(scenario, 2), standing_loop(scenario, 1)
     assert two.servos.stiffness == pytest.approx(2.0 * one.servos.stiffness)
     assert two.force_time == 0.4 and two.ankle_gain > 0.0 and two.hip_gain > 0.0
+    for offset in (True, False):
+        lift = Setting(0.004, 0.4, HIP_GAIN, offset).condition('bullet').scenario(0.0)
+        seen = lift.table(HipControllerParameters).reference_offset
+        assert (seen == 0.0) == (not offset)
     without = standing_loop(Setting(0.004, 0.4, 0.0).condition('bullet').scenario(0.0), 2)
     assert without.hip_gain == 0.0 and without.growth > two.growth
 
@@ -168,7 +175,9 @@ def test_page_and_picture_are_written_from_the_data(tmp_path):
     assert again(out) == summary(plane())
     text = out.read_text(encoding='utf-8')
     assert (tmp_path / 'stage3.png').stat().st_size > 10_000
-    assert 'At 3 of 24 points the hip raises the limit by 0.7 deg or more' in text
+    assert "At 3 of 24 points the hip's rate raises the limit by 0.7 deg or more" in text
+    assert 'the rate adds +0.00 deg on average' in text
+    assert 'the offset adds +0.50 deg, +0.5 to +0.5' in text
     assert '| 0.5 | 4.50 |' in text and '7.6 (11)' in text and '0.0 (-)' in text
     with pytest.raises(KhrError, match='accepted'):
         again(tmp_path / 'none.md')
@@ -186,10 +195,10 @@ def test_a_plane_is_measured_once(tmp_path):
     found = measure(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,))
     assert found.limits(0.0).tolist() == found.limits(HIP_GAIN).tolist() == [[0.0]]
     assert 4.0 < found.without.limit_deg < 9.0
-    assert [check.limit_deg for check in found.checks] == [0.0, 0.0], 'on the other engine as well'
+    assert [check.limit_deg for check in found.checks] == [0.0] * 3, 'on the other engine as well'
     kept = sorted(tmp_path.iterdir())
     assert measure(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,)) == found
-    assert sorted(tmp_path.iterdir()) == kept and len(kept) == 5
+    assert sorted(tmp_path.iterdir()) == kept and len(kept) == 7
 
 
 @pytest.mark.parametrize(
