@@ -20,6 +20,11 @@ from khr_sweeps.errors import SweepError
 CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
 AHEAD = 4  # runs submitted per worker thread, so that no worker is idle
 LEAST_AHEAD = 64  # runs submitted at least, so that workers that join later find some
+QUIET = {  # Dask watches its workers from within, which would take a tenth of their time
+    'distributed.worker.profile.enabled': False,
+    'distributed.admin.tick.interval': '1s',
+    'distributed.admin.system-monitor.interval': '10s',
+}
 
 Task = TypeVar('Task')
 Result = TypeVar('Result')
@@ -92,8 +97,7 @@ def _local(workers: int) -> LocalCluster:
     """Start workers that ignore a terminal's SIGINT: only the command handles it."""
     before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # processes inherit it
     try:
-        # Dask's profiler would take a tenth of the workers' time.
-        with dask.config.set({'distributed.worker.profile.enabled': False}):
+        with dask.config.set(QUIET):
             return LocalCluster(
                 n_workers=workers,
                 threads_per_worker=1,
