@@ -28,7 +28,7 @@ def main() -> None:
     """Try the mutants of the modules and write the page."""
     parser = argparse.ArgumentParser(prog='python -m tests.mutation', description=__doc__)
     parser.add_argument('modules', nargs='*', default=MODULES, help='such as khr_sim.servo')
-    parser.add_argument('--most', type=int, default=40, help='mutants of a module (40)')
+    parser.add_argument('--most', type=int, default=30, help='mutants of a module (30)')
     parser.add_argument('--write', type=Path, help='the page, docs/mutants.md')
     parser.add_argument('--read', action='store_true', help='only write what was found before')
     options = parser.parse_args()
