@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from khr_common import parameter
 from khr_common.interfaces import READY
 from khr_common.nodes.node import KhrNode
-from khr_common.nodes.spin import _close
+from khr_common.nodes.spin import _close, _spin
 from khr_sim.node_specs import GYRO
 
 # A signal handler runs between two lines of Python, so it is called at each of them in turn.
@@ -84,6 +84,7 @@ def test_a_closed_node_receives_nothing_more(monkeypatch):
         node, executor = Talkative(), EventsExecutor()
         executor.add_node(node)
         _close(node, executor, SimpleNamespace(signals=0))
+        _spin(executor, 0.1)
     finally:
         rclpy.try_shutdown()
     assert node.closed

@@ -28,6 +28,7 @@ LESS = {
     'khr critical': '--seeds 1 --tolerance 0.8 --set simulator.engine=mujoco',
     'khr tune': '--candidates 8 --seeds 1 --set simulator.engine=mujoco',
     'khr film runs/without --against runs/with --start': '--rate 5',
+    'khr lines': '--set simulator.engine=mujoco',
     'khr reproduce': '--only 3.8',
 }
 ASKED = set()
@@ -113,7 +114,7 @@ class Reader:
 
 
 @pytest.mark.slow
-@pytest.mark.timeout(400)
+@pytest.mark.timeout(900)
 @pytest.mark.parametrize('name', ['tutorial', 'tuning'])
 def test_a_reader_gets_through(name, tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))  # the runs of other tests are not seen

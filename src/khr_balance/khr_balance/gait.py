@@ -9,7 +9,6 @@ from __future__ import annotations
 from functools import lru_cache
 
 import numpy as np
-from scipy.interpolate import CubicSpline
 
 from khr_balance import joints
 from khr_balance.body import Array, forward
@@ -40,6 +39,8 @@ class Gait:
             BalanceError: if a leg is too short, a joint leaves its range or outruns its servo;
                 the text names the joint (or leg) and the time.
         """
+        from scipy.interpolate import CubicSpline
+
         self.parameters = parameters
         plan = plan_motion(parameters)
         self.duration = plan.duration

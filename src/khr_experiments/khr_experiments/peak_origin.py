@@ -20,7 +20,7 @@ from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gait import gait_of
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
-from khr_bringup.scenario import load
+from khr_bringup.scenario import changes_of, load
 from khr_bringup.strict_yaml import read_yaml
 from khr_experiments.errors import ExperimentError
 from khr_experiments.experiments import Run, Runs, run, runs_of, shipped
@@ -28,6 +28,7 @@ from khr_experiments.published import LINE_HZ
 from khr_sim.run_parameters import RunParameters
 from khr_sweeps.axes import CASE
 from khr_sweeps.reading import parse
+from khr_sweeps.trial import identity
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
@@ -296,7 +297,9 @@ def study(runs: Runs) -> PeakStudy:
     )
 
 
-def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> Runs:
+def run_variants(
+    scenario: str, fast: bool, workers: int, root: Path = ROOT, changed: Sequence[str] = ()
+) -> Runs:
     """Run the cases of the experiment ``lines`` on another scenario; return all finished runs.
 
     Args:
@@ -304,6 +307,7 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         fast: one seed.
         workers: processes.
         root: folder of the runs; runs of the same code are not repeated.
+        changed: parameters to change in all variants, each ``node.parameter=value``.
 
     Raises:
         ExperimentError: if the scenario is no walk, or is not accepted.
@@ -314,10 +318,13 @@ def run_variants(scenario: str, fast: bool, workers: int, root: Path = ROOT) -> 
         raise ExperimentError(f'{scenario}: its motion is not accepted; accepted: a walk')
     text = shipped()[EXPERIMENT].read_text(encoding='utf-8')
     given = read_yaml(text, EXPERIMENT) | {'scenario': scenario}
+    changes = {'.'.join(key): value for key, value in changes_of(changed).items()}
+    given['set'] |= changes
     specification = parse(
         yaml.safe_dump(given, sort_keys=False), f'{EXPERIMENT} of {scenario}', fast
     )
-    path = root / (walk.name + ('-fast' if fast else ''))
+    other = f'-{identity(changes, "")[:8]}' if changes else ''
+    path = root / (walk.name + other + ('-fast' if fast else ''))
     run({path: specification}, workers, EXPERIMENT)
     return runs_of(path)
 

@@ -47,7 +47,11 @@ def blocks(found: PeakStudy) -> list[Block]:
 
 
 def peak_origin(
-    scenario: str, fast: bool, workers: int | None = None, out: Path | None = None
+    scenario: str,
+    fast: bool,
+    workers: int | None = None,
+    out: Path | None = None,
+    changed: Sequence[str] = (),
 ) -> str:
     """Run the variants of a scenario and return the origin of its peaks as Markdown.
 
@@ -56,6 +60,7 @@ def peak_origin(
         fast: one seed.
         workers: processes; as many as there are cores by default.
         out: file that the text is written to as well.
+        changed: parameters to change in all variants, each ``node.parameter=value``.
 
     Raises:
         ExperimentError: if the scenario is not accepted, or no walk survived.
@@ -63,10 +68,8 @@ def peak_origin(
         RunError: if the computation could not go on; what is finished is kept.
     """
     check_workers(workers)
-    text = (
-        markdown(blocks(study(run_variants(scenario, fast, workers or os.cpu_count() or 1))))
-        + '\n'
-    )
+    runs = run_variants(scenario, fast, workers or os.cpu_count() or 1, changed=changed)
+    text = markdown(blocks(study(runs))) + '\n'
     if out is not None:
         write_text(out, text)
     return text

@@ -220,7 +220,13 @@ def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
 
     monkeypatch.setattr(lines, 'run', ask)
     assert run_variants('walk_5.55deg', True, 1, tmp_path) == []
-    ((folder, specification),) = asked.items()
+    engine = ['simulator.engine=mujoco']
+    assert run_variants('walk_5.55deg', True, 1, tmp_path, engine) == []
+    (folder, specification), (other, changed) = asked.items()
+    assert folder != other
+    assert all(
+        trial.scenario.of('simulator')['engine'] == 'mujoco' for trial in changed.due('', {})
+    )
     assert list(specification.scenarios) == ['walk_5.55deg'] and specification.seeds == 1
     assert specification.cases == specification_of('lines', True).cases
     assert folder == tmp_path / 'walk_5.55deg-fast'

@@ -11,6 +11,7 @@ from khr_cli.verbs.options import (
     EngineOption,
     JobsOption,
     SeedsOption,
+    SetOption,
     ToleranceOption,
     WorkersOption,
 )
@@ -67,12 +68,13 @@ def lines(
     ] = 'walk_6.99deg_ka12',
     fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
     out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
+    set_: SetOption = None,
     workers: WorkersOption = None,
 ) -> None:
     """Attribute a walk's spectral peaks to gait, feedback or slip."""
     from khr_report.peak_origin_page import peak_origin
 
-    print(peak_origin(scenario, fast, workers, out))
+    print(peak_origin(scenario, fast, workers, out, set_ or []))
 
 
 def scoreboard(

@@ -100,6 +100,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
             node.finish()
         for node in nodes:
             _close(node, executor, turn)
+        _spin(executor, LAST_WORDS)
     except KhrError as error:
         print(f'{spec.name}: {error}', file=sys.stderr)
         return 2
@@ -122,7 +123,7 @@ def _nothing(_: Turn) -> None:
 
 
 def _close(node: KhrNode, executor: EventsExecutor, turn: Turn) -> None:
-    """Let a node receive what is on its way, close it, and send what it publishes last.
+    """Let a node receive what is on its way, and close it.
 
     A node that closes receives nothing more: it may have let go of what its callbacks need.
     """
@@ -131,6 +132,10 @@ def _close(node: KhrNode, executor: EventsExecutor, turn: Turn) -> None:
         executor.spin_once(0.02)
     node.closed = True  # to take it off the executor meanwhile may crash what is on its way there
     node.close()
-    sent = time.monotonic() + LAST_WORDS
-    while time.monotonic() < sent:
+
+
+def _spin(executor: EventsExecutor, seconds: float) -> None:
+    """Go on for a while: the middleware sends what was published last."""
+    end = time.monotonic() + seconds
+    while time.monotonic() < end:
         executor.spin_once(0.02)
