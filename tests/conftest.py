@@ -11,3 +11,13 @@ pytest.register_assert_rewrite('tests.support')
 settings.register_profile('khr', deadline=None, derandomize=True)
 settings.register_profile('search', deadline=None)
 settings.load_profile('khr')
+
+
+def pytest_collection_modifyitems(items):
+    """Begin with the files that take longest, so that none of them is left alone at the end."""
+    patience = {}
+    for item in items:
+        mark = item.get_closest_marker('timeout')
+        own = mark.args[0] if mark else float(item.get_closest_marker('slow') is not None)
+        patience[item.path] = max(patience.get(item.path, 0.0), own)
+    items.sort(key=lambda item: -patience[item.path])

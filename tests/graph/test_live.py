@@ -14,6 +14,7 @@ import pytest
 import yaml
 
 from tests.support.runs import (
+    LONG,
     Bag,
     call,
     children,
@@ -26,7 +27,6 @@ from tests.support.runs import (
 )
 
 pytestmark = pytest.mark.slow
-LONG = 600  # s of simulated time: longer than any test waits
 
 
 @pytest.fixture
@@ -37,8 +37,7 @@ def run(in_background, tmp_path):
         'run',
         'stand_0deg',
         '--processes',
-        '--duration',
-        LONG,
+        *LONG,
         '--set',
         'ankle_controller.enabled=true',
         '--set',
@@ -158,14 +157,7 @@ def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
 def test_two_runs_do_not_meet(in_background, tmp_path):
     runs = [
         in_background(
-            'run',
-            'stand_0deg',
-            '--one-process',
-            '--duration',
-            LONG,
-            '--no-record',
-            '--out',
-            tmp_path / name,
+            'run', 'stand_0deg', '--one-process', *LONG, '--no-record', '--out', tmp_path / name
         )
         for name in 'ab'
     ]

@@ -18,7 +18,17 @@ from khr_bringup import scenario as scenarios
 from khr_bringup.run_registry import registered
 from khr_sim.robot import link_names
 from khr_sim.run_parameters import RunParameters
-from tests.support.runs import Bag, children, finish, joined, khr, stamp_ns, wait_for, wait_until
+from tests.support.runs import (
+    LONG,
+    Bag,
+    children,
+    finish,
+    joined,
+    khr,
+    stamp_ns,
+    wait_for,
+    wait_until,
+)
 
 pytestmark = pytest.mark.slow
 PERIOD_NS = 15_000_000
@@ -192,7 +202,7 @@ def test_run_that_waits_for_a_recorder_in_vain_ends_with_its_name(stopped_record
 
 def test_a_killed_recorder_leaves_a_bag_that_can_be_recovered(in_background, tmp_path):
     folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--processes', '--duration', 600, '--out', folder)
+    process = in_background('run', 'stand_0deg', '--processes', *LONG, '--out', folder)
     with joined(folder) as node:
         wait_until(node, seconds=3.0)
     children(process)['recorder'].kill()

@@ -4,7 +4,7 @@ from itertools import pairwise
 
 import pytest
 
-from tests.support.runs import Bag, interrupt, khr, stamp_ns, wait_until_running
+from tests.support.runs import LONG, Bag, interrupt, khr, stamp_ns, wait_until_running
 
 pytestmark = pytest.mark.slow
 # Fast ground and low thresholds: all three stages in two seconds.
@@ -93,8 +93,7 @@ def test_a_stage_is_set_while_the_graph_runs(in_background, tmp_path):
     run = in_background(
         'run',
         'stand_tilting_staged',
-        '--duration',
-        600,
+        *LONG,
         '--out',
         folder,
         '--set',

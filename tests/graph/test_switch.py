@@ -6,7 +6,7 @@ import yaml
 from khr_bringup.bags import read_messages
 from khr_bringup.scenario import load
 from khr_common.interfaces import SCENARIO
-from tests.support.runs import call, finish, joined, khr, wait_until, wait_until_running
+from tests.support.runs import LONG, call, finish, joined, khr, wait_until, wait_until_running
 
 pytestmark = pytest.mark.slow
 
@@ -14,7 +14,7 @@ pytestmark = pytest.mark.slow
 @pytest.fixture
 def run(in_background, tmp_path):
     folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--duration', 600, '--out', folder)
+    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
     process.folder, process.domain = folder, wait_until_running(folder)
     return process
 

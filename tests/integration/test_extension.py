@@ -15,7 +15,7 @@ import yaml
 
 from khr_bringup import run_registry
 from tests import ROOT
-from tests.support.runs import Bag, wait_for
+from tests.support.runs import LONG, Bag, wait_for
 
 EXAMPLE = ROOT / 'examples' / 'khr_example_controller'
 SCENARIO = EXAMPLE / 'config' / 'walk_5deg_knee.yaml'
@@ -110,7 +110,7 @@ def test_its_corrections_and_parameters_are_in_the_bag(python, recorded):
 def test_its_gain_changes_while_it_runs(python, tmp_path):
     own = [python, '-m', 'khr_cli.command']
     running = subprocess.Popen(
-        [*own, 'run', SCENARIO, '--duration', '600', '--no-record', '--out', tmp_path / 'run'],
+        [*own, 'run', SCENARIO, *LONG, '--no-record', '--out', tmp_path / 'run'],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

@@ -4,11 +4,11 @@ import psutil
 import pytest
 
 from tests.reliability.netns import other_machine, spied, why_not
-from tests.support.runs import children, wait_until_running
+from tests.support.runs import LONG, children, wait_until_running
 
 pytestmark = pytest.mark.slow
 REASON = why_not()
-RUN = ('run', 'stand_0deg', '--duration', '600', '--no-record')
+RUN = ('run', 'stand_0deg', *LONG, '--no-record')
 
 
 @pytest.mark.parametrize('mode', ['--one-process', '--processes'])

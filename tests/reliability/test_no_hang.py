@@ -6,23 +6,24 @@ import signal
 import psutil
 import pytest
 
-from tests.support.runs import children, finish, wait_until_running
+from tests.support.runs import LONG, children, finish, wait_until_running
 
-STAND = ('run', 'stand_0deg', '--duration', '600')
+STAND = ('run', 'stand_0deg', *LONG)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ('mode', 'frozen', 'named'),
     [
-        ('--processes', 'simulator', 'simulator has not reported'),
-        ('--one-process', 'graph', 'graph has not reported'),
+        ('--processes', 'simulator', 'simulator has'),
+        ('--one-process', 'graph', 'graph has'),
         ('--processes', 'recorder', 'recorder'),
         ('--processes', 'transforms', 'transforms has been stopped by a signal for 15 s'),
         ('--processes', 'gyro', 'no answer from ankle_controller, hip_controller'),
     ],
 )
 def test_a_frozen_process_ends_the_run_by_name(in_background, tmp_path, mode, frozen, named):
+    """Silent or stopped: on a busy machine either is noticed first."""
     process = in_background(*STAND, mode, '--out', tmp_path / 'run')
     wait_until_running(tmp_path / 'run')
     nodes = children(process)

@@ -4,7 +4,7 @@ import pytest
 
 from khr_common.interfaces import CLOCK, GYRO, JOINT_REFERENCE, OUTCOME, STATE
 from tests.reliability.traffic import EMPTY, publisher, read, send, shared, topics
-from tests.support.runs import finish, joined, khr, wait_for, wait_until
+from tests.support.runs import LONG, finish, joined, khr, wait_for, wait_until
 
 SHORT = ('--duration', '40')  # not over before a test on a loaded machine has halted it
 
@@ -77,9 +77,7 @@ def refusals(node):
 @pytest.mark.parametrize('topic', [CLOCK, GYRO, STATE, OUTCOME], ids=lambda topic: topic.name)
 def test_a_second_source_of_an_owned_topic_ends_the_run_by_name(in_background, tmp_path, topic):
     folder = tmp_path / 'run'
-    process = in_background(
-        'run', 'stand_0deg', '--duration', '600', '--no-record', '--out', folder
-    )
+    process = in_background('run', 'stand_0deg', *LONG, '--no-record', '--out', folder)
     with joined(folder) as node:
         wait_until(node, seconds=0.1)
         send(publisher(node, topic), topic)

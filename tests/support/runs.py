@@ -22,6 +22,8 @@ from tests import ROOT
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
 KHR = [sys.executable, '-m', 'khr_cli.command']
+# Longer than any test waits, and in lockstep no faster than leaves the test some of the machine.
+LONG = ('--duration', '600', '--set', 'simulator.pace=2')
 
 
 @dataclass
