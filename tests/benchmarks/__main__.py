@@ -18,11 +18,12 @@ from tests.benchmarks import (
     bench_growth,
     bench_gyro_circuit,
     bench_models,
+    bench_period,
     bench_sweeps,
     performance_page,
 )
 
-PARTS = ('graphs', 'swept', 'growth', 'commands')
+PARTS = ('graphs', 'period', 'swept', 'growth', 'commands')
 
 
 def main() -> None:
@@ -54,6 +55,8 @@ def _measured(part: str, options: argparse.Namespace) -> Any:
         print('## Models\n', bench_models.report(), sep='\n')
         print('\n## Gyro circuit\n', bench_gyro_circuit.report(), '', sep='\n')
         return bench_graph.measure(options.repeats)
+    if part == 'period':
+        return {engine: bench_period.measure(engine) for engine in ('bullet', 'mujoco')}
     if part == 'swept':
         return [bench_sweeps.measure() for _ in range(options.repeats)]
     if part == 'growth':

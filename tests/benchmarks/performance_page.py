@@ -59,6 +59,7 @@ def page(
     swept: Sequence[Numbers],
     growth: dict[str, list[Numbers]],
     commands: Numbers | None = None,
+    period: dict[str, Numbers] | None = None,
 ) -> str:
     """Return the measurements as Markdown.
 
@@ -67,6 +68,7 @@ def page(
         swept: of :func:`tests.benchmarks.bench_sweeps.measure`, by round.
         growth: of :func:`tests.benchmarks.bench_growth.measure`, by engine.
         commands: of :func:`tests.benchmarks.bench_commands.measure`; None if not measured.
+        period: of :func:`tests.benchmarks.bench_period.measure`, by engine; None if not measured.
     """
     goals = [
         _goal(goal, [mine[goal.clock] / other[goal.clock] for mine, other in pairs])
@@ -102,6 +104,7 @@ def page(
             'Medians of start-up (s), memory of each process of its own (MiB), messages in the '
             'bag, messages lost, and time from a sample to its correction (ms):',
             '\n'.join(_rest(graphs)),
+            *(_period(period) if period else ()),
             f'## Sweeps\n\nRuns of {sweeps.SECONDS:g} s of `{sweeps.SCENARIO}`. Speeds are from the '
             f'difference in time of a sweep of {sweeps.MANY} runs and one of {sweeps.FEW}: the '
             f'start of the workers does not count in it. That start takes: {starts}. In place: one '
@@ -120,6 +123,19 @@ def _goal(goal: Goal, ratios: Sequence[float]) -> tuple[str, ...]:
     clock = 'wall' if goal.clock == WALL else 'computing'
     shown = (f'{ratio:.0%}' for ratio in (goal.least, *found))
     return (goal.name, goal.base, clock, *shown, verdict)
+
+
+def _period(engines: dict[str, Numbers]) -> tuple[str, str]:
+    rows = [
+        (engine, part, f'{value:.0f}', f'{value / sum(parts.values()):.0%}')
+        for engine, parts in engines.items()
+        for part, value in parts.items()
+    ]
+    return (
+        '## A control period\n\nWhere its time goes in the offline twin; the simulated period is '
+        '15,000 us.',
+        table(('engine', 'part', 'us', 'share'), rows),
+    )
 
 
 def _commands(seconds: Numbers) -> tuple[str, str]:

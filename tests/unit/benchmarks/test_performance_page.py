@@ -7,6 +7,7 @@ import pytest
 
 from tests.benchmarks import __main__ as benchmarks
 from tests.benchmarks import bench_graph as graph
+from tests.benchmarks import bench_period
 from tests.benchmarks import bench_sweeps as sweeps
 from tests.benchmarks.bench_commands import COMMANDS
 from tests.benchmarks.clock import FACTORS
@@ -51,6 +52,20 @@ def test_a_command_that_takes_too_long_misses_its_goal():
     text = page(runs(10.0), sweep(1.0), GROWTH, seconds)
     assert '| `make test` | 480 | 481 | **missed** |' in text
     assert '| `khr reproduce --engine mujoco` | 600 | 600 | met |' in text
+
+
+def test_a_control_period_is_shared_out():
+    text = page(runs(10.0), sweep(1.0), GROWTH, period={'bullet': {'steps': 75.0, 'rest': 25.0}})
+    assert '| bullet | steps | 75 | 75% |' in text
+
+
+@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
+def test_every_part_of_a_control_period_takes_some_of_it(engine, monkeypatch):
+    monkeypatch.setattr(bench_period, 'SECONDS', 1.0)
+    monkeypatch.setattr(bench_period, 'ROUNDS', 1)
+    found = bench_period.measure(engine)
+    assert all(part > 0.0 for part in found.values())
+    assert found[bench_period.REST] < sum(found.values()) / 2.0
 
 
 def test_a_part_alone_is_measured_again(tmp_path, monkeypatch, capsys):
