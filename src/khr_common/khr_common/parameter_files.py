@@ -10,7 +10,6 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
-from importlib.metadata import entry_points
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -52,10 +51,11 @@ class ParameterBlock:
     def is_meant_for(self, node: str) -> bool:
         """Return whether its name is that of a node, or nearly."""
         name = node.rpartition('/')[2]
-        return self._name == name or (
-            bool(get_close_matches(self._name, [name], cutoff=_SIMILAR))
-            and self._name not in entry_points(group=GROUP).names
-        )
+        if self._name == name or not get_close_matches(self._name, [name], cutoff=_SIMILAR):
+            return self._name == name
+        from importlib.metadata import entry_points  # seldom needed, by every node
+
+        return self._name not in entry_points(group=GROUP).names
 
 
 _WILDCARDS = {re.escape('**'): r'(?:/\w+)*', re.escape('*'): r'/\w+'}

@@ -168,7 +168,7 @@ class _Counter:
 
     def survives(self, row: WantedLimit, seed: int, inclination_deg: float) -> bool:
         outcome = self.run(row, inclination_deg, seed)
-        return outcome is not None and stayed_up(outcome)
+        return outcome is not None and stayed_up(outcome.fell, outcome.largest_slip)
 
     def run(
         self, row: WantedLimit | WantedWalk, inclination_deg: float, seed: int

@@ -36,9 +36,9 @@ RAGGED = 0.1  # deg by which a limit moves if the physics step is halved (tests/
 GOLDEN = 0.6180339887  # spreads the seeds' lattices evenly over a tolerance
 
 
-def stayed_up(outcome: Outcome) -> bool:
-    """Return whether a robot neither fell nor rode down the board on its soles."""
-    return not outcome.fell and outcome.largest_slip <= RIDES
+def stayed_up(fell: bool, largest_slip: float) -> bool:
+    """Return whether a robot neither fell nor rode down the board on its soles, slip in m."""
+    return not fell and largest_slip <= RIDES
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class Attempt:
     @property
     def stayed_up(self) -> bool:
         """Return whether the robot neither fell nor rode down the board on its soles."""
-        return stayed_up(self.outcome)
+        return stayed_up(self.outcome.fell, self.outcome.largest_slip)
 
     @property
     def text(self) -> str:

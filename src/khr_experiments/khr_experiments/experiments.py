@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from khr_bringup.code_version import code_version
 from khr_bringup.run_signals import Series
 from khr_bringup.scenario import CONFIG, Scenario
-from khr_experiments.critical import RIDES
+from khr_experiments.critical import stayed_up
 from khr_experiments.errors import ExperimentError
 from khr_sim import engines
 from khr_sweeps.folder import Folder, discard_other, read_results, request_of, series_path
@@ -57,7 +57,7 @@ class Run:
     @property
     def stayed_up(self) -> bool:
         """Return whether the robot neither fell nor rode down the board on its soles."""
-        return not self.fell and bool(self.row['largest_slip_m'] <= RIDES)
+        return stayed_up(self.fell, self.row['largest_slip_m'])
 
     @cached_property
     def series(self) -> Series | None:
