@@ -9,8 +9,8 @@ SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
 PIP := $(BIN)/pip --quiet --disable-pip-version-check
-# three at a time on two cores, as real runs often wait; in the order of tests/conftest.py
-PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 3 --dist loadfile \
+# in the order of tests/conftest.py
+PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadfile \
             --no-loadscope-reorder
 PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
