@@ -22,7 +22,6 @@ from khr_tuning.knobs import GAINS, PLACEMENT
 from khr_tuning.tune import ORDERS, Question, Tuned, Tuning, tune
 
 ROOT = Path('runs/tune')
-MOST_ROBOTS = 12  # of an ensemble, the best; each multiplies the runs
 
 
 def write(
@@ -58,7 +57,7 @@ def write(
             f'--jobs: {jobs} is not accepted; accepted: integer in [1, {LARGEST_JOBS}]'
         )
     asked = load(scenario).set_to(changed)
-    robots = tuple(read_ensemble()[:MOST_ROBOTS]) if robust else ()
+    robots = tuple(read_ensemble()) if robust else ()
     if robust and not robots:
         raise TuningError('--robust: the ensemble has no robot; accepted: after khr calibrate')
     knobs = (*GAINS, *(PLACEMENT if gait else ()))
