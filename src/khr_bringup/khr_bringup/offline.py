@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import gc
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from typing import Any
 
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
@@ -138,6 +140,7 @@ def _run(
 ) -> OfflineResult:
     monitor = OutcomeMonitor(scenario.table(MonitorParameters))
     delayed = plant.parameters.control_delay > 0
+    _set_imports_aside()
     due = loop.reference(0.0)  # what the board holds before the first answer
     truth = plant.start(due)
     while True:
@@ -149,3 +152,9 @@ def _run(
             return OfflineResult(outcome, plant.trajectory_hash, truth.stamp_ns / 1e9, plant.end)
         truth = plant.advance(due if delayed else answer)
         due = answer
+
+
+@cache
+def _set_imports_aside() -> None:
+    """Keep what has been imported out of garbage collections: one takes as long as 60 periods."""
+    gc.freeze()
