@@ -94,6 +94,8 @@ class Servos:
         self.state = np.zeros((4, len(JOINTS)))  # as the law has them
         self.torque = np.zeros(len(JOINTS))
         self.configure(parameters)
+        at_rest = np.zeros(len(JOINTS))
+        self.update(at_rest, at_rest, at_rest)  # compiles the law, or the first period would
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Take changed parameters without losing the state."""
