@@ -16,6 +16,7 @@ from khr_balance.errors import BalanceError, UnreachableError
 from khr_balance.gait_parameters import GaitParameters
 from khr_balance.gait_plan import Plan, plan_motion
 from khr_balance.kinematics import leg_angles
+from khr_balance.splines import ClampedSpline
 
 __all__ = ['Gait', 'GaitParameters', 'gait_of']
 
@@ -39,8 +40,6 @@ class Gait:
             BalanceError: if a leg is too short, a joint leaves its range or outruns its servo;
                 the text names the joint (or leg) and the time.
         """
-        from scipy.interpolate import CubicSpline
-
         self.parameters = parameters
         plan = plan_motion(parameters)
         self.duration = plan.duration
@@ -48,14 +47,14 @@ class Gait:
         count = max(2, round(self.duration / _GRID) + 1)
         time = np.linspace(0.0, self.duration, count)
         angles = _solve(parameters, plan, time)
-        spline = CubicSpline(time, angles, bc_type='clamped')
-        self._starts, self._pieces = time[:-1], spline.c.transpose(1, 0, 2)
+        spline = ClampedSpline(time, angles)
+        self._starts, self._pieces = time[:-1], spline.pieces
         _check_ranges(time, angles)
-        _check_speeds(time, spline(time, 1))
+        _check_speeds(time, spline.slopes)
 
     def reference(self, time: float) -> tuple[float, ...]:
         """Give the 17 joint angles (rad) at ``time`` (s), held before 0 and after the end."""
-        # By hand: SciPy's evaluation is made for many instants at once.
+        # By hand: the spline's own evaluation is made for many instants at once.
         time = min(max(time, 0.0), self.duration)
         piece = min(int(time / self.duration * len(self._starts)), len(self._starts) - 1)
         t = time - float(self._starts[piece])

@@ -2,7 +2,6 @@
 
 The plane's frame has x along the way, y to the left and z along its normal, the origin midway
 between the soles' centres of the first stance. Paths take (N,) times and give (N, ...) arrays.
-SciPy is imported where it is used: it takes half a second, and most processes plan nothing.
 """
 
 from __future__ import annotations
@@ -15,6 +14,7 @@ import numpy as np
 
 from khr_balance.body import HIP_DROP, SOLE_DROP, TOE_X, Array
 from khr_balance.gait_parameters import GaitParameters
+from khr_balance.splines import ClampedSpline, RestingPath
 
 Path = Callable[[Array], Array]
 
@@ -109,20 +109,12 @@ def _still(place: float) -> Path:
 
 def _rests(keys: Sequence[Key]) -> Path:
     """Move from rest to rest through every key: quintics of least jerk, C2."""
-    from scipy.interpolate import BPoly
-
-    times = [key.time for key in keys]
-    path = BPoly.from_derivatives(times, [[key.place, 0.0, 0.0] for key in keys], orders=5)
-    return lambda time: np.asarray(path(np.clip(time, times[0], times[-1])), dtype=np.float64)
+    return RestingPath(*zip(*keys, strict=True))
 
 
 def _flows(keys: Sequence[Key]) -> Path:
     """Move through the keys without stopping, from rest to rest: a cubic spline, C2."""
-    from scipy.interpolate import CubicSpline
-
-    times = [key.time for key in keys]
-    path = CubicSpline(times, [key.place for key in keys], bc_type='clamped')
-    return lambda time: np.asarray(path(np.clip(time, times[0], times[-1])), dtype=np.float64)
+    return ClampedSpline(*zip(*keys, strict=True))
 
 
 def _stand(p: GaitParameters) -> Plan:

@@ -111,8 +111,8 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
     if failed:
         return 1
-    # All is closed. But a participant that is told of others leaving while it is destroyed may
-    # deadlock (Fast DDS 2.14, DomainParticipant::set_listener): then the kernel ends the process.
+    # Everything is closed. Fast DDS 2.14 may still deadlock if others leave while it destroys its
+    # participant (DomainParticipant::set_listener); then the alarm ends the process.
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(LEAVING)
     return 0

@@ -1,0 +1,100 @@
+"""Smooth paths through places at times.
+
+SciPy has them too, but takes half a second to import, in every process that plans a motion.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class ClampedSpline:
+    """The cubic spline through all values that is at rest at both ends: C2.
+
+    Args:
+        times: at least two, growing, (N,).
+        values: at these times, (N,) or (N, n).
+
+    Attributes:
+        slopes: at the times, (N,) or (N, n).
+        pieces: coefficients between two times, of the third power first, of the time since the
+            first of the two: (N - 1, 4) or (N - 1, 4, n).
+    """
+
+    def __init__(self, times: Sequence[float] | Array, values: Sequence[float] | Array) -> None:
+        self._times, places = np.asarray(times, dtype=float), np.asarray(values, dtype=float)
+        step = np.diff(self._times).reshape(-1, *[1] * (places.ndim - 1))
+        mean = np.diff(places, axis=0) / step
+        self.slopes = _slopes(np.diff(self._times).tolist(), mean)
+        first, last = self.slopes[:-1], self.slopes[1:]
+        self.pieces = np.stack(
+            [
+                (first + last - 2.0 * mean) / step**2,
+                (3.0 * mean - 2.0 * first - last) / step,
+                first,
+                places[:-1],
+            ],
+            axis=1,
+        )
+
+    def __call__(self, time: Array) -> Array:
+        """Return the values (M,) or (M, n) at times (M,), held before the first and at the end."""
+        time = np.clip(time, self._times[0], self._times[-1])
+        piece = _piece(self._times, time)
+        t = time - self._times[piece]
+        cubic, square, slope, place = (part.T for part in np.moveaxis(self.pieces[piece], 1, 0))
+        found: Array = (((cubic * t + square) * t + slope) * t + place).T
+        return found
+
+
+class RestingPath:
+    """The path from rest to rest through every place with least jerk: quintics, C2.
+
+    Args:
+        times: at least two, growing, (N,).
+        places: at these times, (N,).
+    """
+
+    def __init__(self, times: Sequence[float], places: Sequence[float]) -> None:
+        self._times, self._places = np.array(times, dtype=float), np.array(places, dtype=float)
+
+    def __call__(self, time: Array) -> Array:
+        """Return the places (M,) at times (M,), held before the first and after the last."""
+        piece = _piece(self._times, time)
+        span, way = np.diff(self._times)[piece], np.diff(self._places)[piece]
+        u = np.clip((time - self._times[piece]) / span, 0.0, 1.0)
+        found: Array = self._places[piece] + way * u**3 * (10.0 + u * (6.0 * u - 15.0))
+        return found
+
+
+def _piece(times: Array, time: Array) -> NDArray[np.intp]:
+    """Return between which two of the times each time lies."""
+    return np.clip(np.searchsorted(times, time, side='right') - 1, 0, len(times) - 2)
+
+
+def _slopes(step: Sequence[float], mean: Array) -> Array:
+    """Solve for the slopes at which the second derivative does not jump, with none at the ends.
+
+    The equations are tridiagonal, so that elimination takes one pass there and one back.
+
+    Args:
+        step: between two times, (N - 1,).
+        mean: slope between two times, (N - 1, ...).
+    """
+    slopes = np.zeros((len(step) + 1, *mean.shape[1:]))
+    passed, factors = 0.0, [0.0]
+    for i in range(1, len(step)):
+        before, after = 1.0 / step[i - 1], 1.0 / step[i]
+        pivot = 2.0 * (before + after) - before * passed
+        passed = after / pivot
+        factors.append(passed)
+        known = 3.0 * (before * mean[i - 1] + after * mean[i])
+        slopes[i] = (known - before * slopes[i - 1]) / pivot
+    for i in range(len(step) - 1, 0, -1):
+        slopes[i] -= factors[i] * slopes[i + 1]
+    return slopes
