@@ -43,6 +43,7 @@ def recorded(tmp_path_factory):
         SECONDS,
         '--set',
         'ankle_controller.gain=15',
+        '--draw',
         '--out',
         folder,
         folder=folder,

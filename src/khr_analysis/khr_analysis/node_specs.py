@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters
-from khr_analysis.recording import RecorderParameters
+from khr_analysis.recorder_parameters import RecorderParameters
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (

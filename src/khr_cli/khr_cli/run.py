@@ -60,6 +60,7 @@ class Options:
     offline: bool = False
     one_process: bool = False
     record: bool = True
+    draw: bool = True
     out: Path | None = None
     expect: str = ''
     domain: int | None = None
@@ -118,7 +119,7 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     failures = [result.failure] if result.failure else []
     try:
         _keep(folder, scenario, result)
-        if options.record and not options.offline:
+        if options.record and options.draw and not options.offline:
             _draw(folder, scenario, console)
     except KhrError as error:  # what was measured is printed all the same
         failures.append(str(error))

@@ -44,6 +44,9 @@ def run(
         ),
     ] = None,
     record: RecordOption = True,
+    draw: Annotated[
+        bool, typer.Option('--draw/--no-draw', help='Draw what was recorded: overview.png.')
+    ] = True,
     out: OutOption = None,
     set_: SetOption = None,
     expect: Annotated[str, typer.Option(help=MEANING)] = '',
@@ -83,6 +86,7 @@ def run(
         offline=offline,
         one_process=one_process is not False,
         record=record,
+        draw=draw,
         out=out,
         expect=expect,
         domain=domain,

@@ -1,0 +1,52 @@
+"""What the recorder is to record, and where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import cast, get_args
+
+from khr_common import ParameterError, parameter
+from khr_common.interfaces import OF_EVERY_RUN, Flow, Topic
+
+
+@dataclass(frozen=True)
+class RecorderParameters:
+    """The parameter table of the recorder."""
+
+    folder: str = parameter(
+        'bag', 'Folder of the rosbag2 to write; it must not exist yet.', read_only=True
+    )
+    scenario_file: str = parameter(
+        '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True
+    )
+    topics: tuple[str, ...] = parameter(
+        ('',),
+        'Topics to record, each as name, message type, and "period" (one message in every control '
+        'period: the run waits for it), "latched" or "event"; those of every run if empty.',
+        read_only=True,
+    )
+    extra_topics: tuple[str, ...] = parameter(
+        ('',), 'Further topics to record, in the same form.', read_only=True
+    )
+
+    def __post_init__(self) -> None:
+        self.recorded()
+
+    def recorded(self) -> tuple[Topic, ...]:
+        """Return the topics to record.
+
+        Raises:
+            ParameterError: if one is not of the form that it has to have.
+        """
+        stated = tuple(_topic(line) for line in self.topics if line)
+        return (stated or OF_EVERY_RUN) + tuple(_topic(line) for line in self.extra_topics if line)
+
+
+def _topic(line: str) -> Topic:
+    name, kind, flow = (line.split() + [''] * 3)[:3]
+    if kind.count('/') != 2 or flow not in get_args(Flow):
+        raise ParameterError(
+            f'topics: {line!r} is not accepted; accepted: NAME PACKAGE/msg/TYPE '
+            f'{"|".join(get_args(Flow))}'
+        )
+    return Topic(name, kind, '', cast(Flow, flow))
