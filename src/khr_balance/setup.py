@@ -24,7 +24,7 @@ setup(
         ]
     },
     package_data={'': ['py.typed']},
-    install_requires=['khr_common', 'numpy', 'scipy'],
+    install_requires=['khr_common', 'numpy'],
     extras_require={'test': ['pytest']},
     zip_safe=True,
     maintainer=manifest.findtext('maintainer'),

@@ -54,6 +54,8 @@ class World:
             self.robot.joints[f'{side}_sole_frame'].origin.tolist() for side in contact.SIDES
         ]
         self.reset([0.0] * len(JOINTS))
+        no_steps = np.zeros((0, len(JOINTS)))  # compile what runs, or the first period would
+        self.engine.run(no_steps, self._servos, self._contact_forces)
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
         """Start anew with the robot at rest, its soles on the ground, its servos loaded.

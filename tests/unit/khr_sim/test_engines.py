@@ -1,5 +1,6 @@
 """Both engines obey the same mechanics, and the compiled steps are the plain ones, bit for bit."""
 
+import subprocess
 import sys
 from math import radians
 
@@ -149,6 +150,30 @@ def test_the_compiled_servos_are_the_plain_ones_bit_for_bit(values):
         expected = compiled.update(*inputs).tobytes()
         assert plain.update(*inputs).tobytes() == expected
         assert plain.state.tobytes() == compiled.state.tobytes()
+
+
+COMPILATIONS = """
+import sys
+from numba.core.dispatcher import Dispatcher
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.world import World
+
+compile_for_args, compiled = Dispatcher._compile_for_args, []
+Dispatcher._compile_for_args = lambda self, *arguments: (
+    compiled.append(self), compile_for_args(self, *arguments))[1]
+world = World(SimulatorParameters(engine=sys.argv[1]))
+before = len(compiled)
+world.advance([0.0] * 17)
+print(before, len(compiled))
+"""
+
+
+@pytest.mark.parametrize('engine', engines.LIBRARIES)
+def test_nothing_is_left_to_be_compiled_in_the_first_period(engine):
+    """It takes a tenth of a second even from the cache, and the clock runs in realtime."""
+    said = subprocess.check_output([sys.executable, '-c', COMPILATIONS, engine], text=True)
+    before, after = map(int, said.split())
+    assert 0 < before == after
 
 
 # --- what is there, and what is not ------------------------------------------------------------

@@ -140,8 +140,9 @@ class Bullet:
     def run(self, commands: Array, servos: Servos, forces: ContactForces) -> list[float]:
         """Advance one step per row of ``commands``; return the last torques of the servos."""
         client, body, joints, ground = self.client, self.body, self.joint_numbers, self.ground
+        torques: list[float] = []
         for command in commands:
-            torques: list[float] = servos.update(command, self._position, self._velocity).tolist()
+            torques = servos.update(command, self._position, self._velocity).tolist()
             bullet.setJointMotorControlArray(
                 body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
             )

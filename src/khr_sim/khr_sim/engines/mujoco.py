@@ -122,9 +122,6 @@ class MuJoCo:
             data.sensordata.reshape(-1, 3),
         )
         self._viewer = mujoco.viewer.launch_passive(model, data) if parameters.gui else None
-        servos = Servos(parameters, robot.joint_inertia())
-        nothing = np.zeros((0, len(JOINTS)))  # compiles what runs, or the first period would
-        self.run(nothing, servos, ContactForces((), ()))
 
     def reset(self, inclination: float) -> None:
         """Start anew, with a ground inclined by so many rad."""
