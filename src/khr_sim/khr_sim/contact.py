@@ -8,6 +8,7 @@ that stay in place give the solver a steady problem, which a box on a plane does
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from functools import cached_property
 from xml.etree import ElementTree
 
 import numpy as np
@@ -87,12 +88,24 @@ class ContactForces:
         self.steps = 0
         self.in_odom = np.zeros((4, 3))
         self._directions: tuple[Vector, Vector, Vector] | None = None
-        self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along normal and both frictions
-        self._of_foot: dict[int, tuple[Vector, float, list[float], list[float]]] = {}
-        for side, (foot, (position, orientation)) in enumerate(zip(feet, soles, strict=True)):
+        self._feet, self._soles = feet, soles
+
+    @cached_property
+    def _impulses(self) -> list[list[float]]:
+        """Impulses on toes and heels, along the normal and both frictions."""
+        return [[0.0, 0.0, 0.0] for _ in range(4)]
+
+    @cached_property
+    def _of_foot(self) -> dict[int, tuple[Vector, float, list[float], list[float]]]:
+        """Of each foot: forward, how far forward its ankle is, impulses on its toe and heel."""
+        found = {}
+        for side, (foot, (position, orientation)) in enumerate(
+            zip(self._feet, self._soles, strict=True)
+        ):
             forward = carried(orientation, (1.0, 0.0, 0.0))
             toe, heel = self._impulses[2 * side : 2 * side + 2]
-            self._of_foot[foot] = forward, dot(forward, position), toe, heel
+            found[foot] = forward, dot(forward, position), toe, heel
+        return found
 
     def add(self, contacts: Iterable[Contact]) -> None:
         """Take the contacts of the robot with the ground after one step."""

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import atan2, hypot, prod
+from struct import Struct
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common.block import Numbers
 from khr_common.interfaces import (
@@ -21,21 +21,18 @@ from khr_common.interfaces import (
     Topic,
 )
 
-Array = NDArray[np.float64]
-
-
 # The topics of the truth, in the order in which they are published.
 SIGNALS = (CLOCK, JOINT_STATES, TRUE_POSE, TRUE_RATE, TRUE_SOLES, TRUE_INCLINATION, *TRUE_FORCES)
 
 
 class _Part:
-    """A part of a row of numbers, as an attribute that shows its shape; of the class, itself."""
+    """A part of a row of numbers, as an array of its shape; of the class, the part itself."""
 
     def __init__(self, begin: int, shape: tuple[int, ...]) -> None:
         self.span, self._shape = slice(begin, begin + prod(shape)), shape
 
     def __get__(self, truth: Truth | None, _: type) -> Any:
-        return self if truth is None else truth.numbers[self.span].reshape(self._shape)
+        return self if truth is None else np.array(truth.numbers[self.span]).reshape(self._shape)
 
 
 class _Row:
@@ -61,7 +58,7 @@ class Truth:
     Attributes:
         step: physics steps since the reset.
         stamp_ns: simulated time, ns.
-        numbers: all that follows but the inclination, in one row; the rest are views of it.
+        numbers: all that follows but the inclination, in one row; the rest is made of it.
         position: origin of base_link in odom, m, (3,).
         orientation: of base_link in odom, quaternion x y z w, (4,).
         linear_velocity: of the origin of base_link, in odom, m/s, (3,).
@@ -80,7 +77,7 @@ class Truth:
 
     step: int
     stamp_ns: int
-    numbers: Array
+    numbers: list[float]
     inclination: float
 
     position = _row.part(3)
@@ -89,7 +86,8 @@ class Truth:
     angular_velocity = _row.part(3)
     joint_position = _row.part(17)
     joint_velocity = _row.part(17)
-    _recorded = _row.end  # that the trajectory hash is made of
+    _record = Struct(f'<q{_row.end}d')  # that the trajectory hash is made of
+    _recorded = slice(_row.end)
     mean_angular_velocity = _row.part(3)
     joint_effort = _row.part(17)
     contact_force = _row.part(4, 3)
@@ -99,12 +97,12 @@ class Truth:
     @property
     def tilt(self) -> float:
         """Return the angle between the torso's z axis and the vertical, in rad."""
-        x, y, z, w = self.orientation.tolist()
+        x, y, z, w = self.numbers[Truth.orientation.span]
         return atan2(2.0 * hypot(x * z + y * w, y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
 
     def signals(self) -> dict[Topic, Numbers]:
         """Return what each topic of the truth carries, for those who subscribe to it."""
-        numbers = self.numbers.tolist()  # once: this is done in every period
+        numbers = self.numbers
         places, turns, forces = (
             numbers[part.span]
             for part in (Truth.sole_position, Truth.sole_orientation, Truth.contact_force)
@@ -125,7 +123,4 @@ class Truth:
         The step as int64, then as float64: position, orientation, linear and angular velocity of
         base_link, joint positions and velocities; all little-endian.
         """
-        return (
-            self.step.to_bytes(8, 'little', signed=True)
-            + self.numbers[: self._recorded].astype('<f8', copy=False).tobytes()
-        )
+        return self._record.pack(self.step, *self.numbers[self._recorded])

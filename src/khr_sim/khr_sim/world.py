@@ -232,22 +232,20 @@ class World:
         return Truth(
             self._step,
             self._step * self._step_ns,
-            np.array(
-                [
-                    *motion.position,
-                    *orientation,
-                    *motion.linear_velocity,
-                    *motion.angular_velocity,
-                    *position.tolist(),
-                    *velocity.tolist(),
-                    *rate,
-                    *self._efforts,
-                    *chain.from_iterable(forces),
-                    *left[0],
-                    *right[0],
-                    *left[1],
-                    *right[1],
-                ]
-            ),
+            [
+                *motion.position,
+                *orientation,
+                *motion.linear_velocity,
+                *motion.angular_velocity,
+                *position.tolist(),
+                *velocity.tolist(),
+                *rate,
+                *self._efforts,
+                *chain.from_iterable(forces),
+                *left[0],
+                *right[0],
+                *left[1],
+                *right[1],
+            ],
             self._inclination,
         )

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import chain
+
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -22,6 +24,14 @@ from khr_common.nodes.messages import blank_vector
 from khr_common.nodes.node import KhrNode
 from khr_common.rotation import carried, inverse
 from khr_sim.truth import SIGNALS, Truth
+
+SPEEDS = (
+    Truth.orientation,
+    Truth.linear_velocity,
+    Truth.angular_velocity,
+    Truth.joint_velocity,
+    Truth.joint_effort,
+)
 
 
 class TruthPublisher:
@@ -56,13 +66,10 @@ class TruthPublisher:
 
     def publish(self, truth: Truth) -> None:
         """Publish the truth of one instant, the time first."""
-        to_body = inverse(truth.orientation.tolist())
+        turn, *linear_and_angular, velocity, effort = (truth.numbers[part.span] for part in SPEEDS)
         speeds = {
-            JOINT_STATES: (*truth.joint_velocity.tolist(), *truth.joint_effort.tolist()),
-            TRUE_POSE: (
-                *carried(to_body, truth.linear_velocity.tolist()),
-                *carried(to_body, truth.angular_velocity.tolist()),
-            ),
+            JOINT_STATES: (*velocity, *effort),
+            TRUE_POSE: chain(*(carried(inverse(turn), each) for each in linear_and_angular)),
         }
         for topic, numbers in truth.signals().items():
             self._outputs[topic].fill(truth.stamp_ns, (*numbers, *speeds.get(topic, ())))
