@@ -15,6 +15,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.push import Push
 from khr_sim.robot import JOINTS
 from khr_sim.statics import GRAVITY
+from khr_sim.truth import Truth
 from khr_sim.world import World
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
 from tests.support.mechanics import momenta
@@ -244,7 +245,7 @@ def test_the_record_is_canonical(world_with):
 def test_tilt_is_the_angle_to_the_vertical(world_with, axis, angle):
     truth = world_with().reset(STANCE)
     leaning = Rotation.from_rotvec(np.multiply(axis, angle)) * Rotation.from_euler('z', 1.0)
-    truth.orientation[:] = leaning.as_quat()
+    truth.numbers[Truth.orientation.span] = leaning.as_quat().tolist()
     assert truth.tilt == pytest.approx(angle, abs=1e-9)
 
 
