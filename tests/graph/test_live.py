@@ -53,6 +53,8 @@ def run(in_background, tmp_path):
 
 
 def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
+    nodes = children(run).values()
+    assert {os.sched_getscheduler(node.pid) for node in nodes} == {os.SCHED_BATCH}
     changed = khr('set', 'ankle_controller', 'gain', '18.0', '--domain', run.domain)
     assert changed.code == 0, changed.err
     value, _, meaning = changed.out.partition('  # ')

@@ -104,7 +104,9 @@ def test_realtime_keeps_the_wall_clock_and_drops_stale_corrections(in_background
         'ankle_controller.enabled=true',
     )
     wait_until_running(folder)
-    os.kill(children(process)['ankle_controller'].pid, signal.SIGSTOP)
+    nodes = children(process)
+    assert {os.sched_getscheduler(node.pid) for node in nodes.values()} == {os.SCHED_OTHER}
+    os.kill(nodes['ankle_controller'].pid, signal.SIGSTOP)
     ended = finish(process, folder)
     assert ended.code == 1
     assert 'ankle_controller did not end when it was asked to' in ended.err

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import resource
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -12,12 +13,13 @@ from typing import Any
 from khr_bringup.code_version import as_run
 from khr_bringup.following import PATIENCE, GraphResult, follow, interrupts, nodes_of
 from khr_bringup.node_registry import registry, spec_of
-from khr_bringup.processes import Processes
+from khr_bringup.processes import Processes, unhurried
 from khr_bringup.run_registry import WITHOUT_LOG, RunEntry
 from khr_bringup.scenario import Scenario
 from khr_common import RunError
 from khr_common.files import write_text
 from khr_common.interfaces import LOG, PARAMETER_EVENTS, PUSH
+from khr_sim.run_parameters import RunParameters
 
 LEAST_MEMORY = 2**31  # bytes of address space; a process of a run takes about 1.2e9
 
@@ -72,7 +74,8 @@ def run_graph(
     os.environ.update(entry.environment())
     nodes = nodes_of(scenario, record)
     processes = Processes(entry.environment(), folder / 'log', entry.lock)
-    with interrupts() as interrupted:
+    patient = not one_process and scenario.table(RunParameters).sync == 'lockstep'
+    with interrupts() as interrupted, unhurried() if patient else nullcontext():
         try:
             entries = {node: registry()[node].entry for node in nodes}
             for name, group in (

@@ -153,6 +153,22 @@ class Processes:
 
 
 @contextmanager
+def unhurried() -> Iterator[None]:
+    """Let this process and those that it starts wait for a free core (SCHED_BATCH).
+
+    Where no message is urgent, one that interrupts its sender costs both of them time.
+    """
+    ordinary = os.sched_getscheduler(0) == os.SCHED_OTHER
+    if ordinary:
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    try:
+        yield
+    finally:
+        if ordinary:
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+@contextmanager
 def _sigint_blocked() -> Iterator[None]:
     """Block SIGINT, which a child inherits: it waits until the child is ready to take it."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})

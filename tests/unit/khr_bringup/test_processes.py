@@ -5,12 +5,13 @@ import signal
 import subprocess
 import sys
 import textwrap
+from contextlib import nullcontext
 
 import psutil
 import pytest
 
 from khr_bringup import processes
-from khr_bringup.processes import Processes
+from khr_bringup.processes import Processes, unhurried
 from tests.support.runs import wait_for
 
 PARENT = """
@@ -38,6 +39,15 @@ def test_a_child_dies_with_its_killed_parent(tmp_path, state):
     parent.kill()
     parent.communicate()
     assert psutil.wait_procs([child], timeout=20)[0] == [child]
+
+
+def test_the_unhurried_wait_for_a_core_and_so_do_those_that_they_start():
+    schedulers = os.sched_getscheduler(0), []
+    for context in (unhurried(), nullcontext()):
+        with context, subprocess.Popen(['sleep', '60']) as child:
+            schedulers[1].append(os.sched_getscheduler(child.pid))
+            child.kill()
+    assert schedulers == (os.SCHED_OTHER, [os.SCHED_BATCH, os.SCHED_OTHER])
 
 
 def started(tmp_path, module, *arguments):
