@@ -43,7 +43,7 @@ class ClampedSpline:
         )
 
     def __call__(self, time: Array) -> Array:
-        """Return the values (M,) or (M, n) at times (M,), held before the first and at the end."""
+        """Return the values (M,) or (M, n) at times (M,), held beyond both ends."""
         time = np.clip(time, self._times[0], self._times[-1])
         piece = _piece(self._times, time)
         t = time - self._times[piece]
@@ -64,7 +64,7 @@ class RestingPath:
         self._times, self._places = np.array(times, dtype=float), np.array(places, dtype=float)
 
     def __call__(self, time: Array) -> Array:
-        """Return the places (M,) at times (M,), held before the first and after the last."""
+        """Return the places (M,) at times (M,), held beyond both ends."""
         piece = _piece(self._times, time)
         span, way = np.diff(self._times)[piece], np.diff(self._places)[piece]
         u = np.clip((time - self._times[piece]) / span, 0.0, 1.0)
