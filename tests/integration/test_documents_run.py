@@ -122,8 +122,8 @@ def test_a_reader_gets_through(name, tmp_path, monkeypatch):
     reader = Reader(tmp_path)
     reader.follow((ROOT / 'docs' / f'{name}.md').read_text())
     promised = {
-        'tutorial': ['runs/with/report.html', 'runs/both.gif', 'runs/without/film.png',
-                     'report/index.html'],
+        'tutorial': ['runs/with/overview.png', 'runs/with/report.html', 'runs/both.gif',
+                     'runs/without/film.png', 'report/index.html'],
         'tuning': ['runs/new/report.html', 'runs/tune/walk_6.99deg_ka12/walk_6.99deg_ka12_tuned.yaml'],
     }  # fmt: skip
     for path in promised[name]:

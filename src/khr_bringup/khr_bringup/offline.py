@@ -156,5 +156,5 @@ def _run(
 
 @cache
 def _set_imports_aside() -> None:
-    """Keep what has been imported out of garbage collections: one takes as long as 60 periods."""
+    """Keep what has been imported out of garbage collections, which outlast many periods."""
     gc.freeze()

@@ -88,12 +88,8 @@ class ContactForces:
         self.steps = 0
         self.in_odom = np.zeros((4, 3))
         self._directions: tuple[Vector, Vector, Vector] | None = None
+        self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along normal and both frictions
         self._feet, self._soles = feet, soles
-
-    @cached_property
-    def _impulses(self) -> list[list[float]]:
-        """Impulses on toes and heels, along the normal and both frictions."""
-        return [[0.0, 0.0, 0.0] for _ in range(4)]
 
     @cached_property
     def _of_foot(self) -> dict[int, tuple[Vector, float, list[float], list[float]]]:

@@ -42,12 +42,12 @@ def test_a_child_dies_with_its_killed_parent(tmp_path, state):
 
 
 def test_the_unhurried_wait_for_a_core_and_so_do_those_that_they_start():
-    schedulers = os.sched_getscheduler(0), []
+    schedulers = [os.sched_getscheduler(0)]
     for context in (unhurried(), nullcontext()):
         with context, subprocess.Popen(['sleep', '60']) as child:
-            schedulers[1].append(os.sched_getscheduler(child.pid))
+            schedulers.append(os.sched_getscheduler(child.pid))
             child.kill()
-    assert schedulers == (os.SCHED_OTHER, [os.SCHED_BATCH, os.SCHED_OTHER])
+    assert schedulers == [os.SCHED_OTHER, os.SCHED_BATCH, os.SCHED_OTHER]
 
 
 def started(tmp_path, module, *arguments):

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from itertools import chain
-
 from geometry_msgs.msg import Point, Pose, PoseArray, Quaternion
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import JointState
@@ -24,14 +22,6 @@ from khr_common.nodes.messages import blank_vector
 from khr_common.nodes.node import KhrNode
 from khr_common.rotation import carried, inverse
 from khr_sim.truth import SIGNALS, Truth
-
-SPEEDS = (
-    Truth.orientation,
-    Truth.linear_velocity,
-    Truth.angular_velocity,
-    Truth.joint_velocity,
-    Truth.joint_effort,
-)
 
 
 class TruthPublisher:
@@ -66,13 +56,17 @@ class TruthPublisher:
 
     def publish(self, truth: Truth) -> None:
         """Publish the truth of one instant, the time first."""
-        turn, *linear_and_angular, velocity, effort = (truth.numbers[part.span] for part in SPEEDS)
+        numbers = truth.numbers
+        to_body = inverse(numbers[Truth.orientation.span])
         speeds = {
-            JOINT_STATES: (*velocity, *effort),
-            TRUE_POSE: chain(*(carried(inverse(turn), each) for each in linear_and_angular)),
+            JOINT_STATES: (*numbers[Truth.joint_velocity.span], *numbers[Truth.joint_effort.span]),
+            TRUE_POSE: (
+                *carried(to_body, numbers[Truth.linear_velocity.span]),
+                *carried(to_body, numbers[Truth.angular_velocity.span]),
+            ),
         }
-        for topic, numbers in truth.signals().items():
-            self._outputs[topic].fill(truth.stamp_ns, (*numbers, *speeds.get(topic, ())))
+        for topic, carries in truth.signals().items():
+            self._outputs[topic].fill(truth.stamp_ns, (*carries, *speeds.get(topic, ())))
         self.repeat()
 
     def repeat(self) -> None:
