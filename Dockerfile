@@ -3,8 +3,8 @@ FROM python:3.11-slim-bookworm
 
 WORKDIR /khr
 COPY requirements.lock ./
-RUN pip install --no-cache-dir -r requirements.lock
-COPY pyproject.toml requirements.in README.md LICENSE ./
+RUN pip install --no-cache-dir --require-hashes -r requirements.lock
+COPY pyproject.toml setup.py requirements.in README.md LICENSE ./
 COPY config config
 COPY src src
 RUN pip install --no-cache-dir --no-deps --no-build-isolation . && rm -rf build *.egg-info

@@ -1,6 +1,7 @@
 # make run    installs what a run needs into .venv and runs the main job
-# make test   installs the tools as well, checks the code, runs all tests, prints their coverage
+# make test   installs the tools as well, checks the code, runs all tests
 # make quick  runs the tests but the slow ones
+# make coverage  runs all tests, measured, and prints their coverage by package
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
 # make film   renders docs/walk.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
@@ -8,7 +9,7 @@ PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
-PIP := $(BIN)/pip --quiet --disable-pip-version-check
+INSTALL := $(BIN)/python .ci/install
 # in the order of tests/conftest.py
 PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 2 --dist loadfile \
             --no-loadscope-reorder
@@ -16,17 +17,21 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick install tools lint docs site film bench chaos mutants lock version clean
+.PHONY: run test quick coverage install tools lint docs site film bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
 
 test: lint
-	$(PYTEST) --cov --cov-report=
-	$(BIN)/python -m tests.coverage
+	$(PYTEST)
 
 quick: tools
 	$(PYTEST) -m 'not slow'
+
+# apart from the tests: what is measured takes twice the computing
+coverage: tools
+	$(PYTEST) --cov --cov-report=
+	$(BIN)/python -m tests.coverage
 
 install: $(VENV)/packages
 
@@ -34,16 +39,16 @@ tools: $(VENV)/tools install
 
 $(VENV)/requirements: requirements.lock
 	$(PYTHON) -m venv $(VENV)
-	$(PIP) install -r requirements.lock
+	$(INSTALL) --require-hashes -r requirements.lock
 	touch $@
 
 $(VENV)/tools: requirements-dev.lock $(VENV)/requirements
-	$(PIP) install -r requirements-dev.lock
+	$(INSTALL) --require-hashes -r requirements-dev.lock
 	touch $@
 
 $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 	rm -rf src/*/build src/*/*.egg-info
-	$(PIP) install --no-deps --no-build-isolation --force-reinstall $(PACKAGES)
+	$(INSTALL) --no-deps --no-build-isolation --force-reinstall $(PACKAGES)
 	rm -rf src/*/build src/*/*.egg-info
 	touch $@
 
@@ -62,9 +67,9 @@ lint: tools
 	PYTHONPATH=$$(echo src/khr* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 docs: install
-	$(BIN)/python -m khr_report.docs_generator
-	$(BIN)/python -m khr_analysis.models.report docs/models.md
-	$(BIN)/python -m khr_sim.gyro_circuit.report docs/gyro.md
+	$(BIN)/python -m khr_studies.documents.docs_generator
+	$(BIN)/python -m khr_models.report docs/models.md
+	$(BIN)/python -m khr_sim.sensors.gyro_circuit.report docs/gyro.md
 
 # the documents as pages, in site/; a link that leads nowhere is an error
 site: tools
@@ -82,18 +87,19 @@ film: install
 bench: tools
 	$(BIN)/python -m tests.benchmarks
 
-lock: export CUSTOM_COMPILE_COMMAND = make lock
-lock: COMPILE = $(BIN)/pip-compile --quiet --strip-extras --no-emit-index-url \
-          --no-emit-find-links --no-emit-trusted-host
+# with the digests of every file of every version, for any machine
+lock: COMPILE = $(BIN)/uv pip compile --quiet --generate-hashes --no-emit-index-url \
+          --python-version 3.11 --custom-compile-command 'make lock' --output-file
 lock: tools
-	$(COMPILE) --allow-unsafe --all-build-deps --output-file requirements.lock pyproject.toml
-	$(COMPILE) --output-file requirements-dev.lock requirements-dev.in
+	printf 'setuptools<80\nwheel\n' | $(COMPILE) requirements.lock requirements.in -
+	$(COMPILE) requirements-dev.lock requirements-dev.in
 
 version:
 	@test -n '$(VERSION)' || { echo 'make version VERSION=1.2.3'; exit 2; }
 	sed -i 's|<version>.*</version>|<version>$(VERSION)</version>|' src/*/package.xml
 	sed -i "0,/^version = .*/s//version = '$(VERSION)'/" pyproject.toml
 	sed -i '0,/^## \[Unreleased\]/s//&\n\n## [$(VERSION)] - '"$$(date +%F)/" CHANGELOG.md
+	sed -i 's/^version: .*/version: $(VERSION)/; s/^date-released: .*/date-released: '"'$$(date +%F)'/" CITATION.cff
 
 clean:
 	rm -rf $(VENV) site build *.egg-info ros2_ws/build ros2_ws/install ros2_ws/log src/*/build src/*/*.egg-info
