@@ -2,26 +2,22 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-package = 'khr_common'
 manifest = ElementTree.parse('package.xml')
+package = manifest.findtext('name')
+stated = ('name', 'version', 'description', 'license', 'maintainer', 'url')
 setup(
-    name=package,
-    version=manifest.findtext('version'),
-    packages=find_packages(include=[package, f'{package}.*']),
+    **{key: manifest.findtext(key) for key in stated},
+    maintainer_email=manifest.find('maintainer').get('email'),
+    packages=find_packages(),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
+        (f'share/{package}/hook', ['hook/arithmetic.dsv']),  # for the colcon.pkg
     ],
-    package_data={'': ['py.typed']},
+    package_data={'': ['py.typed', '../khr_arithmetic.pth']},  # the second beside the package
     install_requires=['numpy', 'PyYAML'],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],
-        'test': ['pytest'],
+        'test': ['hypothesis', 'pytest', 'pytest-timeout'],
     },
-    zip_safe=True,
-    maintainer=manifest.findtext('maintainer'),
-    maintainer_email=manifest.find('maintainer').get('email'),
-    url=manifest.findtext('url'),
-    description=manifest.findtext('description'),
-    license=manifest.findtext('license'),
 )

@@ -2,20 +2,13 @@
 
 from __future__ import annotations
 
-from khr_analysis.outcome import OBSERVED, MonitorParameters
+from khr_analysis.course import CourseParameters
+from khr_analysis.outcome import OBSERVED, SENSED, MonitorParameters
+from khr_analysis.recorded_topics import OF_EVERY_RUN
 from khr_analysis.recorder_parameters import RecorderParameters
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_common.block import NodeSpec
-from khr_common.interfaces import (
-    DIAGNOSTICS,
-    GYRO,
-    OF_EVERY_RUN,
-    OUTCOME,
-    PEAKS,
-    READY,
-    SPECTRUM,
-    STATE,
-)
+from khr_common.interfaces import CLOCK, DIAGNOSTICS, GYRO, OUTCOME, PEAKS, READY, SPECTRUM, STATE
 
 PACKAGE = 'khr_analysis'
 
@@ -32,10 +25,19 @@ MONITOR = NodeSpec(
     'monitor',
     PACKAGE,
     MonitorParameters,
-    subscribes=(*OBSERVED, PEAKS, STATE),
+    subscribes=(*OBSERVED, *SENSED, PEAKS, STATE),
     publishes=(OUTCOME, DIAGNOSTICS, READY),
     node='khr_analysis.nodes.monitor:MonitorNode',
     listens=True,
+)
+COURSE = NodeSpec(
+    'course',
+    PACKAGE,
+    CourseParameters,
+    subscribes=(CLOCK,),
+    publishes=(STATE, DIAGNOSTICS),
+    node='khr_analysis.nodes.course:CourseNode',
+    joins=lambda _: False,  # only with a driver that does not report the state of its run
 )
 RECORDER = NodeSpec(
     'recorder',

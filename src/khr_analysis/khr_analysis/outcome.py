@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from math import atan2, cos, isfinite, radians
+from dataclasses import dataclass, field
+from math import atan2, cos, degrees, isfinite, radians
 from typing import Literal
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.outcome_measures import SoleSlip, Vibration
+from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
 from khr_common import parameter, sample_period
 from khr_common.block import Signals
-from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
-from khr_common.rotation import Vector, dot, matrix
+from khr_common.interfaces import FOOT_FORCES, GYRO, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
+from khr_common.maths.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
+SensedVerdict = Literal['fell', 'upright']
+RIDES = 0.056  # m, the length of a step: a sole that slides further at once rides down the board
 OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # what the monitor looks at
+SENSED = (GYRO, *FOOT_FORCES)  # and where there is no truth
 
 
 @dataclass(frozen=True)
@@ -66,6 +69,34 @@ class MonitorParameters:
         minimum=0.1,
         maximum=15.0,
     )
+    judge_by: str = parameter(
+        'truth',
+        'What to judge by: the truth of a simulator, or what the sensors read, which shows only '
+        'whether the robot fell (khr: what the driver publishes).',
+        choices=('truth', 'sensors'),
+        read_only=True,
+    )
+    fall_rate_deg: float = parameter(
+        150.0,
+        'By the sensors: rate about any axis from which on the robot may be falling.',
+        unit='deg/s',
+        minimum=10.0,
+        maximum=2000.0,
+    )
+    fall_memory: float = parameter(
+        2.0,
+        'By the sensors: time from such a rate to the loss of the load; the force sensors lag.',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+    )
+    fall_time: float = parameter(
+        0.3,
+        'By the sensors: time without load from which on the robot has fallen.',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+    )
     control_period: float = sample_period(maximum=0.03)
 
 
@@ -88,6 +119,7 @@ class Outcome:
         largest_slip: largest part of it of one sole in one time on the ground, m.
         vibration: root mean square of the pitch rate above the corner frequency, rad/s.
         final: whether it can no longer change: after a fall everything stays as it was.
+        slides: per step of a walk, and in the stance before and after it.
     """
 
     verdict: Verdict
@@ -100,11 +132,50 @@ class Outcome:
     largest_slip: float
     vibration: float
     final: bool
+    slides: Slides = field(default_factory=Slides)
 
     @property
     def fell(self) -> bool:
         """Return whether the robot has fallen."""
         return self.verdict == 'fell'
+
+    @property
+    def stayed_up(self) -> bool:
+        """Return whether the robot neither fell nor rode down the board on its soles."""
+        return not self.fell and self.largest_slip <= RIDES
+
+    @property
+    def largest_pitch_deg(self) -> float:
+        """Return the largest pitch in deg."""
+        return degrees(self.largest_pitch)
+
+    @property
+    def vibration_deg_s(self) -> float:
+        """Return the vibration in deg/s."""
+        return degrees(self.vibration)
+
+    def lasted(self, whole: float) -> float:
+        """Return the share of a run, ``whole`` s long, before the fall; 1 without a fall."""
+        return 1.0 if self.fell_at is None else min(self.fell_at / whole, 1.0)
+
+
+@dataclass(frozen=True)
+class SensedOutcome:
+    """What became of the robot so far, by the sensors alone.
+
+    Attributes:
+        verdict: ``fell``, or ``upright``: neither forces nor rate show a fall.
+        time: since the first sample, s.
+        fell_at: time of the fall, s.
+        fastest: largest rate, about any axis, rad/s.
+        vibration: as of an :class:`Outcome`, of the rate that the board reads, rad/s.
+    """
+
+    verdict: SensedVerdict
+    time: float
+    fell_at: float | None
+    fastest: float
+    vibration: float
 
 
 class OutcomeMonitor:
@@ -121,6 +192,7 @@ class OutcomeMonitor:
         self._largest_pitch = 0.0
         own = self.parameters
         self._vibration = Vibration(own.vibration_frequency, own.control_period)
+        self._steps = StepSlides(own.control_period)
         self._outcome: Outcome | None = None
 
     def configure(self, parameters: MonitorParameters) -> None:
@@ -155,9 +227,12 @@ class OutcomeMonitor:
         self._vibration.add(rate)
         normal = [signals[topic][2] for topic in TRUE_FORCES]
         forces = [normal[0] + normal[1], normal[2] + normal[3]]
-        for i, sole in enumerate(self._soles):
-            loaded = forces[i] > self.parameters.load_threshold
-            sole.follow(soles[i], _up(turns[i]), forces[i] / sum(forces) if loaded else 0.0)
+        loaded = [force > self.parameters.load_threshold for force in forces]
+        left, right = (
+            sole.follow(soles[i], _up(turns[i]), forces[i] / sum(forces) if loaded[i] else 0.0)
+            for i, sole in enumerate(self._soles)
+        )
+        self._steps.follow((left, right), loaded)
         self._outcome = self._judge(stamp_ns / 1e9, place, self._start, up[2], height)
         return self._outcome
 
@@ -192,6 +267,7 @@ class OutcomeMonitor:
             slip,
             self._vibration.rms,
             final=fallen,
+            slides=self._steps.slides,
         )
 
 

@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from math import hypot, pi, sqrt, tan
 
-from khr_common.rotation import Vector, dot
+from khr_common.maths.rotation import Vector, dot
+
+Pair = tuple[Vector, Vector]  # of the left and the right foot
+STILL: Vector = (0.0, 0.0, 0.0)
+SWING = 0.25  # s without load from which on a foot has lifted off; it swings 0.45 s, and taps up to 0.15
 
 
 class SoleSlip:
@@ -22,7 +27,7 @@ class SoleSlip:
     def __init__(self) -> None:
         self._place: Sequence[float] | None = None  # at the last instant, if loaded then
         self._normal: Vector = (0.0, 0.0, 1.0)
-        self._slide: Vector = (0.0, 0.0, 0.0)  # since the sole was loaded
+        self._slide = STILL  # since the sole was loaded
         self._past = 0.0  # of earlier times on the ground
         self.largest = 0.0
 
@@ -31,21 +36,109 @@ class SoleSlip:
         """Return the way over all times on the ground, m."""
         return self._past + hypot(*self._slide)
 
-    def follow(self, place: Sequence[float], normal: Vector, share: float) -> None:
+    def follow(self, place: Sequence[float], normal: Vector, share: float) -> Vector:
         """Take the pose of an instant, and the share of the load since the last.
 
         Args:
             place: of the sole, m.
             normal: of the sole.
             share: of the robot's load; 0 is a foot in the air.
+
+        Returns:
+            The way that counts since the last instant, m.
         """
+        way = STILL
         if share and self._place is not None:
             step = _across(self._place, place, self._normal, normal)
-            self._slide = _sum(self._slide, (share * step[0], share * step[1], share * step[2]))
+            way = (share * step[0], share * step[1], share * step[2])
+            self._slide = _sum(self._slide, way)
             self.largest = max(self.largest, hypot(*self._slide))
         elif not share:
-            self._past, self._slide = self.slip, (0.0, 0.0, 0.0)
+            self._past, self._slide = self.slip, STILL
         self._place, self._normal = (place if share else None), normal
+        return way
+
+
+@dataclass(frozen=True)
+class Slides:
+    """How far the soles slid in a walk, and in the stance around it, m.
+
+    Attributes:
+        before: of the sole that slid further, until the first foot lifts off; of a run without
+            a step all of it.
+        per_step: mean over the steps, each the net way of one foot in one time on the ground,
+            between the first lift-off and the last touchdown.
+        after: of the sole that slid further, since the last foot touched down.
+        steps: how many.
+    """
+
+    before: float = 0.0
+    per_step: float = 0.0
+    after: float = 0.0
+    steps: int = 0
+
+
+class StepSlides:
+    """Separate the slides of a walk from those of the stance before and after it.
+
+    A foot has lifted off once it was without load for SWING: one that bounces has not. What the
+    soles slid until then is kept from the first instant without load.
+
+    Args:
+        period: of the samples, s.
+    """
+
+    def __init__(self, period: float) -> None:
+        self._swing = max(round(SWING / period), 1)
+        self._unloaded = [0, 0]  # instants without load
+        self._slides = (STILL, STILL)  # since the start, or since the foot touched down
+        self._at_unloading = [self._slides, self._slides]
+        self._at_touchdown = self._slides  # of the foot that came down last
+        self._standing: int | None = None  # the other foot, if it has not lifted off since
+        self._before: float | None = None
+        self._sum, self._count = 0.0, 0
+
+    def follow(self, ways: Pair, loaded: Sequence[bool]) -> None:
+        """Take what each sole slid since the last instant, m, and whether it is loaded."""
+        until, self._slides = self._slides, _plus(self._slides, ways)
+        for foot, is_loaded in enumerate(loaded):
+            if is_loaded:
+                if self._unloaded[foot] >= self._swing:
+                    self._touch_down(foot)
+                self._unloaded[foot] = 0
+                continue
+            if not self._unloaded[foot]:
+                self._at_unloading[foot] = until
+            self._unloaded[foot] += 1
+            if self._unloaded[foot] == self._swing:
+                self._lift_off(foot)
+
+    @property
+    def slides(self) -> Slides:
+        """Return them, were this the last instant."""
+        if self._before is None:
+            return Slides(before=_longest(self._slides))
+        total, count = self._sum, self._count
+        if self._standing is not None:
+            total, count = total + hypot(*self._at_touchdown[self._standing]), count + 1
+        after = _longest(_less(self._slides, self._at_touchdown))
+        return Slides(self._before, total / count if count else 0.0, after, count)
+
+    def _lift_off(self, foot: int) -> None:
+        then = self._at_unloading[foot]
+        if self._before is None:
+            self._before = _longest(then)
+            self._slides = _less(self._slides, then)
+            self._at_unloading = [_less(slides, then) for slides in self._at_unloading]
+        else:
+            self._sum += hypot(*then[foot])
+            self._count += 1
+        if self._standing == foot:
+            self._standing = None
+
+    def _touch_down(self, foot: int) -> None:
+        self._slides = (STILL, self._slides[1]) if foot == 0 else (self._slides[0], STILL)
+        self._at_touchdown, self._standing = self._slides, 1 - foot
 
 
 class Vibration:
@@ -86,6 +179,19 @@ class Vibration:
 
 def _sum(first: Vector, second: Vector) -> Vector:
     return first[0] + second[0], first[1] + second[1], first[2] + second[2]
+
+
+def _plus(first: Pair, second: Pair) -> Pair:
+    return _sum(first[0], second[0]), _sum(first[1], second[1])
+
+
+def _less(first: Pair, second: Pair) -> Pair:
+    (ax, ay, az), (bx, by, bz) = second
+    return _plus(first, ((-ax, -ay, -az), (-bx, -by, -bz)))
+
+
+def _longest(slides: Pair) -> float:
+    return max(hypot(*slides[0]), hypot(*slides[1]))
 
 
 def _across(

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from math import degrees
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+
+DOMINANT_SHARE = 0.33  # of the largest amplitude, from which on the thesis counts a peak
 
 
 @dataclass(frozen=True)
@@ -53,6 +56,11 @@ class Peak:
     amplitude: float
     phase: float
     label: str
+
+    @property
+    def amplitude_deg(self) -> float:
+        """Return the amplitude of a tone in rad/s in deg/s."""
+        return degrees(self.amplitude)
 
 
 def find_tones(

@@ -5,8 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast, get_args
 
+from khr_analysis.recorded_topics import OF_EVERY_RUN
 from khr_common import ParameterError, parameter
-from khr_common.interfaces import OF_EVERY_RUN, Flow, Topic
+from khr_common.interfaces import Flow, Topic
+from khr_common.text.strict_yaml import LARGEST_FILE
+
+# What its own command line alone sets: no message makes it read or write another place.
+OF_ITS_START = ('folder', 'scenario_file', 'topics', 'extra_topics')
 
 
 @dataclass(frozen=True)
@@ -18,6 +23,11 @@ class RecorderParameters:
     )
     scenario_file: str = parameter(
         '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True
+    )
+    scenario: str = parameter(
+        '',
+        'Scenario of the run as the text of a parameter file; that of scenario_file if empty.',
+        read_only=True,
     )
     topics: tuple[str, ...] = parameter(
         ('',),
@@ -31,6 +41,11 @@ class RecorderParameters:
 
     def __post_init__(self) -> None:
         self.recorded()
+        if len(self.scenario) > LARGEST_FILE:
+            raise ParameterError(
+                f'scenario: {len(self.scenario)} characters are not accepted; accepted: at most '
+                f'{LARGEST_FILE}'
+            )
 
     def recorded(self) -> tuple[Topic, ...]:
         """Return the topics to record.

@@ -17,9 +17,13 @@ from rosbags.interfaces import (
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
+from khr_analysis.checksums import Checksums
 from khr_analysis.errors import AnalysisError
+from khr_common.files import write_text
+from khr_common.stamps import HISTORY
 
 _FOREVER = QosTime(2147483647, 4294967295)
+WRITER, DISTRIBUTION = 'ros_distro: rosbags', 'ros_distro: jazzy'
 FLUSH_PERIOD = 1_000_000_000  # ns of simulated time that a recorder which is killed may lose
 
 
@@ -51,6 +55,8 @@ class Recording:
             raise AnalysisError(
                 f'folder: {str(folder)!r}: {error}; accepted: a new folder on a disk with room'
             ) from error
+        self._storage: Any = self._writer.storage
+        self._checksums = Checksums(self._storage)
 
     def add_topic(self, topic: str, kind: str, latched: bool = False) -> None:
         """Add a topic of message type ``kind`` such as ``sensor_msgs/msg/Imu``.
@@ -77,7 +83,7 @@ class Recording:
         self.counts[topic] += 1
         if time_ns - self._flushed >= FLUSH_PERIOD:
             self._flushed = time_ns
-            self._flush()
+            self._storage.close_chunk()  # it is with the system then, and survives a kill
 
     def write_text(self, topic: str, text: str, time_ns: int) -> None:
         """Write a text as a latched std_msgs/String."""
@@ -87,26 +93,31 @@ class Recording:
         message = self._store.types[kind](data=text)
         self.write(topic, bytes(self._store.serialize_cdr(message, kind)), time_ns)
 
-    def _flush(self) -> None:
-        """End the chunk that is being filled, and pass it to the system: it survives a kill."""
-        storage: Any = self._writer.storage
-        storage.close_chunk()
-        storage.bio.flush()
-
     def close(self) -> None:
         """Finish the bag; it is readable from now on.
 
         Raises:
             OSError: if the disk takes no more.
         """
+        finish = self._storage.close
+
+        def close(version: int, text: str) -> None:
+            # The writer knows of no distribution; the one whose messages it holds stands for it.
+            finish(version, text.replace(WRITER, DISTRIBUTION))
+            self._checksums.seal()
+
+        self._storage.close = close
         self._writer.close()
+        if self._writer.metapath.is_file():
+            text = self._writer.metapath.read_text(encoding='utf-8')
+            write_text(self._writer.metapath, text.replace(WRITER, DISTRIBUTION))
 
 
 def _qos(latched: bool) -> Qos:
     durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
     return Qos(
         QosHistory.KEEP_LAST,
-        10,
+        1 if latched else HISTORY,
         QosReliability.RELIABLE,
         durability,
         _FOREVER,

@@ -5,16 +5,21 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import isfinite
+from math import ceil, floor, isfinite
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.peaks import WINDOWS, Peak, find_tones
+from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Peak, find_tones
 from khr_common import ParameterError, parameter, sample_period
+from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 
 Array = NDArray[np.float64]
+# Stamps jitter, and the clocks of drivers drift: so much of how late a sample is moves what is due,
+# more at first, as long as it is the mean of few. Until then a sample may be later or earlier.
+FOLLOWED, SETTLED = 0.05, 20
+OFF, OFF_AT_FIRST = 0.5, 0.75  # of a period
 
 
 @dataclass(frozen=True)
@@ -26,7 +31,7 @@ class FftAnalyserParameters:
     """
 
     window_length: float = parameter(
-        2.31,
+        GAIT_PERIOD,
         'Length of the window, rounded to whole control periods; khr makes it one gait cycle '
         'unless the scenario states it.',
         unit='s',
@@ -51,7 +56,7 @@ class FftAnalyserParameters:
         15.0, 'Highest frequency given.', unit='Hz', minimum=0.5, maximum=500.0
     )
     phase_threshold: float = parameter(
-        0.33,
+        DOMINANT_SHARE,
         'Amplitude from which on a phase is given, over the largest.',
         minimum=0.0,
         maximum=1.0,
@@ -61,7 +66,7 @@ class FftAnalyserParameters:
         0.1, 'Smallest peak given, over the largest amplitude.', minimum=0.0, maximum=1.0
     )
     fundamental: float = parameter(
-        4.0 / 2.31,
+        GAIT_FREQUENCY,
         'f_0, four peaks per gait cycle; names the peaks.',
         unit='Hz',
         minimum=0.1,
@@ -107,6 +112,19 @@ class Spectrum:
     amplitude: Array
     phase: Array
     peaks: tuple[Peak, ...]
+
+    @property
+    def amplitude_deg(self) -> Array:
+        """Return the amplitudes of a signal in rad/s in deg/s, (n,)."""
+        return np.asarray(np.degrees(self.amplitude))
+
+    def __repr__(self) -> str:
+        """Show the window and the peaks, of a signal in rad/s; the bins are many."""
+        peaks = ', '.join(
+            f'{each.frequency:.2f} Hz {each.amplitude_deg:.2f} deg/s ({each.label})'
+            for each in self.peaks
+        )
+        return f'Spectrum({self.start:.3f} s to {self.end:.3f} s, peaks {peaks or "none"})'
 
 
 def spectrum(
@@ -175,6 +193,7 @@ class SpectrumAnalyser:
         """Forget all samples."""
         self._samples: deque[float] = deque(maxlen=self.parameters.size)
         self._last: float | None = None
+        self._due = 0.0  # when the next sample is due, s
         self._wait = 0
         self.reason = ''
 
@@ -186,11 +205,14 @@ class SpectrumAnalyser:
     def add(self, time: float, value: float) -> Spectrum | None:
         """Take a sample; return a spectrum if the window is full and the next one is due.
 
-        A repeated time is ignored. A gap, or a time that goes back, empties the window and says
-        so in ``reason``: a spectrum over a gap would be one of another signal.
+        A repeated time is ignored. A sample counts for its control period if it comes up to half a
+        period before or after it is due; what is due follows slowly, as the clock of a driver
+        drifts. A single sample that is missing is bridged by the mean of its neighbours. A longer
+        gap, or a time that goes back, empties the window and says so in ``reason``: a spectrum
+        over a gap would be one of another signal.
 
         Args:
-            time: s; one control period after the last.
+            time: s; about one control period after the last.
             value: in any unit.
 
         Raises:
@@ -200,7 +222,9 @@ class SpectrumAnalyser:
             raise AnalysisError(f'value: {value!r} is not accepted; accepted: finite')
         if time == self._last:
             return None
-        self._check_gap(time)
+        if self._place(time) == 1:
+            self._samples.append((self._samples[-1] + float(value)) / 2.0)
+            self._wait -= 1
         self._last = time
         self._samples.append(float(value))
         self._wait -= 1
@@ -210,13 +234,22 @@ class SpectrumAnalyser:
         start = time - (len(self._samples) - 1) * self.parameters.control_period
         return spectrum(self._samples, self.parameters, start)
 
-    def _check_gap(self, time: float) -> None:
-        if self._last is None:
-            return
-        step, period = time - self._last, self.parameters.control_period
-        if abs(step - period) > 0.1 * period:
-            self.reason = (
-                f'{step:.4f} s between the samples at {self._last:.4f} s and '
-                f'{time:.4f} s, not the control period of {period:.4f} s'
-            )
-            self._samples.clear()
+    def _place(self, time: float) -> int:
+        """Return how many samples are missing before this one, of those that can be bridged."""
+        period, late = self.parameters.control_period, 0.0
+        missing = 0
+        if self._last is not None:
+            late = time - self._due
+            off = OFF_AT_FIRST if len(self._samples) < SETTLED else OFF
+            missing = ceil(late / period - off) if late > 0.0 else floor(late / period + off)
+            late -= missing * period
+            if missing not in (0, 1):
+                self.reason = (
+                    f'{time - self._last:.4f} s between the samples at {self._last:.4f} s and '
+                    f'{time:.4f} s, not the control period of {period:.4f} s'
+                )
+                self._samples.clear()
+                missing, late = 0, 0.0
+        followed = max(FOLLOWED, 1.0 / (len(self._samples) + 1))
+        self._due = time + period - (1.0 - followed) * late
+        return missing

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from khr_balance.gait import gait_of
-from khr_balance.gait_parameters import GaitParameters
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.stage import StageParameters, StagePolicy
 from khr_common.block import Block, CoreBlock, Numbers, Signals
 from khr_common.interfaces import CLOCK, FOOT_FORCES, JOINT_REFERENCE, JOINT_STATES, STAGE

@@ -13,6 +13,7 @@ from khr_balance.errors import BalanceError
 from khr_common import parameter
 from khr_common.block import Block, Numbers, Signals
 from khr_common.interfaces import STAGE, Topic
+from khr_common.published import GAIT_FREQUENCY
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,24 @@ class BalanceParameters(FeedbackParameters):
         minimum=-1.0,
         maximum=1.0,
     )
+    lean_deg: float = parameter(
+        0.0,
+        'Constant part of the correction by the gyro, whatever the gain, as an offset behind the '
+        'amplifier makes it; above 0 the robot leans back.',
+        unit='deg',
+        minimum=-10.0,
+        maximum=10.0,
+    )
+    start_ramp: float = parameter(
+        0.0,
+        'Time from the start of the run in which the correction is raised from nothing to the '
+        'whole, as the mixing ratio on the board is, in a straight line.',
+        unit='s',
+        minimum=0.0,
+        maximum=10.0,
+    )
     reference_frequency: float = parameter(
-        4.0 / 2.31,
+        GAIT_FREQUENCY,
         'Frequency f_0 of the reference rate: four peaks per gait cycle.',
         unit='Hz',
         minimum=0.0,
@@ -97,6 +114,11 @@ class FeedbackController(Block[FeedbackTable]):
         limit = radians(self.parameters.limit_deg)
         return max(-limit, min(limit, self.law(time, signals)))
 
+    @property
+    def rate_gain(self) -> float:
+        """Return rad of correction per rad/s of the gyro: ``gain``, in its ``gain_unit``."""
+        return rate_gain(self.parameters.gain * self.parameters.gain_unit)
+
     @abstractmethod
     def law(self, time: float, signals: Signals) -> float:
         """Return the correction before it is limited, rad."""
@@ -119,13 +141,15 @@ class BalanceController(FeedbackController[BalanceTable]):
     def correction(self, time: float, signals: Signals) -> float:
         """Return the share of the correction that acts, rad, positive against a forward lean."""
         angle = super().correction(time, signals)
+        if time < self.parameters.start_ramp:
+            angle *= time / self.parameters.start_ramp
         if not self.parameters.staged:
             return angle
         share = signals[STAGE][STAGE.names.index(self.node)]
         return finite('share', share, '[0, 1]') * angle
 
     def rate_law(self, time: float, pitch_rate: float) -> float:
-        """Return K (w_meas - w_ref), the correction in rad against a forward pitch rate.
+        """Return K (w_meas - w_ref), and the lean behind it: rad against a forward pitch rate.
 
         (3.14) and (5.3) print opposite signs; both mean negative feedback. On ankle and hip pitch
         (+y) a positive angle swings the body backward over a standing foot, so the correction has
@@ -142,7 +166,7 @@ class BalanceController(FeedbackController[BalanceTable]):
         measured = finite('pitch_rate', pitch_rate, 'rad/s')
         swing = own.reference_amplitude * cos(tau * own.reference_frequency * time)  # (5.9)
         reference = own.reference_offset + swing
-        return rate_gain(own.gain * own.gain_unit) * (measured - reference)
+        return self.rate_gain * (measured - reference) + radians(own.lean_deg)
 
 
 def finite(name: str, value: float, unit: str) -> float:

@@ -1,8 +1,7 @@
-"""The 17 joints of the KHR-3HV: their order in every vector, their ranges and their speed.
+"""The 17 joints of the KHR-3HV: their order in every vector, and their ranges.
 
 Pitch axes are +y and roll axes +x on both sides; in the zero pose the legs are straight, the
-soles flat and the arms down. Ranges from public models of the robot, the speed from the maker's
-figures for the servo KRS-2552RHV at 11.1 V.
+soles flat and the arms down. Ranges from public models of the robot.
 """
 
 from __future__ import annotations
@@ -11,11 +10,9 @@ import math
 
 from khr_common.interfaces import ARM, JOINTS, LEG, SIDES
 
-__all__ = ['ARM', 'INDEX', 'JOINTS', 'LEG', 'LIMITS', 'MAX_SPEED', 'SIDES']
+__all__ = ['ARM', 'INDEX', 'JOINTS', 'LEG', 'LIMITS', 'SIDES']
 
 INDEX = {name: index for index, name in enumerate(JOINTS)}
-
-MAX_SPEED = 7.48  # rad/s, no load
 
 _LEFT_DEG = {
     'shoulder_pitch': (-180.0, 90.0),

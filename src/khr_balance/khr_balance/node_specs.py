@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from khr_balance.blocks import GaitBlock, StageBlock
-from khr_balance.gait_parameters import GaitParameters
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.stage import StageParameters
 from khr_common.block import NodeSpec
 from khr_common.interfaces import STAGE as STAGE_TOPIC

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_balance.board_units import rate_gain
 from khr_balance.feedback import FeedbackController, FeedbackParameters, finite
 from khr_common.block import NodeSpec, Signals
 from khr_common.interfaces import GYRO, correction
@@ -27,8 +26,7 @@ class RollController(FeedbackController[RollControllerParameters]):
 
     def law(self, time: float, signals: Signals) -> float:
         """Return the correction of both ankle rolls, rad."""
-        own = self.parameters
-        return rate_gain(own.gain * own.gain_unit) * finite('roll_rate', signals[GYRO][0], 'rad/s')
+        return self.rate_gain * finite('roll_rate', signals[GYRO][0], 'rad/s')
 
 
 ROLL_CONTROLLER = NodeSpec(

@@ -14,12 +14,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from khr_balance.body import forward
 from khr_balance.errors import BalanceError
 from khr_balance.feedback import finite_forces
+from khr_balance.gaits.body import forward
 from khr_balance.joints import JOINTS, SIDES
 from khr_common import ParameterError, parameter, sample_period
-from khr_common.low_pass import LowPass
+from khr_common.maths.low_pass import LowPass
+from khr_common.maths.rotation import applied
 
 STAGES = (1, 2, 3)  # no control; ankle; ankle and hip
 
@@ -221,7 +222,7 @@ def read_inclination(
             :, 0
         ]
         axes += (toe + heel) * sole
-    ahead, _, up = (point / sum(foot_forces) - body.centre_of_mass) @ axes
+    ahead, _, up = applied(axes.T, point / sum(foot_forces) - body.centre_of_mass)
     return atan2(ahead, -up)
 
 

@@ -1,14 +1,18 @@
 """What every khr package shares: parameter tables, interfaces, errors, the base of the nodes."""
 
-from khr_common.errors import KhrError, RunError
-from khr_common.parameters import (
-    ParameterError,
-    build,
-    check,
-    parameter,
-    sample_period,
-    specifications,
-)
+from __future__ import annotations
+
+TYPE_CHECKING = False  # that of typing, which every start of Python would import for it
+if TYPE_CHECKING:
+    from khr_common.errors import KhrError, RunError
+    from khr_common.parameters import (
+        ParameterError,
+        build,
+        check,
+        parameter,
+        sample_period,
+        specifications,
+    )
 
 __all__ = [
     'KhrError',
@@ -20,3 +24,14 @@ __all__ = [
     'sample_period',
     'specifications',
 ]
+_ERRORS = ('KhrError', 'RunError')
+
+
+def __getattr__(name: str) -> object:
+    """Import what is asked for: ``khr_common.arithmetic`` is to start Python at no cost."""
+    if name not in __all__:
+        raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
+    from importlib import import_module
+
+    home = 'khr_common.errors' if name in _ERRORS else 'khr_common.parameters'
+    return getattr(import_module(home), name)

@@ -109,6 +109,9 @@ class NodeSpec:
         node: its class as ``module:Class``; by default the node that runs a block.
         joins: says from its table whether it takes part in a run; by default it always does.
         listens: whether a run waits until it has received every instant, see ``Listener``.
+        drives: whether it takes the simulator's place, and takes part only where it is named as
+            the driver.
+        brings: of a driver, which of its topics it publishes with a table; by default all.
     """
 
     name: str
@@ -120,8 +123,14 @@ class NodeSpec:
     node: str = 'khr_common.nodes.block_node:BlockNode'
     joins: Callable[[Any], bool] = lambda _: True
     listens: bool = False
+    drives: bool = False
+    brings: Callable[[Any], tuple[Topic, ...]] | None = None
 
     def __post_init__(self) -> None:
         if self.block is not None:
             for name in ('subscribes', 'publishes'):
                 object.__setattr__(self, name, getattr(self, name) or getattr(self.block, name))
+
+    def brought(self, table: Any) -> tuple[Topic, ...]:
+        """Return what the node publishes with a table."""
+        return self.publishes if self.brings is None else self.brings(table)

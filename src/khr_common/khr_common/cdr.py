@@ -19,16 +19,18 @@ from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES
 
 BLANK = -1.2345678987654321e300  # stands where numbers of a template are to be filled in
 Floats = tuple[float, ...]
+Reader = Callable[[bytes], Floats]
 # What reading bytes raises that are no message of the kind they are taken for.
 UNREADABLE = (StructError, ValueError, KeyError, IndexError, OverflowError, RuntimeError)
 
 _TIME = Struct('<iI')
 _COUNT = Struct('<I')
-_THREE, _SEVEN = Struct('<3d'), Struct('<7d')
+_THREE, _SIX, _SEVEN = Struct('<3d'), Struct('<6d'), Struct('<7d')
 _START = 4  # of the fields, behind the encoding
 _DOUBLE = 8
 _BLANK = Struct('<d').pack(BLANK)
 _RATE = 13 * _DOUBLE  # in an Imu, behind orientation and its covariance
+_TWIST = 43 * _DOUBLE  # in an Odometry, behind the pose and its covariance
 
 
 class MessageTemplate:
@@ -138,7 +140,27 @@ def joint_positions(data: bytes) -> tuple[list[str], Floats]:
     return names, Struct(f'<{count}d').unpack_from(data, _aligned(place) if count else place)
 
 
-def numbers_of(topic: Topic) -> Callable[[bytes], Floats]:
+def pose_and_twist(data: bytes) -> Floats:
+    """Return the pose of an Odometry as :func:`pose` does, then its twist, m/s and rad/s, (13,)."""
+    place = _aligned(_after_text(data, _after_header(data)))
+    return _SEVEN.unpack_from(data, place) + _SIX.unpack_from(data, place + _TWIST)
+
+
+def joint_motion(data: bytes) -> Floats:
+    """Return the positions, velocities and efforts of a JointState, in a row."""
+    place, count = _counted(data, _after_header(data))
+    for _ in range(count):
+        place = _after_text(data, place)
+    numbers: Floats = ()
+    for _ in range(3):
+        place, count = _counted(data, place)
+        place = _aligned(place) if count else place
+        numbers += Struct(f'<{count}d').unpack_from(data, place)
+        place += count * _DOUBLE
+    return numbers
+
+
+def numbers_of(topic: Topic) -> Reader:
     """Return the function that reads what flows on a topic in every period.
 
     Of a JointState it returns the positions in the order of the topic's names.
@@ -156,7 +178,7 @@ def _ordered(names: tuple[str, ...], data: bytes) -> Floats:
     return tuple([by_name[name] for name in names])
 
 
-_READERS: dict[str, Callable[[bytes], Floats]] = {
+_READERS: dict[str, Reader] = {
     CLOCK.kind: lambda _: (),
     IMU: angular_velocity,
     WRENCH: force,

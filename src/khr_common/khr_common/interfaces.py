@@ -20,6 +20,7 @@ JOINTS: tuple[str, ...] = (  # their order in every vector
 
 HARDWARE = 'khr3hv'  # what diagnostics call the robot
 WORLD, BODY, IMU_FRAME = 'odom', 'base_link', 'imu_link'
+TORSO = 'torso'  # what has the mass of the body, in its place
 REGIONS = {  # of the feet that carry a force sensor: their frames, by name
     'left_toe': 'l_toe',
     'left_heel': 'l_heel',
@@ -56,6 +57,14 @@ class Topic:
         return hash(self.name)
 
     @property
+    def of_run(self) -> bool:
+        """Return whether its ``frame_id`` holds the identity of the run instead of a frame.
+
+        Only this project's nodes send such messages; ``joint_states`` is any driver's.
+        """
+        return self.kind == JOINT_STATE and self not in (JOINT_STATES, TRUE_INCLINATION)
+
+    @property
     def line(self) -> str:
         """Return name, message type and flow, as a parameter holds them."""
         return f'{self.name} {self.kind} {self.flow}'
@@ -64,7 +73,7 @@ class Topic:
 IMU, WRENCH, JOINT_STATE = (
     'sensor_msgs/msg/Imu',
     'geometry_msgs/msg/WrenchStamped',
-    ('sensor_msgs/msg/JointState'),
+    'sensor_msgs/msg/JointState',
 )
 STATUS, STATUS_ARRAY = (
     'diagnostic_msgs/msg/DiagnosticStatus',
@@ -140,6 +149,12 @@ def correction(node: str, joints: tuple[str, ...]) -> Topic:
 
 ANKLE_CORRECTION = correction('ankle_controller', ('l_ankle_pitch', 'r_ankle_pitch'))
 HIP_CORRECTION = correction('hip_controller', ('l_hip_pitch', 'r_hip_pitch'))
+BOARD_CORRECTION = Topic(
+    'board/correction',
+    JOINT_STATE,
+    'What the controller board adds to the reference by its own mixing, rad.',
+    names=(*ANKLE_CORRECTION.names, *HIP_CORRECTION.names),
+)
 STAGE = Topic(
     'stage',
     JOINT_STATE,
@@ -173,32 +188,3 @@ PARAMETER_EVENTS = Topic(
 )
 LOG = Topic('/rosout', 'rcl_interfaces/msg/Log', 'What nodes log.', 'event')
 SCENARIO = Topic('/scenario', TEXT, 'The scenario as it ran; only in a bag.', 'latched')
-
-# What every run has, by whatever nodes: the topics that a recorder keeps by default.
-OF_EVERY_RUN = (
-    CLOCK,
-    JOINT_STATES,
-    TRUE_POSE,
-    TRUE_RATE,
-    TRUE_SOLES,
-    TRUE_INCLINATION,
-    *TRUE_FORCES,
-    GYRO,
-    *FOOT_FORCES,
-    JOINT_REFERENCE,
-    ANKLE_CORRECTION,
-    HIP_CORRECTION,
-    ROBOT_DESCRIPTION,
-    TF,
-    TF_STATIC,
-    STATE,
-    READY,
-    OUTCOME,
-    SPECTRUM,
-    PEAKS,
-    PUSH,
-    PUSHED,
-    DIAGNOSTICS,
-    PARAMETER_EVENTS,
-    LOG,
-)

@@ -11,6 +11,22 @@ PARENT = 'KHR_PARENT'  # environment variable: the process that a child must not
 _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
+def tied_to_parent() -> Callable[[], None]:
+    """Return what a child of this process calls between fork and exec, to be killed with it.
+
+    From then on the kernel does it, whatever program the child becomes and also if a signal stops
+    that as it starts.
+    """
+    parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
+
+    def tie() -> None:
+        prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+        if os.getppid() != parent:  # it has died before
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    return tie
+
+
 def end_with_parent() -> None:
     """Have the kernel kill this process when its parent dies; nothing if no parent is named.
 

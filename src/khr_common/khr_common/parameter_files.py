@@ -18,7 +18,7 @@ import yaml
 
 from khr_common.block import GROUP
 from khr_common.parameters import ParameterError
-from khr_common.quoting import named
+from khr_common.text.quoting import named
 
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 _SIMILAR = 0.85  # of 1: a name that differs by a letter

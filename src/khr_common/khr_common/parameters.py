@@ -18,7 +18,7 @@ from types import MappingProxyType
 from typing import Any, TypeVar, cast, get_args, get_origin, get_type_hints
 
 from khr_common.errors import KhrError
-from khr_common.quoting import named, quoted
+from khr_common.text.quoting import named, quoted
 
 Value = bool | int | float | str | list[float] | list[str]
 Table = TypeVar('Table')
@@ -46,7 +46,7 @@ class Specification:
 
     @property
     def accepted(self) -> str:
-        """Say in words what the parameter accepts."""
+        """Return what the parameter accepts, for a message."""
         if self.choices:
             return ' | '.join(self.choices)
         kind = f'list of {_WORDS[self.element]}s' if self.element else _WORDS[self.kind]

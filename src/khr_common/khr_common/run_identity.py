@@ -37,7 +37,7 @@ def read_ready(text: str, run: str) -> tuple[str, int]:
         MalformedError: if the text has another form, or comes from another run.
     """
     words = text.split()
-    if len(words) != 3 or not _is_integer(words[1]):
+    if len(words) != 3 or not is_integer(words[1]):
         raise MalformedError('not NAME STAMP RUN')
     check_run(words[2].removeprefix(_NONE), run)
     return words[0], int(words[1])
@@ -50,7 +50,7 @@ def check_status(values: Mapping[str, str], run: str) -> None:
         MalformedError: if it comes from another run, or its time is not an integer.
     """
     check_run(values.get(KEY, ''), run)
-    if not _is_integer(values.get('time_ns', '')):
+    if not is_integer(values.get('time_ns', '')):
         raise MalformedError('time_ns is not an integer')
 
 
@@ -64,5 +64,6 @@ def check_run(found: str, run: str) -> None:
         raise MalformedError('of another run')
 
 
-def _is_integer(text: str) -> bool:
+def is_integer(text: str) -> bool:
+    """Return whether a text is an integer of at most 64 bits."""
     return text.removeprefix('-').isdecimal() and len(text) < 20

@@ -10,7 +10,7 @@ HISTORY = 500  # messages that the middleware keeps of a topic for a listener th
 
 
 class StampJudge:
-    """Tell a new stamp from a repeated one and from a restarted run.
+    """Distinguish new stamps from repeated ones and from those of a restarted run.
 
     A simulator that misses an answer asks again with the same stamp: a node then sends its last
     answer once more and its core does not step. A stamp that goes back is a run that starts anew.
@@ -42,16 +42,21 @@ class ExactTimeSynchronizer(Generic[Name]):
 
     Args:
         names: of the topics of which an instant needs a message.
+
+    Attributes:
+        rewinds: how often a topic went back in time, as all do when a run starts anew.
     """
 
     def __init__(self, names: Sequence[Name]) -> None:
         self._names = tuple(names)
+        self.rewinds = 0
         self._newest: dict[Name, int] = {}
         self._values: dict[int, dict[Name, Any]] = {}  # by stamp, the newest at the end
 
     def put(self, name: Name, stamp_ns: int, value: Any) -> dict[Name, Any] | None:
         """Take one message; return all of its instant by name once those needed are there."""
         if stamp_ns < self._newest.get(name, stamp_ns):
+            self.rewinds += 1
             self._forget(name)
         self._newest[name] = stamp_ns
         values = self._values.setdefault(stamp_ns, {})

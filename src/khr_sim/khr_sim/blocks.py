@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from khr_common.block import CoreBlock, Numbers, Signals
 from khr_common.interfaces import FOOT_FORCES, GYRO, TRUE_FORCES, TRUE_RATE
-from khr_sim.foot_force import FootForce, FootForceParameters
-from khr_sim.gyro import Gyro, GyroParameters
+from khr_sim.sensors.foot_force import FootForce, FootForceParameters
+from khr_sim.sensors.gyro import Gyro, GyroParameters
 
 
 class GyroBlock(CoreBlock[GyroParameters, Gyro]):

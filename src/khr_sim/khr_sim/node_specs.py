@@ -19,11 +19,11 @@ from khr_common.interfaces import (
     TRUE_POSE,
 )
 from khr_sim.blocks import FootForceBlock, GyroBlock
-from khr_sim.foot_force import FootForceParameters
-from khr_sim.gyro import GyroParameters
+from khr_sim.physics.truth import SIGNALS
 from khr_sim.run_parameters import RunParameters
+from khr_sim.sensors.foot_force import FootForceParameters
+from khr_sim.sensors.gyro import GyroParameters
 from khr_sim.transforms import TransformsParameters
-from khr_sim.truth import SIGNALS
 
 SIMULATOR = NodeSpec(
     'simulator',

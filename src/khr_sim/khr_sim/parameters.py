@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_common import ParameterError, parameter
+from khr_sim.surfaces import SURFACES, friction_of
 
 CONTROL_PERIODS = (0.010, 0.015, 0.020, 0.025)  # the output periods of the RCB-4HV, s
 
@@ -41,7 +42,7 @@ class SimulatorParameters:
         'smooth',
         'What the robot stands on: its soles on a smooth board, rubber soles, or the '
         'pads of its force sensors.',
-        choices=('smooth', 'rubber', 'pads'),
+        choices=tuple(SURFACES),
         read_only=True,
     )
     friction: float = parameter(
@@ -50,21 +51,9 @@ class SimulatorParameters:
         minimum=0.0,
         maximum=2.0,
     )
-    friction_smooth: float = parameter(
-        0.215,
-        'Friction coefficient of the bare sole on the smooth board.',
-        minimum=0.0,
-        maximum=2.0,
-    )
-    friction_rubber: float = parameter(
-        0.8, 'Friction coefficient of the rubber sole on the board.', minimum=0.0, maximum=2.0
-    )
-    friction_pads: float = parameter(
-        0.8,
-        'Friction coefficient of the force-sensor pads on the board.',
-        minimum=0.0,
-        maximum=2.0,
-    )
+    friction_smooth: float = friction_of('smooth')
+    friction_rubber: float = friction_of('rubber')
+    friction_pads: float = friction_of('pads')
     pad_distance: float = parameter(
         0.023,
         'Distance of toe pad and heel pad from the ankle axis.',
@@ -144,6 +133,14 @@ class SimulatorParameters:
     stretch_ankle_roll: int = parameter(
         30, 'Stretch of the ankle-roll servos.', minimum=1, maximum=127
     )
+    derivative_time: float = parameter(
+        0.0,
+        'Derivative gain over the stiffness set by "stretch"; that of the identified loop is '
+        '2/69 s = 0.029 s.',
+        unit='s',
+        minimum=0.0,
+        maximum=0.1,
+    )
     pid_kp: float = parameter(
         69.0,
         'Proportional gain of the identified servo loop: armature volts per volt of '
@@ -175,6 +172,13 @@ class SimulatorParameters:
         minimum=1.0,
         maximum=200.0,
     )
+    gear_stiffness_ankle: float = parameter(
+        0.0,
+        'That of the ankle servos, pitch and roll; 0 takes the one of all servos.',
+        unit='N m/rad',
+        minimum=0.0,
+        maximum=200.0,
+    )
     gear_damping: float = parameter(
         0.02, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=0.025
     )
@@ -199,6 +203,14 @@ class SimulatorParameters:
         unit='deg',
         minimum=0.0,
         maximum=5.0,
+    )
+    zero_error_deg: float = parameter(
+        0.0,
+        "Standard deviation of the servos' zero errors: each is drawn once per seed.",
+        unit='deg',
+        minimum=0.0,
+        maximum=2.0,
+        read_only=True,
     )
     stop_when_tilted_deg: float = parameter(
         60.0, 'Tilt of the torso at which a run ends.', unit='deg', minimum=10.0, maximum=180.0
@@ -225,9 +237,5 @@ class SimulatorParameters:
     @property
     def sole_friction(self) -> float:
         """Return the friction coefficient between the feet and the ground."""
-        of_surface = {
-            'smooth': self.friction_smooth,
-            'rubber': self.friction_rubber,
-            'pads': self.friction_pads,
-        }
-        return self.friction or of_surface[self.surface]
+        of_surface: float = getattr(self, f'friction_{self.surface}')
+        return self.friction or of_surface

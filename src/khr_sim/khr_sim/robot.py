@@ -13,12 +13,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.interfaces import JOINTS
-from khr_common.rotation import matrix
+from khr_common.maths.rotation import applied, dot, matrix, product
+from khr_common.text.quoting import quoted
 from khr_sim.errors import SimError
 
 __all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
 
 Array = NDArray[np.float64]
+DESCRIPTION = files('khr_sim') / 'urdf' / 'khr3hv.urdf'
 
 
 @dataclass(frozen=True)
@@ -66,8 +68,13 @@ class Robot:
         except ElementTree.ParseError as error:
             raise SimError(f'urdf: not well-formed XML: {error}') from error
         self.urdf = urdf
-        self.links = {link.name: link for link in map(_link, self.xml.iter('link'))}
-        self.joints = {joint.name: joint for joint in map(_joint, self.xml.iter('joint'))}
+        try:
+            self.links = {link.name: link for link in map(_link, self.xml.iter('link'))}
+            self.joints = {joint.name: joint for joint in map(_joint, self.xml.iter('joint'))}
+        except KeyError as error:
+            raise SimError(f'urdf: {error.args[0]} missing; accepted: links and joints') from error
+        except (ValueError, AttributeError, TypeError) as error:
+            raise SimError(f'urdf: {quoted(str(error))}; accepted: numbers') from error
         revolute = {name for name, joint in self.joints.items() if joint.kind == 'revolute'}
         if revolute != set(JOINTS):
             raise SimError(
@@ -78,7 +85,7 @@ class Robot:
     @classmethod
     def load(cls) -> Robot:
         """Read the description that comes with the package."""
-        return cls((files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_text())
+        return cls(DESCRIPTION.read_text())
 
     @property
     def mass(self) -> float:
@@ -98,13 +105,13 @@ class Robot:
             step[:3, 3] = joint.origin
             half = angles.get(joint.name, 0.0) / 2.0
             step[:3, :3] = matrix((*(sin(half) * joint.axis), cos(half)))
-            poses[joint.child] = poses[joint.parent] @ step
+            poses[joint.child] = product(poses[joint.parent], step)
         return poses
 
     def center_of_mass(self, poses: dict[str, Array]) -> Array:
         """Return the centre of mass (3,) in base_link, in m, for the poses of the links."""
         moments = [
-            link.mass * (poses[link.name] @ (*link.center_of_mass, 1.0))[:3]
+            link.mass * applied(poses[link.name], (*link.center_of_mass, 1.0))[:3]
             for link in self.links.values()
         ]
         return np.asarray(np.sum(moments, axis=0) / self.mass)
@@ -120,9 +127,9 @@ class Robot:
         total = np.zeros((3, 3))
         for name in links or self.links:
             link, pose = self.links[name], poses[name]
-            arm = (pose @ (*link.center_of_mass, 1.0))[:3] - about
-            total += pose[:3, :3] @ link.inertia @ pose[:3, :3].T
-            total += link.mass * (arm @ arm * np.eye(3) - np.outer(arm, arm))
+            arm = applied(pose, (*link.center_of_mass, 1.0))[:3] - about
+            total += product(product(pose[:3, :3], link.inertia), pose[:3, :3].T)
+            total += link.mass * (dot(arm, arm) * np.eye(3) - np.outer(arm, arm))
         return total
 
     def descendants(self, link: str) -> list[str]:
@@ -140,7 +147,7 @@ class Robot:
         for name in JOINTS:
             joint = self.joints[name]
             total = self.inertia(poses, poses[joint.child][:3, 3], self.descendants(joint.child))
-            inertias.append(joint.axis @ total @ joint.axis)
+            inertias.append(dot(joint.axis, applied(total, joint.axis)))
         return np.array(inertias)
 
 

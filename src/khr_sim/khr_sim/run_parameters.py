@@ -6,10 +6,10 @@ import math
 from dataclasses import dataclass
 
 from khr_common import ParameterError, parameter
-from khr_common.quoting import quoted
+from khr_common.text.quoting import quoted
 from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.push import Push
+from khr_sim.physics.push import Push
 from khr_sim.robot import link_names
 
 LONGEST_ARM = 1.0  # m from a link's origin to where a push acts

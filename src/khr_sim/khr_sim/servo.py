@@ -14,14 +14,13 @@ from math import radians
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_sim.compiled import compiled
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
 
 Array = NDArray[np.float64]
 
-STALL_TORQUE = 1.373  # N m at 11.1 V (maker)
-NO_LOAD_SPEED = 7.48  # rad/s at 11.1 V (maker)
 BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, the slope of the torque-speed line
 SUPPLY = 11.1  # V
 POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assumed)
@@ -49,19 +48,22 @@ def law(
         velocity: joint speeds, rad/s, (n,).
         state: of the servos, changed in place: rotor angles in rad, rotor speeds in rad/s,
             integrals of the PID loop in N m, last commands in rad, (4, n).
-        setting: stiffness and gear stiffness in N m/rad, gear damping in N m s/rad, (3, n).
-        constants: those of :meth:`Servos.configure`, (9,).
+        setting: stiffness and gear stiffness in N m/rad, gear damping and derivative gain in
+            N m s/rad, largest torque of the motor in N m, (5, n).
+        constants: those of :meth:`Servos.configure`, (8,).
         torque: on the joints, set here, N m, (n,).
     """
-    h, gain, loss, stick, play, is_pid, integral_gain, derivative_gain, most = constants
+    h, gain, loss, stick, play, differs, integrates, integral_gain = constants
     for i in range(len(command)):
         goal, angle, rate = command[i], state[ANGLE, i], state[RATE, i]
+        most = setting[4, i]
         offset = 0.0
-        if is_pid:
+        if integrates:
             integral = state[INTEGRAL, i] + integral_gain * h * (goal - angle)
-            integral = min(max(integral, -most), most)
-            offset = integral + derivative_gain * ((goal - state[COMMAND, i]) / h - rate)
-            state[INTEGRAL, i], state[COMMAND, i] = integral, goal
+            offset = state[INTEGRAL, i] = min(max(integral, -most), most)
+        if differs:
+            offset += setting[3, i] * ((goal - state[COMMAND, i]) / h - rate)
+        state[COMMAND, i] = goal
         twist, slide = angle - position[i], rate - velocity[i]
         if play:
             twist -= min(max(twist, -play), play)
@@ -93,32 +95,51 @@ class Servos:
         self._law = compiled(law)
         self.state = np.zeros((4, len(JOINTS)))  # as the law has them
         self.torque = np.zeros(len(JOINTS))
+        self._own_stretch: Array | None = None
+        self._strength = np.full(len(JOINTS), STALL_TORQUE)
         self.configure(parameters)
         at_rest = np.zeros(len(JOINTS))
-        self.update(at_rest, at_rest, at_rest)  # compiles the law, or the first period would
+        self.update(at_rest, at_rest, at_rest)  # compiles now what the first period would
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Take changed parameters without losing the state."""
         p, h = parameters, parameters.physics_step
-        gear = np.minimum(p.gear_stiffness, SPRING_LIMIT * self._carried / h**2)
+        gear = np.minimum(gear_stiffness(p), SPRING_LIMIT * self._carried / h**2)
         damping = np.minimum(p.gear_damping, DAMPER_LIMIT * self._carried / h)
-        stiffness = p.stiffness_per_stretch * stretches(p)
-        self._is_pid = p.servo_model == 'pid'
+        stretch = stretches(p) if self._own_stretch is None else self._own_stretch
+        stiffness = p.stiffness_per_stretch * stretch
         # (3.11): the identified gains relate armature volts to volts of potentiometer error.
         kp, ki, kd = (
             gain * POTENTIOMETER * STALL_TORQUE / SUPPLY for gain in (p.pid_kp, p.pid_ki, p.pid_kd)
         )
-        self._integrates = self._is_pid and ki > 0.0
-        if self._is_pid:
-            stiffness = np.full(len(JOINTS), kp)
-        self.setting = np.array((stiffness, gear, damping))
+        derivative = p.derivative_time * stiffness
+        is_pid = p.servo_model == 'pid'
+        if is_pid:
+            stiffness, derivative = np.full(len(JOINTS), kp), np.full(len(JOINTS), kd)
+        self._integrates = is_pid and ki > 0.0
+        self.setting = np.array((stiffness, gear, damping, derivative, self._strength))
         gain = h / p.rotor_inertia  # speed gained per N m and step
         loss = 1.0 / (1.0 + gain * BACK_EMF)  # back-EMF, implicit
         stick = gain * p.servo_friction * loss
         play = radians(p.backlash_deg) / 2.0
         self.constants = np.array(
-            (h, gain, loss, stick, play, self._is_pid, ki, kd, STALL_TORQUE), dtype=float
+            (h, gain, loss, stick, play, derivative.any(), self._integrates, ki), dtype=float
         )
+
+    def set_each(self, parameters: SimulatorParameters, stretch: Array, free: Array) -> None:
+        """Take what a board sets of each servo by itself.
+
+        A free servo drives nothing. Its friction stays, and its motor brakes as one does whose
+        terminals are joined; whether the real one opens them is not known.
+
+        Args:
+            parameters: the simulator's parameters, for all else.
+            stretch: setting of each servo, (17,), in place of those of the parameters.
+            free: whether each servo is without torque, (17,).
+        """
+        self._own_stretch = stretch
+        self._strength = np.where(free, 0.0, STALL_TORQUE)
+        self.configure(parameters)
 
     def reset(self, command: Array, torque: Array) -> Array:
         """Stand still under a load.
@@ -130,7 +151,7 @@ class Servos:
         Returns:
             The joint angles (17,) in rad at which the servos hold it.
         """
-        stiffness, gear, _ = self.setting
+        stiffness, gear, *_ = self.setting
         held = np.clip(torque, -STALL_TORQUE, STALL_TORQUE)
         integral = held if self._integrates else np.zeros(len(JOINTS))
         angle = command - (held - integral) / stiffness
@@ -153,6 +174,14 @@ class Servos:
             command, position, velocity, self.state, self.setting, self.constants, self.torque
         )
         return self.torque
+
+
+def gear_stiffness(parameters: SimulatorParameters) -> Array:
+    """Return the stiffness between potentiometer and link of each of the 17 servos, N m/rad."""
+    ankle = parameters.gear_stiffness_ankle or parameters.gear_stiffness
+    return np.array(
+        [ankle if 'ankle' in name else parameters.gear_stiffness for name in JOINTS], dtype=float
+    )
 
 
 def stretches(parameters: SimulatorParameters) -> Array:

@@ -9,9 +9,12 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnaly
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import GYRO, PEAKS, SPECTRUM, Topic
+from khr_common.nodes.epoch import Epoch
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import restamp, status
 from khr_common.stamps import StampJudge
+
+QUIET = 10.0  # s of wall time between warnings
 
 
 class FftAnalyserNode(Listener):
@@ -26,6 +29,7 @@ class FftAnalyserNode(Listener):
         super().__init__(spec)
         self._analyser = SpectrumAnalyser(self.parameters)
         self._judge = StampJudge(self._restart)
+        self._epoch = Epoch(self, self._restart)
         self._spectrum = self.publisher(SPECTRUM)
         self._peaks = self.publisher(PEAKS)
         self.subscribe_numbers(GYRO, self._on_gyro)
@@ -46,9 +50,11 @@ class FftAnalyserNode(Listener):
         if not self._judge.is_new(stamp_ns):
             return
         before = self._analyser.reason
-        spectrum = self._analyser.add(stamp_ns / 1e9, rates[1])
+        spectrum = self._analyser.add(self._epoch.since(stamp_ns) / 1e9, rates[1])
         if self._analyser.reason != before:
-            self.get_logger().warning(f'window emptied: {self._analyser.reason}')
+            self.get_logger().warning(
+                f'window emptied: {self._analyser.reason}', throttle_duration_sec=QUIET
+            )
         if spectrum is not None:
             self._spectrum.publish(_array(spectrum))
             peaks = _peaks(spectrum)

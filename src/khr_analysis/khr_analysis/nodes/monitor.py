@@ -7,11 +7,20 @@ import time
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rclpy.clock import Clock, ClockType
 
-from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
+from khr_analysis.outcome import (
+    OBSERVED,
+    SENSED,
+    MonitorParameters,
+    Outcome,
+    OutcomeMonitor,
+    SensedOutcome,
+)
 from khr_analysis.outcome_text import quantities
+from khr_analysis.sensed_outcome import SensedMonitor
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
-from khr_common.interfaces import OUTCOME, PEAKS, TRUE_RATE, Topic
+from khr_common.interfaces import GYRO, OUTCOME, PEAKS, TRUE_RATE, Topic
+from khr_common.nodes.epoch import Epoch
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import status
 from khr_common.run_identity import KEY
@@ -29,12 +38,16 @@ class MonitorNode(Listener):
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
-        self._monitor = OutcomeMonitor(self.parameters)
+        sensed = self.parameters.judge_by == 'sensors'
+        self._make = SensedMonitor if sensed else OutcomeMonitor
+        self._rate, looks_at = (GYRO, SENSED) if sensed else (TRUE_RATE, OBSERVED)
+        self._monitor: OutcomeMonitor | SensedMonitor = self._make(self.parameters)
         self._judge = StampJudge(self._restart)
-        self._inputs = ExactTimeSynchronizer(OBSERVED)
+        self._epoch = Epoch(self, self._restart)
+        self._inputs = ExactTimeSynchronizer(looks_at)
         self._outcome_out = self.publisher(OUTCOME)
         self._restart()
-        for topic in OBSERVED:
+        for topic in looks_at:
             self.subscribe_numbers(topic, self._on_numbers)
         self.subscribe(PEAKS, self._on_peaks)
         self.create_timer(
@@ -47,10 +60,10 @@ class MonitorNode(Listener):
 
     def _restart(self) -> None:
         if self.begin():
-            self._monitor = OutcomeMonitor(self.parameters)
+            self._monitor = self._make(self.parameters)
         else:
             self._monitor.reset()
-        self._outcome: Outcome | None = None
+        self._outcome: Outcome | SensedOutcome | None = None
         self.now_ns = 0
         self._pitch_rate = 0.0
         self._peak = ''
@@ -64,9 +77,9 @@ class MonitorNode(Listener):
         if not self._judge.is_new(stamp_ns):
             return
         before = self._outcome
-        self._pitch_rate = signals[TRUE_RATE][1]
-        self._outcome = self._monitor.update(stamp_ns, signals)
-        self.now_ns = stamp_ns
+        self._pitch_rate = signals[self._rate][1]
+        self._outcome = self._monitor.update(self._epoch.since(stamp_ns), signals)
+        self.now_ns = self._epoch.since(stamp_ns)
         if self.received_all or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
 
@@ -79,7 +92,7 @@ class MonitorNode(Listener):
     def _on_peaks(self, peaks: DiagnosticArray) -> None:
         self._peak = peaks.status[0].message if peaks.status else ''
 
-    def _publish(self, outcome: Outcome) -> None:
+    def _publish(self, outcome: Outcome | SensedOutcome) -> None:
         values = {**quantities(outcome), 'final': str(self.received_all).lower(), KEY: self.run}
         self._outcome_out.publish(status('outcome', outcome.verdict, values, _level(outcome)))
 
@@ -103,6 +116,6 @@ class MonitorNode(Listener):
         )
 
 
-def _level(outcome: Outcome) -> bytes:
+def _level(outcome: Outcome | SensedOutcome) -> bytes:
     level: bytes = LEVELS.get(outcome.verdict, DiagnosticStatus.OK)
     return level

@@ -11,19 +11,33 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
 from khr_analysis.errors import AnalysisError
+from khr_analysis.recorder_parameters import OF_ITS_START, RecorderParameters
 from khr_analysis.recording import Recording, numbered
 from khr_common import cdr
 from khr_common.block import NodeSpec
-from khr_common.interfaces import CLOCK, LOG, OVER, PARAMETER_EVENTS, SCENARIO, STATE, Topic
+from khr_common.interfaces import (
+    CLOCK,
+    LOG,
+    OVER,
+    PARAMETER_EVENTS,
+    SCENARIO,
+    STATE,
+    TRANSFORMS,
+    Topic,
+)
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
+from khr_common.run_identity import MalformedError, check_run
 from khr_common.stamps import ExactTimeSynchronizer
+from khr_common.text.strict_yaml import read_file
 
 DEPTH = QoSProfile(depth=5000)
 DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Spins of 20 ms without a message, after which there is none left: if the run has been received
 # whole, and if not, when the middleware may be about to send again what it has lost.
 IDLE_SPINS, LOST_SPINS = 10, 50
+# ns: where all nodes are interrupted at once, nobody answers the last instants any more.
+LAST_INSTANTS = 100_000_000
 
 
 class RecorderNode(Listener):
@@ -40,6 +54,8 @@ class RecorderNode(Listener):
         self._stopped = ''  # why no more is recorded
         self._runs, self._over = 0, False
         self._last: dict[str, bytes] = {}
+        # Of what was changed in the runs so far, by node and parameters: it holds in the next ones.
+        self._changes: dict[tuple[str, ...], bytes] = {}
         self._clock_topic = self.resolve_topic_name(CLOCK.name)
         recorded = self.parameters.recorded()
         self._topics = {self.resolve_topic_name(topic.name): topic for topic in recorded}
@@ -50,10 +66,24 @@ class RecorderNode(Listener):
         }
         self._instants = ExactTimeSynchronizer[str](tuple(self._kinds))
         self._recording: Recording | None = None
+        if self.parameters.scenario_file and not self.parameters.scenario:
+            self.prepare({'scenario': read_file(Path(self.parameters.scenario_file))})
         self._begin_bag()
         for name, topic in self._topics.items():
             self._subscribe_to(name, topic)
         self._idle_spins = 0
+
+    def check_next(self, parameters: RecorderParameters) -> None:
+        """Refuse another place, and other topics: a run that follows goes where this one went.
+
+        Raises:
+            AnalysisError: naming the parameter.
+        """
+        for name in OF_ITS_START:
+            if getattr(parameters, name) != getattr(self.parameters, name):
+                raise AnalysisError(
+                    f'{name}: fixed from the start of the recorder to its end; accepted: scenario'
+                )
 
     def settled(self) -> bool:
         """Return whether all that was on its way has arrived: nothing came for some spins."""
@@ -62,7 +92,8 @@ class RecorderNode(Listener):
 
     def close(self) -> None:
         """Finish the bag."""
-        late = [topic for topic in self._kinds if self._stamp(topic) < self.now_ns]
+        expected = self.now_ns - LAST_INSTANTS
+        late = [topic for topic in self._kinds if self._stamp(topic) < expected]
         if late:
             self.get_logger().warning(
                 f'not received up to t = {self.now_ns / 1e9:.3f} s: {", ".join(late)}'
@@ -72,17 +103,21 @@ class RecorderNode(Listener):
             self.fail(self._stopped)
 
     def _begin_bag(self) -> None:
-        self.begin()  # its parameters say which scenario this is
+        if self.begin():  # its parameters say which scenario this is
+            self._changes = {}
         self._runs += 1
         recording = self._recording = Recording(numbered(self.parameters.folder, self._runs))
-        if self.parameters.scenario_file:
-            text = Path(self.parameters.scenario_file).read_text(encoding='utf-8')
+        text = self.parameters.scenario
+        if text:
             self._attempt(lambda: recording.write_text(SCENARIO.name, text, 0))
         for name, topic in self._topics.items():
             try:
                 recording.add_topic(name, topic.kind, topic.flow == 'latched')
             except AnalysisError as error:
                 self.get_logger().warning(str(error))
+        if PARAMETER_EVENTS.name in recording.counts:
+            for data in self._changes.values():
+                self._attempt(partial(recording.write, PARAMETER_EVENTS.name, data, 0))
 
     def _finish_bag(self) -> None:
         if self._recording is not None:
@@ -102,40 +137,60 @@ class RecorderNode(Listener):
         """Take a message of a topic that all nodes of the domain share, if it is of this robot."""
         topic = self._topics[name]
         try:
-            source = NAMED[topic](deserialize_message(data, message_class(topic.kind)))
+            message = deserialize_message(data, message_class(topic.kind))
+            source = NAMED[topic](message)
         except cdr.UNREADABLE:
             self.refuse(topic, f'no readable {topic.kind}')
             return
         if source.rpartition('/')[0] == self.get_namespace().rstrip('/'):
             self._on_message(name, data)
+            if topic == PARAMETER_EVENTS and message.changed_parameters:
+                names = (each.name for each in message.changed_parameters)
+                self._changes[source, *names] = data
 
     def _on_message(self, name: str, data: bytes) -> None:
         self._idle_spins = 0
+        topic = self._topics[name]
+        if name in self._kinds and self._last.get(name) == data:
+            return  # the simulator asked again for what it missed
+        if reason := self._refusal(name, data):
+            self.refuse(topic, reason)
+            return
         if name in self._kinds:
-            if self._last.get(name) == data:
-                return  # the simulator asked again for what it missed
-            try:
-                stamp_ns = cdr.clock(little_endian(data, self._kinds[name]))
-            except cdr.UNREADABLE:
-                self.refuse(self._topics[name], f'no readable {self._topics[name].kind}')
-                return
             self._last[name] = data
+            stamp_ns = self._stamp(name)
             if name == self._clock_topic:
+                if stamp_ns < self.now_ns and self.count_publishers(name) > 1:
+                    self.refuse(topic, 'of a second clock')
+                    return
                 self._take_time(stamp_ns)
             if self._instants.put(name, stamp_ns, None) is not None:
                 self.received(stamp_ns)
-        elif self._topics[name] == STATE:
+        elif topic == STATE:
             self._follow_state(data)
         recording = self._recording
         if recording is not None and name in recording.counts:
             self._attempt(lambda: recording.write(name, data, self.now_ns))
 
-    def _follow_state(self, data: bytes) -> None:
+    def _refusal(self, name: str, data: bytes) -> str:
+        """Say why a message is not recorded: of another run, or nobody could read it in the bag."""
+        topic = self._topics[name]
         try:
-            state = deserialize_message(data, message_class(STATE.kind)).message
+            if name in self._kinds:
+                ordered = little_endian(data, self._kinds[name])
+                cdr.clock(ordered)
+                if topic.of_run:
+                    check_run(cdr.frame(ordered), self.run)
+            elif topic.kind != TRANSFORMS:  # which come in every period, as whole messages
+                deserialize_message(data, message_class(topic.kind))
+        except MalformedError as error:
+            return str(error)
         except cdr.UNREADABLE:
-            self.refuse(STATE, f'no readable {STATE.kind}')
-            return
+            return f'no readable {topic.kind}'
+        return ''
+
+    def _follow_state(self, data: bytes) -> None:
+        state = deserialize_message(data, message_class(STATE.kind)).message
         if self._over and state not in OVER:
             self._take_time(0)
         self._over = state in OVER

@@ -8,6 +8,7 @@ from khr_common.block import Block, NodeSpec, Numbers, Signals
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
+from khr_common.nodes.epoch import Epoch
 from khr_common.nodes.node import KhrNode
 from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 
@@ -25,8 +26,10 @@ class BlockNode(KhrNode):
         self._make = spec.block
         self._block: Block[Any] = self._make(self.parameters)
         self._judge = StampJudge(self.restart)
+        self._epoch = Epoch(self, self.restart)
         self._instants = ExactTimeSynchronizer(self._block.needs)
         self._newest = -1  # of the complete instants of this run, ns
+        self._rewinds = 0  # of the instants when the last was complete
         self._outputs = [self.output(topic) for topic in spec.publishes if topic.flow == 'period']
         for topic in spec.subscribes:
             self.subscribe_numbers(topic, self._on_numbers)
@@ -38,6 +41,11 @@ class BlockNode(KhrNode):
         for stamp_ns, signals in self._instants.require(self._block.needs):
             if stamp_ns > self._judge.last:
                 self._take(stamp_ns, signals)
+
+    @property
+    def answered_ns(self) -> int:
+        """The last instant that has been answered."""
+        return self._judge.last
 
     def restart(self) -> None:
         """Return to the start of a run, with another block if its parameters were prepared."""
@@ -55,7 +63,10 @@ class BlockNode(KhrNode):
             self._take(stamp_ns, signals)
 
     def _take(self, stamp_ns: int, signals: Signals) -> None:
-        another_run, self._newest = stamp_ns < self._newest, stamp_ns
+        rewinds = self._instants.rewinds
+        # A topic that is needed since a change of parameters may be behind, in the same run.
+        another_run = stamp_ns < self._newest or rewinds != self._rewinds
+        self._newest, self._rewinds = stamp_ns, rewinds
         self.now_ns = stamp_ns
         # What is older than the last answer, in the same run, has been answered.
         if not another_run and stamp_ns < self._judge.last:
@@ -67,7 +78,7 @@ class BlockNode(KhrNode):
             return
         try:
             if new:
-                answer = self._block.update(stamp_ns / 1e9, signals)
+                answer = self._block.update(self._epoch.since(stamp_ns) / 1e9, signals)
                 for output, numbers in zip(self._outputs, answer, strict=True):
                     output.fill(stamp_ns, numbers)
                 self.answered(stamp_ns, answer)

@@ -37,13 +37,13 @@ class Listener(KhrNode):
         """Note that everything up to an instant has arrived; report it first, last and at times."""
         self._received = stamp_ns
         near = 0 <= stamp_ns - self._reported < REPORT_PERIOD  # and in the same run
-        if not near or stamp_ns == self.end != self._reported:
+        if not near or (self.received_all and self._reported < self.end):
             self._report_progress()
 
     @property
     def received_all(self) -> bool:
-        """Return whether the run has finished and its last instant has arrived."""
-        return self._received == self.end >= 0
+        """Return whether the run has finished and its last instant has arrived, or later ones."""
+        return self._received >= self.end >= 0
 
     def settled(self) -> bool:
         """Return whether the end of the run has arrived, which the simulator waits for.

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib
+import json
 from collections.abc import Mapping, Sequence
 from functools import cache
 from typing import Any
@@ -15,6 +16,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from khr_common.cdr import BLANK, MessageTemplate
 from khr_common.errors import KhrError
+from khr_common.figures import AFTER, CHANGED
 from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, TRANSFORMS, WRENCH, Topic
 from khr_common.nodes.transform_messages import transform_message
 
@@ -46,6 +48,18 @@ def status(
         hardware_id=HARDWARE,
         values=[KeyValue(key=key, value=value) for key, value in values.items()],
     )
+
+
+def changed(node: str, after_ns: int, values: Mapping[str, Any]) -> DiagnosticStatus:
+    """Return what a node says of a change of its parameters.
+
+    Args:
+        node: its name.
+        after_ns: the last instant that it comes too late for, ns; -1 if it holds from the first.
+        values: the new ones, by parameter.
+    """
+    texts = {name: json.dumps(value) for name, value in values.items()}
+    return status(f'{node}{CHANGED}', 'changed', {AFTER: str(after_ns), **texts})
 
 
 @cache

@@ -14,7 +14,7 @@ from khr_common.errors import KhrError
 from khr_common.nodes.ros_parameters import value_of
 from khr_common.parameters import check
 
-HELD = 60.0  # s of wall time; who prepares a run and then falls silent prepares none
+HELD = 60.0  # s of wall time after which prepared parameters expire
 
 
 class NextRun:
@@ -38,24 +38,24 @@ class NextRun:
         self._since = 0.0
         node.create_service(SetParametersAtomically, '~/prepare', self._on_prepare)
 
+    def hold(self, values: dict[str, Any]) -> None:
+        """Hold parameters that have been checked, in the place of those held before."""
+        self._held, self._since = values, time.monotonic()
+
     def take(self) -> bool:
         """Give the node the parameters that are held; return whether there were any."""
         held, self._held = self._held, {}
         if not held or time.monotonic() - self._since > HELD:
             return False
-        node = self._node
-        parameters = [Parameter(name, value=value) for name, value in held.items()]
-        # What is read-only is so during a run; this is where another begins. ROS has no public
-        # call that sets such a parameter and still publishes it on /parameter_events.
-        node._set_parameters_atomically_common(
-            parameters, {each.name: node.describe_parameter(each.name) for each in parameters}
+        self._node.set_parameters_atomically(
+            [Parameter(name, value=value) for name, value in held.items()]
         )
         return True
 
     def _on_prepare(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
-        self._held, self._since = {}, time.monotonic()
+        self.hold({})
         given = {each.name: value_of(each.value) for each in request.parameters}
         response.result.successful = True
         try:
@@ -64,5 +64,5 @@ class NextRun:
         except KhrError as error:
             response.result.successful, response.result.reason = False, str(error)
         else:
-            self._held = values
+            self.hold(values)
         return response

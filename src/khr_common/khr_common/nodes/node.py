@@ -5,12 +5,13 @@ from __future__ import annotations
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
+from copy import copy
 from functools import cached_property
 from math import isfinite
 from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import SetParametersResult
+from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import (
     InvalidParameterTypeException,
@@ -28,10 +29,11 @@ from khr_common import cdr
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.errors import KhrError
-from khr_common.interfaces import DIAGNOSTICS, JOINT_STATE, Topic
+from khr_common.interfaces import DIAGNOSTICS, Topic
 from khr_common.nodes.messages import (
     Output,
     blank_message,
+    changed,
     little_endian,
     message_class,
     serialized,
@@ -56,7 +58,6 @@ LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Parameters that every node of ROS 2 has.
 OF_ROS = ('use_sim_time', 'start_type_description_service')
-QOS_OF_ROS = 'qos_overrides.'
 MOST_REASONS = 50  # that are reported one by one
 REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
 
@@ -107,6 +108,10 @@ class KhrNode(Node):  # type: ignore[misc]
             KhrError: if the node cannot take them as it is.
         """
 
+    def prepare(self, values: dict[str, Any]) -> None:
+        """Hold parameters for the run that begins next, also those that are fixed during one."""
+        self._next.hold(values)
+
     def begin(self) -> bool:
         """Begin another run with the parameters that were prepared for it.
 
@@ -118,6 +123,11 @@ class KhrNode(Node):  # type: ignore[misc]
             return self._next.take()
         finally:
             self._beginning = False
+
+    @property
+    def answered_ns(self) -> int:
+        """The last instant that a change of parameters comes too late for, ns; -1 if none."""
+        return self.now_ns
 
     def with_changes(self, changes: dict[str, Any]) -> Any:
         """Return the table with some values changed.
@@ -150,7 +160,7 @@ class KhrNode(Node):  # type: ignore[misc]
             message: with blanks for the numbers; by default the one of the topic's kind.
         """
         filled = message or blank_message(topic)
-        if topic.kind == JOINT_STATE:
+        if topic.of_run:
             filled.header.frame_id = self.run  # it has no frame, and answers must be of this run
         return Output(self.publisher(topic), cdr.MessageTemplate(serialized(filled)))
 
@@ -171,11 +181,10 @@ class KhrNode(Node):  # type: ignore[misc]
             callback: called with each message that is accepted.
         """
         kind = message_class(topic.kind)
-        answers = topic.kind == JOINT_STATE
 
         def read_own(data: bytes) -> Value:
             data = little_endian(data, kind)
-            if answers:
+            if topic.of_run:
                 check_run(cdr.frame(data), self.run)
             return read(data)
 
@@ -246,7 +255,7 @@ class KhrNode(Node):  # type: ignore[misc]
             [
                 status(
                     self.get_name(),
-                    f'{topic.name}: refused: {reason}; from {self._senders(topic)}',
+                    f'{topic.name}: refused: {reason}; from {self.senders(topic)}',
                     {'refused': str(count)},
                     DiagnosticStatus.ERROR,
                 )
@@ -263,10 +272,20 @@ class KhrNode(Node):  # type: ignore[misc]
     def _diagnostics(self) -> Publisher:
         return self.publisher(DIAGNOSTICS)
 
-    def _senders(self, topic: Topic) -> str:
+    def senders(self, topic: Topic) -> str:
         """Return who may have sent: the middleware does not say which of several it was."""
         infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
         return ' or '.join(sorted({info.node_name for info in infos})) or 'one that has left'
+
+    def describe_parameter(self, name: str) -> ParameterDescriptor:
+        """Return the descriptor of a parameter, which is read-only if it is fixed during a run.
+
+        It is not declared so: then ROS would refuse it between two runs as well.
+        """
+        found = copy(super().describe_parameter(name))
+        own = specifications(self.table).get(name)
+        found.read_only = own is not None and own.read_only
+        return found
 
     def _declare(self, specification: Specification) -> None:
         try:
@@ -286,11 +305,14 @@ class KhrNode(Node):  # type: ignore[misc]
     def _check_given(self) -> None:
         """Refuse parameters that no one takes: ROS leaves them out without a word."""
         known = frozenset({*specifications(self.table), *OF_ROS})
-        given = [each for each in self._parameter_overrides if not each.startswith(QOS_OF_ROS)]
         blocks = [block for file in files_in(sys.argv) for block in read_blocks(file)]
         for warning in check_blocks(blocks, self.get_fully_qualified_name(), known):
             self.get_logger().warning(warning)
-        for name in set(given) - known - {key for block in blocks for key in block.parameters}:
+        for name in (
+            set(self._parameter_overrides)
+            - known
+            - {key for block in blocks for key in block.parameters}
+        ):
             check(self.table, name, None)  # says what is accepted
 
     def _build(self, changes: dict[str, Any]) -> Any:
@@ -302,7 +324,14 @@ class KhrNode(Node):  # type: ignore[misc]
     def _validate(self, parameters: list[Parameter]) -> SetParametersResult:
         own = specifications(self.table)
         try:
-            self._build({p.name: plain(p.value) for p in parameters if p.name in own})
+            changes = {p.name: plain(p.value) for p in parameters if p.name in own}
+            fixed = [name for name in changes if own[name].read_only]
+            if fixed and not self._beginning:
+                raise ParameterError(
+                    f'{fixed[0]}: fixed during a run; accepted: for the next one, by '
+                    f'{self.get_name()}/prepare'
+                )
+            self._build(changes)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
         return SetParametersResult(successful=True)
@@ -313,4 +342,6 @@ class KhrNode(Node):  # type: ignore[misc]
         if changes:
             self.parameters = self._build(changes)
             if not (self._beginning or self.closed):
+                after_ns = self.answered_ns
                 self.configure(self.parameters)
+                self._publish_health([changed(self.get_name(), after_ns, changes)])

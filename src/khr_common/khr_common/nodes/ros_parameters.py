@@ -31,7 +31,6 @@ def describe(specification: Specification) -> ParameterDescriptor:
     descriptor = ParameterDescriptor(
         name=specification.name,
         description=text,
-        read_only=specification.read_only,
         additional_constraints=f'accepted: {specification.accepted}',
     )
     low, high = specification.minimum, specification.maximum

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import importlib
+import os
 import signal
 import sys
 import time
@@ -13,12 +14,14 @@ import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.signals import SignalHandlerOptions
 
+from khr_common.arithmetic import enter
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
 from khr_common.lifeline import end_with_parent, report_parents_end
 from khr_common.nodes.node import KhrNode
 
 LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
+PRIVATE = 0o077  # umask: bags and logs are for this user alone
 LEAVING = 8  # s of wall time for interpreter and middleware to let go
 
 
@@ -77,6 +80,8 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
     second one they wait for nobody. A process that then does not get away ends by SIGALRM.
     """
+    os.umask(PRIVATE)
+    enter()
     turn = Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
@@ -111,11 +116,18 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
     if failed:
         return 1
-    # Everything is closed. Fast DDS 2.14 may still deadlock if others leave while it destroys its
-    # participant (DomainParticipant::set_listener); then the alarm ends the process.
+    _leave()
+    return 0
+
+
+def _leave() -> None:
+    """Get away, all being closed: deaf to signals, for a launch may send another, but in time."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.SIG_IGN)
+    # Fast DDS 2.14 may still deadlock if others leave while it destroys its participant
+    # (DomainParticipant::set_listener); then the alarm ends the process.
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(LEAVING)
-    return 0
 
 
 def _nothing(_: Turn) -> None:
@@ -130,7 +142,7 @@ def _close(node: KhrNode, executor: EventsExecutor, turn: Turn) -> None:
     end = time.monotonic() + node.patience
     while turn.signals < 2 and not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
-    node.closed = True  # to take it off the executor meanwhile may crash what is on its way there
+    node.closed = True  # stays on the executor: removing it can crash pending callbacks
     node.close()
 
 

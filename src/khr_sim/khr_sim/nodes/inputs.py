@@ -11,12 +11,12 @@ from khr_common import cdr
 from khr_common.interfaces import WORLD
 from khr_common.nodes.messages import to_nanoseconds
 from khr_common.run_identity import MalformedError
-from khr_sim.push import Push
+from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
 
 
 class Answer(NamedTuple):
-    """What a node asks of the joints, rad, for the instant of its stamp."""
+    """What a node wants of the joints, rad, for the instant of its stamp."""
 
     stamp_ns: int
     name: list[str]

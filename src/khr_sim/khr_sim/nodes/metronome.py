@@ -9,7 +9,7 @@ from rclpy.clock import Clock
 from rclpy.node import Node
 from rclpy.timer import Timer
 
-from khr_sim.punctuality import Pace
+from khr_common.punctuality import Pace
 from khr_sim.run_parameters import RunParameters
 
 LOOKS = 4  # per control period whether its time has come, if there is a pace

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus
@@ -21,22 +22,21 @@ from khr_common.interfaces import (
     PUSHED,
     READY,
     STATE,
+    Topic,
     correction,
 )
 from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
+from khr_common.punctuality import Latency, Punctuality
 from khr_common.run_identity import KEY, MalformedError, read_ready
-from khr_sim.lockstep import Barrier, Receipts
+from khr_sim.lockstep import ASK_AGAIN, Lockstep
 from khr_sim.nodes.inputs import Answer, read_answer, read_push
 from khr_sim.nodes.metronome import Metronome
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
-from khr_sim.punctuality import Latency, Punctuality
 from khr_sim.run_parameters import GAIT, RunParameters
 
-ASK_AGAIN = 0.1  # s of wall time without an answer
-LEAD = 3_000_000_000  # ns of simulated time that lockstep may be ahead of a listener
-SILENCE = 4.0  # s of wall time without a report of those that have not received the end
+AT_REST = (0.0,) * len(JOINTS)  # what the board holds in a run without a gait, rad
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
 
@@ -54,15 +54,15 @@ class SimulatorNode(KhrNode):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self.plant = Plant(self.parameters)
-        self._period_ns = round(self.parameters.control_period * 1e9)
         self._output = TruthPublisher(self, self.plant.world.robot.urdf)
         self._state_out = self.publisher(STATE)
-        self._receipts = Receipts(self.parameters.listeners)
         self._latency = Latency()
         self._sources = [name for name in self.parameters.answers if name]
+        self._lockstep: Lockstep[Answer] = Lockstep(self._sources, self.parameters.listeners)
         for source in self._sources:
-            topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
-            self.subscribe_bytes(topic, read_answer, partial(self._on_answer, source))
+            self.subscribe_bytes(
+                _answers_of(source), read_answer, partial(self._on_answer, source)
+            )
         self.subscribe(READY, self._on_ready)
         self._pushes_out = self.publisher(PUSHED)
         self.subscribe(PUSH, self._on_push)
@@ -70,19 +70,24 @@ class SimulatorNode(KhrNode):
         self.create_service(SetBool, '~/pause', self._on_pause)
         self._steady = Clock(clock_type=ClockType.STEADY_TIME)
         self.create_timer(ASK_AGAIN, self._on_watch, clock=self._steady)
-        on_tick = self._pump if self._lockstep else self._on_tick
+        on_tick = self._pump if self._in_lockstep else self._on_tick
         self._metronome = Metronome(self, self._steady, on_tick)
         self._restart()
         self._metronome.configure(self.parameters)
 
     @property
-    def _lockstep(self) -> bool:
+    def _in_lockstep(self) -> bool:
         return self.parameters.sync == 'lockstep'
 
     def configure(self, parameters: RunParameters) -> None:
         """Pass changed parameters to the physics; they act from the next control period."""
         self.plant.configure(parameters)
         self._metronome.configure(parameters)
+
+    @property
+    def answered_ns(self) -> int:
+        """The instant that the physics has reached; the coming period is simulated with changes."""
+        return self.now_ns if self._started else -1
 
     def check_next(self, parameters: RunParameters) -> None:
         """Refuse what is settled when the node starts."""
@@ -92,16 +97,13 @@ class SimulatorNode(KhrNode):
 
     def finish(self) -> None:
         """Publish how far the run got."""
-        self._attention = time.monotonic()
+        self._lockstep.heard()
         if self.state != 'finished':
             self._enter('finished', end='stopped')
 
     def settled(self) -> bool:
         """Return whether the listeners have received all; what they miss comes from here alone."""
-        waited = time.monotonic() - self._attention
-        return (
-            self.failure is not None or not self._receipts.behind(self.now_ns) or waited > SILENCE
-        )
+        return self.failure is not None or self._lockstep.received()
 
     def close(self) -> None:
         """Release the physics."""
@@ -113,79 +115,64 @@ class SimulatorNode(KhrNode):
         if self.begin():
             self.plant.close()
             self.plant = Plant(self.parameters)
-            self._period_ns = round(self.parameters.control_period * 1e9)
             self._metronome.configure(self.parameters)
-        self._barrier: Barrier[Answer] = Barrier(self._sources)
-        self._barrier.open(0)
+        self._lockstep.begin()
         self.now_ns = 0
-        self._receipts.begin()
         self._started = False
-        self._progress = self._attention = self._born = self._reported = time.monotonic()
+        self._published = self._reported = time.monotonic()
         self._punctuality = Punctuality()
         self._metronome.restart()
         self._enter('waiting')
         self._output.describe()
         if GAIT not in self._sources:
-            self._begin([0.0] * len(JOINTS))
+            self._begin(AT_REST)
         else:
             self._output.tick(0)
 
-    def _begin(self, posture: list[float]) -> None:
-        self._held = posture
+    def _begin(self, posture: Sequence[float]) -> None:
         self._started = True
         self._output.publish(self.plant.start(posture))
 
     def _pump(self) -> None:
         """Go as far as the answers allow."""
-        if not self._started:
-            reference = self._barrier.at(0).get(GAIT)
-            if reference is None:
-                return
-            self._begin(list(reference.position))
-        if self.state == 'waiting' and not self._waiting_for():
-            self._enter('running')
-        while (
-            self.state == 'running'
-            and self._lockstep
-            and not self._missing()
-            and self._metronome.begins()
-        ):
-            self._advance(self._barrier.at(self._due))
-
-    @property
-    def _due(self) -> int:
-        """The instant whose answers act in the coming period."""
-        return max(0, self.now_ns - self.parameters.control_delay * self._period_ns)
-
-    def _missing(self) -> list[str]:
-        """List whom the coming period waits for: answers, and listeners that are far behind."""
-        return [*self._barrier.missing(self._due), *self._receipts.behind(self.now_ns - LEAD)]
-
-    def _waiting_for(self) -> list[str]:
-        return self._barrier.missing(0) + self._receipts.absent()
-
-    def _advance(self, answers: dict[str, Answer]) -> None:
-        # With a delay the first period has no answer yet: the board holds the first reference.
-        held = self.now_ns == 0 and self.parameters.control_delay > 0
-        if GAIT in answers:
-            self._held = list(answers[GAIT].position)
-        corrections = (
-            []
-            if held
-            else [
-                dict(zip(answers[source].name, answers[source].position, strict=True))
-                for source in self._sources
-                if source != GAIT and source in answers
-            ]
-        )
         try:
-            truth = self.plant.advance(mix(self._held, corrections))
+            self._go_on()
         except KhrError as error:
             self._abort(str(error))
-            return
+
+    def _go_on(self) -> None:
+        lockstep = self._lockstep
+        if not self._started:
+            reference = lockstep.barrier.given().get(GAIT)
+            if reference is None:
+                return
+            self._begin(reference.position)
+        if self.state == 'waiting' and not lockstep.absent():
+            self._enter('running')
+        while self.state == 'running' and self._in_lockstep:
+            answers = lockstep.barrier.take()
+            if answers is not None:
+                self._answer(answers)
+            if lockstep.missing(self.plant.ready) or not self._metronome.begins():
+                return
+            self._advance()
+
+    def _answer(self, answers: Mapping[str, Answer]) -> None:
+        """Hand over the answers to an instant; corrections are added in the order of sources."""
+        reference = answers[GAIT].position if GAIT in answers else AT_REST
+        corrections = [
+            dict(zip(answers[source].name, answers[source].position, strict=True))
+            for source in self._sources
+            if source != GAIT and source in answers
+        ]
+        self.plant.answer(mix(reference, corrections))
+
+    def _advance(self) -> None:
+        truth = self.plant.advance()
         self.now_ns = truth.stamp_ns
-        self._barrier.open(self.now_ns)
-        self._progress = time.monotonic()
+        self._lockstep.barrier.open(self.now_ns)
+        self._lockstep.heard()
+        self._published = time.monotonic()
         self._output.publish(truth)
         if self.plant.end:
             self._enter('finished', end=self.plant.end)
@@ -195,19 +182,30 @@ class SimulatorNode(KhrNode):
     def _on_answer(self, source: str, answer: Answer) -> None:
         if source == GAIT and tuple(answer.name) != JOINTS:
             raise MalformedError('not all joints in their order')
-        if not self._barrier.put(source, answer.stamp_ns, answer):
+        if (self._lockstep.barrier.first(source, answer.stamp_ns) or answer) != answer:
+            self._contradicted(source, answer.stamp_ns)
+            return
+        if not self._lockstep.barrier.put(source, answer.stamp_ns, answer):
             return
         if source != GAIT and answer.stamp_ns == self.now_ns:
-            self._latency.add(time.monotonic() - self._progress)
-        try:
-            self._pump()
-        except KhrError as error:
-            self._abort(str(error))
+            self._latency.add(time.monotonic() - self._published)
+        self._pump()
+
+    def _contradicted(self, source: str, stamp_ns: int) -> None:
+        """End the run if somebody else may be answering with the run's identity."""
+        topic, what = (
+            _answers_of(source),
+            f'another answer to t = {stamp_ns / 1e9:.3f} s than before',
+        )
+        if self.count_publishers(topic.name) > 1:
+            self._abort(f'{topic.name}: {what}, from {self.senders(topic)}')
+        else:
+            self.refuse(topic, 'another answer to an instant than before')
 
     def _on_ready(self, message: String) -> None:
         name, stamp_ns = read_ready(message.data, self.run)
-        if self._receipts.take(name, stamp_ns, self.now_ns):
-            self._attention = time.monotonic()
+        if self._lockstep.receipts.take(name, stamp_ns, self.now_ns):
+            self._lockstep.heard()
             self._pump()
 
     def _on_push(self, message: WrenchStamped) -> None:
@@ -222,7 +220,7 @@ class SimulatorNode(KhrNode):
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._started:
-            self._attention = time.monotonic()
+            self._lockstep.heard()
             self._enter('resetting', end='reset')
         else:
             self._restart()
@@ -234,7 +232,7 @@ class SimulatorNode(KhrNode):
         if able:
             self._enter('paused' if request.data else 'running')
             self._punctuality.rest()
-            self._progress = time.monotonic()
+            self._lockstep.heard()
             self._pump()
         response.success, response.message = able, self.state
         return response
@@ -247,7 +245,7 @@ class SimulatorNode(KhrNode):
             return
         p = self.parameters
         self._punctuality.tick(time.monotonic(), p.control_period, p.realtime_factor)
-        answers = self._barrier.newest()
+        answers = self._lockstep.barrier.newest()
         oldest = self.now_ns - round(p.command_timeout * 1e9)
         fresh = {
             source: answer
@@ -255,48 +253,46 @@ class SimulatorNode(KhrNode):
             if source == GAIT or answer.stamp_ns >= oldest
         }
         self._punctuality.stale += len(answers) - len(fresh)
-        self._advance(fresh)
+        try:
+            self._answer(fresh)
+            self._advance()
+        except KhrError as error:
+            self._abort(str(error))
 
     def _on_watch(self) -> None:
         """Ask again for what is missing, and give up on it after its time."""
-        now = time.monotonic()
-        silent = now - max(self._progress, self._attention)
         if self.state == 'waiting':
-            self._wait(now)
-        elif self.state == 'resetting':
-            if silent > ASK_AGAIN and self.settled():
+            self._wait()
+        elif self._lockstep.asks():
+            if self.state == 'resetting' and self.settled():
                 self._restart()
-        elif self.state == 'running' and self._lockstep and silent > ASK_AGAIN and self._missing():
-            if silent > self.parameters.lockstep_timeout:
-                self._abort(
-                    f'{self._silence()} within {self.parameters.lockstep_timeout:g} s of wall time'
-                )
-            elif self._barrier.missing(self._due):
-                self._output.repeat()
+            elif self.state == 'running' and self._in_lockstep:
+                self._ask_again()
+        now = time.monotonic()
         if now - self._reported > REPORT_PERIOD:
             self._reported = now
             self._report()
 
-    def _silence(self) -> str:
-        """Say whom the run waits for."""
-        silent = self._barrier.missing(self._due)
-        if silent:
-            return f'no answer from {", ".join(silent)} for t = {self._due / 1e9:.3f} s'
-        return 'not received whole by ' + ', '.join(
-            f'{name} after t = {up_to / 1e9:.3f} s'
-            for name, up_to in self._receipts.behind(self.now_ns - LEAD).items()
-        )
+    def _ask_again(self) -> None:
+        ready = self.plant.ready
+        if not self._lockstep.missing(ready):
+            return  # what holds the run back is its pace
+        reason = self._lockstep.late(self.parameters.lockstep_timeout, ready)
+        if reason:
+            self._abort(reason)
+        elif not ready:
+            self._output.repeat()
 
-    def _wait(self, now: float) -> None:
-        absent = self._waiting_for()
-        limit = self.parameters.start_timeout
-        if limit and now - self._born > limit:
-            self._abort(f'{", ".join(absent)} did not appear within {limit:g} s')
-        elif self._started:
+    def _wait(self) -> None:
+        reason = self._lockstep.never_started(self.parameters.start_timeout)
+        if reason:
+            self._abort(reason)
+            return
+        if self._started:
             self._output.repeat()
         else:
             self._output.tick(0)
-        if absent != self._absent:
+        if self._lockstep.absent() != self._absent:
             self._enter('waiting')
 
     def _abort(self, reason: str) -> None:
@@ -306,7 +302,7 @@ class SimulatorNode(KhrNode):
 
     def _enter(self, state: str, end: str = '', reason: str = '') -> None:
         self.state = state
-        self._absent = self._waiting_for() if state == 'waiting' else []
+        self._absent = self._lockstep.absent() if state == 'waiting' else []
         values = {
             'time_ns': str(self.now_ns),
             'end': end,
@@ -316,7 +312,7 @@ class SimulatorNode(KhrNode):
         }
         if state in OVER:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
-            values |= {} if self._lockstep else self._punctuality.figures()
+            values |= {} if self._in_lockstep else self._punctuality.figures()
         self._state_out.publish(
             status(
                 'simulator',
@@ -338,3 +334,7 @@ class SimulatorNode(KhrNode):
                 **self._latency.figures(),
             },
         )
+
+
+def _answers_of(source: str) -> Topic:
+    return JOINT_REFERENCE if source == GAIT else correction(source, ())

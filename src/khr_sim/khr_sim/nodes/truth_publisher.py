@@ -20,8 +20,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.messages import blank_vector
 from khr_common.nodes.node import KhrNode
-from khr_common.rotation import carried, inverse
-from khr_sim.truth import SIGNALS, Truth
+from khr_sim.physics.truth import SIGNALS, Truth
 
 
 class TruthPublisher:
@@ -56,15 +55,7 @@ class TruthPublisher:
 
     def publish(self, truth: Truth) -> None:
         """Publish the truth of one instant, the time first."""
-        numbers = truth.numbers
-        to_body = inverse(numbers[Truth.orientation.span])
-        speeds = {
-            JOINT_STATES: (*numbers[Truth.joint_velocity.span], *numbers[Truth.joint_effort.span]),
-            TRUE_POSE: (
-                *carried(to_body, numbers[Truth.linear_velocity.span]),
-                *carried(to_body, numbers[Truth.angular_velocity.span]),
-            ),
-        }
+        speeds = truth.speeds()
         for topic, carries in truth.signals().items():
             self._outputs[topic].fill(truth.stamp_ns, (*carries, *speeds.get(topic, ())))
         self.repeat()

@@ -1,0 +1,66 @@
+"""The course of a run on a driver that knows nothing of runs: begun and over by its clock."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from khr_common import parameter
+
+
+@dataclass(frozen=True)
+class CourseParameters:
+    """The parameter table of the course."""
+
+    duration: float = parameter(
+        0.0,
+        'Time of the run on the clock of the driver; 0 goes on until stopped (khr: as long as the '
+        'motion).',
+        unit='s',
+        minimum=0.0,
+        maximum=1e6,
+        read_only=True,
+    )
+    sync: str = parameter(
+        'realtime',
+        'Whether the driver waits for answers; the course only reports it.',
+        choices=('lockstep', 'realtime'),
+        read_only=True,
+    )
+
+
+class Course:
+    """Follow the clock of a driver from state to state: waiting, running, finished.
+
+    Attributes:
+        state: of the run, in the words of the simulator.
+        end: why it is over: duration, stopped; empty while it is not.
+        now_ns: the clock, ns; as long as the run lasts.
+    """
+
+    def __init__(self, parameters: CourseParameters) -> None:
+        self._end_ns = round(parameters.duration * 1e9) or None
+        self.reset()
+
+    def reset(self) -> None:
+        """Wait for a run to begin."""
+        self.state, self.end, self.now_ns = 'waiting', '', 0
+
+    def take(self, stamp_ns: int) -> bool:
+        """Take an instant of the clock; return whether the state changes by it.
+
+        An instant that comes again is no other. What comes after the end is no part of the run.
+        """
+        before = self.state
+        if self.state == 'finished':
+            return False
+        self.now_ns = stamp_ns
+        if self.state == 'waiting' and stamp_ns > 0:
+            self.state = 'running'
+        if self._end_ns is not None and stamp_ns >= self._end_ns:
+            self.state, self.end = 'finished', 'duration'
+        return self.state != before
+
+    def stop(self) -> None:
+        """End the run where it is."""
+        if self.state != 'finished':
+            self.state, self.end = 'finished', 'stopped'

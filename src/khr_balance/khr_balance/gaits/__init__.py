@@ -1,0 +1,1 @@
+"""Motions: standing, the leg lift and the walk."""

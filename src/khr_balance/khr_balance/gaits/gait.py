@@ -1,0 +1,153 @@
+"""The gait: the joint angles that the robot's board plays back, without any feedback.
+
+A motion is planned in the stance plane (see :mod:`khr_balance.gaits.gait_plan`), turned into joint
+angles once, checked against the robot, and then only looked up.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from khr_balance import joints
+from khr_balance.errors import BalanceError, UnreachableError
+from khr_balance.gaits.body import Array, forward
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_balance.gaits.gait_plan import Plan, plan_motion
+from khr_balance.gaits.kinematics import leg_angles
+from khr_balance.gaits.splines import ClampedSpline
+from khr_common.published import NO_LOAD_SPEED
+
+__all__ = ['Gait', 'GaitParameters', 'gait_of']
+
+_GRID = 0.005  # s; the splines through this grid stay within 1e-5 rad of the exact solution
+_TOLERANCE = 1e-7  # m, of the centre of mass
+_RELAXATION = 1.3  # the feet stay behind when the torso moves, so a whole move is too little
+
+
+class Gait:
+    """A motion as a function of time.
+
+    Attributes:
+        duration: from time 0 to the end of the motion with its pauses, s.
+        parameters: the table that it was built from.
+    """
+
+    def __init__(self, parameters: GaitParameters) -> None:
+        """Plan and check the motion.
+
+        Raises:
+            BalanceError: if a leg is too short, a joint leaves its range or outruns its servo;
+                the text names the joint (or leg) and the time.
+        """
+        self.parameters = parameters
+        plan = plan_motion(parameters)
+        self.duration = plan.duration
+        self._cycles = plan.cycles
+        count = max(2, round(self.duration / _GRID) + 1)
+        time = np.linspace(0.0, self.duration, count)
+        angles = _solve(parameters, plan, time)
+        spline = ClampedSpline(time, angles)
+        self._starts, self._pieces = time[:-1], spline.pieces
+        _check_ranges(time, angles)
+        _check_speeds(time, spline.slopes)
+
+    def reference(self, time: float) -> tuple[float, ...]:
+        """Give the 17 joint angles (rad) at ``time`` (s), held before 0 and after the end."""
+        # By hand: the spline's own evaluation is made for many instants at once.
+        time = min(max(time, 0.0), self.duration)
+        piece = min(int(time / self.duration * len(self._starts)), len(self._starts) - 1)
+        t = time - float(self._starts[piece])
+        t2, t3 = t * t, t * t * t
+        return tuple(
+            [
+                d + c * t + b * t2 + a * t3
+                for a, b, c, d in zip(*self._pieces[piece].tolist(), strict=True)
+            ]
+        )
+
+    def cycle(self, number: int) -> tuple[float, float]:
+        """Give the start and end (s) of a whole cycle of the walk, the first being number 1.
+
+        Raises:
+            BalanceError: if the motion has no such cycle.
+        """
+        if not 1 <= number <= len(self._cycles):
+            raise BalanceError(
+                f'cycle: {number} is not accepted; accepted: integer in [1, {len(self._cycles)}]'
+            )
+        return self._cycles[number - 1]
+
+
+@lru_cache(maxsize=8)
+def gait_of(parameters: GaitParameters) -> Gait:
+    """Return the motion of a table, the same object for the same table.
+
+    Planning takes a tenth of a second, and studies run one motion hundreds of times.
+
+    Raises:
+        BalanceError: as ``Gait``.
+    """
+    return Gait(parameters)
+
+
+def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
+    """Find the (N, 17) angles that carry the centre of mass along its planned path.
+
+    The torso's place follows from the centre of mass by iteration.
+    """
+    centre, attitude = plan.centre_of_mass(time), plan.torso(time)
+    torso = np.column_stack([centre, plan.torso_height(time)])
+    angles = np.tile(_arms(parameters), (len(time), 1))
+    while True:
+        for side in joints.SIDES:
+            first = joints.INDEX[f'{side}_hip_roll']
+            sole = plan.sole[side]
+            try:
+                angles[:, first : first + 5] = leg_angles(
+                    side,
+                    _to_torso(attitude, sole.centre(time) - torso),
+                    _to_torso(attitude, sole.normal(time)),
+                )
+            except UnreachableError as error:
+                raise BalanceError(f'{error} (at {time[error.index]:.2f} s)') from error
+        found = torso + np.einsum('nij,nj->ni', attitude, forward(angles).centre_of_mass)
+        miss = centre - found[:, :2]
+        if np.max(np.abs(miss)) < _TOLERANCE:
+            return angles
+        torso[:, :2] += _RELAXATION * miss
+
+
+def _to_torso(attitude: Array, vector: Array) -> Array:
+    turned: Array = np.einsum('nji,nj->ni', attitude, vector)
+    return turned
+
+
+def _arms(parameters: GaitParameters) -> Array:
+    angles = np.zeros(len(joints.JOINTS))
+    for side, outward in (('l', 1.0), ('r', -1.0)):
+        angles[joints.INDEX[f'{side}_shoulder_pitch']] = parameters.shoulder_pitch
+        angles[joints.INDEX[f'{side}_shoulder_roll']] = outward * parameters.shoulder_roll
+        angles[joints.INDEX[f'{side}_elbow_pitch']] = parameters.elbow_pitch
+    return angles
+
+
+def _check_ranges(time: Array, angles: Array) -> None:
+    low, high = np.array(joints.LIMITS).T
+    excess = np.maximum(low - angles, angles - high)
+    step, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
+    if excess[step, joint] > 0.0:
+        raise BalanceError(
+            f'{joints.JOINTS[joint]}: {angles[step, joint]:.3f} rad at {time[step]:.2f} s is not '
+            f'accepted; accepted: [{low[joint]:.3f}, {high[joint]:.3f}] rad'
+        )
+
+
+def _check_speeds(time: Array, speeds: Array) -> None:
+    step, joint = np.unravel_index(int(np.argmax(np.abs(speeds))), speeds.shape)
+    if abs(speeds[step, joint]) > NO_LOAD_SPEED:
+        raise BalanceError(
+            f'{joints.JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s at {time[step]:.2f} s is '
+            f'not accepted; accepted: up to {NO_LOAD_SPEED} rad/s, the speed of its servo'
+        )

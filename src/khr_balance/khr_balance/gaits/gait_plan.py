@@ -1,0 +1,263 @@
+"""Plan a motion in the stance plane: paths of the soles, the centre of mass and the torso.
+
+The plane's frame has x along the way, y to the left and z along its normal, the origin midway
+between the soles' centres of the first stance. Paths take (N,) times and give (N, ...) arrays.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from khr_balance.gaits.body import HIP_DROP, SOLE_DROP, TOE_X, Array
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_balance.gaits.splines import ClampedSpline, RestingPath
+
+Path = Callable[[Array], Array]
+
+
+class Key(NamedTuple):
+    """A place to be at a time."""
+
+    time: float
+    place: float
+
+
+@dataclass(frozen=True)
+class Sole:
+    """The path of a sole: where its centre is while it is flat, and how it tips on its toe.
+
+    Attributes:
+        x, z: place of the centre if the sole were flat with its toe where it is, m.
+        y: m.
+        pitch: toe down, rad; never negative, so that z is the height of its lowest point.
+    """
+
+    y: float
+    x: Path
+    z: Path
+    pitch: Path
+
+    def centre(self, time: Array) -> Array:
+        """Give the (N, 3) centre of the sole."""
+        pitch = self.pitch(time)
+        return np.column_stack(
+            [
+                self.x(time) + TOE_X * (1.0 - np.cos(pitch)),
+                np.full(len(time), self.y),
+                self.z(time) + TOE_X * np.sin(pitch),
+            ]
+        )
+
+    def normal(self, time: Array) -> Array:
+        """Give the (N, 3) normal of the sole."""
+        pitch = self.pitch(time)
+        return np.column_stack([np.sin(pitch), np.zeros(len(time)), np.cos(pitch)])
+
+
+@dataclass(frozen=True)
+class Plan:
+    """Where everything shall be.
+
+    Attributes:
+        duration: s.
+        sole: per side the path of the sole.
+        com: ground projection of the centre of mass, x and y, m.
+        torso_roll, torso_pitch: attitude of the torso, rolled first, then pitched, rad.
+        hip_height: hip-pitch axes above ankle-pitch axes while the torso is upright, m.
+        cycles: start and end of each whole cycle of a walk, s.
+    """
+
+    duration: float
+    sole: dict[str, Sole]
+    com: tuple[Path, Path]
+    torso_roll: Path
+    torso_pitch: float
+    hip_height: float
+    cycles: tuple[tuple[float, float], ...] = ()
+
+    def centre_of_mass(self, time: Array) -> Array:
+        """Give the (N, 2) ground projection of the centre of mass."""
+        return np.column_stack([path(time) for path in self.com])
+
+    def torso(self, time: Array) -> Array:
+        """Give the (N, 3, 3) attitude of the torso."""
+        roll, pitch = self.torso_roll(time), np.full(len(time), self.torso_pitch)
+        zero, one = np.zeros_like(roll), np.ones_like(roll)
+        c, s, cp, sp = np.cos(roll), np.sin(roll), np.cos(pitch), np.sin(pitch)
+        about_x = np.array([[one, zero, zero], [zero, c, -s], [zero, s, c]])
+        about_y = np.array([[cp, zero, sp], [zero, one, zero], [-sp, zero, cp]])
+        attitude: Array = np.einsum('ijn,jkn->nik', about_y, about_x)
+        return attitude
+
+    def torso_height(self, time: Array) -> Array:
+        """Give the (N,) height of the torso's origin above the soles' plane."""
+        return self.hip_height + HIP_DROP + SOLE_DROP + HIP_DROP * self.torso(time)[:, 2, 2]
+
+
+def plan_motion(parameters: GaitParameters) -> Plan:
+    """Plan the motion that the parameters ask for."""
+    return {'stand': _stand, 'walk': _walk, 'leg_lift': _leg_lift}[parameters.motion](parameters)
+
+
+def _still(place: float) -> Path:
+    return lambda time: np.full(len(time), place)
+
+
+def _rests(keys: Sequence[Key]) -> Path:
+    """Move from rest to rest through every key: quintics of least jerk, C2."""
+    return RestingPath(*zip(*keys, strict=True))
+
+
+def _flows(keys: Sequence[Key]) -> Path:
+    """Move through the keys without stopping, from rest to rest: a cubic spline, C2."""
+    return ClampedSpline(*zip(*keys, strict=True))
+
+
+def _stand(p: GaitParameters) -> Plan:
+    half = p.foot_spread / 2.0
+    return Plan(
+        duration=p.start_delay + p.end_pause,
+        sole={
+            'l': Sole(half, _still(0.0), _still(0.0), _still(0.0)),
+            'r': Sole(-half, _still(0.0), _still(0.0), _still(0.0)),
+        },
+        com=(_still(p.com_stance), _still(0.0)),
+        torso_roll=_still(0.0),
+        torso_pitch=p.torso_pitch,
+        hip_height=p.hip_height,
+    )
+
+
+def _leg_lift(p: GaitParameters) -> Plan:
+    """Shift the weight over one leg, lift the other, hold, set down, shift back (chapter 3)."""
+    durations = (p.shift_time, p.lift_time, p.hold_time, p.lift_time, p.shift_time)
+    shifted, up, down, back, end = (p.start_delay + np.cumsum(durations)).tolist()
+    stance_side = 1.0 if p.first_foot == 'right' else -1.0
+    half = p.foot_spread / 2.0
+
+    def shift(place: float) -> Path:
+        return _rests(
+            [Key(p.start_delay, 0.0), Key(shifted, place), Key(back, place), Key(end, 0.0)]
+        )
+
+    def raised(side: str) -> Path:
+        if side != p.first_foot[0]:
+            return _still(0.0)
+        return _rests(
+            [Key(shifted, 0.0), Key(up, p.lift), *_unless_empty(up, down, p.lift), Key(back, 0.0)]
+        )
+
+    return Plan(
+        duration=end + p.end_pause,
+        sole={
+            'l': Sole(half, _still(0.0), raised('l'), _still(0.0)),
+            'r': Sole(-half, _still(0.0), raised('r'), _still(0.0)),
+        },
+        com=(_still(p.com_stance), shift(stance_side * (half - p.lift_com_inboard))),
+        torso_roll=shift(-stance_side * p.lift_torso_roll),
+        torso_pitch=p.torso_pitch,
+        hip_height=p.hip_height,
+    )
+
+
+def _unless_empty(start: float, end: float, place: float) -> list[Key]:
+    return [Key(end, place)] if end > start else []
+
+
+def _walk(p: GaitParameters) -> Plan:
+    """Walk straight: half a cycle, the whole cycles, half a cycle, stance to stance."""
+    walk = _Walk(p)
+    for number in range(walk.steps):
+        walk.take_step(number)
+    return walk.plan()
+
+
+class _Walk:
+    """The keys of a walk, gathered step by step; half a cycle is one step.
+
+    The first step takes one foot a stride ahead, every other step takes the rear foot past the
+    front one, and the last brings it alongside.
+    """
+
+    def __init__(self, p: GaitParameters) -> None:
+        self._p = p
+        self.steps = 2 * p.cycles + 2
+        self._step_time = p.cycle_period / 2.0
+        ends = self._step_time * np.cumsum(p.phases) / sum(p.phases)
+        self._lift_off, self._high, self._over, self._down = ends[:4].tolist()
+        self._place = {'l': 0.0, 'r': 0.0}
+        self._forward, self._upward, self._tipping = (
+            {side: [Key(0.0, 0.0)] for side in self._place} for _ in range(3)
+        )
+        self._com_x = [Key(p.start_delay, p.com_stance)]
+        self._com_y = [Key(p.start_delay, 0.0)]
+
+    def take_step(self, number: int) -> None:
+        """Add the keys of one step, the first being number 0."""
+        p, start = self._p, self._start(number)
+        last = number == self.steps - 1
+        swing, stance = (p.first_foot[0], _other(p.first_foot[0]))[:: 1 - 2 * (number % 2)]
+        here, before = self._place[stance], self._place[swing]
+        self._place[swing] = here if last else here + p.stride
+        self._forward[swing] += [
+            Key(start + self._lift_off, before),
+            Key(start + self._down, self._place[swing]),
+        ]
+        self._upward[swing] += [
+            Key(start + self._lift_off, 0.0),
+            Key(start + self._high, p.lift),
+            Key(start + self._over, p.lift),
+            Key(start + self._down, 0.0),
+        ]
+        if number > 0:
+            self._tipping[swing] += [
+                Key(start, 0.0),
+                Key(start + self._lift_off, p.heel_off),
+                Key(start + self._over, 0.0),
+            ]
+        if not last:
+            self._com_x += [
+                Key(start + self._high, here + p.com_lifted),
+                Key(start + self._down, here + p.com_touchdown),
+            ]
+        self._sway(start, p.sway if stance == 'l' else -p.sway)
+
+    def plan(self) -> Plan:
+        """Give the plan of the steps taken."""
+        p, finish = self._p, self._start(self.steps)
+        com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance)]
+        sole = {
+            side: Sole(
+                y, *(_rests(keys[side]) for keys in (self._forward, self._upward, self._tipping))
+            )
+            for side, y in (('l', p.foot_spread / 2.0), ('r', -p.foot_spread / 2.0))
+        }
+        return Plan(
+            duration=finish + p.end_pause,
+            sole=sole,
+            com=(_flows(com_x), _flows(self._com_y)),
+            torso_roll=_still(0.0),
+            torso_pitch=p.torso_pitch,
+            hip_height=p.hip_height,
+            cycles=tuple(
+                (self._start(2 * cycle + 1), self._start(2 * cycle + 3))
+                for cycle in range(p.cycles)
+            ),
+        )
+
+    def _start(self, number: int) -> float:
+        return self._p.start_delay + number * self._step_time
+
+    def _sway(self, start: float, sway: float) -> None:
+        """Follow half a sine towards the stance foot, through the ends of single support."""
+        for time in (self._lift_off, (self._lift_off + self._down) / 2.0, self._down):
+            self._com_y.append(Key(start + time, sway * np.sin(np.pi * time / self._step_time)))
+        self._com_y.append(Key(start + self._step_time, 0.0))
+
+
+def _other(side: str) -> str:
+    return 'r' if side == 'l' else 'l'

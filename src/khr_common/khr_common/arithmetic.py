@@ -1,0 +1,112 @@
+"""Portable arithmetic: the same bits on every x86-64 processor.
+
+Three libraries choose their code by the processor, and round otherwise in the other: the C
+library's sin, exp and the like with fused multiply-add, NumPy's of arrays, and the linear algebra
+below NumPy and SciPy. Each reads in its environment, as it is loaded, what it is to leave alone.
+So the environment comes before Python: where it is not there, Python is started anew in it.
+
+A ``.pth`` file, which pip installs, calls :func:`enter` at each start of Python. That of the ROS
+wheels starts Python anew as well, once for both. In a colcon workspace ``setup.bash`` has the
+settings. Where neither was there first, entry points call it. ``KHR_ARITHMETIC=native`` leaves
+everything as the processor has it.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from functools import cache
+
+CHOICE, NATIVE, PORTABLE = 'KHR_ARITHMETIC', 'native', 'portable'
+TUNABLES, NO_FMA = 'GLIBC_TUNABLES', 'glibc.cpu.hwcaps=-FMA,-FMA4'
+SETTINGS = {
+    TUNABLES: NO_FMA,
+    'OPENBLAS_CORETYPE': 'Nehalem',
+    'OPENBLAS_NUM_THREADS': '1',  # several add up in another order
+    # Each NumPy knows some of these names: the first line those from 2.4 on.
+    'NPY_DISABLE_CPU_FEATURES': 'X86_V3,X86_V4,AVX512_ICL,AVX512_SPR,'
+    'AVX2,FMA3,AVX512F,AVX512CD,AVX512_SKX,AVX512_CLX,AVX512_CNL',
+}
+_DIGEST = 'bfa7aae1'  # of what :func:`in_force` tries, computed portably
+# Where the C library's functions round otherwise with fused multiply-add, about once in 1500:
+# sin and asin, cos, exp, arctan, arctan2, power, as multiples of the step.
+_PLACES, _STEP = (847, 17528, 2989, 423, 935, 930, 300), 0.000137
+_BOOTSTRAPPER, _BOOTSTRAPPED = 'ros_wheels_bootstrapper', '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
+
+
+def enter(starting: bool = False) -> None:
+    """Have this process compute portably: start its program anew if its environment is another.
+
+    Args:
+        starting: whether Python itself is starting, so that the ROS wheels may do it.
+    """
+    missing = _missing()
+    if not missing or os.environ.get(CHOICE) == NATIVE:
+        return
+    os.environ.update(missing)
+    if starting and _ros_starts_anew():
+        return
+    if sys.executable and sys.orig_argv:
+        os.execv(sys.executable, sys.orig_argv)
+
+
+@cache
+def in_force() -> str:
+    """Return ``portable``, or ``native`` with a digest of what it computes.
+
+    It is tried, not looked up: a few numbers are computed that come out otherwise elsewhere.
+    """
+    import hashlib  # each start of Python imports this module
+    import math
+    import struct
+
+    import numpy as np
+
+    places = [0.01 + _STEP * place for place in _PLACES]
+    numbers = [f(x) for f in (math.sin, math.cos, math.atan) for x in places]
+    numbers += [f(x / 30.0) for f in (math.asin, math.acos) for x in places]
+    numbers += [y for x in places for y in (math.exp(-x), x**1.7, math.atan2(x, 1.3 + x * x))]
+    digested = hashlib.sha256(struct.pack(f'<{len(numbers)}d', *numbers))
+    many = np.arange(0.1, 50.0, 0.37)
+    square = many[:121].reshape(11, 11)
+    for array in (
+        np.exp(-many),
+        np.power(many, 1.7),
+        np.arctan2(many, many[::-1]),
+        square @ square,
+    ):
+        digested.update(array.astype('<f8').tobytes())
+    digest = digested.hexdigest()[:8]
+    return PORTABLE if digest == _DIGEST else f'{NATIVE} {digest}'
+
+
+def warning() -> str:
+    """Return a warning about an arithmetic that is not portable; empty if it is."""
+    found = in_force()
+    if found == PORTABLE:
+        return ''
+    why = f'{CHOICE} asks for it' if os.environ.get(CHOICE) == NATIVE else 'start Python anew'
+    return f'arithmetic is {found}: another processor takes another trajectory ({why})'
+
+
+def warn_unless_portable() -> None:
+    """Warn, once, of an arithmetic that is not portable."""
+    if text := warning():
+        import warnings
+
+        warnings.warn(text, stacklevel=1)
+
+
+def _missing() -> dict[str, str]:
+    """Return the settings that the environment lacks; what somebody has chosen stays."""
+    missing = {name: text for name, text in SETTINGS.items() if name not in os.environ}
+    tunables = os.environ.get(TUNABLES, NO_FMA)
+    if NO_FMA not in tunables.split(':'):
+        missing[TUNABLES] = f'{tunables}:{NO_FMA}'
+    return missing
+
+
+def _ros_starts_anew() -> bool:
+    from importlib.util import find_spec
+
+    return not os.environ.get(_BOOTSTRAPPED) and find_spec(_BOOTSTRAPPER) is not None

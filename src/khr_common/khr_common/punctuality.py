@@ -1,0 +1,99 @@
+"""A run and the wall clock: its pace, how well it keeps up, how late answers come."""
+
+from __future__ import annotations
+
+from collections import deque
+from dataclasses import dataclass, field
+
+LATE = 1.5  # periods of wall time from one control period to the next
+SLOWEST = 0.99  # of the factor that was asked for, on average
+LATENCIES = 2000  # answers over which their latency is reported
+MOST = 0.01  # of all periods that may come late, or find a correction too old
+# The names of what is said when a run is over.
+FIGURES = ('realtime', 'real_time_factor', 'periods', 'missed_periods', 'stale_corrections')
+
+
+@dataclass
+class Punctuality:
+    """Count what comes late in a run that steps by the wall clock.
+
+    Attributes:
+        periods: from one control period to the next, without pauses.
+        late: periods that took more than one and a half times as long as they should.
+        stale: corrections that were too old to use.
+    """
+
+    periods: int = 0
+    late: int = 0
+    stale: int = 0
+    _simulated: float = 0.0  # s
+    _due: float = 0.0  # s of wall time that these should have taken
+    _taken: float = 0.0  # s of wall time that they took
+    _last: float | None = None
+
+    def tick(self, now: float, period: float, factor: float) -> None:
+        """Count a control period that begins.
+
+        Args:
+            now: wall time, s.
+            period: simulated s.
+            factor: simulated by wall time, as asked for.
+        """
+        if self._last is not None:
+            taken, due = now - self._last, period / factor
+            self.periods += 1
+            self.late += taken > LATE * due
+            self._simulated, self._due = self._simulated + period, self._due + due
+            self._taken += taken
+        self._last = now
+
+    def rest(self) -> None:
+        """Leave out the time until the next control period: the run pauses."""
+        self._last = None
+
+    @property
+    def held(self) -> bool:
+        """Return whether real time was held: 99 % of the speed, and 99 % of the periods in time."""
+        in_time = max(self.late, self.stale) <= MOST * self.periods
+        return in_time and self._due >= SLOWEST * self._taken
+
+    def figures(self) -> dict[str, str]:
+        """Return what is said of it when the run is over: FIGURES as texts."""
+        reached = self._simulated / self._taken if self._taken else 0.0
+        held = 'held' if self.held else 'not held'
+        counts = (str(self.periods), str(self.late), str(self.stale))
+        return dict(zip(FIGURES, (held, f'{reached:.3f}', *counts), strict=True))
+
+
+@dataclass
+class Pace:
+    """When the next control period may begin, in a run that is held back for people to see."""
+
+    _next: float = 0.0  # s of wall time
+
+    def begins(self, now: float, period: float) -> bool:
+        """Return whether a period of so many s of wall time may begin, and count it if so."""
+        if now < self._next:
+            return False
+        # After a stall the run catches up by at most one period.
+        self._next = max(self._next, now - period) + period
+        return True
+
+
+@dataclass
+class Latency:
+    """How long something took, over the newest of it: corrections from their sample on."""
+
+    _seconds: deque[float] = field(default_factory=lambda: deque(maxlen=LATENCIES))
+
+    def add(self, seconds: float) -> None:
+        """Count one."""
+        self._seconds.append(seconds)
+
+    def figures(self, name: str = 'latency') -> dict[str, str]:
+        """Return median and 99th percentile in ms, under a name; empty without any."""
+        return {f'{name}_p50_ms': self._within(0.50), f'{name}_p99_ms': self._within(0.99)}
+
+    def _within(self, share: float) -> str:
+        ordered = sorted(self._seconds)
+        return f'{1e3 * ordered[int(share * (len(ordered) - 1))]:.3f}' if ordered else ''

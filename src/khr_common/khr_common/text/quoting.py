@@ -1,0 +1,28 @@
+"""Foreign values in error texts: on one line, and never longer than a line may be."""
+
+from __future__ import annotations
+
+LONGEST = 200  # characters of a foreign value that an error text repeats
+
+
+def quoted(value: object) -> str:
+    """Return the repr of a value, at most 200 characters of it."""
+    try:
+        text = repr(value)
+    except ValueError:  # an integer of thousands of digits
+        text = f'<{type(value).__name__}>'
+    return text if len(text) <= LONGEST else f'{text[: LONGEST - 3]}...'
+
+
+def named(key: object) -> str:
+    """Return a key as it stands, or quoted if it would not fit into a line of text."""
+    return (
+        key if isinstance(key, str) and key.isprintable() and len(key) < LONGEST else quoted(key)
+    )
+
+
+def one_line(text: str) -> str:
+    """Return a foreign text as one printable line, at most 200 characters of it."""
+    line = ' '.join(text[: 4 * LONGEST].split())
+    plain = ''.join(each if each.isprintable() else '?' for each in line)
+    return plain if len(plain) <= LONGEST else f'{plain[: LONGEST - 3]}...'

@@ -1,0 +1,127 @@
+"""YAML read strictly: plain data of bounded size, or one line that says what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from khr_common.errors import KhrError
+from khr_common.text.quoting import named, quoted
+
+LARGEST_FILE = 65_536  # bytes; every value of every node, comments included, takes 15,000
+DEEPEST = 20  # collections within collections
+LARGEST_INTEGER = 2**63  # exclusive; ROS 2 has integers of 64 bits
+
+
+class YamlError(KhrError):
+    """A file that is no YAML, or not the plain part of it that is read."""
+
+
+def read_file(path: Path) -> str:
+    """Return the text of a file that is meant to be YAML.
+
+    Raises:
+        YamlError: if it cannot be read, is too large, or is not UTF-8.
+    """
+    try:
+        with path.open('rb') as file:
+            content = file.read(LARGEST_FILE + 1)
+    except OSError as error:
+        raise YamlError(f'{path}: {error.strerror}; accepted: a YAML file') from error
+    try:
+        text = content.decode('utf-8-sig')
+    except UnicodeDecodeError as error:
+        if len(content) <= LARGEST_FILE:
+            raise YamlError(
+                f'{path}: byte {error.start} is not UTF-8; accepted: YAML in UTF-8'
+            ) from error
+        text = ''
+    _check_size(len(content), str(path))
+    return text
+
+
+def read_yaml(text: str, file: str) -> Any:
+    """Read plain YAML: scalars, lists and mappings, each key once, no alias, anchor or tag.
+
+    Args:
+        text: at most 65,536 bytes, collections at most 20 deep.
+        file: what error texts call it.
+
+    Raises:
+        YamlError: if it does not read.
+    """
+    _check_size(len(text.encode('utf-8', 'surrogatepass')), file)
+    try:
+        return yaml.load(text, _StrictLoader)
+    except yaml.YAMLError as error:
+        mark = getattr(error, 'problem_mark', None)
+        where = f' line {mark.line + 1}, column {mark.column + 1}:' if mark else ''
+        problem = getattr(error, 'problem', None) or str(error).splitlines()[0]
+        reason = problem if isinstance(error, _Refusal) else named(problem)
+        raise YamlError(f'{file}:{where} {reason}; accepted: YAML') from error
+
+
+def _check_size(size: int, file: str) -> None:
+    if size > LARGEST_FILE:
+        raise YamlError(
+            f'{named(file)}: too large; accepted: YAML of at most {LARGEST_FILE} bytes'
+        )
+
+
+class _Refusal(yaml.MarkedYAMLError):
+    """YAML that is well formed and not accepted."""
+
+    def __init__(self, problem: str, node: Any) -> None:
+        super().__init__(problem=problem, problem_mark=node.start_mark)
+
+
+class _StrictLoader(yaml.SafeLoader):
+    """Refuse what other readers resolve in surprising ways, or at length."""
+
+    _depth = 0
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        event: Any = self.peek_event()  # type: ignore[no-untyped-call]
+        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+            raise _Refusal('aliases and anchors are not accepted', event)
+        if event.tag not in (None, '!'):
+            raise _Refusal(f'the tag {quoted(event.tag)} is not accepted', event)
+        self._depth += 1
+        if self._depth > DEEPEST:
+            raise _Refusal(f'collections more than {DEEPEST} deep are not accepted', event)
+        node = super().compose_node(parent, index)
+        self._depth -= 1
+        return node
+
+    def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
+        try:
+            value = super().construct_object(node, deep)
+        except (
+            ValueError,
+            OverflowError,
+        ) as error:  # such as 0b_, or more digits than Python reads
+            raise _Refusal(f'{quoted(node.value)} is not a number', node) from error
+        if isinstance(value, int) and abs(value) >= LARGEST_INTEGER:
+            raise _Refusal(f'{quoted(node.value)} is beyond 64 bits', node)
+        return value
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        seen: set[Any] = set()
+        for key_node, _ in node.value:
+            key = self.construct_object(key_node, deep=True)
+            if not isinstance(key, Hashable):
+                raise _Refusal('a collection as a key is not accepted', key_node)
+            if key in seen:
+                raise _Refusal(f'key {quoted(key)} is given twice', key_node)
+            seen.add(key)
+        return super().construct_mapping(node, deep)
+
+
+# Dates are no value of any parameter: they are read as text.
+_StrictLoader.yaml_implicit_resolvers = {
+    first: [pair for pair in resolvers if pair[0] != 'tag:yaml.org,2002:timestamp']
+    for first, resolvers in yaml.SafeLoader.yaml_implicit_resolvers.items()
+}

@@ -1,0 +1,7 @@
+"""The error that khr_models raises."""
+
+from khr_common.errors import KhrError
+
+
+class ModelError(KhrError):
+    """An argument is outside what a model accepts."""

@@ -1,0 +1,1 @@
+"""The numbers of the thesis beside those of the models."""

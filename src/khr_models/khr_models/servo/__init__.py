@@ -1,0 +1,1 @@
+"""The servo: its loop, its identification, its stiffness."""

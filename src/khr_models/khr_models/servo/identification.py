@@ -1,0 +1,177 @@
+"""The servo's K/J and B/J from two measured ringing frequencies, and a prediction at a third gain.
+
+Physical: (2 pi f)^2 = K/J - (B_f/(2 J))^2 with B_f/J = B/J - (K/J) gain: two peaks, two unknowns.
+As printed: f^2 = K/J - (B_f/J)^2, (5.12), with B_f/J = B/J - gain/J, (5.4): J must be known too.
+In both, two peaks f_1 < f_2 at gains g_1 < g_2 give B_f1 - B_f2 twice, once from each line, which
+leaves one equation in K/J; on the stable side (B_f2 > 0) it has at most one root.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize.elementwise import find_root
+
+from khr_common.published import GAIT_PERIOD
+from khr_models.checks import FORMS, Array, Form, finite, non_negative, one_of, positive
+from khr_models.errors import ModelError
+from khr_models.servo.servo_loop import ServoLoop
+
+CYCLE_RESOLUTION = 1.0 / (2.0 * GAIT_PERIOD)  # Hz, half a spectral line of one gait cycle
+SAMPLES = 4000
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """A ringing frequency, Hz, its standard deviation and the middle 95 % of its samples.
+
+    A frequency of 0 says that the loop does not ring at that gain.
+    """
+
+    frequency: float
+    deviation: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Identification:
+    """K/J (1/s^2) and B/J (1/s), with standard deviations and the samples behind them.
+
+    ``samples`` has K/J and B/J in its rows; ``explained`` is the share of samples of the peaks'
+    uncertainty for which a stable servo exists.
+    """
+
+    stiffness: float
+    damping: float
+    stiffness_deviation: float
+    damping_deviation: float
+    samples: Array
+    explained: float
+    form: Form
+    inertia: float
+
+    def loop(self, gain: float, inertia: float | None = None) -> ServoLoop:
+        """Return the identified servo loop at a gain, with an inertia of its own if given."""
+        inertia = self.inertia if inertia is None else inertia
+        return ServoLoop(
+            inertia, self.damping * inertia, self.stiffness * inertia, gain, self.form
+        )
+
+    def predict(self, gain: float) -> Prediction:
+        """Return the ringing frequency at another gain, with its uncertainty."""
+        finite('gain', gain)
+        spread = _frequency(self.samples[0], self.samples[1], gain, self.form, self.inertia)
+        best = _frequency(
+            np.array([self.stiffness]), np.array([self.damping]), gain, self.form, self.inertia
+        )
+        low, high = np.percentile(spread, [2.5, 97.5])
+        return Prediction(float(best[0]), float(np.std(spread)), float(low), float(high))
+
+
+def identify(
+    gains: Sequence[float],
+    peaks: Sequence[float],
+    *,
+    uncertainty: float = CYCLE_RESOLUTION,
+    form: Form = 'physical',
+    inertia: float = 1.0,
+    seed: int = 0,
+) -> Identification:
+    """Identify the servo from two peaks measured at two gains.
+
+    Args:
+        gains: two, rising, s (as printed: K_A S_GY in N m s/rad).
+        peaks: the two ringing frequencies, rising, Hz.
+        uncertainty: half-width of each peak's uniform distribution, Hz; the default is what one
+            gait cycle of 2.31 s resolves.
+        inertia: J, kg m^2; the printed form needs it, the physical one only passes it on.
+        seed: of the samples that carry the uncertainty through.
+
+    Raises:
+        ModelError: if the peaks or gains do not rise, or no stable servo has such peaks.
+    """
+    one_of('form', form, FORMS)
+    positive('inertia', inertia)
+    non_negative('uncertainty', uncertainty)
+    _rising('gains', gains)
+    _rising('peaks', peaks)
+    positive('peaks[0]', peaks[0])
+    best = _solve(gains, np.array([[peaks[0]], [peaks[1]]]), form, inertia)
+    if np.isnan(best).any():
+        raise ModelError(
+            f'peaks: {tuple(peaks)} at gains {tuple(gains)} fit no stable servo; '
+            'accepted: peaks further apart, or gains closer together'
+        )
+    generator = np.random.default_rng(seed)
+    drawn = np.array([[peaks[0]], [peaks[1]]]) + generator.uniform(
+        -uncertainty, uncertainty, (2, SAMPLES)
+    )
+    samples = _solve(gains, drawn, form, inertia)
+    samples = samples[:, ~np.isnan(samples).any(axis=0)]
+    deviation = np.std(samples, axis=1)
+    return Identification(
+        float(best[0, 0]),
+        float(best[1, 0]),
+        float(deviation[0]),
+        float(deviation[1]),
+        samples,
+        samples.shape[1] / SAMPLES,
+        form,
+        inertia,
+    )
+
+
+def _rising(name: str, values: Sequence[float]) -> None:
+    if len(values) != 2 or not (
+        math.isfinite(values[0]) and math.isfinite(values[1]) and values[0] < values[1]
+    ):
+        raise ModelError(
+            f'{name}: {tuple(values)} is not accepted; '
+            'accepted: two finite values, the second larger'
+        )
+
+
+def _solve(gains: Sequence[float], peaks: Array, form: Form, inertia: float) -> Array:
+    """Return K/J and B/J in rows for peaks in rows; NaN where no stable servo has them."""
+    low, high = (_line(form) * peaks) ** 2
+    difference = gains[1] - gains[0]
+    with np.errstate(invalid='ignore'):
+        if form == 'published':
+            drop = difference / inertia  # B_f1/J - B_f2/J
+            stiffness = low + ((drop + (high - low) / drop) / 2.0) ** 2
+            stiffness = np.where(np.sqrt(high - low) >= drop, stiffness, np.nan)
+            damping = np.sqrt(stiffness - low) + gains[0] / inertia
+        else:
+            stiffness = _stiffness(low, high, difference)
+            damping = 2.0 * np.sqrt(stiffness - low) + stiffness * gains[0]
+    return np.stack([stiffness, damping])
+
+
+def _line(form: Form) -> float:
+    """Return what turns Hz into the unit of f_A0 in (5.12): printed, it stands in Hz."""
+    return 2.0 * math.pi if form == 'physical' else 1.0
+
+
+def _stiffness(low: Array, high: Array, difference: float) -> Array:
+    """Solve 2 sqrt(x - low) - 2 sqrt(x - high) = x difference for x = K/J at or above high."""
+
+    def excess(x: Array, low: Array, high: Array) -> Array:
+        return np.asarray(2.0 * (np.sqrt(x - low) - np.sqrt(x - high)) - x * difference)
+
+    gap = 2.0 * np.sqrt(np.maximum(high - low, 0.0))
+    possible = gap >= high * difference
+    top = np.where(possible, np.maximum(gap / difference, high), high) * (1.0 + 1e-12)
+    root = find_root(excess, (high, top), args=(low, high))
+    return np.asarray(np.where(possible & root.success, root.x, np.nan))
+
+
+def _frequency(stiffness: Array, damping: Array, gain: float, form: Form, inertia: float) -> Array:
+    if form == 'published':
+        squared = stiffness - (damping - gain / inertia) ** 2
+    else:
+        squared = stiffness - ((damping - stiffness * gain) / 2.0) ** 2
+    return np.asarray(np.sqrt(np.maximum(squared, 0.0)) / _line(form))

@@ -1,0 +1,263 @@
+"""The servo loop that the gyro closes: Dutta (2021), (5.1) to (5.5), (5.10) to (5.14), (5.22).
+
+The servo is G = K/(J s^2 + B s + K) (5.1). The gyro's error, K_A S_GY s (th_ref - th), is taken
+from its target, which gives by block algebra
+    G_f = (1 - s K_A S_GY) K/(J s^2 + B_f s + K),  B_f = B - K K_A S_GY      (physical).
+Printed, (5.4) reads B_f = B - K_A S_GY, without the K: its two terms differ in unit, and it
+agrees only where K = 1 N m/rad. (5.12) as printed lacks 1/(2 pi) and a 4, (5.11) a 2 in its
+decay, and (5.13) the numerator |1 - j w K_A S_GY| K of its own (5.5). ``form`` switches all of
+these together.
+
+The sign is the thesis's: the correction follows the servo's rate and takes damping away, so the
+ringing frequency rises with K_A. A negative gain is the feedback that opposes the rate.
+"""
+
+from __future__ import annotations
+
+import cmath
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from scipy import signal
+
+from khr_models.checks import FORMS, Array, Form, finite, non_negative, one_of, positive
+from khr_models.errors import ModelError
+from khr_models.integrate import integrate
+
+Discretisation = Literal['euler', 'zoh', 'bilinear']
+GYRO_SENSITIVITY = 0.67e-3  # V per deg/s, (5.2)
+ADC_STEP = 5.0 / 1024.0  # V per count of the board's 10-bit converter
+SERVO_STEP_DEG = 0.03375  # deg per count of a servo's target
+SAME_POLE = 1e-6  # relative; poles closer than this are one double pole
+
+
+def gain_of_board(setting: float) -> float:
+    """Return a board's gain setting (the thesis's K_A, K_H) in rad per rad/s, that is in s.
+
+    The board adds (AD - AD_ref) * setting to the target's count: 12 is 0.0556 s.
+    """
+    finite('setting', setting)
+    return setting * SERVO_STEP_DEG * GYRO_SENSITIVITY / ADC_STEP
+
+
+def ringing_frequency(
+    inertia: float, feedback_damping: float, stiffness: float, form: Form = 'physical'
+) -> float:
+    """Return f_A0, Hz: (5.12) as printed, or exact; 0 where the loop does not ring.
+
+    Exact: sqrt(K/J - (B_f/(2 J))^2)/(2 pi).
+    """
+    positive('inertia', inertia)
+    positive('stiffness', stiffness)
+    finite('feedback_damping', feedback_damping)
+    one_of('form', form, FORMS)
+    if form == 'published':
+        squared = stiffness / inertia * (1.0 - feedback_damping**2 / (inertia * stiffness))
+        return math.sqrt(max(squared, 0.0))  # (5.12)
+    squared = stiffness / inertia - (feedback_damping / (2.0 * inertia)) ** 2
+    return math.sqrt(max(squared, 0.0)) / (2.0 * math.pi)
+
+
+@dataclass(frozen=True)
+class Tone:
+    """amplitude * cos(2 pi frequency t + phase): (5.9), or one harmonic of (5.21)."""
+
+    amplitude: float
+    frequency: float  # Hz
+    phase: float = 0.0  # rad
+
+    def __post_init__(self) -> None:
+        finite('amplitude', self.amplitude)
+        positive('frequency', self.frequency)
+        finite('phase', self.phase)
+
+    def __call__(self, time: float) -> float:
+        """Return the tone's value at a time, s."""
+        return self.amplitude * math.cos(2.0 * math.pi * self.frequency * time + self.phase)
+
+
+@dataclass(frozen=True)
+class ServoLoop:
+    """A servo with gyro feedback.
+
+    Raises:
+        ModelError: if inertia or stiffness is not positive, damping is negative, or the form
+            is unknown.
+    """
+
+    inertia: float  # J, kg m^2
+    damping: float  # B, N m s/rad
+    stiffness: float  # K, N m/rad
+    gain: float = 0.0  # K_A S_GY, s (as printed: N m s/rad in B_f and s in the numerator)
+    form: Form = 'physical'
+
+    def __post_init__(self) -> None:
+        positive('inertia', self.inertia)
+        non_negative('damping', self.damping)
+        positive('stiffness', self.stiffness)
+        finite('gain', self.gain)
+        one_of('form', self.form, FORMS)
+
+    @property
+    def feedback_damping(self) -> float:
+        """B_f of (5.4), N m s/rad; the loop is stable while it is positive."""
+        scale = self.stiffness if self.form == 'physical' else 1.0
+        return self.damping - scale * self.gain
+
+    @property
+    def stability_limit(self) -> float:
+        """Return the gain at which B_f = 0; the loop is stable below it."""
+        return self.damping / (self.stiffness if self.form == 'physical' else 1.0)
+
+    @property
+    def ringing_frequency(self) -> float:
+        """f_A0 of (5.12) in the loop's form, Hz."""
+        return ringing_frequency(self.inertia, self.feedback_damping, self.stiffness, self.form)
+
+    @property
+    def decay_rate(self) -> float:
+        """Return the rate in the decay of (5.11), 1/s: exact B_f/(2 J), printed B_f/J."""
+        return self.feedback_damping / self.inertia / (2.0 if self.form == 'physical' else 1.0)
+
+    @property
+    def damping_ratio(self) -> float:
+        """Return B_f/(2 sqrt(J K)): 1 is critical, 0 rings for ever."""
+        return self.feedback_damping / (2.0 * math.sqrt(self.inertia * self.stiffness))
+
+    def transfer_function(self) -> Any:
+        """Return G_f of (5.5), at zero gain G of (5.1), as a scipy.signal.TransferFunction."""
+        numerator = [-self.gain * self.stiffness, self.stiffness]
+        return signal.TransferFunction(
+            numerator if self.gain else numerator[1:],
+            [self.inertia, self.feedback_damping, self.stiffness],
+        )
+
+    def gain_at(self, frequency: float) -> complex:
+        """Return G_f(j 2 pi frequency)."""
+        positive('frequency', frequency)
+        _, value = signal.freqresp(self.transfer_function(), [2.0 * math.pi * frequency])
+        return complex(value[0])
+
+    def tone_amplitude(self, tone: Tone) -> float:
+        """Return a_0, the steady amplitude under a tone: (5.13) as printed, or |G_f| a."""
+        if self.form == 'physical':
+            return abs(self.gain_at(tone.frequency) * tone.amplitude)
+        angular = 2.0 * math.pi * tone.frequency
+        return tone.amplitude / math.hypot(
+            self.stiffness - self.inertia * angular**2, self.feedback_damping * angular
+        )  # (5.13)
+
+
+def response_by_residues(loop: ServoLoop, tones: Sequence[Tone], time: Array) -> Array:
+    """Return the response from rest to a sum of tones by inverse Laplace transform.
+
+    One tone is (5.10)-(5.11), the three of (5.21) are (5.22): every pole p of G_f times the
+    tone's transform adds its residue times exp(p t), a double pole its two residues.
+    """
+    return np.asarray(
+        sum((_tone_response(loop, tone, time) for tone in tones), start=np.zeros_like(time))
+    )
+
+
+def _tone_response(loop: ServoLoop, tone: Tone, time: Array) -> Array:
+    angular = 2.0 * math.pi * tone.frequency
+    transform = tone.amplitude * np.array([math.cos(tone.phase), -angular * math.sin(tone.phase)])
+    numerator = np.polymul(loop.transfer_function().num, transform)
+    poles = np.array([*_poles(loop), complex(0.0, angular), complex(0.0, -angular)])
+    total = np.zeros(time.shape, dtype=np.complex128)
+    for index in range(poles.size):
+        same = np.abs(poles - poles[index]) <= SAME_POLE * np.abs(poles[index])
+        if np.argmax(same) == index:  # the first of a double pole stands for both
+            total += _residue_terms(numerator, poles[same], poles[~same], time)
+    return np.asarray(total.real)
+
+
+def _residue_terms(numerator: Array, same: Any, others: Any, time: Array) -> Any:
+    """Return what a simple or double pole adds, the denominator's leading coefficient 1."""
+    pole = np.mean(same)
+    gap = np.prod(pole - others)
+    value = np.polyval(numerator, pole)
+    if same.size == 1:
+        return value / gap * np.exp(pole * time)
+    slope = np.polyval(np.polyder(numerator), pole) - value * np.sum(1.0 / (pole - others))
+    return (value * time + slope) / gap * np.exp(pole * time)
+
+
+def _poles(loop: ServoLoop) -> tuple[complex, complex]:
+    """Return the poles of G_f; their product K/J gives the one that would cancel."""
+    half = loop.feedback_damping / (2.0 * loop.inertia)
+    product = loop.stiffness / loop.inertia
+    fast = -(half + math.copysign(1.0, half) * cmath.sqrt(half**2 - product))
+    return fast, product / fast
+
+
+def response_by_simulation(loop: ServoLoop, tones: Sequence[Tone], time: Array) -> Array:
+    """Return the response from rest to a sum of tones by integrating the loop's equation."""
+    inertia, damping, stiffness = loop.inertia, loop.feedback_damping, loop.stiffness
+
+    def derivative(at: float, state: Array) -> tuple[float, float]:
+        angle, rate = state.tolist()
+        drive = sum(tone(at) for tone in tones)
+        return rate, (stiffness * (drive - angle) - damping * rate) / inertia
+
+    # The response of (5.1) is as large as the tones, so the tolerance is small beside it.
+    angle, rate = integrate(derivative, (0.0, 0.0), time)
+    return np.asarray(angle - loop.gain * rate)  # the numerator of (5.5)
+
+
+def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
+    """Return (5.11) with a_0 of (5.13), f_A0 of (5.12) and the decay as the form has them.
+
+    theta(t) = a_0 cos(2 pi f_0 t + delta) + b_0 exp(-decay t) cos(2 pi f_A0 t + beta), delta the
+    phase of G_f and b_0, beta from the initial conditions (5.14): from rest, those that G_f has.
+
+    Raises:
+        ModelError: if the loop does not ring, so that (5.11) has no b_0 term.
+    """
+    ringing = 2.0 * math.pi * loop.ringing_frequency
+    if ringing == 0.0:
+        raise ModelError(
+            f'damping: {loop.damping!r} leaves no ringing; accepted: below the '
+            'value at which f_A0 of (5.12) is 0'
+        )
+    angular = 2.0 * math.pi * tone.frequency
+    amplitude = loop.tone_amplitude(tone)
+    phase = tone.phase + float(np.angle(loop.gain_at(tone.frequency)))
+    # the numerator's derivative passes the tone's start on to the rate: th'(0+) = -K gain u(0)/J
+    rate = -loop.stiffness * loop.gain * tone(0.0) / loop.inertia
+    in_phase = -amplitude * math.cos(phase)  # (5.14): th(0) = 0
+    quadrature = (
+        rate + amplitude * angular * math.sin(phase) + loop.decay_rate * in_phase
+    ) / ringing
+    decay = np.exp(-loop.decay_rate * time)
+    return np.asarray(
+        amplitude * np.cos(angular * time + phase)
+        + decay * (in_phase * np.cos(ringing * time) + quadrature * np.sin(ringing * time))
+    )
+
+
+def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -> Any:
+    """Return G_f sampled at a period (s), as a discrete scipy.signal.StateSpace.
+
+    Raises:
+        ModelError: if the loop itself is unstable (its gain at or above the limit), or the
+            explicit Euler method is at this period (the message gives the longest accepted).
+    """
+    positive('period', period)
+    one_of('method', method, ('euler', 'zoh', 'bilinear'))
+    if loop.feedback_damping <= 0.0:
+        raise ModelError(
+            f'gain: {loop.gain!r} makes the loop unstable; '
+            f'accepted: (-inf, {loop.stability_limit:.6g})'
+        )
+    system = loop.transfer_function()
+    longest = min(-2.0 * pole.real / abs(pole) ** 2 for pole in system.poles)
+    if method == 'euler' and period >= longest:
+        raise ModelError(
+            f'period: {period!r} makes the Euler discretisation unstable; '
+            f'accepted: (0, {longest:.6g})'
+        )
+    return system.to_ss().to_discrete(period, method=method)

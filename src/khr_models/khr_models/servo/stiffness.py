@@ -1,0 +1,75 @@
+"""How the joint's stiffness acts on vibration, a question Dutta (2021), ch. 6, leaves open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy import signal
+
+from khr_common.published import GAIT_PERIOD
+from khr_models.checks import Array, positive
+from khr_models.servo.servo_loop import ServoLoop, Tone, response_by_residues
+
+
+@dataclass(frozen=True)
+class StiffnessSweep:
+    """How the joint's stiffness acts on vibration; arrays of one length.
+
+    ``ringing_rate`` is the rms of the ringing part of the pitch rate over the window, rad/s,
+    ``peak_gain`` the largest |G_f| over frequency; both are infinite, and ``ringing_frequency``
+    (Hz) still given, where the loop is unstable. ``stability_limit`` is the largest gain, s.
+    """
+
+    stiffness: Array
+    ringing_frequency: Array
+    damping_ratio: Array
+    peak_gain: Array
+    ringing_rate: Array
+    stability_limit: Array
+
+
+def sweep_stiffness(
+    loop: ServoLoop, stiffness: Sequence[float] | Array, tone: Tone, *, window: float = GAIT_PERIOD
+) -> StiffnessSweep:
+    """Vary a loop's stiffness and measure how it vibrates (Dutta (2021), ch. 6).
+
+    Args:
+        loop: gives inertia, damping, gain and form.
+        stiffness: the values of K, N m/rad.
+        tone: what the loop is asked to do from rest, for instance the gait's fundamental.
+        window: s over which the ringing is averaged; the default is one gait cycle.
+    """
+    positive('window', window)
+    loops = [replace(loop, stiffness=float(value)) for value in stiffness]
+    return StiffnessSweep(
+        np.asarray(stiffness, dtype=np.float64),
+        np.array([one.ringing_frequency for one in loops]),
+        np.array([one.damping_ratio for one in loops]),
+        np.array([_peak_gain(one) for one in loops]),
+        np.array([_ringing_rate(one, tone, window) for one in loops]),
+        np.array([one.stability_limit for one in loops]),
+    )
+
+
+def _peak_gain(loop: ServoLoop) -> float:
+    if loop.feedback_damping <= 0.0:
+        return math.inf
+    natural = math.sqrt(loop.stiffness / loop.inertia)
+    ratio = np.geomspace(1e-3, 1e2, 4001)
+    _, gain = signal.freqresp(loop.transfer_function(), natural * ratio)
+    return float(np.max(np.abs(gain)))
+
+
+def _ringing_rate(loop: ServoLoop, tone: Tone, window: float) -> float:
+    if loop.feedback_damping <= 0.0:
+        return math.inf
+    time = np.linspace(0.0, window, 2001)
+    angular = 2.0 * math.pi * tone.frequency
+    steady = (
+        loop.gain_at(tone.frequency) * tone.amplitude * np.exp(1j * (angular * time + tone.phase))
+    )
+    ringing = response_by_residues(loop, [tone], time) - steady.real
+    return float(np.sqrt(np.mean(np.gradient(ringing, time) ** 2)))

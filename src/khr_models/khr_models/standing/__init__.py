@@ -1,0 +1,1 @@
+"""Standing: ankle, tipping, friction, the force loop, pushes."""

@@ -1,0 +1,185 @@
+"""PyBullet, the engine that is always there."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Mapping, Sequence
+from operator import itemgetter
+from pathlib import Path
+from struct import Struct
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_common.interfaces import TORSO
+from khr_common.maths.rotation import applied, carried, cross, pitched, quaternion
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics.contact import ContactForces, Pose, physics_urdf
+from khr_sim.physics.engines.base import Motion
+from khr_sim.physics.statics import GRAVITY
+from khr_sim.robot import JOINTS, Robot
+from khr_sim.servo import Servos
+
+# The import prints a line on standard error, from C.
+_kept = os.dup(2)
+_nowhere = os.open(os.devnull, os.O_WRONLY)
+os.dup2(_nowhere, 2)
+try:
+    import pybullet as bullet
+finally:
+    os.dup2(_kept, 2)
+    os.close(_kept)
+    os.close(_nowhere)
+
+__all__ = ['Bullet', 'bullet']
+
+Array = NDArray[np.float64]
+
+_pack = Struct(f'{len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
+_ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
+# Of a contact point: link, position, normal, normal force, and twice friction force, direction.
+_CONTACT = itemgetter(3, 5, 7, 9, 10, 11, 12, 13)
+
+
+class Bullet:
+    """The robot in a physics client of its own.
+
+    It is equal bit for bit after each reset, as this loads everything anew.
+    """
+
+    def __init__(self, parameters: SimulatorParameters, robot: Robot) -> None:
+        self.client = bullet.connect(bullet.GUI if parameters.gui else bullet.DIRECT)
+        self._parameters = parameters
+        self._urdf = physics_urdf(parameters, robot)
+        self._torso_center = robot.links[TORSO].center_of_mass
+        self._torso_arm = self._torso_center.tolist()
+        self._position, self._velocity = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
+
+    def reset(self, inclination: float) -> None:
+        """Start anew, with a ground inclined by so many rad."""
+        client, p = self.client, self._parameters
+        bullet.resetSimulation(physicsClientId=client)  # its first argument is another
+        bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
+        bullet.setPhysicsEngineParameter(
+            fixedTimeStep=p.physics_step,
+            numSolverIterations=p.solver_iterations,
+            numSubSteps=0,
+            deterministicOverlappingPairs=1,
+            physicsClientId=client,
+        )
+        plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
+        self.ground = bullet.createMultiBody(
+            0.0, plane, baseOrientation=pitched(inclination), physicsClientId=client
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / 'robot.urdf'
+            path.write_text(self._urdf)
+            self.body = bullet.loadURDF(
+                str(path), flags=bullet.URDF_USE_INERTIA_FROM_FILE, physicsClientId=client
+            )
+        infos = [
+            bullet.getJointInfo(self.body, index, client)
+            for index in range(bullet.getNumJoints(self.body, client))
+        ]
+        index = {info[1].decode(): info[0] for info in infos}
+        self.joint_numbers = [index[name] for name in JOINTS]
+        self.links: Mapping[str, int] = {info[12].decode(): info[0] for info in infos} | {
+            TORSO: -1
+        }
+        for link in self.links.values():  # the engine's defaults would damp the free fall
+            bullet.changeDynamics(
+                self.body,
+                link,
+                linearDamping=0.0,
+                angularDamping=0.0,
+                jointDamping=0.0,
+                physicsClientId=client,
+            )
+        bullet.setJointMotorControlArray(  # and its default motors would brake every joint
+            self.body,
+            self.joint_numbers,
+            bullet.VELOCITY_CONTROL,
+            forces=[0.0] * len(JOINTS),
+            physicsClientId=client,
+        )
+
+    def place(self, position: Array, rotation: Array, posture: Sequence[float]) -> None:
+        """Put base_link somewhere in odom, m and (3, 3), at rest, the joints at angles in rad."""
+        bullet.resetBasePositionAndOrientation(
+            self.body,
+            (position + applied(rotation, self._torso_center)).tolist(),
+            quaternion(rotation).tolist(),
+            self.client,
+        )
+        for joint, angle in zip(self.joint_numbers, posture, strict=True):
+            bullet.resetJointState(self.body, joint, angle, 0.0, physicsClientId=self.client)
+        self._read_joints()
+
+    def tilt_ground(self, inclination: float) -> None:
+        """Incline the ground by so many rad about the origin."""
+        bullet.resetBasePositionAndOrientation(
+            self.ground, (0.0, 0.0, 0.0), pitched(inclination), self.client
+        )
+
+    def set_friction(self, coefficient: float) -> None:
+        """Set the friction coefficient between robot and ground."""
+        bullet.changeDynamics(
+            self.ground, -1, lateralFriction=coefficient, physicsClientId=self.client
+        )
+        for link in self.links.values():  # the engine multiplies the two coefficients
+            bullet.changeDynamics(
+                self.body, link, lateralFriction=1.0, physicsClientId=self.client
+            )
+
+    def push(self, link: int, force: Array, point: Array) -> None:
+        """Apply a force during the next step alone: N, at a point in m, both in odom."""
+        bullet.applyExternalForce(
+            self.body, link, force.tolist(), point.tolist(), bullet.WORLD_FRAME, self.client
+        )
+
+    def run(self, commands: Array, servos: Servos, forces: ContactForces) -> list[float]:
+        """Advance one step per row of ``commands``; return the last torques of the servos."""
+        client, body, joints, ground = self.client, self.body, self.joint_numbers, self.ground
+        torques: list[float] = []
+        for command in commands:
+            torques = servos.update(command, self._position, self._velocity).tolist()
+            bullet.setJointMotorControlArray(
+                body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
+            )
+            bullet.stepSimulation(client)
+            forces.add(
+                map(_CONTACT, bullet.getContactPoints(body, ground, physicsClientId=client))
+            )
+            self._read_joints()
+        return torques
+
+    def base(self) -> Motion:
+        """Return the motion of base_link; the engine gives that of its centre of mass."""
+        (x, y, z), orientation = bullet.getBasePositionAndOrientation(self.body, self.client)
+        (vx, vy, vz), angular_velocity = bullet.getBaseVelocity(self.body, self.client)
+        arm = carried(orientation, self._torso_arm)
+        dx, dy, dz = arm
+        ux, uy, uz = cross(angular_velocity, arm)
+        return Motion(
+            (x - dx, y - dy, z - dz), orientation, (vx - ux, vy - uy, vz - uz), angular_velocity
+        )
+
+    def joints(self) -> tuple[Array, Array]:
+        """Return 17 joint angles in rad and 17 joint speeds in rad/s."""
+        return self._position, self._velocity
+
+    def poses(self, links: Sequence[int]) -> list[Pose]:
+        """Return the poses of links other than the torso."""
+        states = bullet.getLinkStates(self.body, links, 0, 1, self.client)
+        return [*zip(map(_ORIGIN, states), map(_TURN, states), strict=True)]
+
+    def close(self) -> None:
+        """Release the physics client."""
+        bullet.disconnect(self.client)
+
+    def _read_joints(self) -> None:
+        states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
+        angles, speeds, *_ = zip(*states, strict=True)
+        _pack(self._position.data, 0, *angles)
+        _pack(self._velocity.data, 0, *speeds)

@@ -1,0 +1,249 @@
+"""MuJoCo, the second engine: soft contacts, a Newton solver, and compiled control periods.
+
+The steps of a control period, servos and contact sums included, are one compiled function, which
+calls ``mj_step`` of the library that MuJoCo's own wheel brings.
+"""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mujoco
+import mujoco.viewer
+import numpy as np
+from llvmlite import ir
+from numba import types
+from numba.extending import intrinsic
+from numpy.typing import NDArray
+
+from khr_common import RunError
+from khr_common.interfaces import TORSO
+from khr_common.maths.rotation import carried, cross, pitched, quaternion
+from khr_sim.compiled import compiled
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics.contact import SIDES, SPHERES, ContactForces, Pose, physics_urdf
+from khr_sim.physics.engines.base import Motion
+from khr_sim.physics.statics import GRAVITY
+from khr_sim.robot import JOINTS, Robot
+from khr_sim.servo import Servos, law
+
+Array = NDArray[np.float64]
+
+IMPEDANCE_RATIO = 10.0  # of friction to normal force: what keeps a standing foot from creeping
+IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, by its depth
+CONES = {'elliptic': mujoco.mjtCone.mjCONE_ELLIPTIC, 'pyramid': mujoco.mjtCone.mjCONE_PYRAMIDAL}
+_NET_FORCE = 3  # how a contact sensor reduces the contacts that it sees: to their sum, in odom
+_FREE = 6  # degrees of freedom of base_link, which come before the joints'
+_warnings: list[str] = []  # which the engine would write to a file where it was started
+mujoco.set_mju_user_warning(_warnings.append)
+_library = ctypes.CDLL(mujoco._functions.__file__)
+_servo_law = compiled(law)
+_MJ_STEP: int = ctypes.cast(_library.mj_step, ctypes.c_void_p).value or 0
+
+
+@intrinsic  # type: ignore[untyped-decorator]
+def _call(_context: Any, function: Any, model: Any, data: Any) -> Any:
+    """Call the C function at an address with two pointers; a cached function may do so."""
+
+    def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
+        pointer = ir.IntType(8).as_pointer()
+        kind = ir.FunctionType(ir.VoidType(), (pointer, pointer)).as_pointer()
+        address, *pointers = arguments
+        builder.call(
+            builder.inttoptr(address, kind), [builder.inttoptr(each, pointer) for each in pointers]
+        )
+
+    return types.void(types.intp, types.intp, types.intp), generate
+
+
+def _run(
+    mj_step: int,
+    model: int,
+    data: int,
+    commands: Array,
+    joints: NDArray[np.int64],
+    angles: Array,
+    speeds: Array,
+    applied: Array,
+    contacts: Array,
+    servos: tuple[Array, Array, Array, Array],
+    position: Array,
+    velocity: Array,
+    forces: Array,
+) -> None:
+    """Advance one step per command: servos, physics, contact sums.
+
+    Args:
+        mj_step, model, data: addresses.
+        commands: rad, (steps, 17).
+        joints: where each joint lies in the engine's order, (17,).
+        angles, speeds, applied: the engine's own joint angles, speeds and torques, (17,).
+        contacts: the engine's own forces on the spheres of the feet, N, (8, 3).
+        servos: state, setting, constants and torques.
+        position, velocity: joint states in our order, kept here, (17,).
+        forces: on toes and heels, summed up here, N, (4, 3).
+    """
+    state, setting, constants, torque = servos
+    for row in range(len(commands)):
+        _servo_law(commands[row], position, velocity, state, setting, constants, torque)
+        for i in range(len(joints)):
+            applied[joints[i]] = torque[i]
+        _call(mj_step, model, data)
+        for i in range(len(joints)):
+            position[i], velocity[i] = angles[joints[i]], speeds[joints[i]]
+        for sphere in range(len(contacts)):
+            for axis in range(3):
+                forces[sphere // 2, axis] += contacts[sphere, axis]
+
+
+_compiled_run = compiled(_run)
+
+
+class MuJoCo:
+    """The robot in a model of its own."""
+
+    def __init__(self, parameters: SimulatorParameters, robot: Robot) -> None:
+        self._model = model = _specify(parameters, robot).compile()
+        self._data = data = mujoco.MjData(model)
+        self.links: Mapping[str, int] = {
+            name: model.body(name).id for name, link in robot.links.items() if link.mass
+        }
+        self._joints = np.array([model.joint(name).dofadr[0] - _FREE for name in JOINTS])
+        self._position, self._velocity = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
+        self._addresses = _MJ_STEP, model._address, data._address
+        self._base = data.qpos[: _FREE + 1], data.qvel[:_FREE]
+        self._links = data.xpos, data.xquat
+        self._pushes = data.xfrc_applied
+        self._views = (
+            data.qpos[_FREE + 1 :],
+            data.qvel[_FREE:],
+            data.qfrc_applied[_FREE:],
+            data.sensordata.reshape(-1, 3),
+        )
+        self._viewer = mujoco.viewer.launch_passive(model, data) if parameters.gui else None
+
+    def reset(self, inclination: float) -> None:
+        """Start anew, with a ground inclined by so many rad."""
+        mujoco.mj_resetData(self._model, self._data)
+        self.tilt_ground(inclination)
+
+    def place(self, position: Array, rotation: Array, posture: Sequence[float]) -> None:
+        """Put base_link somewhere in odom, m and (3, 3), at rest, the joints at angles in rad."""
+        x, y, z, w = quaternion(rotation)
+        self._data.qpos[: _FREE + 1] = *position, w, x, y, z
+        self._data.qpos[_FREE + 1 + self._joints] = posture
+        self._data.qvel[:] = 0.0
+        self._position[:], self._velocity[:] = posture, 0.0
+        mujoco.mj_kinematics(self._model, self._data)
+
+    def tilt_ground(self, inclination: float) -> None:
+        """Incline the ground by so many rad about the origin."""
+        x, y, z, w = pitched(inclination)
+        self._data.mocap_quat[0] = w, x, y, z
+
+    def set_friction(self, coefficient: float) -> None:
+        """Set the friction coefficient between robot and ground."""
+        self._model.geom('ground').friction[0] = coefficient
+
+    def push(self, link: int, force: Array, point: Array) -> None:
+        """Apply a force during the next step alone: N, at a point in m, both in odom."""
+        arm = point - self._data.xipos[link]
+        self._pushes[link] += (*force, *cross(arm, force))
+
+    def run(self, commands: Array, servos: Servos, forces: ContactForces) -> list[float]:
+        """Advance one step per row of ``commands``; return the last torques of the servos."""
+        _compiled_run(
+            *self._addresses,
+            commands,
+            self._joints,
+            *self._views,
+            (servos.state, servos.setting, servos.constants, servos.torque),
+            self._position,
+            self._velocity,
+            forces.in_odom,
+        )
+        if _warnings:
+            raise RunError(f'mujoco: {_warnings.pop()}')
+        forces.steps += len(commands)
+        self._pushes[:] = 0.0
+        mujoco.mj_kinematics(self._model, self._data)  # a step leaves the poses of its start
+        if self._viewer is not None:
+            self._viewer.sync()
+        return servos.torque.tolist()
+
+    def base(self) -> Motion:
+        """Return the motion of base_link."""
+        pose, velocity = self._base
+        x, y, z, qw, qx, qy, qz = pose.tolist()
+        vx, vy, vz, *turning = velocity.tolist()
+        orientation = qx, qy, qz, qw
+        return Motion((x, y, z), orientation, (vx, vy, vz), carried(orientation, turning))
+
+    def joints(self) -> tuple[Array, Array]:
+        """Return the joint angles in rad and the joint speeds in rad/s, both (17,)."""
+        return self._position, self._velocity
+
+    def poses(self, links: Sequence[int]) -> list[Pose]:
+        """Return the poses of links other than the torso."""
+        return [self._pose(link) for link in links]
+
+    def _pose(self, link: int) -> Pose:
+        positions, orientations = self._links
+        x, y, z = positions[link].tolist()
+        qw, qx, qy, qz = orientations[link].tolist()
+        return (x, y, z), (qx, qy, qz, qw)
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        if self._viewer is not None:
+            self._viewer.close()
+
+
+def _specify(parameters: SimulatorParameters, robot: Robot) -> Any:
+    """Return the robot on its ground, as the engine is to have them."""
+    spec = mujoco.MjSpec.from_string(physics_urdf(parameters, robot))
+    for geom in spec.geoms:
+        geom.contype, geom.conaffinity = 0, 1  # the ground alone collides with them
+    spec.body(TORSO).add_freejoint()
+    ground = spec.worldbody.add_body(name='ground', mocap=True)
+    ground.add_geom(
+        name='ground',
+        type=mujoco.mjtGeom.mjGEOM_PLANE,
+        size=(5.0, 5.0, 0.1),
+        contype=1,
+        conaffinity=0,
+        condim=3,
+        priority=1,  # what it says of a contact counts
+        solref=(parameters.contact_time, 1.0),
+        solimp=IMPEDANCE,
+    )
+    for side in SIDES:
+        spheres = spec.body(f'{side}_foot').geoms
+        assert len(spheres) == SPHERES
+        for number, sphere in enumerate(spheres):
+            sphere.name = f'{side}_foot_{number}'
+            spec.add_sensor(
+                type=mujoco.mjtSensor.mjSENS_CONTACT,
+                objtype=mujoco.mjtObj.mjOBJ_GEOM,
+                objname='ground',
+                reftype=mujoco.mjtObj.mjOBJ_GEOM,
+                refname=sphere.name,
+                intprm=(1 << mujoco.mjtConDataField.mjCONDATA_FORCE.value, _NET_FORCE, 1),
+            )
+    option = spec.option
+    option.timestep = parameters.physics_step
+    option.gravity = 0.0, 0.0, -GRAVITY
+    option.iterations = parameters.solver_iterations
+    option.tolerance = parameters.solver_tolerance
+    option.cone = CONES[parameters.friction_cone]
+    option.impratio = IMPEDANCE_RATIO
+    option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE  # the faster of the two for this robot
+    # One robot is one island, which need not be searched for. An unstable state has to end the run:
+    # the engine would reset itself and go on.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
+    # Testing the four spheres of a foot one by one is faster than sorting them by bounding boxes.
+    option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
+    return spec

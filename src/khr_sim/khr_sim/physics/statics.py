@@ -1,0 +1,83 @@
+"""How a robot stands at rest: the torques that hold it, and so the sag of its compliant servos.
+
+A run starts from here. Released with unloaded servos the robot would drop into them and swing by
+twice the sag, which is no property of a robot that stood there before.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_common.maths.rotation import applied, between, cross, dot
+from khr_sim.robot import JOINTS, Robot
+
+Array = NDArray[np.float64]
+
+GRAVITY = 9.80665  # m/s^2
+TOUCHING = 0.003  # m: a sole less than this above the other carries its share
+
+
+def footing(poses: dict[str, Array]) -> tuple[Array, Array]:
+    """Return the axes (3, 3) of the ground under the soles, and a point (3,) of it, in base_link.
+
+    It lies under the lower sole, or flat between two soles that are both down.
+    """
+    soles = [poses[f'{side}_sole'] for side in _down(poses)]
+    point = np.mean([sole[:3, 3] for sole in soles], axis=0)
+    return between([sole[:3, :3] for sole in soles]), point
+
+
+def _down(poses: dict[str, Array]) -> tuple[str, ...]:
+    low = min(poses['l_sole'], poses['r_sole'], key=lambda sole: float(sole[2, 3]))
+    lift = {side: dot((poses[f'{side}_sole'] - low)[:3, 3], low[:3, 2]) for side in 'lr'}
+    return tuple(side for side in 'lr' if lift[side] < TOUCHING)
+
+
+def holding_torques(robot: Robot, poses: dict[str, Array], down: Array) -> Array:
+    """Return the torques (17,) in N m with which the joints hold the robot on its soles.
+
+    The ground's force acts below the centre of mass. If both soles are down, they share it so that
+    neither turns its ankle-roll joint, as the feet of soft legs do; else one sole has it all.
+
+    Args:
+        robot: its description.
+        poses: of its links in base_link.
+        down: unit vector of gravity in base_link, (3,).
+    """
+    forces = {name: link.mass * GRAVITY * down for name, link in robot.links.items()}
+    centers = {
+        name: applied(poses[name][:3, :3], link.center_of_mass) + poses[name][:3, 3]
+        for name, link in robot.links.items()
+    }
+    moments = {name: np.array(cross(centers[name], force)) for name, force in forces.items()}
+    weight = robot.mass * GRAVITY * down
+    for side, (share, point) in _support(robot, poses, down).items():
+        foot = f'{side}_foot'
+        forces[foot] = forces[foot] - share * weight
+        moments[foot] = moments[foot] - share * np.array(cross(point, weight))
+    torques = {}
+    for joint in reversed(list(robot.joints.values())):
+        pose, force, moment = poses[joint.child], forces[joint.child], moments[joint.child]
+        torques[joint.name] = -dot(
+            applied(pose[:3, :3], joint.axis), moment - np.array(cross(pose[:3, 3], force))
+        )
+        forces[joint.parent] = forces[joint.parent] + force
+        moments[joint.parent] = moments[joint.parent] + moment
+    return np.array([torques[name] for name in JOINTS])
+
+
+def _support(robot: Robot, poses: dict[str, Array], down: Array) -> dict[str, tuple[float, Array]]:
+    """Return the share of the weight each sole carries, and where, in base_link."""
+    axes, point = footing(poses)
+    left, up = axes[:, 1], axes[:, 2]
+    center = robot.center_of_mass(poses)
+    below = center + down * dot(point - center, up) / dot(down, up)
+    sides = _down(poses)
+    if len(sides) == 1:
+        return {sides[0]: (1.0, below)}
+    l_ankle, r_ankle = (dot(poses[f'{side}_foot'][:3, 3] - below, left) for side in 'lr')
+    share = -r_ankle / (l_ankle - r_ankle)
+    if not 0.0 < share < 1.0:
+        return {'l' if share >= 1.0 else 'r': (1.0, below)}
+    return {'l': (share, below + l_ankle * left), 'r': (1.0 - share, below + r_ankle * left)}

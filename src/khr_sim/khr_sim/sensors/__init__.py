@@ -1,0 +1,1 @@
+"""Force sensors and gyro, the gyro down to its circuit."""

@@ -1,0 +1,98 @@
+"""The resistive force sensors under toe and heel of each foot.
+
+What the thesis says of them is that there are two a foot and that they are resistive; range,
+noise, resolution and time constant are assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import chain
+from math import isfinite
+
+from khr_common import parameter, sample_period
+from khr_common.maths.low_pass import LowPass
+from khr_common.maths.seeding import generator
+from khr_sim.errors import SimError
+
+
+@dataclass(frozen=True)
+class FootForceParameters:
+    """The parameter table of the foot-force sensors."""
+
+    saturation: float = parameter(
+        25.0,
+        'Largest force that a sensor can measure; the robot weighs 14.7 N.',
+        unit='N',
+        minimum=1.0,
+        maximum=200.0,
+    )
+    noise: float = parameter(
+        0.05,
+        'Standard deviation of the white noise of a sample.',
+        unit='N',
+        minimum=0.0,
+        maximum=5.0,
+    )
+    resolution: float = parameter(
+        0.025,
+        'Step of the reading; 0 for none. The default is a thousandth of the range, as '
+        'the 10-bit converter of the board gives.',
+        unit='N',
+        minimum=0.0,
+        maximum=5.0,
+    )
+    time_constant: float = parameter(
+        0.5, 'Time constant of the low-pass; 0 for none.', unit='s', minimum=0.0, maximum=1.0
+    )
+    seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
+    control_period: float = sample_period()
+
+
+class FootForce:
+    """Turn the true mean contact forces of each control period into four readings."""
+
+    def __init__(self, parameters: FootForceParameters) -> None:
+        self._low_pass = LowPass(4, parameters.control_period, parameters.time_constant)
+        self.configure(parameters)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to rest, and start the same sequence of noise again."""
+        self._low_pass.reset()
+        self._noise = generator(self.parameters.seed, 'foot_force')
+
+    def configure(self, parameters: FootForceParameters) -> None:
+        """Take changed parameters from the next sample on, keeping the state."""
+        self.parameters = parameters
+        self._low_pass.configure(parameters.time_constant)
+
+    def update(self, contact_force: Sequence[Sequence[float]]) -> tuple[float, ...]:
+        """Return the normal forces that the sensors read, in N, from 0 to the saturation.
+
+        Args:
+            contact_force: (4, 3), true forces on l_toe, l_heel, r_toe and r_heel, each in its own
+                frame with z normal to the sole, N; means over the period.
+
+        Returns:
+            Four normal forces in the same order, each along the normal of its own sole.
+
+        Raises:
+            SimError: if the forces are not (4, 3) finite numbers.
+        """
+        if [len(force) for force in contact_force] != [3] * 4 or not all(
+            map(isfinite, chain.from_iterable(contact_force))
+        ):
+            raise SimError(
+                f'contact_force: {contact_force!r} is not accepted; '
+                f'accepted: (4, 3) finite forces in N'
+            )
+        own = self.parameters
+        # Drawn whether it is used or not: the sequence depends on nothing but the seed.
+        noise = self._noise.standard_normal(4).tolist()
+        normal = self._low_pass.update([force[2] for force in contact_force])
+        readings = [each + own.noise * error for each, error in zip(normal, noise, strict=True)]
+        if own.resolution > 0.0:
+            readings = [round(each / own.resolution) * own.resolution for each in readings]
+        return tuple([min(max(each, 0.0), own.saturation) for each in readings])

@@ -1,0 +1,141 @@
+"""The gyro KRG-4 of the robot, seen through the controller board's AD converter.
+
+The KRG-4 measures one axis. On the robot that is pitch, ``y`` of ``imu_link``; roll and yaw are
+given by two more sensors of the same kind, which the real robot lacks and no controller reads.
+
+Provenance of the numbers: the sensitivity is published (5.2); no data sheet of the KRG-4 is. Its
+sensitivity is that of the Murata ENC-03R, so that element's range of 300 deg/s is assumed. The
+bandwidth is to be calibrated; noise and offset are assumed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from math import isfinite, radians, tau
+
+from khr_common import parameter, sample_period
+from khr_common.maths.low_pass import LowPass
+from khr_common.maths.seeding import generator
+from khr_sim.errors import SimError
+from khr_sim.sensors.gyro_circuit.baseband import Baseband
+from khr_sim.sensors.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
+
+AD_STEP = 5.0 / 1024  # V, 10 bit over 0 to 5 V
+AD_HALF_RANGE = 512  # steps between the voltage at rest, taken at mid-range, and the rails
+
+
+@dataclass(frozen=True)
+class GyroParameters:
+    """The parameter table of the gyro."""
+
+    model: str = parameter(
+        'packaged',
+        'Dynamics of the sensor: "ideal" reports the true rate, "packaged" is a '
+        'first-order low-pass, "circuit" the vibratory sensor down to its circuit. Sensitivity, '
+        'offset, noise, range and converter apply to the last two.',
+        choices=('ideal', 'packaged', 'circuit'),
+    )
+    sensitivity: float = parameter(
+        0.67,
+        'Sensitivity of this sensor. The board reckons with the nominal 0.67, so another '
+        'value is an error of scale.',
+        unit='mV per deg/s',
+        minimum=0.01,
+        maximum=10.0,
+    )
+    bandwidth: float = parameter(
+        2.6, 'Corner of the low-pass.', unit='Hz', minimum=0.05, maximum=500.0
+    )
+    noise: float = parameter(
+        0.01,
+        'Standard deviation of the white noise of a sample.',
+        unit='rad/s',
+        minimum=0.0,
+        maximum=1.0,
+    )
+    zero_offset: float = parameter(
+        0.0,
+        'Output at rest, after the board has subtracted its reference.',
+        unit='rad/s',
+        minimum=-1.0,
+        maximum=1.0,
+    )
+    saturation: float = parameter(
+        5.236, 'Largest rate that the sensor can measure.', unit='rad/s', minimum=0.1, maximum=60.0
+    )
+    adc: bool = parameter(
+        True,
+        "Round the output to the steps of the board's 10-bit converter over 5 V: 7.3 deg/s "
+        'at the nominal sensitivity.',
+    )
+    seed: int = parameter(0, 'Seed of the noise.', minimum=0, read_only=True)
+    control_period: float = sample_period()
+
+
+class Gyro:
+    """Turn the true mean rate of each control period into the rate that the board reads."""
+
+    def __init__(self, parameters: GyroParameters) -> None:
+        period = parameters.control_period
+        self._low_pass = LowPass(3, period, 0.0)
+        self._circuits = [Baseband(period) for _ in range(3)]
+        self.configure(parameters)
+        self.reset()
+
+    def reset(self) -> None:
+        """Return to rest, and start the same sequence of noise again."""
+        self._low_pass.reset()
+        for circuit in self._circuits:
+            circuit.reset()
+        self._noise = generator(self.parameters.seed, 'gyro')
+
+    def configure(self, parameters: GyroParameters) -> None:
+        """Take changed parameters from the next sample on; a model keeps its state."""
+        self.parameters = parameters
+        ideal = parameters.model == 'ideal'
+        self._low_pass.configure(0.0 if ideal else 1.0 / (tau * parameters.bandwidth))
+        for circuit in self._circuits:
+            circuit.configure(replace(KRG4, bandwidth=parameters.bandwidth))
+
+    def update(self, angular_rate: Sequence[float]) -> tuple[float, float, float]:
+        """Return the rates that the board reads at the end of a control period.
+
+        Args:
+            angular_rate: true rates about x, y, z of ``imu_link``, rad/s; means over the period.
+
+        Returns:
+            Rates about x, y, z in rad/s.
+
+        Raises:
+            SimError: if the rates are not three finite numbers.
+        """
+        if len(angular_rate) != 3 or not all(map(isfinite, angular_rate)):
+            raise SimError(
+                f'angular_rate: {angular_rate!r} is not accepted; '
+                f'accepted: three finite rates in rad/s'
+            )
+        # Drawn whether it is used or not: the sequence depends on nothing but the seed.
+        noise = self._noise.standard_normal(3).tolist()
+        sensed = self._sense(angular_rate)
+        x, y, z = sensed if self.parameters.model == 'ideal' else map(self._read, sensed, noise)
+        return x, y, z
+
+    def _sense(self, rate: Sequence[float]) -> list[float]:
+        """Return what the three sensing elements make of the rates, in rad/s."""
+        if self.parameters.model != 'circuit':
+            return self._low_pass.update(rate)
+        return [circuit.update(each) for circuit, each in zip(self._circuits, rate, strict=True)]
+
+    def _read(self, sensed: float, noise: float) -> float:
+        """Carry what one sensor measures to the board: noise, range, scale, offset, converter."""
+        own, limit = self.parameters, self.parameters.saturation
+        scale = own.sensitivity / 1000.0 / radians(1.0)
+        voltage = (
+            scale * min(max(sensed + own.noise * noise, -limit), limit)
+            + PACKAGED_SENSITIVITY * own.zero_offset
+        )
+        if own.adc:
+            steps = min(max(round(voltage / AD_STEP), -AD_HALF_RANGE), AD_HALF_RANGE - 1)
+            voltage = steps * AD_STEP
+        return voltage / PACKAGED_SENSITIVITY
