@@ -1,0 +1,298 @@
+"""A strict client of the board: no value that was not read whole, and no wait without an end.
+
+The protocol has no sequence numbers, so a reply that comes late looks like the reply to the next
+request of its kind. Therefore, after every exchange that failed, the client asks for an ACK and
+throws away all that comes before it (a *fence*): the board answers in order.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass
+from typing import TypeVar
+
+from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
+from khr_hardware.port import Port, open_port
+from khr_hardware.protocol import commands, memory
+from khr_hardware.protocol.frames import SHORTEST, Command, Packet, acknowledged, decode
+from khr_hardware.protocol.memory import BAUD_RATES, Config, Mixing, ServoRecord
+
+TIMEOUT = 0.02  # s for the first byte of a reply, and for the others together
+RETRIES = 2  # of an exchange, after the first attempt
+FENCES = 3  # ACKs asked for before the line counts as dead
+ACK_SIZE = 4  # bytes of an ACK, and of an NCK
+FLOOD = 4096  # bytes that a fence reads before the line counts as dead
+
+Value = TypeVar('Value')
+
+
+@dataclass
+class Counts:
+    """What became of the exchanges so far, each kind of error by itself."""
+
+    exchanges: int = 0
+    retries: int = 0
+    timeouts: int = 0  # no reply at all
+    short: int = 0  # a reply that broke off
+    size: int = 0  # a reply of another length
+    checksum: int = 0
+    command: int = 0  # a reply to something else
+    refused: int = 0  # NCK
+    stray: int = 0  # bytes that nobody had asked for
+    failed: int = 0  # exchanges given up
+
+    def figures(self) -> dict[str, str]:
+        """Return them as texts."""
+        return {name: str(value) for name, value in asdict(self).items()}
+
+
+class Client:
+    """Ask the board, one exchange at a time.
+
+    Args:
+        port: an open line, whose reads end by themselves.
+        retries: of a failed exchange.
+
+    Attributes:
+        counts: errors of every kind.
+        closed: why it talks no more; empty while it does. Nothing opens the port again.
+    """
+
+    def __init__(self, port: Port, retries: int = RETRIES) -> None:
+        self._port = port
+        self._retries = retries
+        self.counts = Counts()
+        self.closed = ''
+        self._unsure = False  # whether a reply may still be on its way
+
+    # ---- exchanges ----
+
+    def exchange(self, request: Packet, size: int) -> bytes:
+        """Send a command and return the data of its reply.
+
+        Args:
+            request: the command.
+            size: bytes of data; 0 for a command that is only acknowledged.
+
+        Raises:
+            RefusedError: if the board refused every attempt.
+            NoReplyError, BadReplyError: if none came, or none was right.
+            PortError: if the port is closed or gone.
+        """
+        if self.closed:
+            raise PortError(self.closed)
+        self.counts.exchanges += 1
+        if self._unsure:
+            self._guarded(self._fence)
+        for left in reversed(range(self._retries + 1)):
+            try:
+                return self._guarded(lambda: self._attempt(request, size))
+            except PortError:
+                raise
+            except BoardError as error:
+                if not isinstance(error, RefusedError):
+                    self._unsure = True
+                    self._guarded(self._fence)
+                if not left:
+                    self.counts.failed += 1
+                    raise
+                self.counts.retries += 1
+        raise AssertionError('not reached')
+
+    def command(self, request: Packet) -> None:
+        """Send a command that the board only acknowledges; raises as :meth:`exchange` does."""
+        self.exchange(request, 0)
+
+    def _attempt(self, request: Packet, size: int) -> bytes:
+        if self._port.in_waiting:
+            self._drop(self._port.in_waiting)
+            raise BadReplyError('bytes came that nobody had asked for')
+        self._port.write(request.encode())
+        first = self._port.read(1)
+        if not first:
+            self.counts.timeouts += 1
+            raise NoReplyError(f'no reply to command {request.command:#04x}')
+        expected = size + SHORTEST if size else ACK_SIZE
+        if first[0] not in (expected, ACK_SIZE):
+            self.counts.size += 1
+            raise BadReplyError(
+                f'reply of {first[0]} bytes to command {request.command:#04x}; expected: {expected}'
+            )
+        rest = self._port.read(first[0] - 1)
+        if len(rest) < first[0] - 1:
+            self.counts.short += 1
+            raise NoReplyError(f'the reply to command {request.command:#04x} broke off')
+        if self._port.in_waiting:
+            self._drop(self._port.in_waiting)
+            raise BadReplyError(f'more than a reply came to command {request.command:#04x}')
+        return self._accept(request, size, first + rest)
+
+    def _accept(self, request: Packet, size: int, data: bytes) -> bytes:
+        try:
+            reply = decode(data)
+        except BadReplyError:
+            self.counts.checksum += 1
+            raise
+        if reply.command != request.command:
+            self.counts.command += 1
+            raise BadReplyError(
+                f'reply to command {reply.command:#04x}; expected: {request.command:#04x}'
+            )
+        if reply.refused:
+            self.counts.refused += 1
+            raise RefusedError(f'the board refuses command {request.command:#04x}')
+        if size and len(reply.body) == size:
+            return reply.body
+        if reply == acknowledged(request.command) and not size:
+            return b''
+        self.counts.size += 1
+        raise BadReplyError(f'reply {data.hex(" ")} to command {request.command:#04x}')
+
+    def _fence(self) -> None:
+        """Throw away whatever comes before the reply to an ACK.
+
+        Raises:
+            NoReplyError: if none comes.
+        """
+        wanted, request = acknowledged(Command.ACKNOWLEDGE).encode(), commands.ACKNOWLEDGE.encode()
+        for _ in range(FENCES):
+            if self._port.in_waiting:
+                self._drop(self._port.in_waiting)
+            self._port.write(request)
+            seen = b''
+            while (byte := self._port.read(1)) and len(seen) < FLOOD:
+                seen += byte
+                if seen.endswith(wanted) and not self._port.in_waiting:
+                    self.counts.stray += len(seen) - len(wanted)
+                    self._unsure = False
+                    return
+            self.counts.stray += len(seen)
+        self.counts.failed += 1
+        raise NoReplyError('the board does not answer')
+
+    def _drop(self, size: int) -> None:
+        self.counts.stray += len(self._port.read(size))
+
+    def _guarded(self, action: Callable[[], Value]) -> Value:
+        """Do something with the port; if it is gone, so is this client."""
+        try:
+            return action()
+        except (OSError, TypeError) as error:  # what pyserial raises of a port that is closed
+            self.close(f'the port is gone ({getattr(error, "strerror", None) or error})')
+            raise PortError(self.closed) from error
+
+    def close(self, reason: str = 'the port is closed') -> None:
+        """Let go of the port, for good."""
+        if not self.closed:
+            self.closed = reason
+            self._port.close()
+
+    # ---- what can be asked ----
+
+    def acknowledge(self) -> None:
+        """Ask whether the board is there."""
+        self.command(commands.ACKNOWLEDGE)
+
+    def version(self) -> bytes:
+        """Return the 32 bytes of the firmware's version."""
+        return self.exchange(commands.VERSION, len(memory.VERSION))
+
+    def read_ram(self, address: int, size: int) -> bytes:
+        """Return bytes of RAM, in as many reads as it takes."""
+        parts = []
+        while size > 0:
+            part = min(size, commands.LONGEST_READ)
+            part -= size - part == 1  # a single byte cannot be read
+            parts.append(self.exchange(commands.read_ram(address, part), part))
+            address, size = address + part, size - part
+        return b''.join(parts)
+
+    def write_ram(self, address: int, data: bytes) -> None:
+        """Write bytes to RAM."""
+        self.command(commands.write_ram(address, data))
+
+    def config(self) -> Config:
+        """Return the configuration word."""
+        return Config(int.from_bytes(self.read_ram(memory.CONFIG, 2), 'little'))
+
+    def set_config(self, config: Config) -> None:
+        """Write the configuration word."""
+        self.write_ram(memory.CONFIG, config.word.to_bytes(2, 'little'))
+
+    def ad(self) -> tuple[int, ...]:
+        """Return what the AD channels read, less their references, in steps."""
+        return _words(self.read_ram(memory.AD_VALUES, 2 * memory.AD_CHANNELS))
+
+    def ad_references(self) -> tuple[int, ...]:
+        """Return the references of the AD channels, in steps."""
+        return _words(self.read_ram(memory.AD_REFERENCES, 2 * memory.AD_CHANNELS))
+
+    def set_ad_reference(self, channel: int, value: int) -> None:
+        """Write the reference of an AD channel, in steps."""
+        data = value.to_bytes(2, 'little', signed=True)
+        self.write_ram(memory.AD_REFERENCES + 2 * channel, data)
+
+    def assigned(self) -> list[int]:
+        """Return the ICS numbers that the board talks to."""
+        table = self.read_ram(memory.ICS_TABLE, 2 * memory.ICS_NUMBERS)
+        words = (int.from_bytes(table[i : i + 2], 'little') for i in range(0, len(table), 2))
+        return [ics for ics, word in enumerate(words) if word != memory.UNASSIGNED]
+
+    def record(self, ics: int) -> ServoRecord:
+        """Return the record of a servo."""
+        return ServoRecord.decode(self.read_ram(memory.record_address(ics), memory.RECORD_SIZE))
+
+    def measured(self, ics: int) -> int:
+        """Return the position that a servo reported last, less its trim."""
+        address = memory.record_address(ics) + memory.MEASURED
+        return int.from_bytes(self.read_ram(address, 2), 'little')
+
+    def set_mixing(self, ics: int, slot: int, mixing: Mixing) -> None:
+        """Write source and ratio of one of the two mixings of a servo, in one write."""
+        address = memory.record_address(ics) + memory.MIXINGS[slot]
+        self.write_ram(address, mixing.encode())
+
+    def move(self, positions: Mapping[int, int], cycles: int = 1) -> None:
+        """Move servos, by ICS number, in so many output cycles."""
+        self.command(commands.move_servos(positions, cycles))
+
+    def free(self, numbers: Sequence[int]) -> None:
+        """Switch the torque of servos off."""
+        self.move(dict.fromkeys(numbers, memory.FREE))
+
+
+def connect(path: str, baud: int = 0, timeout: float = TIMEOUT) -> tuple[Client, int]:
+    """Open a port and find the rate at which the board answers.
+
+    Args:
+        path: of the port.
+        baud: the rate; 0 tries all three.
+        timeout: for a reply, s.
+
+    Returns:
+        The client, and the rate.
+
+    Raises:
+        PortError: if the port does not open.
+        NoReplyError: if no board answers at any rate.
+    """
+    rates = (baud,) if baud else tuple(reversed(BAUD_RATES))
+    for rate in rates:
+        client = Client(open_port(path, rate, timeout))
+        try:
+            client.acknowledge()
+        except BoardError:
+            client.close()
+            continue
+        client.counts = Counts()
+        return client, rate
+    tried = ', '.join(str(rate) for rate in rates)
+    raise NoReplyError(
+        f'{path}: no board answers at {tried} baud; accepted: an RCB-4HV that is switched on'
+    )
+
+
+def _words(data: bytes) -> tuple[int, ...]:
+    return tuple(
+        int.from_bytes(data[i : i + 2], 'little', signed=True) for i in range(0, len(data), 2)
+    )

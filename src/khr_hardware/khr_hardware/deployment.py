@@ -1,0 +1,111 @@
+"""The pitch-rate loop on the board itself: its own mixing, written and taken back.
+
+Only RAM is written, so all of it is gone when the battery is switched off.
+"""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from khr_hardware.client import Client
+from khr_hardware.errors import HardwareError
+from khr_hardware.feedback import AT_REST, PARTS, PAUSE, SLOT, at_rest, gyro_of
+from khr_hardware.joint_map import JointMap, ServoWiring
+from khr_hardware.protocol import memory
+from khr_hardware.protocol.memory import Mixing
+
+CYCLE = 0.015  # s, an output cycle
+
+
+@dataclass(frozen=True)
+class BoardLoop:
+    """A pitch-rate loop as the board can have it.
+
+    Attributes:
+        factors: counts per AD step of the gyro, by joint; the signs of the servos are left out.
+        offset: AD steps that the gyro's reference lies off its voltage at rest.
+    """
+
+    factors: Mapping[str, int]
+    offset: int
+
+
+def held(client: Client, joint_map: JointMap, loop: BoardLoop) -> dict[str, Any]:
+    """Return, as plain data, what the board holds where a loop is to be written.
+
+    Raises:
+        BoardError: if the board does not answer.
+    """
+    channel = gyro_of(joint_map).channel
+    records = {servo.ics: client.record(servo.ics) for servo in _servos(joint_map, loop)}
+    return {
+        'channel': channel,
+        'reference': client.ad_references()[channel],
+        'mixings': {
+            str(ics): [record.mixings[SLOT].source, record.mixings[SLOT].ratio]
+            for ics, record in records.items()
+        },
+    }
+
+
+def deploy(
+    client: Client,
+    joint_map: JointMap,
+    loop: BoardLoop,
+    wait: Callable[[float], None] = time.sleep,
+) -> None:
+    """Write a loop to the board, its factors raised in parts, and read it back.
+
+    Raises:
+        HardwareError: if the robot is not at rest, or the board reads otherwise afterwards.
+        BoardError: if the board does not answer.
+    """
+    channel, servos = gyro_of(joint_map).channel, _servos(joint_map, loop)
+    reference = client.ad_references()[channel]
+    seen = []
+    for _ in range(AT_REST):
+        wait(CYCLE)  # it converts once in each
+        seen.append(client.ad()[channel] + reference)
+    zero = at_rest(seen)
+    for servo in servos:
+        client.set_mixing(servo.ics, SLOT, Mixing(memory.NO_SOURCE, 0))
+    client.set_ad_reference(channel, zero + loop.offset)
+    for part in range(1, PARTS + 1):
+        for servo, factor in servos.items():
+            share = servo.sign * (factor * part // PARTS)
+            client.set_mixing(servo.ics, SLOT, Mixing.of_ad(channel, share))
+        wait(PAUSE)
+    for servo, factor in servos.items():
+        found = client.record(servo.ics).mixings[SLOT]
+        if found != Mixing.of_ad(channel, servo.sign * factor):
+            raise HardwareError(f'ICS {servo.ics}: reads {found} after it was written')
+
+
+def undo(client: Client, data: Any) -> None:
+    """Write back what :func:`held` has returned.
+
+    Raises:
+        HardwareError: if it is something else.
+        BoardError: if the board does not answer.
+    """
+    try:
+        channel, reference = int(data['channel']), int(data['reference'])
+        mixings = {int(ics): Mixing(int(a), int(b)) for ics, (a, b) in data['mixings'].items()}
+        frames = [(ics, mixing, mixing.encode()) for ics, mixing in mixings.items()]
+    except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
+        raise HardwareError(
+            f'undo: {json.dumps(data)[:80]} is not accepted; accepted: what khr board deploy wrote'
+        ) from error
+    for ics, mixing, _ in frames:
+        client.set_mixing(ics, SLOT, Mixing(mixing.source, 0))
+    client.set_ad_reference(channel, reference)
+    for ics, mixing, _ in frames:
+        client.set_mixing(ics, SLOT, mixing)
+
+
+def _servos(joint_map: JointMap, loop: BoardLoop) -> dict[ServoWiring, int]:
+    return {joint_map.servos[joint]: factor for joint, factor in loop.factors.items()}

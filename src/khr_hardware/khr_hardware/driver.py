@@ -1,0 +1,304 @@
+"""What moves the real robot, and keeps it and its servos whole: states, ramp, limits, watchdogs.
+
+States: ``disconnected``, ``idle`` (free), ``ramping`` to the first reference, ``running``,
+``holding`` (its last target), ``fault``, which only :meth:`BoardDriver.free` leaves.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import cos, isfinite, pi, radians
+
+from khr_common.interfaces import JOINTS
+from khr_hardware.client import Client
+from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.feedback import Feedback
+from khr_hardware.inspection import Inspection, inspect
+from khr_hardware.joint_map import JointMap
+from khr_hardware.parameters import BoardParameters
+from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config, Mixing
+
+NO_LOAD_SPEED = 7.48  # rad/s of the servo KRS-2552RHV (maker); no target moves faster
+WRITES, READS = 3, 10  # that may fail one after another
+FREES = 10  # that are tried; a silent board makes them last about a second
+START_MARGIN = radians(5.0)  # by which a joint may be beyond its limits when it is found
+CHECKED_EACH = 5  # periods, from one look at the configuration to the next
+LOW_FOR = 0.5  # s that the battery may be low
+TORQUE = ('ramping', 'running', 'holding')  # the states in which the servos are driven
+
+
+class BoardDriver:
+    """Drive the robot behind a board, one control period at a time.
+
+    Attributes:
+        state: see above.
+        reason: why it is in ``fault``; empty otherwise.
+        pose: joint angles as measured last, rad.
+        ad: of the last period, in steps; the references are subtracted.
+        battery: its voltage, V.
+        starved: whether it holds because no reference is new enough.
+        feedback: the loop that the board closes; None if the computer does.
+
+    Raises:
+        HardwareError: if the board is to close a loop, and the map has no gyro.
+    """
+
+    def __init__(self, client: Client, joint_map: JointMap, parameters: BoardParameters) -> None:
+        self.parameters = parameters
+        self.client = client
+        self.map = joint_map
+        self.state, self.reason = 'disconnected', ''
+        self.pose = [0.0] * len(JOINTS)
+        self.ad: Sequence[int] = ()
+        self.battery = 0.0
+        self.starved = False
+        self.feedback = Feedback(client, joint_map) if parameters.mixing == 'board' else None
+        self._trims: dict[int, int] = {}
+        self._battery_reference = 0
+        self._config = Config(0)
+        self._checked = 0
+        self._target = list(self.pose)
+        self._begin: list[float] = []
+        self._ramped = self._low = self._torque = 0.0
+        self._failed_writes = self._failed_reads = 0
+        self._turn = 0
+
+    def connect(self) -> Inspection:
+        """Read the board, stop its ROM program and its mixings; trims stay as they are.
+
+        Raises:
+            BoardError: if it does not answer, or a servo of the map does not.
+        """
+        seen = inspect(self.client, self.map)
+        self.pose = seen.pose(self.map)
+        self._trims = {ics: record.trim for ics, record in seen.records.items()}
+        self._battery_reference = seen.references[0]
+        if self.feedback:
+            self.feedback.connect(seen.references)
+        config = seen.config.quiet().with_cycle(self.parameters.control_period)
+        if config != seen.config:
+            self.client.set_config(config)
+        self._config = config
+        for ics, record in seen.records.items():
+            for slot, mixing in enumerate(record.mixings):
+                if mixing.active:
+                    self.client.set_mixing(ics, slot, Mixing(mixing.source, 0))
+        self._see(seen.ad)
+        self.state = 'idle'
+        return seen
+
+    def start(self) -> None:
+        """Switch the torque on where the robot is, and begin the ramp to the reference.
+
+        Raises:
+            HardwareError: if it is not idle or holding, the battery is low, or a joint is outside
+                its limits.
+            BoardError: if the whole pose cannot be read, or not be written.
+        """
+        if self.state not in ('idle', 'holding'):
+            raise HardwareError(f'start: not while {self.state}; accepted: idle or holding')
+        if self.battery < self.parameters.battery_stop:
+            raise HardwareError(
+                f'battery: {self.battery:.2f} V is not accepted; accepted: above '
+                f'{self.parameters.battery_stop:g} V'
+            )
+        if self.state == 'idle':
+            pose = inspect(self.client, self.map).pose(self.map)
+            outside = self.map.outside(pose, START_MARGIN)
+            if outside:
+                raise HardwareError(outside[0])
+            if self.feedback:
+                self.feedback.begin(self.parameters.ad_offset)
+            self.pose, self._target = pose, list(pose)
+            self._torque = 0.0
+            self._move()
+        self._begin, self._ramped = list(self._target), 0.0
+        self._failed_writes = self._failed_reads = 0
+        self.state = 'ramping'
+
+    def hold(self) -> None:
+        """Stay at the last target.
+
+        Raises:
+            HardwareError: if the servos are not driven.
+        """
+        if self.state not in TORQUE:
+            raise HardwareError(f'hold: not while {self.state}; accepted: {" | ".join(TORQUE)}')
+        self.state = 'holding'
+        self._end_feedback()
+
+    def free(self) -> None:
+        """Switch the torque off, whatever the state.
+
+        Raises:
+            BoardError: if the board does not acknowledge it: the battery switch is left.
+        """
+        for left in reversed(range(FREES)):
+            try:
+                self.client.free(self.map.numbers)
+                break
+            except BoardError as error:
+                if not left or self.client.closed:
+                    self._fail(f'the servos could not be set free: {error}')
+                    raise
+        self.state, self.reason = 'idle', ''
+        self._end_feedback()
+
+    def leave(self) -> None:
+        """End: free or hold, as the parameters say; raises what :meth:`free` does."""
+        if self.state == 'disconnected' or self.client.closed:
+            return
+        self._end_feedback()
+        if self.parameters.at_exit == 'free':
+            self.free()
+        elif self.state in TORQUE:
+            self.state = 'holding'
+
+    @property
+    def pitch_rate(self) -> float:
+        """Return what the gyro reads, rad/s."""
+        return self.map.pitch_rate(self.ad) + (self.feedback.zero if self.feedback else 0.0)
+
+    # ---- a period ----
+
+    def step(
+        self, reference: Sequence[float] | None, corrections: Sequence[Mapping[str, float]] = ()
+    ) -> None:
+        """Write the target of a control period; a board that does not take it leads to ``fault``.
+
+        Args:
+            reference: 17 joint angles, rad; None if there is none that is new enough: the robot
+                holds, and goes on when there is one.
+            corrections: added to it while it runs, by joint, rad.
+        """
+        if self.state not in TORQUE or self.client.closed:
+            return
+        self._torque += self.parameters.control_period
+        if self._torque > self.parameters.torque_time:
+            self._end(f'{self.parameters.torque_time:g} s with torque')
+            return
+        self.starved = reference is None
+        if reference is None:
+            goal = list(self._target)
+        elif self.state == 'ramping':
+            goal = self._ramp(reference)
+        elif self.state == 'running':
+            goal = _sum(reference, corrections)
+            self._raised()
+        else:
+            goal = list(self._target)
+        self._target = [
+            self._limited(*each) for each in zip(JOINTS, goal, self._target, strict=True)
+        ]
+        try:
+            self._move()
+        except BoardError as error:
+            self._failed_writes += 1
+            if self._failed_writes >= WRITES or self.client.closed:
+                self._fail(f'{self._failed_writes} writes failed: {error}')
+        else:
+            self._failed_writes = 0
+
+    def measure(self) -> None:
+        """Read the AD ports and some positions; a board that gives none leads to ``fault``."""
+        if self.state == 'disconnected' or self.client.closed:
+            return
+        try:
+            self._see(self.client.ad())
+            for _ in range(self.parameters.positions_per_period):
+                joint, servo = list(self.map.servos.items())[self._turn]
+                self.pose[JOINTS.index(joint)] = servo.angle(self.client.measured(servo.ics))
+                self._turn = (self._turn + 1) % len(JOINTS)
+            self._checked += 1
+            anew = self._checked % CHECKED_EACH == 0 and self.client.config() != self._config
+        except BoardError as error:
+            self._failed_reads += 1
+            if self._failed_reads >= READS or self.client.closed:
+                self._fail(f'{self._failed_reads} reads failed: {error}')
+            return
+        self._failed_reads = 0
+        if anew:
+            self._fail('the board has started anew, or somebody else has configured it')
+        elif self.state in TORQUE and self._low > LOW_FOR:
+            self._end(f'battery at {self.battery:.2f} V')
+
+    def _ramp(self, reference: Sequence[float]) -> list[float]:
+        """Return the target on the way to a reference, in a cosine of bounded speed."""
+        way = max(abs(goal - begin) for goal, begin in zip(reference, self._begin, strict=True))
+        time = pi / 2.0 * way / radians(self.parameters.ramp_speed_deg_s)
+        self._ramped += self.parameters.control_period
+        if self._ramped >= time:
+            if self._raised():
+                self.state = 'running'
+            return list(reference)
+        share = (1.0 - cos(pi * self._ramped / time)) / 2.0
+        return [
+            begin + share * (goal - begin)
+            for goal, begin in zip(reference, self._begin, strict=True)
+        ]
+
+    def _raised(self) -> bool:
+        """Bring the board's own loop nearer to what is wanted; return whether it is there."""
+        own = self.parameters
+        if self.feedback is None or own.dry_run:
+            return True
+        try:
+            return self.feedback.raise_to(own.ankle_ratio, own.hip_ratio, own.control_period)
+        except BoardError as error:
+            self._fail(f'the feedback could not be written: {error}')
+            return False
+
+    def _end_feedback(self) -> None:
+        """Take the board's own loop back."""
+        if self.feedback is None:
+            return
+        try:
+            self.feedback.end()
+        except BoardError as error:
+            self._fail(f'the feedback could not be taken back: {error}')
+
+    def _limited(self, joint: str, goal: float, last: float) -> float:
+        """Return a target within the joint's limits and the reach of its servo in a period."""
+        if not isfinite(goal):
+            return last
+        low, high = self.map.servos[joint].limits
+        most = NO_LOAD_SPEED * self.parameters.control_period
+        return min(max(goal, last - most, low), last + most, high)
+
+    def _move(self) -> None:
+        if self.parameters.dry_run:
+            return
+        positions = self.map.positions(self._target)
+        for ics, position in positions.items():
+            trim = self._trims[ics]
+            positions[ics] = min(max(position + trim, LOWEST), HIGHEST) - trim
+        self.client.move(positions)
+
+    def _see(self, ad: Sequence[int]) -> None:
+        self.ad = ad
+        self.battery = (ad[0] + self._battery_reference) * BATTERY_VOLTS
+        if self.feedback and self.state == 'idle':
+            self.feedback.see(ad)
+        low = self.battery < self.parameters.battery_stop
+        self._low = self._low + self.parameters.control_period if low else 0.0
+
+    def _end(self, reason: str) -> None:
+        """Meet a limit: free or hold as at the end, and stay so."""
+        try:
+            self.leave()
+        except BoardError:
+            return
+        self._fail(reason)
+
+    def _fail(self, reason: str) -> None:
+        self.state = 'fault'
+        self.reason = self.reason or reason
+
+
+def _sum(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) -> list[float]:
+    """Add corrections, by joint, to a reference, in their order."""
+    target = list(reference)
+    for correction in corrections:
+        for joint, angle in correction.items():
+            target[JOINTS.index(joint)] += angle
+    return target

@@ -1,0 +1,27 @@
+"""What goes wrong between this computer and the board."""
+
+from khr_common import KhrError, RunError
+
+
+class HardwareError(KhrError):
+    """What was asked of the board, or a file about it, is not accepted."""
+
+
+class BoardError(RunError):
+    """An exchange with the board failed; its text is one line."""
+
+
+class NoReplyError(BoardError):
+    """The board sent nothing, or not enough, before the timeout."""
+
+
+class BadReplyError(BoardError):
+    """What came is not the reply to what was asked."""
+
+
+class RefusedError(BoardError):
+    """The board answered NCK."""
+
+
+class PortError(BoardError):
+    """The port is closed or gone; nothing opens it again by itself."""

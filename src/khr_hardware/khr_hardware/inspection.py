@@ -1,0 +1,160 @@
+"""What a board reports of itself and of its robot, read without writing anything."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import degrees
+
+from khr_hardware.client import Client
+from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.joint_map import JointMap
+from khr_hardware.protocol import memory
+from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, ServoRecord
+
+
+@dataclass(frozen=True)
+class Inspection:
+    """What was read of a board.
+
+    Attributes:
+        version: of the firmware, as text.
+        config: word.
+        assigned: ICS numbers that it talks to.
+        ad: readings of the AD channels, less their references, in steps.
+        references: of the AD channels, in steps.
+        records: of the servos in the map that are assigned, by ICS number.
+    """
+
+    version: str
+    config: Config
+    assigned: Sequence[int]
+    ad: Sequence[int]
+    references: Sequence[int]
+    records: Mapping[int, ServoRecord]
+
+    @property
+    def battery(self) -> float:
+        """Return the voltage of the battery, V."""
+        return (self.ad[0] + self.references[0]) * BATTERY_VOLTS
+
+    def missing(self, joint_map: JointMap) -> list[str]:
+        """List the joints of a map whose servos do not answer."""
+        return [
+            joint
+            for joint, servo in joint_map.servos.items()
+            if servo.ics not in self.records or not self.records[servo.ics].measured
+        ]
+
+    def other_trims(self, joint_map: JointMap) -> dict[str, tuple[int, int]]:
+        """Return the trims of the board that are not those of a map: of both, by joint."""
+        return {
+            joint: (self.records[servo.ics].trim, servo.trim)
+            for joint, servo in joint_map.servos.items()
+            if servo.ics in self.records and self.records[servo.ics].trim != servo.trim
+        }
+
+    def mixings(self) -> dict[int, list[memory.Mixing]]:
+        """Return the mixings that act, by ICS number."""
+        found = {
+            ics: [mixing for mixing in record.mixings if mixing.active]
+            for ics, record in self.records.items()
+        }
+        return {ics: active for ics, active in found.items() if active}
+
+    def pose(self, joint_map: JointMap) -> list[float]:
+        """Return the 17 joint angles in rad.
+
+        Raises:
+            BoardError: if a servo does not answer.
+        """
+        missing = self.missing(joint_map)
+        if missing:
+            raise BoardError(f'no answer from the servos of {", ".join(missing)}')
+        return joint_map.angles({ics: record.measured for ics, record in self.records.items()})
+
+
+def inspect(client: Client, joint_map: JointMap) -> Inspection:
+    """Read a board; raises what :meth:`Client.exchange` does."""
+    version = client.version()
+    config, assigned = client.config(), client.assigned()
+    records = {ics: client.record(ics) for ics in joint_map.numbers if ics in assigned}
+    text = ' '.join(version[:-1].decode('ascii', 'replace').split())
+    return Inspection(text, config, assigned, client.ad(), client.ad_references(), records)
+
+
+def torque_of(record: ServoRecord) -> str:
+    """Return what a servo does in words: free, hold, or where it is driven."""
+    return {FREE: 'free', HOLD: 'hold'}.get(record.reference, str(record.reference))
+
+
+def hold_pose(client: Client, joint_map: JointMap) -> list[float]:
+    """Switch the torque on with every servo where it is; return the pose in rad.
+
+    The measured positions are written as targets, since manuals and clients do not agree on what
+    0x7FFF does.
+
+    Raises:
+        BoardError: if a servo does not answer: nothing is written then.
+        HardwareError: if one is outside its range.
+    """
+    seen = inspect(client, joint_map)
+    angles = seen.pose(joint_map)
+    positions = {ics: record.measured for ics, record in seen.records.items()}
+    for ics, position in positions.items():
+        raw = position + seen.records[ics].trim
+        if not memory.LOWEST <= raw <= memory.HIGHEST:
+            raise HardwareError(
+                f'{joint_map.joint_of(ics)}: position {raw} is not accepted; accepted: '
+                f'{memory.LOWEST} to {memory.HIGHEST}'
+            )
+    client.move(positions)
+    return angles
+
+
+def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:
+    """Return what was read as lines, each with a name."""
+    config = seen.config
+    lines = [
+        ('firmware', seen.version + ('' if seen.version == _KNOWN else ' (not the known one)')),
+        (
+            'configuration',
+            f'{config.word:#06x}: servo bus {_on(config.ics)}, ROM program {_on(config.program)}, '
+            f'vector jumps {_on(config.jumps)}, output cycle {config.cycle * 1e3:g} ms, '
+            f'{config.baud} baud',
+        ),
+        ('battery', f'{seen.battery:.2f} V'),
+        ('servos', f'{len(seen.records)} of {len(joint_map.servos)} of the map are assigned'),
+        ('missing', ', '.join(seen.missing(joint_map)) or 'none'),
+    ]
+    lines += [
+        ('trim', f'{joint}: {found} on the board, {expected} in the map')
+        for joint, (found, expected) in seen.other_trims(joint_map).items()
+    ]
+    lines += [
+        (
+            'mixing',
+            f'{joint_map.joint_of(ics)}: '
+            + ', '.join(f'{each.source:#06x} x {each.factor}' for each in active),
+        )
+        for ics, active in seen.mixings().items()
+    ]
+    lines += [
+        ('AD', ', '.join(f'{channel}: {value}' for channel, value in enumerate(seen.ad))),
+        ('AD_ref', ', '.join(map(str, seen.references))),
+    ]
+    if joint_map.gyro:
+        rate = degrees(joint_map.pitch_rate(seen.ad))
+        lines.append(('pitch rate', f'{rate:.1f} deg/s'))
+    lines += [
+        (f'force {region}', f'{force:.2f} N')
+        for region, force in joint_map.normal_forces(seen.ad).items()
+    ]
+    return lines
+
+
+def _on(value: bool) -> str:
+    return 'on' if value else 'off'
+
+
+_KNOWN = ' '.join(memory.VERSION[:-1].decode().split())

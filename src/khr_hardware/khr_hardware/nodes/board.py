@@ -1,0 +1,311 @@
+"""The board node: it drives the real robot in the simulator's place, by the wall clock."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from functools import partial
+from math import isfinite
+from pathlib import Path
+from typing import NamedTuple
+
+from diagnostic_msgs.msg import DiagnosticStatus
+from rclpy.clock import Clock, ClockType
+from std_msgs.msg import String
+from std_srvs.srv import Trigger
+
+from khr_common import KhrError, cdr
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    ANKLE_CORRECTION,
+    BOARD_CORRECTION,
+    CLOCK,
+    FOOT_FORCES,
+    GYRO,
+    HIP_CORRECTION,
+    JOINT_REFERENCE,
+    JOINT_STATES,
+    JOINTS,
+    REGIONS,
+    ROBOT_DESCRIPTION,
+    STATE,
+    Topic,
+    correction,
+)
+from khr_common.nodes.messages import status
+from khr_common.nodes.node import KhrNode
+from khr_common.punctuality import Latency, Punctuality
+from khr_common.run_identity import KEY, MalformedError
+from khr_common.scheduling import ask_for_real_time
+from khr_hardware.client import connect
+from khr_hardware.driver import BoardDriver
+from khr_hardware.errors import HardwareError
+from khr_hardware.feedback import AT_REST
+from khr_hardware.inspection import Inspection
+from khr_hardware.joint_map import JointMap
+from khr_hardware.parameters import BoardParameters
+
+GAIT = 'gait'
+ASK_AGAIN = 0.1  # s of wall time between questions for the first reference
+REPORT_PERIOD = 1.0  # s of wall time
+
+
+class JointAnswer(NamedTuple):
+    """What a node wants of the joints, rad, for the instant of its stamp."""
+
+    stamp_ns: int
+    name: list[str]
+    position: tuple[float, ...]
+
+
+def read_answer(data: bytes) -> JointAnswer:
+    """Read an answer from the bytes of its message.
+
+    Raises:
+        MalformedError: if it is none.
+    """
+    names, positions = cdr.joint_positions(data)
+    if len(names) != len(positions) or not isfinite(sum(positions)):
+        raise MalformedError('not one finite position per joint')
+    if not set(names) <= set(JOINTS):
+        raise MalformedError('a joint that the robot does not have')
+    return JointAnswer(cdr.clock(data), names, positions)
+
+
+class BoardNode(KhrNode):
+    """Write a target and read the sensors in each control period, once it has been started.
+
+    Until the service ``~/start`` the robot is free and the clock stays at 0. Then the servos hold
+    where they are, ramp to the first reference, and the clock runs. ``~/hold`` and ``~/free`` act
+    at once. A fault ends the run, by name.
+    """
+
+    parameters: BoardParameters
+    keeps = True  # also if the process that started it is killed, it lets go of the robot
+
+    def __init__(self, spec: NodeSpec) -> None:
+        super().__init__(spec)
+        own = self.parameters
+        joint_map = JointMap.load(own.map)
+        description = _text(own.urdf)
+        client, rate = connect(own.port, own.baud, own.reply_timeout)
+        self.driver = BoardDriver(client, joint_map, own)
+        self._describe(self.driver.connect(), rate)
+        if self.driver.feedback:
+            for _ in range(AT_REST):  # or it could not start at once
+                time.sleep(own.control_period)
+                self.driver.measure()
+        self._period_ns = round(own.control_period * 1e9)
+        self._answers: dict[str, JointAnswer] = {}
+        brought = spec.brought(own)
+        self._outputs = {topic: self.output(topic) for topic in brought if topic.flow == 'period'}
+        self._state_out = self.publisher(STATE)
+        if description:
+            self.publisher(ROBOT_DESCRIPTION).publish(String(data=description))
+        for source in filter(None, own.answers):
+            topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
+            self.subscribe_bytes(topic, read_answer, partial(self._on_answer, source))
+        if self.driver.feedback:
+            for topic in (ANKLE_CORRECTION, HIP_CORRECTION):
+                self.subscribe_bytes(topic, cdr.clock, _refuse)
+        for name, action in (
+            ('start', self.driver.start),
+            ('hold', self.driver.hold),
+            ('free', self._free),
+        ):
+            self.create_service(Trigger, f'~/{name}', partial(self._on_service, action))
+        self._punctuality = Punctuality()
+        self._exchanges, self._latency, self._to_servo = Latency(), Latency(), Latency()
+        self._read_at = self._published = self._asked = self._reported = float('-inf')
+        self._first = ask_for_real_time(own.priority)
+        self._enter('waiting')
+        self.create_timer(
+            own.control_period, self._on_period, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
+
+    def configure(self, parameters: BoardParameters) -> None:
+        """Pass changed parameters to the driver."""
+        self.driver.parameters = parameters
+
+    def finish(self) -> None:
+        """Report how far the run got."""
+        if self.state != 'finished':
+            self._enter('finished', end='stopped')
+
+    def close(self) -> None:
+        """Free or hold the robot, as the parameters say, and let go of the line."""
+        try:
+            self.driver.leave()
+        except KhrError as error:
+            self.fail(f'{error}; switch the battery off')
+        self.driver.client.close()
+
+    # ---- a period ----
+
+    def _on_period(self) -> None:
+        if self.closed or self.state == 'finished':
+            return
+        try:
+            self._run_period(time.monotonic())
+        except Exception:
+            self.close()  # whatever it is, the robot is not left driven by nobody
+            raise
+        if self.driver.state == 'fault':
+            self._enter('finished', end='error', reason=self.driver.reason)
+            self.fail(self.driver.reason)
+
+    def _run_period(self, now: float) -> None:
+        own, driver = self.parameters, self.driver
+        if self.state == 'running':
+            self._punctuality.tick(now, own.control_period, 1.0)
+        answered = self._answered
+        driver.step(*self._asked_for())
+        if answered:
+            self._to_servo.add(time.monotonic() - self._read_at)
+        if self.state == 'waiting' and driver.state == 'running':
+            self._enter('running')
+        elif self.state == 'running':
+            self.now_ns += self._period_ns
+        driver.measure()
+        self._read_at = time.monotonic()
+        self._exchanges.add(self._read_at - now)
+        if self.state == 'running':
+            self._publish()
+        elif now - self._asked > ASK_AGAIN:
+            self._asked = now
+            self._send(CLOCK)
+        if own.duration and self.now_ns >= round(own.duration * 1e9):
+            driver.hold()
+            self._enter('finished', end='duration')
+        if now - self._reported > REPORT_PERIOD:
+            self._reported = now
+            self._report()
+
+    @property
+    def _answered(self) -> bool:
+        """Return whether a correction that answers the newest sample goes out in this period."""
+        return self.state == 'running' and any(
+            source != GAIT and answer.stamp_ns == self.now_ns
+            for source, answer in self._answers.items()
+        )
+
+    def _asked_for(self) -> tuple[list[float] | None, list[dict[str, float]]]:
+        """Return the newest reference and corrections, but for those that are too old."""
+        oldest = self.now_ns - round(self.parameters.command_timeout * 1e9)
+        fresh = {
+            source: answer for source, answer in self._answers.items() if answer.stamp_ns >= oldest
+        }
+        if self.state == 'running':
+            self._punctuality.stale += len(self._answers) - len(fresh)
+        reference = fresh.get(GAIT)
+        corrections = [
+            dict(zip(fresh[source].name, fresh[source].position, strict=True))
+            for source in self.parameters.answers
+            if source != GAIT and source in fresh
+        ]
+        return (None if reference is None else list(reference.position)), corrections
+
+    def _publish(self) -> None:
+        driver, outputs = self.driver, self._outputs
+        self._published = time.monotonic()
+        self._send(CLOCK)
+        self._send(JOINT_STATES, *driver.pose)
+        if GYRO in outputs:
+            self._send(GYRO, 0.0, driver.pitch_rate, 0.0)
+        forces = driver.map.normal_forces(driver.ad)
+        for region, topic in zip(REGIONS, FOOT_FORCES, strict=True):
+            if topic in outputs:
+                self._send(topic, 0.0, 0.0, forces[region])
+        if driver.feedback:
+            self._send(BOARD_CORRECTION, *driver.feedback.correction(driver.ad))
+
+    def _send(self, topic: Topic, *numbers: float) -> None:
+        output = self._outputs[topic]
+        output.fill(self.now_ns, numbers)
+        output.send()
+
+    # ---- what arrives ----
+
+    def _on_answer(self, source: str, answer: JointAnswer) -> None:
+        if source == GAIT and tuple(answer.name) != JOINTS:
+            raise MalformedError('not all joints in their order')
+        if answer.stamp_ns > self.now_ns:
+            raise MalformedError('an instant that has not been')
+        known = self._answers.get(source)
+        if known is None or answer.stamp_ns > known.stamp_ns:
+            self._answers[source] = answer
+            if source != GAIT and answer.stamp_ns == self.now_ns and self.state == 'running':
+                self._latency.add(time.monotonic() - self._published)
+
+    def _on_service(
+        self, action: Callable[[], None], _: Trigger.Request, response: Trigger.Response
+    ) -> Trigger.Response:
+        try:
+            action()
+        except KhrError as error:
+            response.success, response.message = False, str(error)
+        else:
+            response.success, response.message = True, self.driver.state
+        return response
+
+    def _free(self) -> None:
+        self.driver.free()
+        if self.state == 'running':
+            self._enter('finished', end='stopped', reason='set free')
+
+    # ---- reports ----
+
+    def _describe(self, seen: Inspection, rate: int) -> None:
+        trims = {ics: record.trim for ics, record in seen.records.items()}
+        self.get_logger().info(
+            f'{self.parameters.port} at {rate} baud: {seen.version}, battery '
+            f'{self.driver.battery:.2f} V, configuration {seen.config.word:#06x}, trims {trims}'
+        )
+
+    def _enter(self, state: str, end: str = '', reason: str = '') -> None:
+        self.state = state
+        values = {
+            'time_ns': str(self.now_ns),
+            'end': end,
+            'reason': reason,
+            'waiting_for': 'khr board start' if state == 'waiting' else '',
+            KEY: self.run,
+        }
+        if state == 'finished':
+            values |= {'trajectory_hash': '', **self._punctuality.figures()}
+        level = DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK
+        self._state_out.publish(status('board', state, values, level))
+
+    def _report(self) -> None:
+        driver = self.driver
+        low = driver.battery < self.parameters.battery_warn
+        worried = low or driver.starved or driver.state == 'fault'
+        self.report(
+            DiagnosticStatus.WARN if worried else DiagnosticStatus.OK,
+            driver.state,
+            {
+                'sync': self.parameters.sync,
+                'real_time_priority': 'granted' if self._first else 'none',
+                'battery_v': f'{driver.battery:.2f}',
+                'holds_for_want_of_a_reference': str(driver.starved).lower(),
+                'missed_periods': str(self._punctuality.late),
+                'stale_corrections': str(self._punctuality.stale),
+                **self._exchanges.figures('exchange'),
+                **self._latency.figures(),
+                **self._to_servo.figures('sensor_to_servo'),
+                **driver.client.counts.figures(),
+            },
+        )
+
+
+def _refuse(_: int) -> None:
+    """Hear no controller while the board closes the loop: it would be closed twice."""
+    raise MalformedError('the board mixes by itself')
+
+
+def _text(path: str) -> str:
+    """Return the text of a file; nothing without a path."""
+    try:
+        return Path(path).read_text(encoding='utf-8') if path else ''
+    except (OSError, UnicodeDecodeError) as error:
+        raise HardwareError(f'urdf: {path}: {error}; accepted: a file that can be read') from error

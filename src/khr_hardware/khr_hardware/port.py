@@ -1,0 +1,61 @@
+"""The serial line to the board: 8 data bits, even parity, one stop bit."""
+
+from __future__ import annotations
+
+import os
+import termios
+from contextlib import suppress
+from typing import Any, Protocol
+
+import serial
+
+from khr_hardware.errors import PortError
+
+WRITE_TIMEOUT = 0.1  # s
+
+
+class Port(Protocol):
+    """What the client needs of a line: a part of ``serial.Serial``."""
+
+    def write(self, data: bytes) -> int | None:
+        """Send bytes."""
+
+    def read(self, size: int = 1) -> bytes:
+        """Return so many bytes, or fewer after the timeout."""
+
+    @property
+    def in_waiting(self) -> int:
+        """Return how many bytes have come in."""
+
+    def close(self) -> None:
+        """Let go of it."""
+
+
+def open_port(path: str, baud: int, timeout: float) -> Port:
+    """Open a serial line for this process alone.
+
+    A read returns fewer bytes than asked for after ``timeout`` s. An FTDI adapter collects what
+    it receives for 16 ms unless it is asked for low latency; a pseudo-terminal has no such setting.
+
+    Raises:
+        PortError: if it does not open.
+    """
+    try:
+        line: Any = serial.Serial(
+            path,
+            baud,
+            parity=serial.PARITY_EVEN,
+            timeout=timeout,
+            write_timeout=WRITE_TIMEOUT,
+            exclusive=True,
+        )
+    except (OSError, ValueError, termios.error) as error:  # SerialException is an OSError
+        code = getattr(error, 'errno', None)
+        reason = os.strerror(code) if code else str(error)
+        raise PortError(
+            f'{path}: {reason}; accepted: the serial line of a board that nobody else has open'
+        ) from error
+    with suppress(OSError, ValueError, NotImplementedError):
+        line.set_low_latency_mode(True)
+    port: Port = line
+    return port

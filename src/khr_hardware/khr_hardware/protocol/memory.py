@@ -1,0 +1,197 @@
+"""The memory of the RCB-4HV: addresses, configuration word, servo records, mixing.
+
+Sources: the maker's command and firmware references; where they contradict themselves, what the
+public clients do. docs/hardware.md lists what only a board can confirm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from struct import Struct
+
+from khr_hardware.errors import HardwareError
+
+RAM_SIZE = 0x0490
+ROM_SIZE = 0x40000
+CONFIG, PROGRAM_COUNTER = 0x0000, 0x0002
+AD_REFERENCES, AD_VALUES, AD_CHANNELS = 0x000C, 0x0022, 11
+ICS_TABLE, ICS_NUMBERS, UNASSIGNED = 0x0044, 35, 0xFFFF
+RECORDS, RECORD_SIZE = 0x0090, 20
+VERSION = b'CB-4 V1.0      090715          \xc7'
+
+FREE, HOLD = 0x8000, 0x7FFF
+CENTRE, LOWEST, HIGHEST = 7500, 3500, 11500  # positions of a servo
+COUNT_DEG = 0.03375
+BATTERY_VOLTS, AD_VOLTS = 25.0 / 1024, 5.0 / 1024  # per AD step, of channel 0 and the others
+BAUD_RATES = (115_200, 625_000, 1_250_000)  # in the order of their code in the configuration
+CYCLES = (0.010, 0.015, 0.020, 0.025)  # s, in the order of their code
+
+# Offsets in a servo record.
+TYPE, ID, TRIM, MEASURED, REFERENCE, SPEED, END, STEPS_LEFT, WIDTH = 0, 1, 2, 4, 6, 8, 9, 11, 12
+MIXINGS = (14, 17)  # source, ratio of each
+NO_SOURCE = 0xFFFF
+LARGEST_RATIO = 127
+
+
+@dataclass(frozen=True)
+class Config:
+    """The configuration word at 0x0000, as its bits."""
+
+    word: int
+
+    @property
+    def ics(self) -> bool:
+        """Return whether the board talks to its servos."""
+        return bool(self.word & 0x0001)
+
+    @property
+    def program(self) -> bool:
+        """Return whether the ROM program runs."""
+        return bool(self.word & 0x0002)
+
+    @property
+    def messages(self) -> bool:
+        """Return whether the board reports unasked that a move has ended."""
+        return bool(self.word & 0x0004)
+
+    @property
+    def jumps(self) -> bool:
+        """Return whether its vector jumps are on."""
+        return bool(self.word & 0x0008)
+
+    @property
+    def cycle(self) -> float:
+        """Return the output cycle, s."""
+        return CYCLES[self.word >> 4 & 3]
+
+    @property
+    def baud(self) -> int | None:
+        """Return the rate of the serial line; None for the code that has none."""
+        code = self.word >> 6 & 3
+        return BAUD_RATES[code] if code < len(BAUD_RATES) else None
+
+    @property
+    def ics_code(self) -> int:
+        """Return the code of the rate on the servos' bus."""
+        return self.word >> 13 & 3
+
+    def quiet(self) -> Config:
+        """Return it with ROM program, unasked messages and vector jumps off, the servo bus on."""
+        return replace(self, word=self.word & ~0x000E | 0x0001)
+
+    def with_cycle(self, cycle: float) -> Config:
+        """Return it with another output cycle.
+
+        Raises:
+            HardwareError: if the board has no such cycle.
+        """
+        if cycle not in CYCLES:
+            raise HardwareError(
+                f'output cycle: {cycle:g} s is not accepted; accepted: '
+                f'{" | ".join(f"{each:g}" for each in CYCLES)} s'
+            )
+        return replace(self, word=self.word & ~0x0030 | CYCLES.index(cycle) << 4)
+
+
+@dataclass(frozen=True)
+class Mixing:
+    """One of the two inputs that the board adds to a servo's position in each output cycle.
+
+    Attributes:
+        source: the word of the record: RAM address, or ICS number and offset.
+        ratio: byte of the record: sign in bit 7, factor in the others.
+    """
+
+    source: int = NO_SOURCE
+    ratio: int = 0
+
+    @classmethod
+    def of_ad(cls, channel: int, factor: int) -> Mixing:
+        """Return ``factor`` counts per step of an AD channel; negative factors set the sign bit.
+
+        Raises:
+            HardwareError: if there is no such channel, or the factor is no integer of 7 bits.
+        """
+        if not 0 <= channel < AD_CHANNELS:
+            raise HardwareError(
+                f'AD channel: {channel} is not accepted; accepted: 0 to {AD_CHANNELS - 1}'
+            )
+        if type(factor) is not int or abs(factor) > LARGEST_RATIO:
+            raise HardwareError(
+                f'mixing ratio: {factor!r} is not accepted; accepted: an integer '
+                f'from -{LARGEST_RATIO} to {LARGEST_RATIO}'
+            )
+        return cls(0x4000 | AD_VALUES + 2 * channel, (0x80 if factor < 0 else 0) | abs(factor))
+
+    @property
+    def active(self) -> bool:
+        """Return whether it adds anything."""
+        return self.source != NO_SOURCE and self.factor != 0
+
+    @property
+    def factor(self) -> int:
+        """Return the signed factor."""
+        return -(self.ratio & 0x7F) if self.ratio & 0x80 else self.ratio & 0x7F
+
+    @property
+    def ad_channel(self) -> int | None:
+        """Return the AD channel that it reads; None if it reads something else."""
+        steps, odd = divmod((self.source & 0x07FF) - AD_VALUES, 2)
+        is_word = self.source & 0xC000 == 0x4000
+        return steps if is_word and not odd and 0 <= steps < AD_CHANNELS else None
+
+    def encode(self) -> bytes:
+        """Return the three bytes of the record."""
+        return self.source.to_bytes(2, 'little') + bytes((self.ratio,))
+
+
+_RECORD = Struct('<BBhHHBHBHHBHB')
+
+
+@dataclass(frozen=True)
+class ServoRecord:
+    """The 20 bytes of a servo: its setting and its state."""
+
+    type: int
+    ics_id: int
+    trim: int
+    measured: int
+    reference: int
+    speed: int
+    end: int
+    steps_left: int
+    width: int
+    mixings: tuple[Mixing, Mixing]
+
+    @classmethod
+    def decode(cls, data: bytes) -> ServoRecord:
+        """Read a record."""
+        kind, number, trim, measured, reference, speed, end, left, width, *mixings = (
+            _RECORD.unpack(data)
+        )
+        one, two = Mixing(*mixings[:2]), Mixing(*mixings[2:])
+        return cls(kind, number, trim, measured, reference, speed, end, left, width, (one, two))
+
+    def encode(self) -> bytes:
+        """Return its 20 bytes."""
+        one, two = self.mixings
+        return _RECORD.pack(
+            self.type, self.ics_id, self.trim, self.measured, self.reference, self.speed, self.end,
+            self.steps_left, self.width, one.source, one.ratio, two.source, two.ratio,
+        )  # fmt: skip
+
+
+def record_address(ics: int) -> int:
+    """Return where the record of an ICS number is."""
+    return RECORDS + RECORD_SIZE * check_ics(ics)
+
+
+def check_ics(ics: int) -> int:
+    """Return an ICS number: twice the servo's ID, and one more on SIO5 to 8.
+
+    Raises:
+        HardwareError: if the board has no such number.
+    """
+    if not 0 <= ics < ICS_NUMBERS:
+        raise HardwareError(f'ICS number: {ics} is not accepted; accepted: 0 to {ICS_NUMBERS - 1}')
+    return ics

@@ -1,0 +1,343 @@
+"""A board without hardware: memory, commands and output cycle of the RCB-4HV.
+
+It answers what docs/hardware.md lists, as in the maker's references; everything else gets NCK.
+Programs in ROM are stored and not run. Nothing here knows of ports or of time: whoever owns it
+passes frames in and lets cycles pass.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+
+from khr_hardware.protocol import memory
+from khr_hardware.protocol.commands import (
+    LITERAL_TO_RAM,
+    LITERAL_TO_RECORD,
+    LITERAL_TO_ROM,
+    LONGEST_READ,
+    MAP,
+    RAM_TO_COM,
+    RECORD_TO_COM,
+    ROM_TO_COM,
+    ServoParameter,
+    servos_of,
+)
+from khr_hardware.protocol.frames import Command, Packet, acknowledged, refusal
+from khr_hardware.protocol.memory import (
+    CENTRE,
+    FREE,
+    HIGHEST,
+    HOLD,
+    LOWEST,
+    NO_SOURCE,
+    Config,
+    Mixing,
+    ServoRecord,
+    record_address,
+)
+from khr_hardware.virtual.robot import BoardRobot
+
+AD_TOP = 1023
+PARAMETERS = {each.value: each for each in ServoParameter}
+
+
+class _NotAcceptedError(Exception):
+    """A command that the board answers with NCK."""
+
+
+@dataclass(frozen=True)
+class Setup:
+    """What the project in a board's ROM sets at power-on.
+
+    Attributes:
+        config: word; the default is that of the maker's project for the KHR-3HV, with the ROM
+            program off, which is not modelled.
+        trims: of the servos that the project has, by ICS number; the others are not assigned.
+        ad_references: by AD channel, in steps.
+        mixing_delay: output cycles between the conversion of an AD channel and the position that
+            its mixing changes (unconfirmed).
+    """
+
+    trims: Mapping[int, int]
+    config: int = 0x8091
+    ad_references: Mapping[int, int] | None = None
+    mixing_delay: int = 1
+
+
+class VirtualBoard:
+    """An RCB-4HV with a robot behind it.
+
+    Attributes:
+        ram, rom: its memory; ROM is 0xFF but for what was written to it.
+        sent: what it sent to each servo in the last cycle, by ICS number, trim and mixing
+            included; ``FREE`` for a servo without torque.
+    """
+
+    def __init__(self, robot: BoardRobot, setup: Setup) -> None:
+        self.robot = robot
+        self.setup = setup
+        self.rom = bytearray(b'\xff' * memory.ROM_SIZE)
+        self._handlers: dict[int, Callable[[bytes], bytes]] = {
+            Command.ACKNOWLEDGE: self._acknowledge,
+            Command.VERSION: self._version,
+            Command.MOVE: self._move,
+            Command.SERVO: self._servo,
+            Command.SERVOS: self._servos,
+            Command.SERVOS_EACH: self._servos_each,
+            Command.SERVO_PARAMETER: self._parameter,
+        }
+        self.power_on()
+
+    def power_on(self) -> None:
+        """Start as from the battery switch: RAM as the project sets it, servos free."""
+        self.ram = bytearray(memory.RAM_SIZE)
+        self.sent: dict[int, int] = {}
+        self._held: dict[
+            int, int
+        ] = {}  # where a servo that holds was when it received the command
+        self._put(memory.CONFIG, self.setup.config)
+        for channel, value in (self.setup.ad_references or {}).items():
+            self._put(memory.AD_REFERENCES + 2 * channel, value)
+        empty = (Mixing(NO_SOURCE, 1), Mixing(NO_SOURCE, 1))
+        for ics in range(memory.ICS_NUMBERS):
+            trim = self.setup.trims.get(ics)
+            address = memory.UNASSIGNED if trim is None else record_address(ics)
+            self._put(memory.ICS_TABLE + 2 * ics, address)
+            reference = CENTRE if trim is None else FREE
+            record = ServoRecord(1, ics, trim or 0, 0, reference, 0, CENTRE, 0, 0, empty)
+            self._store(ics, record)
+        self.sample()
+        self._delayed = [self._ad()] * self.setup.mixing_delay
+
+    @property
+    def config(self) -> Config:
+        """Return the configuration word."""
+        return Config(self._word(memory.CONFIG))
+
+    def record(self, ics: int) -> ServoRecord:
+        """Return the record of a servo."""
+        address = record_address(ics)
+        return ServoRecord.decode(bytes(self.ram[address : address + memory.RECORD_SIZE]))
+
+    # ---- commands ----
+
+    def answer(self, frame: Packet) -> Packet:
+        """Do what a command asks, and return the reply: its data, an ACK, or an NCK."""
+        handler = self._handlers.get(frame.command)
+        if handler is None:
+            return refusal(frame.command)
+        try:
+            data = handler(frame.body)
+        except _NotAcceptedError:
+            return refusal(frame.command)
+        return Packet(frame.command, data) if data else acknowledged(frame.command)
+
+    def _acknowledge(self, body: bytes) -> bytes:
+        _require(body in (b'', b'\x06'))
+        return b''
+
+    def _version(self, body: bytes) -> bytes:
+        _require(not body)
+        return memory.VERSION
+
+    def _move(self, body: bytes) -> bytes:
+        _require(bool(body))
+        kind, rest = body[0], body[1:]
+        if kind in (RAM_TO_COM, ROM_TO_COM, RECORD_TO_COM):
+            _require(rest[:3] == b'\0\0\0')
+            return self._read(kind, rest[3:])
+        if kind in (LITERAL_TO_RAM, LITERAL_TO_ROM, LITERAL_TO_RECORD):
+            _require(len(rest) > 3)
+            self._write(kind, rest[:3], rest[3:])
+            return b''
+        raise _NotAcceptedError
+
+    def _read(self, kind: int, source: bytes) -> bytes:
+        _require(len(source) == (4 if kind == ROM_TO_COM else 3))
+        size = source[-1]
+        _require(1 <= size <= LONGEST_READ)
+        if kind == ROM_TO_COM:
+            start = int.from_bytes(source[:3], 'little')
+            _require(start + size <= memory.ROM_SIZE)
+            return bytes(self.rom[start : start + size])
+        if kind == RAM_TO_COM:
+            start = int.from_bytes(source[:2], 'little')
+            _require(start + size <= memory.RAM_SIZE)
+        else:
+            start = self._in_record(source[0], source[1], size)
+        return bytes(self.ram[start : start + size])
+
+    def _write(self, kind: int, target: bytes, data: bytes) -> None:
+        if kind == LITERAL_TO_ROM:
+            start = int.from_bytes(target, 'little')
+            _require(start + len(data) <= memory.ROM_SIZE)
+            self.rom[start : start + len(data)] = data
+            return
+        _require(target[2] == 0)
+        if kind == LITERAL_TO_RAM:
+            start = int.from_bytes(target[:2], 'little')
+            _require(start + len(data) <= memory.RAM_SIZE)
+        else:
+            start = self._in_record(target[0], target[1], len(data))
+        self.ram[start : start + len(data)] = data
+        if start < memory.AD_REFERENCES + 2 * memory.AD_CHANNELS:
+            self._convert()  # a new reference counts at once
+
+    def _in_record(self, offset: int, ics: int, size: int) -> int:
+        _require(ics < memory.ICS_NUMBERS and offset + size <= memory.RECORD_SIZE)
+        return record_address(ics) + offset
+
+    def _servo(self, body: bytes) -> bytes:
+        _require(len(body) == 4)
+        self._start([(body[0], body[1], int.from_bytes(body[2:], 'little'))])
+        return b''
+
+    def _servos(self, body: bytes) -> bytes:
+        numbers = servos_of(body[:MAP])
+        _require(len(body) == MAP + 1 + 2 * len(numbers))
+        words = body[MAP + 1 :]
+        self._start(
+            (ics, body[MAP], int.from_bytes(words[2 * i : 2 * i + 2], 'little'))
+            for i, ics in enumerate(numbers)
+        )
+        return b''
+
+    def _servos_each(self, body: bytes) -> bytes:
+        numbers = servos_of(body[:MAP])
+        _require(len(body) == MAP + 3 * len(numbers))
+        parts = body[MAP:]
+        self._start(
+            (ics, parts[3 * i], int.from_bytes(parts[3 * i + 1 : 3 * i + 3], 'little'))
+            for i, ics in enumerate(numbers)
+        )
+        return b''
+
+    def _parameter(self, body: bytes) -> bytes:
+        numbers = servos_of(body[:MAP])
+        _require(len(body) == MAP + 1 + len(numbers) and body[MAP] in PARAMETERS)
+        values = body[MAP + 1 :]
+        _require(all(1 <= value <= 127 for value in values))
+        _require(all(ics < memory.ICS_NUMBERS for ics in numbers))
+        if PARAMETERS[body[MAP]] is ServoParameter.STRETCH:
+            self.robot.stiffen(dict(zip(numbers, values, strict=True)))
+        return b''
+
+    def _start(self, moves: Iterable[tuple[int, int, int]]) -> None:
+        """Begin moves: ICS number, cycles and position of each; all or none are accepted."""
+        chosen = list(moves)
+        _require(all(ics < memory.ICS_NUMBERS and cycles for ics, cycles, _ in chosen))
+        for ics, cycles, position in chosen:
+            old = self.record(ics)
+            if position in (FREE, HOLD):
+                # Free and hold act at once, and the cycles are counted down all the same.
+                self._held[ics] = old.measured if old.reference == FREE else self._stands(ics, old)
+                changes = {memory.REFERENCE: position}
+            else:
+                changes = {memory.REFERENCE: self._stands(ics, old)}
+            changes |= {memory.END: position, memory.WIDTH: cycles}
+            start = record_address(ics)
+            for offset, value in changes.items():
+                self._put(start + offset, value)
+            self.ram[start + memory.SPEED] = self.ram[start + memory.STEPS_LEFT] = cycles
+
+    def _stands(self, ics: int, record: ServoRecord) -> int:
+        """Return from where a servo moves on: its reference, or where it holds or is."""
+        if record.reference == HOLD:
+            return self._held.get(ics, record.measured)
+        return record.measured if record.reference == FREE else record.reference
+
+    # ---- output cycle ----
+
+    def cycle(self) -> None:
+        """Let one output cycle pass: positions to the servos, then their replies and the AD."""
+        self._delayed.append(self._ad())
+        ad = self._delayed.pop(0)
+        self.sent = self._outputs(ad) if self._talks else {}
+        self.robot.drive(self.sent, self.config.cycle)
+        self.sample()
+
+    @property
+    def _talks(self) -> bool:
+        """Return whether the servos receive from the board: the bus is on, at their rate."""
+        return self.config.ics and self.config.ics_code == Config(self.setup.config).ics_code
+
+    def _assigned(self, ics: int) -> bool:
+        return self._word(memory.ICS_TABLE + 2 * ics) == record_address(ics)
+
+    def _outputs(self, ad: tuple[int, ...]) -> dict[int, int]:
+        """Move the references on, and return what each assigned servo is sent."""
+        sent = {}
+        for ics in range(memory.ICS_NUMBERS):
+            if not self._assigned(ics):
+                continue
+            record = self._step(ics, self.record(ics))
+            if record.reference == FREE:
+                sent[ics] = FREE
+                continue
+            position = self._stands(ics, record) + record.trim
+            position += sum(self._mixed(mixing, ad) for mixing in record.mixings)
+            sent[ics] = min(max(position, LOWEST), HIGHEST)
+        return sent
+
+    def _step(self, ics: int, record: ServoRecord) -> ServoRecord:
+        """Move the reference one step along its move; in the last it arrives."""
+        left = record.steps_left
+        if not left or not record.speed:  # a client stops a move by a speed of 0
+            return record
+        start = record_address(ics)
+        if record.reference not in (FREE, HOLD):
+            step = (record.end - record.reference) / left
+            self._put(start + memory.REFERENCE, record.reference + round(step))
+        self.ram[start + memory.STEPS_LEFT] = left - 1
+        if left == 1:
+            self.ram[start + memory.SPEED] = 0
+        return self.record(ics)
+
+    def _mixed(self, mixing: Mixing, ad: tuple[int, ...]) -> int:
+        """Return what a mixing adds; one that reads no AD channel is not modelled and adds 0."""
+        channel = mixing.ad_channel if mixing.active else None
+        return 0 if channel is None else mixing.factor * ad[channel]
+
+    def sample(self) -> None:
+        """Take what servos and AD ports give at this moment."""
+        if self._talks:
+            for ics, position in self.robot.measure().items():
+                if self._assigned(ics):
+                    start = record_address(ics)
+                    trim = int.from_bytes(self.ram[start + 2 : start + 4], 'little', signed=True)
+                    self._put(start + memory.MEASURED, min(max(position - trim, 1), 0x7FFE))
+        self._converted = dict(self.robot.sense())
+        self._convert()
+
+    def _convert(self) -> None:
+        """Store what each AD channel reads, less its reference."""
+        for channel in range(memory.AD_CHANNELS):
+            raw = min(max(self._converted.get(channel, 0), 0), AD_TOP)
+            reference = self._signed(memory.AD_REFERENCES + 2 * channel)
+            self._put(memory.AD_VALUES + 2 * channel, raw - reference)
+
+    def _ad(self) -> tuple[int, ...]:
+        return tuple(
+            self._signed(memory.AD_VALUES + 2 * channel) for channel in range(memory.AD_CHANNELS)
+        )
+
+    # ---- memory ----
+
+    def _word(self, address: int) -> int:
+        return int.from_bytes(self.ram[address : address + 2], 'little')
+
+    def _signed(self, address: int) -> int:
+        return int.from_bytes(self.ram[address : address + 2], 'little', signed=True)
+
+    def _put(self, address: int, value: int) -> None:
+        self.ram[address : address + 2] = (value & 0xFFFF).to_bytes(2, 'little')
+
+    def _store(self, ics: int, record: ServoRecord) -> None:
+        address = record_address(ics)
+        self.ram[address : address + memory.RECORD_SIZE] = record.encode()
+
+
+def _require(accepted: bool) -> None:
+    if not accepted:
+        raise _NotAcceptedError

@@ -1,0 +1,111 @@
+"""Faults of a line and of a board, for the tests of those who talk to it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from random import Random
+
+from khr_hardware.errors import HardwareError
+from khr_hardware.protocol.frames import decode, refusal
+
+KINDS = ('lost', 'late', 'corrupt', 'nck', 'silence', 'brownout')
+BROWNOUT = 0.5  # s without an answer while the supply is down
+
+
+@dataclass(frozen=True)
+class Fault:
+    """What goes wrong from a time on.
+
+    Attributes:
+        kind: one of KINDS; ``brownout`` restarts the board, which sets its servos free.
+        start: s after the board was switched on.
+        count: replies that it concerns.
+        duration: s by which a reply comes late, or for which the board is silent.
+    """
+
+    kind: str
+    start: float = 0.0
+    count: int = 1
+    duration: float = 0.05
+
+    @classmethod
+    def parse(cls, text: str) -> Fault:
+        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is needed.
+
+        Raises:
+            HardwareError: if it does not read.
+        """
+        kinds = {'kind': str, 'start': float, 'count': int, 'duration': float}
+        values = {}
+        for word in text.split():
+            key, _, value = word.partition('=')
+            try:
+                values[key] = kinds[key](value)
+            except (KeyError, ValueError) as error:
+                raise _refused(text) from error
+        fault = cls(**{'kind': '', **values})
+        bounded = 0.0 <= fault.start < 1e6 and fault.count > 0 and 0.0 <= fault.duration < 1e6
+        if fault.kind not in KINDS or not bounded:
+            raise _refused(text)
+        return fault
+
+
+def _refused(text: str) -> HardwareError:
+    return HardwareError(
+        f'fault: {text!r:.80} is not accepted; accepted: "kind=KIND start=S count=N duration=S", '
+        f'KIND one of {" | ".join(KINDS)}'
+    )
+
+
+class Faults:
+    """Inject faults into the replies of a board.
+
+    Args:
+        faults: to inject.
+        seed: of what corrupts.
+    """
+
+    def __init__(self, faults: Sequence[Fault] = (), seed: int = 0) -> None:
+        self._faults: list[Fault] = []
+        self._left: list[int] = []
+        self._random = Random(seed)
+        self._now = 0.0  # s after the board was switched on
+        self.add(*faults)
+
+    def add(self, *faults: Fault) -> None:
+        """Inject more of them, whose time counts from now on."""
+        for fault in faults:
+            self._left.append(fault.count)
+            self._faults.append(replace(fault, start=self._now + fault.start))
+
+    def reply(self, now: float, data: bytes) -> tuple[float, bytes]:
+        """Return after how many seconds which bytes go out in place of a reply; perhaps none."""
+        delay = 0.0
+        for i, fault in enumerate(self._faults):
+            if now < fault.start or fault.kind == 'brownout':
+                continue
+            if fault.kind == 'silence':
+                data = b'' if now < fault.start + fault.duration else data
+            elif self._left[i] and data:
+                self._left[i] -= 1
+                delay, data = self._spoilt(fault, delay, data)
+        return delay, data
+
+    def _spoilt(self, fault: Fault, delay: float, data: bytes) -> tuple[float, bytes]:
+        if fault.kind == 'lost':
+            return delay, b''
+        if fault.kind == 'late':
+            return delay + fault.duration, data
+        if fault.kind == 'nck':
+            return delay, refusal(decode(data).command).encode()
+        place = self._random.randrange(len(data))
+        changed = bytearray(data)
+        changed[place] ^= self._random.randrange(1, 256)
+        return delay, bytes(changed)
+
+    def brownout(self, before: float, now: float) -> bool:
+        """Return whether the supply breaks down between two times."""
+        self._now = now
+        breaks = [fault.start for fault in self._faults if fault.kind == 'brownout']
+        return any(before <= start < now for start in breaks)

@@ -1,0 +1,183 @@
+"""A virtual board behind a pseudo-terminal, which looks like a serial line to a client."""
+
+from __future__ import annotations
+
+import os
+import select
+import termios
+import time
+import tty
+from collections.abc import Callable
+from contextlib import suppress
+from fcntl import ioctl
+from heapq import heappop, heappush
+from pathlib import Path
+from struct import Struct
+from types import TracebackType
+
+from khr_hardware.errors import PortError
+from khr_hardware.protocol.frames import Splitter
+from khr_hardware.virtual.board import VirtualBoard
+from khr_hardware.virtual.faults import BROWNOUT, Faults
+
+GAP = 0.005  # s without a byte after which the board forgets an unfinished command
+TICK = 0.05  # s that nothing is looked at, at most
+CHUNK = 4096
+_TCGETS2 = 0x802C542A  # struct termios2, with the speeds as numbers
+_TERMIOS2 = Struct('IIIIB19sII')
+_UNSET = 9600  # the speed as long as no client has set one
+
+
+class Server:
+    """Serve a board at a path until it is stopped.
+
+    In real time the output cycles come by the wall clock. *Stepped*, a cycle passes with each
+    command that moves servos, and time stands still between them.
+
+    Args:
+        board: to serve.
+        link: where the path of the pseudo-terminal is linked; an old link is replaced.
+        stepped: whether time is stepped.
+        faults: to inject; times are those of the board.
+        after_cycle: called after each output cycle; returns whether to go on.
+    """
+
+    def __init__(
+        self,
+        board: VirtualBoard,
+        link: Path,
+        stepped: bool = False,
+        faults: Faults | None = None,
+        after_cycle: Callable[[], bool] = lambda: True,
+    ) -> None:
+        self.board = board
+        self.late = 0  # cycles that began more than half a cycle after their time
+        self.cycles = 0
+        self._link = link
+        self._stepped = stepped
+        self._faults = faults or Faults()
+        self._after_cycle = after_cycle
+        self._splitter = Splitter()
+        self._outgoing: list[tuple[float, int, bytes]] = []
+        self._baud: int | None = None
+        self._dark_until = 0.0
+        # The board's end, and the client's, which stays open: else the line would hang up, and a
+        # second client could not set the same rate again.
+        self._own, self._other = os.openpty()
+        tty.setraw(self._other)
+        self._unset_speed()
+        os.set_blocking(self._own, False)
+        self._make_link(os.ttyname(self._other))
+
+    def __enter__(self) -> Server:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """Take the link away and close the line, as a pulled cable does."""
+        if self._own < 0:
+            return
+        with suppress(OSError):
+            if os.readlink(self._link) == os.ttyname(self._other):
+                self._link.unlink()
+        os.close(self._own)
+        os.close(self._other)
+        self._own = -1
+
+    def run(self, duration: float = 0.0, stop: Callable[[], bool] = lambda: False) -> None:
+        """Serve for so many seconds of wall time; 0 serves until it is stopped."""
+        began = due = time.monotonic()
+        before = 0.0
+        while not stop():
+            now = time.monotonic()
+            if duration and now - began > duration:
+                return
+            if self._faults.brownout(before, now - began):
+                self.board.power_on()
+                self._dark_until = now + BROWNOUT
+            before = now - began
+            if not self._stepped and now >= due:
+                cycle = self.board.config.cycle
+                self.late += now - due > cycle / 2
+                due = max(due + cycle, now)  # what a slow computer loses is lost
+                if not self._pass_cycle():
+                    return
+                continue
+            self._send_due(now)
+            wait = TICK if self._stepped else max(0.0, due - now)
+            if self._outgoing:
+                wait = min(wait, max(0.0, self._outgoing[0][0] - now))
+            if self._splitter.pending:
+                wait = min(wait, GAP)
+            readable, _, _ = select.select([self._own], [], [], min(wait, TICK))
+            if not readable:
+                self._splitter.forget()
+            elif not self._receive(time.monotonic(), began):
+                return
+
+    def _receive(self, now: float, began: float) -> bool:
+        """Answer what has come; return whether to go on."""
+        self._see_speed()
+        with suppress(BlockingIOError):
+            for frame in self._splitter.feed(os.read(self._own, CHUNK)):
+                if now < self._dark_until or self._baud != self.board.config.baud:
+                    continue  # a board hears nothing at another rate
+                baud = self.board.config.baud
+                moves = frame.command in (0x0F, 0x10, 0x11)
+                reply = self.board.answer(frame)
+                delay, data = self._faults.reply(now - began, reply.encode())
+                if data:
+                    heappush(self._outgoing, (now + delay, len(self._outgoing), data))
+                self._send_due(now)
+                if self._stepped and moves and not reply.refused and not self._pass_cycle():
+                    return False
+                if self.board.config.baud != baud:  # acknowledged at the old rate
+                    self._baud = None
+        return True
+
+    def _pass_cycle(self) -> bool:
+        self.board.cycle()
+        self.cycles += 1
+        return self._after_cycle()
+
+    def _send_due(self, now: float) -> None:
+        while self._outgoing and self._outgoing[0][0] <= now:
+            _, _, data = heappop(self._outgoing)
+            with suppress(BlockingIOError):  # a client that does not read loses it
+                os.write(self._own, data)
+
+    def _see_speed(self) -> None:
+        """Note the rate that a client has set, if one has since the last look."""
+        speed = _TERMIOS2.unpack(ioctl(self._other, _TCGETS2, bytes(_TERMIOS2.size)))[-1]
+        if speed != _UNSET:
+            self._baud = speed
+            self._unset_speed()
+
+    def _unset_speed(self) -> None:
+        """Leave no rate that the next client could not set again (Linux refuses: EINVAL)."""
+        settings = termios.tcgetattr(self._other)
+        settings[4] = settings[5] = termios.B9600
+        settings[2] &= ~termios.CBAUD
+        settings[2] |= termios.B9600
+        termios.tcsetattr(self._other, termios.TCSANOW, settings)
+
+    def _make_link(self, target: str) -> None:
+        if self._link.exists() and not self._link.is_symlink():
+            self.close()
+            raise PortError(f'{self._link}: is there; accepted: a path for a link, or an old link')
+        beside = self._link.with_name(f'{self._link.name}.{os.getpid()}')
+        try:
+            beside.symlink_to(target)
+            beside.replace(self._link)
+        except OSError as error:
+            self.close()
+            raise PortError(
+                f'{self._link}: {error.strerror}; accepted: a path in a folder that can be written'
+            ) from error
