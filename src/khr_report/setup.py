@@ -2,17 +2,18 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-package = 'khr_report'
 manifest = ElementTree.parse('package.xml')
+package = manifest.findtext('name')
+stated = ('name', 'version', 'description', 'license', 'maintainer', 'url')
 setup(
-    name=package,
-    version=manifest.findtext('version'),
-    packages=find_packages(include=[package, f'{package}.*']),
+    **{key: manifest.findtext(key) for key in stated},
+    maintainer_email=manifest.find('maintainer').get('email'),
+    packages=find_packages(),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
     ],
-    package_data={'': ['py.typed', 'templates/*']},
+    package_data={'': ['py.typed', '*.mplstyle', 'templates/*']},
     install_requires=[
         'khr_common',
         'khr_sim',
@@ -20,23 +21,12 @@ setup(
         'khr_analysis',
         'khr_bringup',
         'khr_sweeps',
-        'khr_experiments',
-        'khr_tuning',
-        'khr_figures',
-        'distributed',
         'imageio-ffmpeg',
         'Jinja2',
         'MarkupSafe',
         'matplotlib',
         'numpy',
         'pillow',
-        'PyYAML',
     ],
-    extras_require={'test': ['pytest']},
-    zip_safe=True,
-    maintainer=manifest.findtext('maintainer'),
-    maintainer_email=manifest.find('maintainer').get('email'),
-    url=manifest.findtext('url'),
-    description=manifest.findtext('description'),
-    license=manifest.findtext('license'),
+    extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

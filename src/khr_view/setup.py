@@ -3,19 +3,20 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-package = 'khr_view'
 manifest = ElementTree.parse('package.xml')
+package = manifest.findtext('name')
+stated = ('name', 'version', 'description', 'license', 'maintainer', 'url')
 setup(
-    name=package,
-    version=manifest.findtext('version'),
-    packages=find_packages(include=[package, f'{package}.*']),
+    **{key: manifest.findtext(key) for key in stated},
+    maintainer_email=manifest.find('maintainer').get('email'),
+    packages=find_packages(),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
     ],
     entry_points={'khr.nodes': ['page = khr_view.node_specs:PAGE']},
-    package_data={'': ['py.typed']},
+    package_data={'': ['py.typed', 'browser/*']},
     install_requires=[
         'khr_common',
         'khr_sim',
@@ -27,11 +28,5 @@ setup(
         'viser',
         'websockets',
     ],
-    extras_require={'test': ['pytest']},
-    zip_safe=True,
-    maintainer=manifest.findtext('maintainer'),
-    maintainer_email=manifest.find('maintainer').get('email'),
-    url=manifest.findtext('url'),
-    description=manifest.findtext('description'),
-    license=manifest.findtext('license'),
+    extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

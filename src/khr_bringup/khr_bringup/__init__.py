@@ -1,1 +1,1 @@
-"""Scenarios, launch files and the khr command."""
+"""Scenarios, runs of them as graphs and offline, and what they leave."""

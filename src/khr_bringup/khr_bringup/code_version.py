@@ -1,18 +1,21 @@
-"""Which version of the project a trajectory comes from."""
+"""Which version of the project, in what surroundings, a trajectory comes from."""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
+from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from importlib.resources import files
+from os import confstr
 from pathlib import Path
 from platform import python_version
 
-from khr_bringup.node_registry import OWN, registry, spec_of
-from khr_bringup.scenario import Scenario
-from khr_sim import engines
+from khr_bringup.node_registry import registry
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.arithmetic import in_force, warn_unless_portable
+from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
 
 # What decides a trajectory and its outcome: whole packages, and single modules of the others.
@@ -26,11 +29,11 @@ SOURCES = (
     ('khr_analysis', 'outcome.py'),
     ('khr_analysis', 'outcome_measures.py'),
     ('khr_bringup', 'offline.py'),
-    ('khr_bringup', 'run_signals.py'),
+    ('khr_bringup', 'recorded/run_signals.py'),
 )
 LIBRARIES = ('numpy', 'numba')  # and that of the engine
-# These begin lines at the end of a scenario as run: of the code, and of each library.
-MARK, LIBRARY = '# code version ', '# version of '
+# These begin lines at the end of a scenario as run: of the code, and of each thing around it.
+MARK, MADE_WITH = '# code version ', '# made with '
 
 
 @cache
@@ -39,8 +42,8 @@ def code_version(
 ) -> str:
     """Return a short digest of all code that decides what a run gives.
 
-    It changes with every change of that code, of the robot's description, of NumPy, Numba and
-    the physics engine; it does not depend on where the project is installed.
+    It changes with every change of that code, of the robot's description, of the arithmetic, NumPy,
+    Numba and the physics engine; it does not depend on where the project is installed.
 
     Args:
         more: further code to take in, as packages with patterns of files.
@@ -50,21 +53,30 @@ def code_version(
     digest = hashlib.sha256()
     foreign = _foreign(registry()) if joined is None else joined
     for package, pattern in (*SOURCES, *((package, '**/*.py') for package in foreign), *more):
-        folder = Path(str(files(package)))
-        for path in sorted(folder.glob(pattern)):
-            if NODES in path.relative_to(folder).parts:
-                continue
-            digest.update(f'{package}/{path.relative_to(folder).as_posix()}\n'.encode())
-            digest.update(path.read_bytes())
-    for library, number in library_versions(engine).items():
-        digest.update(f'{library} {number}\n'.encode())
+        for name, content in _sources(package, pattern):
+            digest.update(f'{package}/{name}\n'.encode())
+            digest.update(content)
+    for name, text in surroundings(engine).items():
+        digest.update(f'{name} {text}\n'.encode())
     return digest.hexdigest()[:16]
 
 
-def library_versions(engine: str = '') -> dict[str, str]:
-    """Return the versions of the libraries that decide a trajectory, as :func:`code_version`."""
+def _sources(package: str, pattern: str) -> Iterator[tuple[str, bytes]]:
+    """Yield name and content of each file of a package that decides what a run gives."""
+    try:
+        folder = Path(str(files(package)))
+    except TypeError:  # one module is a package's whole
+        yield f'{package}.py', Path(str(import_module(package).__file__)).read_bytes()
+        return
+    for path in sorted(folder.glob(pattern)):
+        if NODES not in path.relative_to(folder).parts:
+            yield path.relative_to(folder).as_posix(), path.read_bytes()
+
+
+def surroundings(engine: str = '') -> dict[str, str]:
+    """Return the arithmetic and the versions of the libraries that decide a trajectory, by name."""
     wanted = [engines.LIBRARIES[engine]] if engine else engines.LIBRARIES.values()
-    found = {library: version(library) for library in LIBRARIES}
+    found = {'arithmetic': in_force(), **{library: version(library) for library in LIBRARIES}}
     for library in wanted:
         try:
             found[library] = version(library)
@@ -82,26 +94,44 @@ def version_of(scenario: Scenario) -> str:
 
 def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
     """Return the packages of nodes that are not this project's, whose cores decide a run too."""
-    own = {*OWN, *(package for package, _ in SOURCES)}
-    return tuple(sorted({spec_of(node).package for node in nodes} - own))
+    joined = (registry()[node] for node in nodes)
+    return tuple(sorted({node.spec.package for node in joined if not node.own}))
+
+
+def stated_of(scenario: Scenario | None = None) -> dict[str, str]:
+    """Return what a scenario as run states around it: Python and the C library as well, by name.
+
+    Different ones of these two mostly take the same trajectory.
+    """
+    library, _, number = (confstr('CS_GNU_LIBC_VERSION') or 'C library').partition(' ')
+    engine = scenario.table(RunParameters).engine if scenario else ''
+    return {'Python': python_version(), library: number, **surroundings(engine)}
 
 
 def as_run(scenario: Scenario) -> str:
-    """Return a whole scenario as YAML, with the versions that it ran with as its last lines."""
-    libraries = library_versions(scenario.table(RunParameters).engine)
-    numbers = {'Python': python_version(), **libraries}
-    lines = [f'{LIBRARY}{name}: {number}\n' for name, number in numbers.items()]
+    """Return a whole scenario as YAML, with what it runs with as its last lines."""
+    warn_unless_portable()
+    lines = [f'{MADE_WITH}{name}: {text}\n' for name, text in stated_of(scenario).items()]
     return ''.join([scenario.to_yaml(), *lines, f'{MARK}{version_of(scenario)}\n'])
 
 
-def libraries_in(text: str) -> dict[str, str]:
-    """Return the versions of Python and the libraries stated in a scenario as run, by name."""
+def stated_in(text: str) -> dict[str, str]:
+    """Return what a scenario as run states around it, by name."""
     stated = (
-        line.removeprefix(LIBRARY).partition(': ')
+        line.removeprefix(MADE_WITH).partition(': ')
         for line in text.splitlines()
-        if line.startswith(LIBRARY)
+        if line.startswith(MADE_WITH)
     )
-    return {name: number for name, _, number in stated}
+    return {name: value for name, _, value in stated}
+
+
+def differences(text: str, here: Mapping[str, str]) -> str:
+    """Say what was otherwise than here, by a scenario as run; empty if nothing."""
+    return ', '.join(
+        f'{name} {value}, here {here[name]}'
+        for name, value in stated_in(text).items()
+        if name in here and here[name] != value
+    )
 
 
 def version_in(text: str) -> str:

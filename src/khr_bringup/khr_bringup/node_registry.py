@@ -7,25 +7,22 @@ documents read the nodes from here.
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass, is_dataclass
 from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, requires
 from types import MappingProxyType
 from typing import Any
 
 from khr_bringup.errors import BringupError
 from khr_common.block import GROUP, NodeSpec
-from khr_common.interfaces import CLOCK, JOINT_STATE
+from khr_common.interfaces import ANKLE_CORRECTION, CLOCK, HIP_CORRECTION, JOINT_STATE, Topic
 from khr_common.parameters import specifications
 
-OWN = (
-    'khr_sim',
-    'khr_balance',
-    'khr_analysis',
-    'khr_view',
-)  # the packages of this project that have nodes
+PROJECT = 'khr'  # its distribution: the whole, or the command, which requires all parts
 
 
 @dataclass(frozen=True)
@@ -34,16 +31,12 @@ class RegisteredNode:
 
     spec: NodeSpec
     entry: str
+    own: bool = True  # of this project
 
     @property
     def correction(self) -> bool:
         """Return whether it is a controller: its answer is added to the joint reference."""
         return any(_is_correction(self.spec, topic) for topic in self.spec.publishes)
-
-    @property
-    def seeded(self) -> bool:
-        """Return whether it draws at random."""
-        return 'seed' in specifications(self.spec.table)
 
     @property
     def staged(self) -> bool:
@@ -63,11 +56,13 @@ def registry() -> Mapping[str, RegisteredNode]:
     # Once each, also where this project is installed both whole and in parts.
     entries = {(each.name, each.value): each for each in entry_points(group=GROUP)}.values()
     for entry in sorted(entries, key=_foreign_last):
-        node = RegisteredNode(_load(entry), entry.value)
+        node = RegisteredNode(_load(entry), entry.value, _is_own(entry))
         _check(entry, node.spec, found)
         found[entry.name] = node
     depth = _depths([node.spec for node in found.values()])
-    ordered = sorted(found.items(), key=lambda item: (depth[item[0]], item[0]))
+    ordered = sorted(
+        found.items(), key=lambda item: (depth[item[0]], item[1].spec.drives, item[0])
+    )
     return MappingProxyType(dict(ordered))
 
 
@@ -86,6 +81,27 @@ def node_of(table: type[Any]) -> str:
     return next(name for name, node in registry().items() if node.spec.table is table)
 
 
+@cache
+def controllers() -> Mapping[str, Topic]:
+    """Return the topic of each controller's correction, by the name of its node.
+
+    Those of ankle and hip come first, whatever else is installed.
+    """
+    found = {
+        name: topic
+        for name, node in registry().items()
+        for topic in node.spec.publishes
+        if _is_correction(node.spec, topic)
+    }
+    first = sorted(found, key=lambda name: found[name] not in (ANKLE_CORRECTION, HIP_CORRECTION))
+    return MappingProxyType({name: found[name] for name in first})
+
+
+def short_name(controller: str) -> str:
+    """Return what legends and tables call a controller: ``ankle`` for ``ankle_controller``."""
+    return controller.removesuffix('_controller')
+
+
 def _load(entry: EntryPoint) -> NodeSpec:
     where = f'{_package(entry)}: entry point {entry.name} = {entry.value}'
     try:
@@ -102,7 +118,26 @@ def _load(entry: EntryPoint) -> NodeSpec:
 
 def _foreign_last(entry: EntryPoint) -> tuple[bool, str, str]:
     """Order entry points so that, of two that clash, the foreign one is refused."""
-    return _package(entry) not in OWN, entry.name, entry.value
+    return not _is_own(entry), entry.name, entry.value
+
+
+def _is_own(entry: EntryPoint) -> bool:
+    """Return whether a distribution of this project has an entry point."""
+    return entry.dist is not None and _plain(entry.dist.name) in _distributions()
+
+
+@cache
+def _distributions() -> frozenset[str]:
+    """Return the distributions of this project, whole or in parts, and what they require."""
+    found = {PROJECT}
+    for name in (PROJECT, 'khr_bringup'):
+        with suppress(PackageNotFoundError):
+            found |= {re.split(r'[^\w.-]', each)[0] for each in requires(name) or ()}
+    return frozenset(map(_plain, found))
+
+
+def _plain(distribution: str) -> str:
+    return distribution.lower().replace('-', '_')
 
 
 def _package(entry: EntryPoint) -> str:
@@ -130,14 +165,14 @@ def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNod
             f'{where}: table {spec.table.__name__} is not accepted ({error}); accepted: a '
             f'dataclass whose fields are made by khr_common.parameter'
         ) from error
-    topics = Counter(topic.name for topic in spec.publishes if topic.flow == 'period')
+    topics = Counter(_claimed(spec))
     for name, other in others.items():
         if other.spec.table is spec.table:
             raise BringupError(
                 f'{where}: its table is that of {name} ({other.spec.package}); accepted: a table '
                 f'of its own'
             )
-        topics.update(topic.name for topic in other.spec.publishes if topic.flow == 'period')
+        topics.update(_claimed(other.spec))
     for topic in spec.publishes:
         if topics[topic.name] > 1:
             raise BringupError(
@@ -146,8 +181,14 @@ def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNod
             )
 
 
+def _claimed(spec: NodeSpec) -> list[str]:
+    """Return the topics that nobody else may publish; a driver replaces who publishes its own."""
+    return [topic.name for topic in spec.publishes if topic.flow == 'period' and not spec.drives]
+
+
 def _is_correction(spec: NodeSpec, topic: Any) -> bool:
-    return bool(topic.name == f'{spec.name}/correction' and topic.kind == JOINT_STATE)
+    named = topic.name == f'{spec.name}/correction' and topic.kind == JOINT_STATE
+    return bool(named and not spec.drives)
 
 
 def _depths(specs: list[NodeSpec]) -> dict[str, int]:

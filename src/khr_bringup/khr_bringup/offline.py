@@ -3,43 +3,31 @@
 from __future__ import annotations
 
 import gc
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import cache
+from itertools import groupby
+from operator import attrgetter
 from typing import Any
 
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
-from khr_balance.gait import gait_of
-from khr_balance.gait_parameters import GaitParameters
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.changes import Applied
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import spec_of
-from khr_bringup.scenario import Scenario
+from khr_bringup.result import Result
+from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers
-from khr_common.interfaces import (
-    ANKLE_CORRECTION,
-    CLOCK,
-    FOOT_FORCES,
-    GYRO,
-    HIP_CORRECTION,
-    JOINT_REFERENCE,
-    STAGE,
-    Topic,
-)
+from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
+from khr_sim.physics.truth import SIGNALS, Truth
 from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import GAIT, RunParameters
-from khr_sim.truth import SIGNALS, Truth
 
+SIMULATOR, MONITOR = 'simulator', 'monitor'
+BEFORE = -1  # the first instant, ns
 Watch = Callable[[Truth, 'ControlLoop', Outcome], object]  # called at each instant of a run
-
-
-@dataclass(frozen=True)
-class OfflineResult:
-    """How a run ended: the monitor's outcome, the trajectory hash and the last instant in s."""
-
-    outcome: Outcome
-    trajectory_hash: str
-    time: float
-    end: str
 
 
 def duration(scenario: Scenario) -> float:
@@ -60,6 +48,7 @@ class ControlLoop:
 
     def __init__(self, scenario: Scenario) -> None:
         self._blocks: list[tuple[Block[Any], tuple[Topic, ...]]] = []
+        self._by_node: dict[str, Block[Any]] = {}
         self.signals: dict[Topic, Numbers] = {}
         known = set(SIGNALS)
         for node in scenario.nodes:
@@ -74,9 +63,8 @@ class ControlLoop:
                 )
             published = tuple(topic for topic in spec.publishes if topic.flow == 'period')
             self._blocks.append((block, published))
+            self._by_node[node] = block
             known |= set(published)
-            if node == GAIT:
-                self._gait = block
         self._corrections = [
             topic
             for node in scenario.answers[1:]
@@ -84,9 +72,16 @@ class ControlLoop:
             if topic.flow == 'period'
         ]
 
+        self._controllers = tuple(scenario.corrections.values())
+
     def reference(self, time: float) -> list[float]:
         """Return the gait's 17 joint angles in rad at ``time`` s."""
-        return list(self._gait.update(time, {CLOCK: ()})[0])
+        return list(self._by_node[GAIT].update(time, {CLOCK: ()})[0])
+
+    def configure(self, node: str, scenario: Scenario) -> None:
+        """Pass changed parameters to a node's block, if it has one."""
+        if node in self._by_node:
+            self._by_node[node].configure(scenario.table(spec_of(node).table))
 
     def answer(self, truth: Truth) -> list[float]:
         """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
@@ -111,8 +106,8 @@ class ControlLoop:
 
     @property
     def corrections(self) -> Numbers:
-        """Return the corrections of the ankles and of the hips, rad."""
-        return [self.signals[topic][0] for topic in (ANKLE_CORRECTION, HIP_CORRECTION)]
+        """Return the correction of each controller, rad, in the order of its scenario's."""
+        return [self.signals[topic][0] for topic in self._controllers]
 
     @property
     def stage(self) -> Numbers:
@@ -120,38 +115,75 @@ class ControlLoop:
         return self.signals.get(STAGE, (0.0, 0.0))[:2]
 
 
-def run_offline(scenario: Scenario, watch: Watch | None = None) -> OfflineResult:
-    """Run a scenario as fast as the physics goes.
+def run_offline(
+    scenario: Scenario, watch: Watch | None = None, changes: Sequence[Applied] = ()
+) -> Result:
+    """Run a scenario as fast as the physics goes; it is always judged.
 
     Args:
         scenario: what to run.
         watch: called with the truth, the control loop and the outcome so far of each instant.
+        changes: of parameters while it runs.
     """
+    began = time.monotonic()
     parameters = replace(scenario.table(RunParameters), duration=duration(scenario))
     plant = Plant(parameters)
     try:
-        return _run(scenario, plant, ControlLoop(scenario), watch)
+        return _run(scenario, plant, ControlLoop(scenario), watch, changes, began)
     finally:
-        plant.world.close()
+        plant.close()
 
 
 def _run(
-    scenario: Scenario, plant: Plant, loop: ControlLoop, watch: Watch | None
-) -> OfflineResult:
+    scenario: Scenario,
+    plant: Plant,
+    loop: ControlLoop,
+    watch: Watch | None,
+    changes: Sequence[Applied],
+    began: float,
+) -> Result:
     monitor = OutcomeMonitor(scenario.table(MonitorParameters))
-    delayed = plant.parameters.control_delay > 0
+    due = {
+        instant: list(group)
+        for instant, group in groupby(
+            sorted(changes, key=attrgetter('after_ns')), key=attrgetter('after_ns')
+        )
+    }
+    now = scenario
+
+    def change(instant_ns: int) -> None:
+        nonlocal now
+        made = due.pop(instant_ns, [])
+        now = now.changed({(each.node, each.parameter): each.value for each in made})
+        for node in {each.node for each in made}:
+            if node == SIMULATOR:
+                table = now.table(RunParameters)
+                plant.configure(replace(table, duration=plant.parameters.duration))
+            elif node == MONITOR:
+                monitor.configure(now.table(MonitorParameters))
+            loop.configure(node, now)
+
+    change(BEFORE)
     _set_imports_aside()
-    due = loop.reference(0.0)  # what the board holds before the first answer
-    truth = plant.start(due)
+    started = time.monotonic()
+    truth = plant.start(loop.reference(0.0))
     while True:
-        answer = loop.answer(truth)
+        plant.answer(loop.answer(truth))
         outcome = monitor.update(truth.stamp_ns, loop.signals)
         if watch is not None:
             watch(truth, loop, outcome)
         if plant.end:
-            return OfflineResult(outcome, plant.trajectory_hash, truth.stamp_ns / 1e9, plant.end)
-        truth = plant.advance(due if delayed else answer)
-        due = answer
+            return Result(
+                scenario=scenario,
+                judged=outcome,
+                trajectory_hash=plant.trajectory_hash,
+                end=plant.end,
+                time=truth.stamp_ns / 1e9,
+                startup=started - began,
+                wall_time=time.monotonic() - started,
+            )
+        change(truth.stamp_ns)
+        truth = plant.advance()
 
 
 @cache

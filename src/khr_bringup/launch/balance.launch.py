@@ -4,6 +4,7 @@ It ends by itself with the run, with 0 if that was whole and its verdict the one
 """
 
 import os
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 
@@ -16,24 +17,31 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from khr_bringup.launching import ARGUMENTS, Launch, arrange
-from khr_bringup.processes import LEFT
+from khr_bringup.graph.launching import ARGUMENTS, Launch, arrange, check_names
+from khr_bringup.graph.processes import WELL
 from khr_common import RunError
 from khr_common.lifeline import PARENT
 from khr_sim.robot import Robot
+
+PATIENCE = '20'  # s for a node to end by itself: a recorder has a bag to finish
 
 
 def _launched(context: LaunchContext) -> list[Action]:
     given = {name: LaunchConfiguration(name).perform(context) for name in ARGUMENTS}
     state_publisher = 'robot_state_publisher' in get_packages_with_prefixes()
+    asked = [text.partition(':=')[0] for text in context.argv or ()]
+    strange = check_names([*context.launch_configurations, *asked], asked)
     launch = arrange(given, joints=not state_publisher)
     own = partial(
         Node,
         output='screen',
         namespace=given['namespace'],
         additional_env={PARENT: str(os.getpid())},  # no node outlives its launch
+        sigterm_timeout=PATIENCE,
+        sigkill_timeout=PATIENCE,
     )
     return [
+        *(LogInfo(msg=f'{name}: no argument of this launch file') for name in strange),
         LogInfo(msg=f'{launch.scenario}: folder {launch.folder}'),
         *(
             own(
@@ -45,6 +53,7 @@ def _launched(context: LaunchContext) -> list[Action]:
             )
             for package, name in launch.nodes
         ),
+        *_driver(launch, own),
         own(
             package='khr_bringup',
             executable='verdict',
@@ -85,8 +94,27 @@ def _rviz(namespace: str) -> Node:
     )
 
 
+def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
+    """Return the driver of somebody else, if one takes the simulator's place."""
+    driver = launch.driver
+    if driver is None or driver.path is None:
+        return []
+    return [
+        own(
+            package=driver.package,
+            executable=driver.name,
+            parameters=[
+                dict(launch.shared_with_driver),
+                *([str(launch.driver_parameters)] if launch.driver_parameters else []),
+            ],
+            on_exit=_on_drivers_exit,
+        )
+    ]
+
+
 def _for_verdict(launch: Launch) -> list[str]:
     expected = ['--expect', launch.expect] if launch.expect else []
+    expected += ['--driver', launch.driver.label] if launch.driver else []
     return [
         str(launch.parameters),
         *('--name', launch.scenario, '--out', str(launch.folder)),
@@ -95,8 +123,18 @@ def _for_verdict(launch: Launch) -> list[str]:
 
 
 def _on_exit(event: ProcessExited, context: LaunchContext) -> None:
-    """Fail if a node ends before it is asked to, or does not end well."""
-    if event.returncode not in LEFT or not context.is_shutdown:
+    """Fail if a node does not end well.
+
+    One that ends well was asked to: where launch runs in the background, a signal to its group
+    reaches the nodes alone. The verdict then says that the run is over, or who is missing.
+    """
+    if event.returncode not in WELL:
+        raise RunError(f'{event.action.name} ended with {event.returncode}')
+
+
+def _on_drivers_exit(event: ProcessExited, context: LaunchContext) -> None:
+    """Fail if the driver ends before it is asked to; how it ends then is its own matter."""
+    if not context.is_shutdown:
         raise RunError(f'{event.action.name} ended with {event.returncode}')
 
 

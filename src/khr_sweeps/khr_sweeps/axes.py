@@ -11,7 +11,8 @@ import numpy as np
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
 from khr_common.parameters import Specification
-from khr_common.quoting import named, quoted
+from khr_common.text.quoting import named, quoted
+from khr_common.text.strict_yaml import LARGEST_INTEGER
 from khr_sweeps.errors import SweepError
 
 LARGEST_AXIS = 100_000
@@ -89,6 +90,8 @@ def checked(where: str, specification: Specification, value: Any) -> Any:
     Raises:
         SweepError: if it does not; its message begins with ``where``.
     """
+    if type(value) is int and abs(value) >= LARGEST_INTEGER:
+        refuse(where, value, specification.accepted)
     try:
         return specification.check(value)
     except ParameterError as error:
@@ -162,6 +165,6 @@ def _steps(
     return tuple(checked(where, specification, round(value, 10)) for value in values)
 
 
-def refuse(where: str, value: Any, accepted: str) -> NoReturn:
-    """Raise an SweepError that names place, value and what is accepted."""
+def refuse(where: str, value: Any, accepted: str | None) -> NoReturn:
+    """Raise a SweepError that names place, value and what is accepted."""
     raise SweepError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')

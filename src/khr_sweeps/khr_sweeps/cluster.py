@@ -1,141 +1,213 @@
-"""Compute the runs of a sweep on processes of this machine, or on a Dask cluster."""
+"""Compute on the workers of a Dask scheduler, on this machine or on others."""
 
 from __future__ import annotations
 
 import logging
-import signal
 import socket
-from collections.abc import Callable, Iterable, Iterator
+import ssl
+from collections.abc import Callable, Iterator
+from concurrent.futures import Future
 from contextlib import contextmanager
-from itertools import islice
-from typing import Any, TypeVar
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 from urllib.parse import urlsplit
 
-import dask
-from distributed import Client, KilledWorker, LocalCluster, as_completed
-
-from khr_common import KhrError, RunError
+from khr_common import RunError
 from khr_sweeps.errors import SweepError
+from khr_sweeps.pool import LostWorkerError, Pool, local_pool
 
 CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
-AHEAD = 4  # runs submitted per worker thread, so that no worker is idle
-LEAST_AHEAD = 64  # runs submitted at least, so that workers that join later find some
-QUIET = {  # Dask watches its workers from within, which would take a tenth of their time
-    'distributed.worker.profile.enabled': False,
-    'distributed.admin.tick.interval': '1s',
-    'distributed.admin.system-monitor.interval': '10s',
-}
+CREDENTIALS = 'ca.pem', 'cert.pem', 'key.pem'
 
-Task = TypeVar('Task')
-Result = TypeVar('Result')
+
+@dataclass(frozen=True)
+class Scheduler:
+    """A Dask scheduler, and how its connections are protected.
+
+    Attributes:
+        address: ``tls://HOST:PORT``, or ``tcp://HOST:PORT`` without protection.
+        tls: folder of the credentials; None without.
+        unauthenticated: whether a scheduler without protection is accepted.
+
+    Raises:
+        SweepError: if the address does not fit, or the credentials are not there or open to others.
+    """
+
+    address: str
+    tls: Path | None = None
+    unauthenticated: bool = False
+
+    def __post_init__(self) -> None:
+        if self.tls is None and not self.unauthenticated:
+            raise SweepError(
+                f'--scheduler: {self.address!r} without --tls: whoever reaches its port runs code '
+                'on every worker and here; accepted: --tls FOLDER with '
+                f'{", ".join(CREDENTIALS)}, or --unauthenticated'
+            )
+        if self.tls is not None and self.unauthenticated:
+            raise SweepError('--unauthenticated: not accepted beside --tls; accepted: one of them')
+        scheme = 'tls' if self.tls else 'tcp'
+        try:
+            place = urlsplit(self.address)
+            if place.scheme != scheme or not place.hostname or not place.port:
+                raise ValueError
+        except ValueError as error:
+            raise SweepError(
+                f'--scheduler: {self.address!r} is not accepted; accepted: {scheme}://HOST:PORT'
+            ) from error
+        for path in self.files:
+            _check_credential(path)
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Return the files of the certificate authority, the certificate and its key."""
+        return tuple(self.tls / name for name in CREDENTIALS) if self.tls else ()
+
+    @property
+    def place(self) -> tuple[str, int]:
+        """Return host and port."""
+        place = urlsplit(self.address)
+        return str(place.hostname), int(place.port or 0)
 
 
 @contextmanager
-def connected(workers: int, scheduler: str | None = None) -> Iterator[Client]:
-    """Connect to a scheduler, or start a cluster of single-threaded processes on this machine.
+def open_pool(workers: int, scheduler: Scheduler | None = None) -> Iterator[Pool]:
+    """Keep a pool: processes of this machine, or with a scheduler its workers.
 
     Args:
-        workers: number of processes to start; ignored with a scheduler.
-        scheduler: address such as ``tcp://host:8786``.
+        workers: how many processes; ignored with a scheduler.
+        scheduler: of a Dask cluster.
 
     Raises:
-        SweepError: if no scheduler answers at the address.
+        SweepError: if the number is not accepted, or no scheduler answers.
     """
-    _silence()
     if scheduler is None:
-        with _local(workers) as cluster, Client(cluster) as client:
-            yield client
+        with local_pool(workers) as pool:
+            yield pool
         return
+    import dask
+
+    _silence()
     with (
         dask.config.set({'distributed.comm.timeouts.connect': CONNECT_TIMEOUT}),
-        _join(scheduler) as client,
+        _connect(scheduler) as client,
     ):
-        yield client
+        yield ClusterPool(client)
 
 
-def compute(
-    client: Client, function: Callable[[Task], Result], tasks: Iterable[tuple[str, Task]]
-) -> Iterator[list[tuple[str, Result | None]]]:
-    """Apply a function to tasks on the cluster; yield results in batches as they finish.
+class ClusterPool:
+    """The workers of a Dask client's scheduler, as a :class:`khr_sweeps.pool.Pool`."""
 
-    Only a window of the tasks is submitted at a time.
+    def __init__(self, client: Any) -> None:
+        self._client = client
+        self._waiting: set[Any] = set()  # Dask forgets a job whose future nobody holds
 
-    Args:
-        client: from :func:`connected`.
-        function: importable by the workers.
-        tasks: each with a key; tasks with equal keys are considered equal.
+    @property
+    def workers(self) -> int:
+        """Return how many jobs are computed at a time."""
+        return sum(self._client.nthreads().values())
 
-    Yields:
-        Keys with results; None for a task whose workers died repeatedly.
+    def submit(
+        self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
+    ) -> Future[Any]:
+        """Start a job; return its future."""
+        future: Future[Any] = Future()
+        remote = self._client.submit(function, *arguments, pure=False, priority=int(first))
+        self._waiting.add(remote)
 
-    Raises:
-        RunError: if the function raised, or the scheduler stopped.
+        def finish(_: Any) -> None:
+            self._waiting.discard(remote)
+            try:
+                future.set_result(_result(remote))
+            except Exception as error:
+                future.set_exception(error)
+
+        remote.add_done_callback(finish)
+        return future
+
+
+def _result(remote: Any) -> Any:
+    from distributed import KilledWorker
+
+    if remote.status not in ('finished', 'error'):
+        raise RunError('the scheduler has stopped; start it and repeat the command to go on')
+    try:
+        return remote.result()
+    except KilledWorker as error:
+        raise LostWorkerError('lost several workers over one job') from error
+    except (OSError, TimeoutError) as error:
+        if remote.status == 'error':
+            raise  # the job's own
+        raise RunError(
+            'the scheduler has stopped; start it and repeat the command to go on'
+        ) from error
+
+
+def _connect(scheduler: Scheduler) -> Any:
+    from distributed import Client
+    from distributed.security import Security
+
+    security = None
+    try:
+        if scheduler.tls:
+            authority, certificate, key = map(str, scheduler.files)
+            security = Security(
+                tls_ca_file=authority,
+                tls_client_cert=certificate,
+                tls_client_key=key,
+                require_encryption=True,
+            )
+        _probe(scheduler, security)
+        return Client(
+            scheduler.address, timeout=CONNECT_TIMEOUT, name='khr-sweep', security=security
+        )
+    except (OSError, ValueError) as error:
+        reason = ' '.join(str(error).split()) or type(error).__name__
+        raise SweepError(
+            f'--scheduler: {scheduler.address!r}: no scheduler answers there ({reason}); accepted: '
+            'the address of a running "dask scheduler"'
+            + ' with a certificate of the same authority'
+            * bool(scheduler.tls)
+        ) from error
+
+
+def _probe(scheduler: Scheduler, security: Any) -> None:
+    """Raise OSError unless a scheduler answers.
+
+    Dask's client would wait for ever for a server that sends nothing; a scheduler sends first.
     """
-    remaining = iter(tasks)
+    with socket.create_connection(scheduler.place, CONNECT_TIMEOUT) as plain:
+        if security is None:
+            answer = plain.recv(1)
+        else:
+            context: ssl.SSLContext = security.get_connection_args('client')['ssl_context']
+            with context.wrap_socket(plain) as protected:
+                answer = protected.recv(1)
+        if not answer:
+            raise OSError('the connection was closed')
 
-    def submit(count: int) -> list[Any]:
-        return [
-            client.submit(function, task, key=key, pure=True)
-            for key, task in islice(remaining, count)
-        ]
 
-    ahead = max(LEAST_AHEAD, AHEAD * sum(client.nthreads().values()))
-    waiting = as_completed(submit(ahead), loop=client.loop, with_results=True, raise_errors=False)
-    for batch in waiting.batches():
-        waiting.update(submit(len(batch)))
-        yield [(future.key, _result(future, result)) for future, result in batch]
+def _check_credential(path: Path) -> None:
+    try:
+        mode = path.stat().st_mode
+        path.read_bytes()
+    except OSError as error:
+        raise SweepError(
+            f'--tls: {str(path)!r}: {error.strerror}; accepted: a folder with '
+            f'{", ".join(CREDENTIALS)}'
+        ) from error
+    if path.name == CREDENTIALS[-1] and mode & 0o077:
+        raise SweepError(
+            f'--tls: {str(path)!r} is open to other users (mode {mode & 0o777:o}); '
+            'accepted: mode 600'
+        )
 
 
 def _silence() -> None:
     """Suppress the log of Dask: errors are reported here in one line."""
+    import distributed  # noqa: F401 (makes the loggers)
+
     for name in [*logging.root.manager.loggerDict, 'distributed']:
         if name.split('.')[0] in ('distributed', 'tornado', 'asyncio'):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
-
-
-def _local(workers: int) -> LocalCluster:
-    """Start workers that ignore a terminal's SIGINT: only the command handles it."""
-    before = signal.signal(signal.SIGINT, signal.SIG_IGN)  # processes inherit it
-    try:
-        with dask.config.set(QUIET):
-            return LocalCluster(
-                n_workers=workers,
-                threads_per_worker=1,
-                host='127.0.0.1',
-                dashboard_address='127.0.0.1:0',
-                memory_limit=0,
-                silence_logs=logging.CRITICAL,
-            )
-    finally:
-        signal.signal(signal.SIGINT, before)
-
-
-def _join(scheduler: str) -> Client:
-    try:
-        place = urlsplit(scheduler)
-        if place.scheme != 'tcp' or not place.hostname or not place.port:
-            raise ValueError
-        # Dask's client would wait for ever for a server that sends nothing; a scheduler
-        # sends first.
-        with socket.create_connection((place.hostname, place.port), CONNECT_TIMEOUT) as probe:
-            if not probe.recv(1):
-                raise ValueError
-        return Client(scheduler, timeout=CONNECT_TIMEOUT, name='khr-sweep')
-    except (OSError, ValueError) as error:
-        raise SweepError(
-            f'--scheduler: {scheduler!r}: no scheduler answers there; accepted: '
-            'the address of a running "dask scheduler", such as '
-            'tcp://127.0.0.1:8786'
-        ) from error
-
-
-def _result(future: Any, result: Any) -> Any:
-    if future.status == 'finished':
-        return result
-    if future.status != 'error':
-        raise RunError('the scheduler has stopped; start it and repeat the command to go on')
-    error = result[1]
-    if isinstance(error, KilledWorker):
-        return None
-    text = str(error) if isinstance(error, KhrError) else f'{type(error).__name__}: {error}'
-    raise RunError(' '.join(text.split())) from error

@@ -28,9 +28,12 @@ class Bar:
         total: number of runs known so far.
         done: number of runs finished before.
         lines: whether to print lines if stderr is not a terminal.
+        quiet: whether to show nothing anywhere.
     """
 
-    def __init__(self, title: str, total: int, done: int = 0, lines: bool = False) -> None:
+    def __init__(
+        self, title: str, total: int, done: int = 0, lines: bool = False, quiet: bool = False
+    ) -> None:
         columns = (
             TextColumn('{task.description}'),
             BarColumn(),
@@ -42,10 +45,10 @@ class Bar:
         )
         console = Console(stderr=True)
         self._bar = Progress(
-            *columns, console=console, transient=True, disable=not console.is_terminal
+            *columns, console=console, transient=True, disable=quiet or not console.is_terminal
         )
         self._task = self._bar.add_task(title, total=total, completed=done, text='')
-        self._lines = lines and not console.is_terminal
+        self._lines = lines and not quiet and not console.is_terminal
         self._title, self._total, self._done, self._before = title, total, done, done
         self._began = self._printed = time.monotonic()
 

@@ -1,15 +1,18 @@
-"""Read sweeps strictly from YAML."""
+"""Read sweeps strictly, from YAML or from plain data."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from khr_bringup import scenario as scenarios
-from khr_bringup.scenario import Scenario
-from khr_bringup.strict_yaml import read_file, read_yaml
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.quoting import named
+from khr_common.text.quoting import named
+from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_sweeps.axes import (
     CASE,
     SCENARIO,
@@ -23,25 +26,41 @@ from khr_sweeps.axes import (
 from khr_sweeps.errors import SweepError
 from khr_sweeps.specification import Cases, Sweep, keyed
 
-KEYS = (
-    'scenario',
-    'set',
-    'duration',
-    'seeds',
-    'cases',
-    'grid',
-    'random',
-    'samples',
-    'keep',
-    'bisect',
-)
 FAST = 'fast'
-SERIES = 'series'
 INITIAL_ERROR = 'simulator.initial_tilt_deg'
 LARGEST_SWEEP = 1_000_000
+VALUES = 'a mapping of node.parameter to a value'
+AXES = 'a mapping of node.parameter to values'
+COUNT = f'integer in [1, {LARGEST_SWEEP}]'
+Count = Annotated[int, Field(ge=1, le=LARGEST_SWEEP)]
+Name = Annotated[str, Field(min_length=1)]
+Some = Annotated[dict[str, Any], Field(min_length=1)]
 
 
-def load(path: Path, fast: bool = False) -> Sweep:
+class SweepForm(BaseModel):
+    """The keys of a sweep; the description of each is what it accepts."""
+
+    model_config = ConfigDict(strict=True, extra='forbid')
+
+    scenario: str | Annotated[list[str], Field(min_length=1)] = Field(
+        description='a scenario file or name, or a list of them'
+    )
+    set: dict[str, Any] = Field({}, description=VALUES)
+    duration: Any = Field(None, description='a time in s')
+    seeds: Count | None = Field(None, description=COUNT)
+    cases: dict[Name, Any] = Field({}, min_length=1, description='a mapping of labels to values')
+    grid: Some = Field({}, description=AXES)
+    random: Some = Field({}, description=AXES)
+    samples: Count | None = Field(None, description=f'{COUNT} with random, nothing without')
+    keep: Literal['series'] | None = Field(None, description='series')
+    bisect: Name = Field('', description='an axis of numbers')
+
+
+KEYS = tuple(SweepForm.model_fields)
+KNOWN = ', '.join((*KEYS, FAST))
+
+
+def load_sweep(path: Path, fast: bool = False) -> Sweep:
     """Read a sweep from a file.
 
     Args:
@@ -53,86 +72,97 @@ def load(path: Path, fast: bool = False) -> Sweep:
             and value, and what is accepted.
     """
     if not path.is_file():
-        raise SweepError(
-            f'{path}: no such sweep; accepted: a YAML file with the keys '
-            f'{", ".join((*KEYS, FAST))}'
-        )
-    return parse(read_file(path), str(path), fast)
+        raise SweepError(f'{path}: no such sweep; accepted: a YAML file with the keys {KNOWN}')
+    return parse_sweep(read_file(path), str(path), fast)
 
 
-def parse(text: str, file: str, fast: bool = False) -> Sweep:
+def parse_sweep(text: str, file: str, fast: bool = False) -> Sweep:
     """Read a sweep from text; ``file`` is its name in error messages.
+
+    Raises:
+        SweepError: as :func:`load_sweep`.
+    """
+    return sweep_from(read_yaml(text, file), file, scenarios.title_of(text), fast)
+
+
+def sweep_from(given: Any, file: str, title: str = '', fast: bool = False) -> Sweep:
+    """Read a sweep from plain data, a mapping as in a file.
 
     Both forms are checked, whichever is returned.
 
+    Args:
+        given: the data.
+        file: what error messages call it; its stem is the name of the sweep.
+        title: of the sweep.
+        fast: whether the keys under ``fast`` replace those of the same name.
+
     Raises:
-        SweepError: as :func:`load`.
+        SweepError: as :func:`load_sweep`.
     """
-    given = read_yaml(text, file)
-    if not isinstance(given, dict) or 'scenario' not in given:
+    if not isinstance(given, Mapping) or 'scenario' not in given:
         raise SweepError(
             f'{file}: not a sweep; accepted: a mapping with scenario, and grid or random'
         )
-    for key in given:
-        if key not in (*KEYS, FAST):
-            raise SweepError(
-                f'{file}: {named(key)}: no such key; accepted: {", ".join((*KEYS, FAST))}'
-            )
-    replaced = given.pop(FAST, {})
-    if not isinstance(replaced, dict) or not set(replaced) <= set(KEYS):
+    usual = {key: value for key, value in given.items() if key != FAST}
+    whole = _read(file, Path(file).stem, title, usual)
+    if FAST not in given:
+        return whole
+    replaced = given[FAST]
+    if not isinstance(replaced, Mapping) or not set(replaced) <= set(KEYS):
         refuse(f'{file}: {FAST}', replaced, f'a mapping with keys of {", ".join(KEYS)}')
-    whole = _read(file, Path(file).stem, text, given)
-    coarse = _read(f'{file}: {FAST}', whole.name, text, given | replaced) if replaced else whole
+    coarse = _read(f'{file}: {FAST}', whole.name, title, {**usual, **replaced})
     return coarse if fast else whole
 
 
-def _read(where: str, name: str, text: str, given: dict[str, Any]) -> Sweep:
-    found = _scenarios(where, given)
-    cases = _cases(where, given.get('cases', {}), 'cases' in given)
-    axes = _axes(where, given)
-    if isinstance(given['scenario'], list):
-        axes = {SCENARIO: Axis(tuple(found)), **_of_cases(cases), **axes}
-    else:
-        axes = _of_cases(cases) | axes
+def _read(where: str, name: str, title: str, given: dict[Any, Any]) -> Sweep:
+    form = _form(where, given)
+    found = _scenarios(where, form)
+    cases = {
+        label: _values(where, f'cases: {named(label)}', values)
+        for label, values in form.cases.items()
+    }
+    axes = _axes(where, form)
+    if cases:
+        axes = {CASE: Axis(tuple(cases)), **axes}
+    if isinstance(form.scenario, list):
+        axes = {SCENARIO: Axis(tuple(found)), **axes}
     if not axes:
         raise SweepError(
             f'{where}: nothing varies; accepted: grid, random, cases, or a list of scenarios'
         )
+    if bool(form.random) != (form.samples is not None):
+        refuse(f'{where}: samples', form.samples, SweepForm.model_fields['samples'].description)
+    bisect = _bisect(where, form, axes)
     sweep = Sweep(
-        where,
-        name,
-        scenarios.title_of(text),
-        found,
-        cases,
-        axes,
-        _samples(where, given),
-        _count(where, 'seeds', given['seeds']) if 'seeds' in given else None,
-        _keep(where, given),
-        _bisect(where, given, axes),
+        where, name, title, found, cases, axes, form.samples, form.seeds, bool(form.keep), bisect
     )
-    _check_once(where, given.get('set', {}), cases, axes)
-    _check_starts(where, sweep, given.get('set', {}))
+    _check_once(where, form.set, cases, axes)
+    _check_starts(where, sweep, form.set)
     if sweep.count > LARGEST_SWEEP:
         raise SweepError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
     return sweep
 
 
-def _of_cases(cases: Cases) -> dict[str, Axis]:
-    return {CASE: Axis(tuple(cases))} if cases else {}
+def _form(where: str, given: dict[Any, Any]) -> SweepForm:
+    for key in given:
+        if key not in KEYS:
+            raise SweepError(f'{where}: {named(key)}: no such key; accepted: {KNOWN}')
+        if given[key] is None:
+            refuse(f'{where}: {key}', None, SweepForm.model_fields[key].description)
+    try:
+        return SweepForm.model_validate(given)
+    except ValidationError as error:
+        key = str(error.errors()[0]['loc'][0])
+        refuse(f'{where}: {key}', given[key], SweepForm.model_fields[key].description)
 
 
-def _scenarios(where: str, given: dict[str, Any]) -> dict[str, Scenario]:
+def _scenarios(where: str, form: SweepForm) -> dict[str, Scenario]:
     """Read the scenario, or several by name, with the values set for all."""
-    names = given['scenario']
-    names = names if isinstance(names, list) else [names]
-    if not names or not all(isinstance(name, str) for name in names):
-        refuse(
-            f'{where}: scenario', given['scenario'], 'a scenario file or name, or a list of them'
-        )
-    changes = _values(where, 'set', given.get('set', {}))
-    if 'duration' in given:
+    names = form.scenario if isinstance(form.scenario, list) else [form.scenario]
+    changes = _values(where, 'set', form.set)
+    if form.duration is not None:
         changes['simulator.duration'] = checked(
-            f'{where}: duration', parameter_named(where, 'simulator.duration'), given['duration']
+            f'{where}: duration', parameter_named(where, 'simulator.duration'), form.duration
         )
     found: dict[str, Scenario] = {}
     for name in names:
@@ -146,21 +176,9 @@ def _scenarios(where: str, given: dict[str, Any]) -> dict[str, Scenario]:
     return found
 
 
-def _cases(where: str, given: Any, present: bool) -> Cases:
-    if present and (
-        not isinstance(given, dict)
-        or not given
-        or not all(isinstance(label, str) and label for label in given)
-    ):
-        refuse(f'{where}: cases', given, 'a mapping of labels to values')
-    return {
-        label: _values(where, f'cases: {named(label)}', values) for label, values in given.items()
-    }
-
-
 def _values(where: str, key: str, given: Any) -> dict[str, Any]:
     if not isinstance(given, dict):
-        refuse(f'{where}: {key}', given, 'a mapping of node.parameter to a value')
+        refuse(f'{where}: {key}', given, VALUES)
     return {
         name: checked(
             f'{where}: {key}: {named(name)}', parameter_named(f'{where}: {key}', name), value
@@ -169,58 +187,29 @@ def _values(where: str, key: str, given: Any) -> dict[str, Any]:
     }
 
 
-def _axes(where: str, given: dict[str, Any]) -> dict[str, Axis]:
-    kinds = [kind for kind in ('grid', 'random') if kind in given]
-    if len(kinds) > 1:
+def _axes(where: str, form: SweepForm) -> dict[str, Axis]:
+    if form.grid and form.random:
         raise SweepError(f'{where}: grid and random; accepted: one of them')
-    axes = {}
-    for kind in kinds:
-        if not isinstance(given[kind], dict) or not given[kind]:
-            refuse(f'{where}: {kind}', given[kind], 'a mapping of node.parameter to values')
-        read = grid_axis if kind == 'grid' else random_axis
-        for name, values in given[kind].items():
-            specification = parameter_named(f'{where}: {kind}', name)
-            axes[str(name)] = read(f'{where}: {kind}: {named(name)}', specification, values)
-    return axes
-
-
-def _samples(where: str, given: dict[str, Any]) -> int | None:
-    if ('random' in given) != ('samples' in given):
-        refuse(
-            f'{where}: samples',
-            given.get('samples'),
-            'an integer from 1 on with random, nothing without',
+    kind, read = ('grid', grid_axis) if form.grid else ('random', random_axis)
+    return {
+        name: read(
+            f'{where}: {kind}: {named(name)}', parameter_named(f'{where}: {kind}', name), values
         )
-    return _count(where, 'samples', given['samples']) if 'random' in given else None
+        for name, values in (form.grid or form.random).items()
+    }
 
 
-def _count(where: str, key: str, value: Any) -> int:
-    if type(value) is not int or not 1 <= value <= LARGEST_SWEEP:
-        refuse(f'{where}: {key}', value, f'integer in [1, {LARGEST_SWEEP}]')
-    return value
-
-
-def _keep(where: str, given: dict[str, Any]) -> bool:
-    if 'keep' in given and given['keep'] != SERIES:
-        refuse(f'{where}: keep', given['keep'], SERIES)
-    return 'keep' in given
-
-
-def _bisect(where: str, given: dict[str, Any], axes: dict[str, Axis]) -> str:
-    if 'bisect' not in given:
-        return ''
+def _bisect(where: str, form: SweepForm, axes: dict[str, Axis]) -> str:
     numbers = [
         name
-        for name, axis in axes.items()
-        if 'grid' in given and all(type(value) in (int, float) for value in axis.values)
+        for name in form.grid
+        if all(type(value) in (int, float) for value in axes[name].values)
     ]
-    if given['bisect'] not in numbers:
+    if form.bisect and form.bisect not in numbers:
         refuse(
-            f'{where}: bisect',
-            given['bisect'],
-            f'an axis of numbers: {", ".join(numbers) or "none"}',
+            f'{where}: bisect', form.bisect, f'an axis of numbers: {", ".join(numbers) or "none"}'
         )
-    return str(given['bisect'])
+    return form.bisect
 
 
 def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str, Axis]) -> None:

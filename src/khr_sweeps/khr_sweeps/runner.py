@@ -1,4 +1,4 @@
-"""Compute the missing runs of sweeps on a cluster and keep them."""
+"""Compute the missing runs of sweeps on a pool and keep them."""
 
 from __future__ import annotations
 
@@ -6,21 +6,17 @@ from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
-from distributed import Client
-
 from khr_bringup.code_version import code_version
-from khr_sweeps.cluster import compute
-from khr_sweeps.folder import Folder
+from khr_sweeps.pool import Pool, compute
+from khr_sweeps.results.folder import Folder
 from khr_sweeps.specification import Sweep
 from khr_sweeps.trial import Row, Trial, run_trial
 
 if TYPE_CHECKING:
-    from khr_bringup.run_signals import Series
+    from khr_bringup.recorded.run_signals import Series
 
 
-def run_missing(
-    client: Client, sweeps: Sequence[tuple[Sweep, Folder]]
-) -> Iterator[list[Row | None]]:
+def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[list[Row | None]]:
     """Compute the runs missing in the folders of sweeps; yield batches of rows after writing them.
 
     A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes
@@ -28,7 +24,7 @@ def run_missing(
     folders: signals are returned with the results and written here.
 
     Args:
-        client: of the cluster, from :func:`khr_sweeps.cluster.connected`.
+        pool: of workers.
         sweeps: each with its open folder.
 
     Yields:
@@ -40,22 +36,22 @@ def run_missing(
     tried: set[str] = set()
     left = sweeps
     while left:
-        yield from _round(client, left, tried)
+        yield from _round(pool, left, tried)
         left = [
             (each, folder) for each, folder in sweeps if each.bisect and _due(each, folder, tried)
         ]
 
 
 def _round(
-    client: Client, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[str]
+    pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[str]
 ) -> Iterator[list[Row | None]]:
     """Compute the runs that are due and were not tried, and note them as tried."""
-    due = [(each, folder, folder.verdicts()) for each, folder in sweeps]
+    due = [(each, folder, folder.finished()) for each, folder in sweeps]
     version = code_version()
 
     def missing() -> Iterator[tuple[Trial, Folder]]:
-        for each, folder, verdicts in due:
-            for trial in each.due(version, verdicts):
+        for each, folder, finished in due:
+            for trial in each.due(version, finished):
                 yield trial, folder
 
     wanted: dict[str, list[_Wanted]] = {}  # by run; scenarios would take too much memory
@@ -70,7 +66,7 @@ def _round(
                 tried.add(trial.run)
                 yield trial.run, replace(trial, keep=any(each.keep for each in wanted[trial.run]))
 
-    for batch in compute(client, run_trial, tasks()):
+    for batch in compute(pool, run_trial, tasks()):
         yield _kept([(each, result) for run, result in batch for each in wanted[run]])
 
 
@@ -79,7 +75,7 @@ def _due(specification: Sweep, folder: Folder, tried: set[str]) -> bool:
 
     A run whose worker died was tried.
     """
-    trials = specification.due(code_version(), folder.verdicts())
+    trials = specification.due(code_version(), folder.finished())
     return any(trial.run not in tried for trial in trials)
 
 

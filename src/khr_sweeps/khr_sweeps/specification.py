@@ -10,13 +10,13 @@ from typing import Any
 
 import numpy as np
 
-from khr_bringup.derived import derived
 from khr_bringup.node_registry import table_of
-from khr_bringup.scenario import Scenario, Values
+from khr_bringup.scenario.derived import derived
+from khr_bringup.scenario.scenario import Scenario, Values
 from khr_common import ParameterError
 from khr_sweeps import bisection
 from khr_sweeps.axes import CASE, LABELS, SCENARIO, Axis
-from khr_sweeps.bisection import Verdicts
+from khr_sweeps.bisection import Finished
 from khr_sweeps.errors import SweepError
 from khr_sweeps.trial import Trial, complete, identity
 
@@ -95,23 +95,23 @@ class Sweep:
                         run, key, labels | point, seed, start.changed(changes), version, self.keep
                     )
 
-    def due(self, version: str, verdicts: Verdicts) -> Iterator[Trial]:
+    def due(self, version: str, finished: Finished) -> Iterator[Trial]:
         """Yield the runs to do next; of a bisection these depend on those that are finished.
 
         Args:
             version: of the code.
-            verdicts: of the finished runs, by id.
+            finished: whether the robot stayed up, by the id of the run.
         """
         if self.bisect:
-            yield from bisection.due(self.trials(version), self.bisect, verdicts)
+            yield from bisection.due(self.trials(version), self.bisect, finished)
         else:
-            yield from (trial for trial in self.trials(version) if trial.id not in verdicts)
+            yield from (trial for trial in self.trials(version) if trial.id not in finished)
 
-    def left(self, version: str, verdicts: Verdicts) -> int:
+    def left(self, version: str, finished: Finished) -> int:
         """Return how many runs are still to do; of a bisection, at most."""
         if self.bisect:
-            return bisection.left(self.trials(version), self.bisect, verdicts)
-        return sum(1 for _ in self.due(version, verdicts))
+            return bisection.left(self.trials(version), self.bisect, finished)
+        return sum(1 for _ in self.due(version, finished))
 
     def record(self) -> dict[str, Any]:
         """Return all that determines the runs as plain data for the file of the sweep."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 from collections import Counter
 from pathlib import Path
@@ -11,68 +10,53 @@ from rich.console import Console
 from rich.table import Table
 
 from khr_bringup.code_version import code_version
+from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.errors import SweepError
-from khr_sweeps.folder import Folder, read_results
+from khr_sweeps.pool import check_workers
 from khr_sweeps.progress import Bar
-from khr_sweeps.reading import load
+from khr_sweeps.results.folder import Folder, read_results
+from khr_sweeps.runner import run_missing
 from khr_sweeps.specification import Sweep
 
 INTERRUPTED = 130  # the shell's exit code for SIGINT
 
 
-def sweep(
-    file: Path,
-    out: Path | None = None,
+def run_sweep(
+    specification: Sweep,
+    out: Path,
     workers: int | None = None,
-    scheduler: str | None = None,
-    fast: bool = False,
-    summary: bool = True,
+    scheduler: Scheduler | None = None,
+    quiet: bool = False,
 ) -> int:
     """Compute the missing runs of a sweep and keep them in its folder; return the exit code.
 
     Args:
-        file: the sweep's specification.
-        out: its folder; ``runs/NAME`` by default. Runs in it are not repeated.
-        workers: processes to start on this machine; as many as it has cores by default.
-        scheduler: address of a Dask scheduler, whose workers are used instead.
-        fast: whether to run the quick form of the specification.
-        summary: whether to print how many runs ended how.
+        specification: of the sweep.
+        out: its folder. Runs in it are not repeated.
+        workers: processes to start on this machine; one per core by default.
+        scheduler: of Dask, whose workers are used instead.
+        quiet: whether to show no progress, and not how many runs ended how.
 
     Raises:
         SweepError: if the specification or an option is not accepted.
         RunError: if the sweep could not go on; what is finished is kept.
     """
-    check_workers(workers, scheduler)
-    specification = load(file, fast)
+    most = check_workers(workers)
+    if workers is not None and scheduler is not None:
+        raise SweepError('--workers: not accepted beside --scheduler; accepted: one of them')
     version = code_version()
     specification.left(version, {})  # refuses values that contradict one another
-    with Folder(
-        out or Path('runs') / (f'{file.stem}-fast' if fast else file.stem),
-        {'version': version, **specification.record()},
-    ) as folder:
-        left = specification.left(version, folder.verdicts())
+    with Folder(out, {'version': version, **specification.record()}) as folder:
+        left = specification.left(version, folder.finished())
         total = left + len(folder.finished())
         lost, stopped = 0, False
         if left:
-            count = min(workers or os.cpu_count() or 1, left)
-            lost, stopped = _run(specification, folder, total, count, scheduler)
-        if summary:
+            count = min(most, left)
+            lost, stopped = _run(specification, folder, total, count, scheduler, quiet)
+        if not quiet:
             _summarise(specification, folder)
     report_lost(lost)
     return INTERRUPTED if stopped else 1 if lost else 0
-
-
-def check_workers(workers: int | None, scheduler: str | None = None) -> None:
-    """Check the number of workers.
-
-    Raises:
-        SweepError: if it is below 1, or given beside a scheduler.
-    """
-    if workers is not None and (workers < 1 or scheduler is not None):
-        raise SweepError(
-            f'--workers: {workers} is not accepted; accepted: an integer from 1 '
-            'on, without --scheduler'
-        )
 
 
 def report_lost(runs: int) -> None:
@@ -86,18 +70,20 @@ def report_lost(runs: int) -> None:
 
 
 def _run(
-    specification: Sweep, folder: Folder, total: int, workers: int, scheduler: str | None
+    specification: Sweep,
+    folder: Folder,
+    total: int,
+    workers: int,
+    scheduler: Scheduler | None,
+    quiet: bool,
 ) -> tuple[int, bool]:
     """Compute the missing runs; return how many were lost, and whether it was interrupted."""
-    from khr_sweeps.cluster import connected
-    from khr_sweeps.runner import run_missing
-
     lost, verdicts = 0, Counter[str]()
-    with Bar('starting', total, len(folder.finished())) as bar:
+    with Bar('starting', total, len(folder.finished()), quiet=quiet) as bar:
         try:
-            with connected(workers, scheduler) as client:
+            with open_pool(workers, scheduler) as pool:
                 bar.name(specification.name)
-                for batch in run_missing(client, [(specification, folder)]):
+                for batch in run_missing(pool, [(specification, folder)]):
                     rows = [row for row in batch if row is not None]
                     lost += len(batch) - len(rows)
                     verdicts.update(row['verdict'] or 'refused' for row in rows)
@@ -117,7 +103,9 @@ def _summarise(specification: Sweep, folder: Folder) -> None:
     rows = read_results(path)
     verdicts = Counter(rows.column('verdict').to_pylist())
     summary = Table(title=specification.name, show_header=False, title_justify='left')
-    total = rows.num_rows + specification.left(code_version(), folder.verdicts())
+    columns = (rows.column(name).to_pylist() for name in ('id', 'stayed_up'))
+    finished = dict(zip(*columns, strict=True))  # as written: Ctrl-C may have come just then
+    total = rows.num_rows + specification.left(code_version(), finished)
     summary.add_row('runs', f'{rows.num_rows} of {total}')
     for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):
         summary.add_row(verdict or 'refused', str(count))

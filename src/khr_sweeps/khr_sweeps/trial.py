@@ -12,16 +12,17 @@ from typing import TYPE_CHECKING, Any
 from khr_analysis.outcome import Outcome
 from khr_bringup.code_version import code_version
 from khr_bringup.node_registry import registry
-from khr_bringup.scenario import Scenario, Values
+from khr_bringup.scenario.scenario import Scenario, Values
 from khr_common import KhrError, specifications
 from khr_sweeps.errors import SweepError
 
 if TYPE_CHECKING:
-    from khr_bringup.run_signals import Series
+    from khr_bringup.recorded.run_signals import Series
 
 # Results of a run, by column, in this order; missing values are null.
 RESULTS: dict[str, type[Any]] = {
     'verdict': str,
+    'stayed_up': bool,
     'time_s': float,
     'fell_at_s': float,
     'distance_m': float,
@@ -94,7 +95,7 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
             f'accepted: {trial.version!r}, as where the sweep was started'
         )
     from khr_bringup.offline import run_offline
-    from khr_bringup.run_signals import run_with_series
+    from khr_bringup.recorded.run_signals import run_with_series
 
     row: Row = dict.fromkeys(RESULTS)
     series = None
@@ -119,6 +120,7 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
 def _quantities(outcome: Outcome) -> Row:
     return {
         'verdict': outcome.verdict,
+        'stayed_up': outcome.stayed_up,
         'fell_at_s': outcome.fell_at,
         'distance_m': outcome.distance,
         'lateral_drift_m': outcome.lateral_drift,

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from khr_view.guard import SOCKET, TOKEN, Door
 
 if TYPE_CHECKING:
-    from khr_bringup.processes import Processes
+    from khr_bringup.graph.processes import Processes
 
 ENTRY = 'khr_view.node_specs:PAGE'
 OPENED = (
@@ -20,22 +20,28 @@ OPENED = (
 )
 
 
-def announced(door: Door, browser: bool, say: Callable[[str], None]) -> Door:
-    """Print the address of a door, and open it in a browser if there is one to see."""
-    say(f'page: {door.address}')
+def announced(door: Door, browser: bool, report: Callable[[str], None]) -> Door:
+    """Report the address of a door, and open it in a browser if there is one to see."""
+    report(f'page: {door.address}')
     if door.token:
-        say(f'khr: {OPENED.format(host=door.host)}')
+        report(f'khr: {OPENED.format(host=door.host)}')
     if browser and _screen():
         webbrowser.open(door.address)
     return door
 
 
-def start(door: Door, processes: Processes) -> None:
-    """Start the page; a browser that asks before it is up waits at the door."""
+def start(door: Door, processes: Processes, again: str) -> None:
+    """Start the page; a browser that asks before it is up waits at the door.
+
+    Args:
+        door: that it is served at.
+        processes: of the run.
+        again: how a run that is over begins again, as the page's parameter has it.
+    """
     processes.start_module(
         'page',
         'khr_common.nodes.run',
-        [ENTRY],
+        [ENTRY, '--ros-args', '-p', f'again:={again}'],
         {SOCKET: str(door.socket.fileno()), TOKEN: door.token},
         door.socket.fileno(),
         beside=True,

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
+
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.node_registry import controllers, short_name, table_of
+from khr_common import specifications
+from khr_sim.run_parameters import GAIT
 
 Value = bool | float
 
@@ -34,25 +40,37 @@ class Tunable:
         return self.node, self.name
 
 
-TUNABLES = (
-    Tunable('Feedback', 'ankle_controller', 'enabled', 'Ankle control'),
-    Tunable('Feedback', 'ankle_controller', 'gain', 'Ankle gain K_A', 0.5),
-    Tunable('Feedback', 'hip_controller', 'enabled', 'Hip control'),
-    Tunable('Feedback', 'hip_controller', 'gain', 'Hip gain K_H', 0.5),
+SYMBOLS = {'ankle': ' K_A', 'hip': ' K_H'}  # of the gains that have one
+SPEED = 'Speed, times real time'
+_OF_SIMULATOR = (
     Tunable('Ground', 'simulator', 'inclination_deg', 'Inclination'),
-    Tunable('Ground', 'simulator', 'friction', 'Friction', 0.01),
-    Tunable('Time', 'simulator', 'pace', 'Pace', 0.05, 5.0),
-    Tunable('Time', 'simulator', 'realtime_factor', 'Realtime factor', 0.05, 5.0),
+    Tunable('Ground', 'simulator', 'friction', "Friction (0: the surface's own)", 0.01),
+    Tunable('Time', 'simulator', 'pace', SPEED, 0.05, 5.0),
+    Tunable('Time', 'simulator', 'realtime_factor', SPEED, 0.05, 5.0),
 )
-
 
 # What the page has to know to draw, and does not let the reader change.
 WATCHED = (
     Tunable('', 'simulator', 'surface', ''),
     Tunable('', 'simulator', 'pad_distance', ''),
-    Tunable('', 'fft_analyser', 'fundamental', ''),
-    Tunable('', 'recorder', 'scenario_file', ''),
+    Tunable('', 'recorder', 'scenario', ''),
+    *(Tunable('', GAIT, name, '') for name in specifications(GaitParameters)),
 )
+
+
+@cache
+def tunables() -> tuple[Tunable, ...]:
+    """Return what the page lets the reader change: of every controller, and of the simulator."""
+    found = []
+    for node in controllers():
+        name = short_name(node)
+        title, known = name.replace('_', ' ').capitalize(), specifications(table_of(node))
+        of_controller = (
+            Tunable('Feedback', node, 'enabled', f'{title} control'),
+            Tunable('Feedback', node, 'gain', f'{title} gain{SYMBOLS.get(name, "")}', 0.5),
+        )
+        found += [each for each in of_controller if each.name in known]
+    return (*found, *_OF_SIMULATOR)
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_common import parameter
+from khr_view.model.again import HOW
 
 
 @dataclass(frozen=True)
@@ -30,5 +31,12 @@ class PageParameters:
         unit='Hz',
         minimum=1.0,
         maximum=60.0,
+        read_only=True,
+    )
+    again: str = parameter(
+        'never',
+        'How a run begins again whose motion has ended or whose robot fell, while somebody looks: '
+        'with the same seed, with the next one, or not.',
+        choices=HOW,
         read_only=True,
     )

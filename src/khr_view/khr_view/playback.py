@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from khr_view.events import Play, Seek, Speed, Step
 from khr_view.guard import Door
-from khr_view.recorded import RecordedRun
-from khr_view.traces import BLUE, CHARTS, ORANGE, Array, Chart
+from khr_view.model.again import PAUSE
+from khr_view.model.charts import BLUE, ORANGE, Array, Chart, charts
+from khr_view.model.events import Loop, Play, Seek, Speed, Step
+from khr_view.model.recorded import RecordedRun
 
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
@@ -31,6 +32,8 @@ class Player:
         now: what is shown, s.
         speed: simulated by wall time.
         playing: whether it goes on.
+        loop: whether it begins again at the end.
+        rested: wall time that the end has been shown, s.
     """
 
     end: float
@@ -38,6 +41,8 @@ class Player:
     now: float = 0.0
     speed: float = 1.0
     playing: bool = True
+    loop: bool = True
+    rested: float = 0.0
 
     def take(self, event: Any) -> None:
         """Do what a reader wants."""
@@ -52,12 +57,21 @@ class Player:
             self.now = min(max(self.now + event.periods * self.period, 0.0), self.end)
         elif isinstance(event, Speed):
             self.speed = event.factor
+        elif isinstance(event, Loop):
+            self.loop = event.on
 
     def advance(self, wall: float) -> None:
-        """Let ``wall`` s pass."""
-        if self.playing:
-            self.now = min(self.now + wall * self.speed, self.end)
-            self.playing = self.now < self.end
+        """Let ``wall`` s pass; the end is shown for a while before it begins again."""
+        if not self.playing:
+            return
+        if self.now < self.end:
+            self.now, self.rested = min(self.now + wall * self.speed, self.end), 0.0
+        elif not self.loop:
+            self.playing = False
+        else:
+            self.rested += wall
+            if self.rested >= PAUSE:
+                self.now = 0.0
 
 
 class PlayedRuns:
@@ -71,7 +85,7 @@ class PlayedRuns:
     def charts(self) -> tuple[Chart, ...]:
         """Return what to draw."""
         if len(self._runs) == 1:
-            return CHARTS
+            return charts()
         return tuple(
             replace(
                 chart,
@@ -85,7 +99,7 @@ class PlayedRuns:
                     for run, color in zip(self._runs, (BLUE, ORANGE), strict=False)
                 ),
             )
-            for chart in CHARTS
+            for chart in charts()
         )
 
     def columns(self, chart: Chart) -> tuple[Array, ...]:
@@ -103,12 +117,13 @@ class PlayedRuns:
         )
 
 
-def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
+def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> int:
     """Play runs back, side by side, until interrupted.
 
     Args:
         paths: folders of runs, or bags.
         door: opens the page's; called once the runs have been read.
+        loop: whether they begin again at their end.
 
     Raises:
         KhrError: if a run cannot be read or the page not be served.
@@ -120,11 +135,12 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
     interrupted: list[int] = []
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, lambda caught, _: interrupted.append(caught))
-    player = Player(max(run.end for run in runs), min(run.period for run in runs))
+    player = Player(max(run.end for run in runs), min(run.period for run in runs), loop=loop)
     played = PlayedRuns(runs)
     display = Display(door(), played.charts)
     for number, run in enumerate(runs):
-        display.add_robot(run.robot, (0.0, -number * SIDE, 0.0))
+        name = run.name if len(runs) > 1 else ''
+        display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
     panel = PlaybackPanel(display.server.gui, display.events.put, player, runs)
     display.add_look()
     note = Note(
@@ -148,7 +164,9 @@ def play(paths: Sequence[Path], door: Callable[[], Door]) -> int:
         if count % CHARTS_EVERY == 0:
             display.show_traces(played)
             lines = runs[0].spectrum(player.now)
-            if lines is not None:
+            if lines is None:
+                display.forget_spectrum()
+            else:
                 display.show_spectrum(lines)
             display.show_status(note, side_by_side([run.rows(player.now) for run in runs]))
     display.close()

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 from markupsafe import Markup, escape
 
-from khr_common.markdown import table as markdown_table
+from khr_common.text.markdown import table as markdown_table
 from khr_report.page.html import part
 
 Item = TypeVar('Item')

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, cast
 
 from rcl_interfaces.msg import ParameterEvent
 from rcl_interfaces.srv import SetParametersAtomically
@@ -12,8 +12,12 @@ from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
 from std_srvs.srv import SetBool, Trigger
 
+from khr_bringup.node_registry import table_of
+from khr_common.errors import KhrError
 from khr_common.interfaces import PARAMETER_EVENTS
 from khr_common.nodes.ros_parameters import value_of
+from khr_common.parameters import check
+from khr_common.run_identity import MalformedError
 from khr_view.controls import Control, Pending, Tunable, Value, control
 
 GONE = 'the simulator does not answer; is the run still there?'
@@ -71,6 +75,10 @@ class Remote:
         """Send what has been asked for."""
         for key, value in self._pending.due().items():
             self._send(self._by_key[key], value)
+
+    def offers(self) -> tuple[bool, bool]:
+        """Return whether the time of the run can be halted, and the run started anew."""
+        return self._pause.service_is_ready(), self._reset.service_is_ready()
 
     def pause(self, halt: bool) -> None:
         """Halt the time of the run, or let it go on."""
@@ -167,7 +175,20 @@ class Remote:
         for parameter in event.changed_parameters:
             tunable = self._by_key.get((node, parameter.name))
             if tunable is not None and tunable.key not in self._pending:
-                self._changed(tunable, value_of(parameter.value))
+                self._changed(tunable, _checked(tunable, parameter.value))
+
+
+def _checked(tunable: Tunable, message: Any) -> Value:
+    """Return the value of a parameter that somebody says has changed.
+
+    Raises:
+        MalformedError: if the parameter does not accept it.
+    """
+    try:
+        value: Any = check(table_of(tunable.node), tunable.name, value_of(message))
+    except (KhrError, TypeError, ValueError) as error:
+        raise MalformedError(f'no value of {tunable.node}.{tunable.name}') from error
+    return cast(Value, value)
 
 
 def _answer(future: Any) -> Any:

@@ -11,14 +11,14 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 
 from khr_common import cdr
 from khr_common.cdr import Floats
-from khr_common.interfaces import JOINT_STATE, Topic
+from khr_common.interfaces import Topic
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import MalformedError, check_run
 
 
 class Taps:
-    """Subscriptions that wake nobody: the middleware keeps the last messages until they are taken.
+    """Subscriptions without callbacks: the middleware keeps the last messages until they are taken.
 
     They are best effort, so that no publisher keeps anything for them or waits, and the node that
     holds them is on no executor: what is not looked at costs nothing but its transport.
@@ -62,7 +62,7 @@ class Taps:
                     break
                 try:
                     data = little_endian(taken[0], kind)
-                    if topic.kind == JOINT_STATE:
+                    if topic.of_run:
                         check_run(cdr.frame(data), self._run)
                     found = cdr.clock(data), read(data)
                 except (MalformedError, *cdr.UNREADABLE):

@@ -1,4 +1,4 @@
-"""The charts, in viser's panels."""
+"""The charts, in viser's panels, by uPlot: a drag zooms, a double click shows all again."""
 
 from __future__ import annotations
 
@@ -7,19 +7,27 @@ from typing import Any
 
 import numpy as np
 
-from khr_view.spectrum_lines import SpectrumLines
-from khr_view.traces import BLUE, ORANGE, Chart, Columns
+from khr_view.model.charts import BLUE, ORANGE, Array, Chart
+from khr_view.model.spectrum_lines import SpectrumLines
+from khr_view.model.traces import Columns
 
-HEIGHT = 110  # px
+HEIGHT = 150  # px
 GREY = '#8A8F98'
-AXIS: dict[str, Any] = {
+LINES = {
     'stroke': GREY,
     'grid': {'stroke': 'rgba(138, 143, 152, 0.2)', 'width': 1},
-    'ticks': {'stroke': 'rgba(138, 143, 152, 0.4)', 'width': 1},
+    'ticks': {'stroke': 'rgba(138, 143, 152, 0.4)', 'width': 1, 'size': 4},
     'font': '11px system-ui, sans-serif',
 }
+# From label to label there are at least so many px.
+AXES: tuple[Any, Any] = (
+    LINES | {'space': 36, 'size': 24, 'gap': 2},
+    LINES | {'space': 18, 'size': 44},
+)
 EMPTY = np.zeros(2)
 NO_SPECTRUM = 'Spectrum of the pitch rate: after the first whole cycle of the gait.'
+STILL = 'Spectrum of the pitch rate: the robot is still.'
+LEAST = 1e-6  # rad/s that are a vibration
 
 
 def _line(label: str, color: str, width: float = 1.5, dashed: bool = False) -> dict[str, Any]:
@@ -32,63 +40,116 @@ def _line(label: str, color: str, width: float = 1.5, dashed: bool = False) -> d
     return series | ({'dash': [6, 4]} if dashed else {})
 
 
+def _add(gui: Any, title: str, over: str, lines: list[dict[str, Any]], **options: Any) -> Any:
+    """Add a chart of lines over one axis; the legend has the values at the cursor."""
+    return gui.add_uplot(
+        (EMPTY,) * (len(lines) + 1),
+        ({'label': over}, *lines),
+        title=title,
+        scales={'x': {'time': False}},
+        axes=AXES,
+        padding=(8, 16, 0, 0),
+        **options,
+    )
+
+
 class TimeCharts:
-    """One chart per group of signals, over the last seconds."""
+    """One chart per group of signals, over the last seconds, whose cursors go together.
+
+    Attributes:
+        drawn: times in s, and the values of each line, by chart that is shown.
+    """
 
     def __init__(self, gui: Any, charts: tuple[Chart, ...]) -> None:
-        self._charts = charts
-        self._handles = [self._add(gui, chart) for chart in charts]
+        self.drawn: dict[Chart, tuple[Array, ...]] = {}
+        self._handles = {
+            chart: _add(
+                gui,
+                f'{chart.title}, {chart.unit}, over time, s',
+                's',
+                [_line(line.label, line.color, dashed=line.dashed) for line in chart.lines],
+                cursor={'sync': {'key': 'time'}},
+                height=HEIGHT,
+                visible=chart.shown,
+            )
+            for chart in charts
+        }
+
+    def add_choice(self, gui: Any) -> None:
+        """Let the reader choose which charts are shown."""
+        for chart, handle in self._handles.items():
+            box = gui.add_checkbox(chart.title, chart.shown)
+            box.on_update(_shows(handle))
 
     def show(self, traces: Columns) -> None:
         """Draw what the traces hold."""
-        for chart, handle in zip(self._charts, self._handles, strict=True):
+        drawn = {}
+        for chart, handle in self._handles.items():
+            if not handle.visible:
+                continue
             columns = traces.columns(chart)
             if len(columns[0]) > 1:
-                handle.data = columns
-
-    def _add(self, gui: Any, chart: Chart) -> Any:
-        lines = [_line(line.label, line.color, dashed=line.dashed) for line in chart.lines]
-        return gui.add_uplot(
-            (EMPTY,) * (len(lines) + 1),
-            ({'label': 's'}, *lines),
-            title=f'{chart.title}, {chart.unit}',
-            scales={'x': {'time': False}},
-            axes=(AXIS, AXIS | {'size': 44}),
-            legend={'show': len(lines) > 1, 'live': False},
-            height=HEIGHT,
-        )
+                handle.data = drawn[chart] = columns
+        self.drawn = drawn
 
 
 class SpectrumChart:
-    """The live spectrum, and its peaks in words."""
+    """The live spectrum, and its peaks in words.
+
+    Attributes:
+        drawn: the newest; None before there is one.
+    """
 
     def __init__(self, gui: Any) -> None:
-        self._chart = gui.add_uplot(
-            (EMPTY,) * 5,
-            (
-                {'label': 'Hz'},
+        self.drawn: SpectrumLines | None = None
+        self._chart = _add(
+            gui,
+            'Spectrum of the pitch rate, deg/s, over frequency, Hz',
+            'Hz',
+            [
                 _line('spectrum', BLUE),
-                _line('gait: f_0 and its multiples', GREY, 1.0, dashed=True),
+                _line('gait: n = 4, 8, 12, ...', GREY, 1.0, dashed=True),
                 _line('peaks', ORANGE, 2.5),
                 _line('33 % of the largest', GREY, 1.0),
-            ),
-            title='Spectrum of the pitch rate, deg/s over Hz',
-            scales={'x': {'time': False}},
-            axes=(AXIS, AXIS | {'size': 44}),
-            legend={'live': False},
-            height=190,
+            ],
+            height=210,
             visible=False,
         )
-        self._peaks = gui.add_html(f'<div class="khr">{NO_SPECTRUM}</div>')
+        self._peaks = gui.add_html('')
+        self._wanted = True
+        self.forget()
+
+    def add_choice(self, gui: Any) -> None:
+        """Let the reader choose whether it is shown."""
+        box = gui.add_checkbox('Spectrum', True)
+        box.on_update(lambda _: self._choose(box.value))
 
     def show(self, lines: SpectrumLines) -> None:
         """Draw a spectrum and name its peaks."""
+        if lines.amplitude.max(initial=0.0) < LEAST:
+            self.forget(STILL)
+            return
+        self.drawn = lines
         frequency, *amplitudes = lines.columns
-        self._chart.visible = True
+        self._chart.visible = self._wanted
         self._chart.data = (frequency, *map(np.degrees, amplitudes))
         rows = ''.join(
-            f'<tr><td>{tone.label}</td><td>{tone.frequency:.2f} Hz</td>'
+            f'<tr><td>{tone.name}</td><td>{tone.frequency:.2f} Hz</td>'
             f'<td>{degrees(tone.amplitude):.1f} deg/s</td></tr>'
             for tone in lines.tones
         )
         self._peaks.content = f'<div class="khr"><table>{rows}</table></div>'
+
+    def forget(self, words: str = NO_SPECTRUM) -> None:
+        """Draw none, and say why."""
+        self.drawn, self._chart.visible = None, False
+        self._peaks.content = f'<div class="khr">{words}</div>'
+
+    def _choose(self, wanted: bool) -> None:
+        self._wanted = self._peaks.visible = wanted
+        self._chart.visible = wanted and self.drawn is not None
+
+
+def _shows(handle: Any) -> Any:
+    """Return what shows a chart or hides it, as its checkbox says."""
+    return lambda event: setattr(handle, 'visible', event.target.value)

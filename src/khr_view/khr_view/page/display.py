@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from html import escape
+from math import inf
 from queue import SimpleQueue
 from typing import Any, cast
 
@@ -13,12 +15,15 @@ from numpy.typing import NDArray
 
 from khr_sim.robot import Robot
 from khr_view.guard import Door
+from khr_view.model.charts import Chart
+from khr_view.model.export import signals_csv, spectrum_csv
+from khr_view.model.snapshot import Snapshot
+from khr_view.model.spectrum_lines import SpectrumLines
+from khr_view.model.traces import Columns
+from khr_view.page.board_view import BoardView
 from khr_view.page.charts import SpectrumChart, TimeCharts
-from khr_view.page.robot_view import BoardView, RobotView
+from khr_view.page.robot_view import RobotView
 from khr_view.page.server import PageServer
-from khr_view.snapshot import Snapshot
-from khr_view.spectrum_lines import SpectrumLines
-from khr_view.traces import CHARTS, Chart, Columns
 
 ROOT = '/world'
 TITLE = 'khr'
@@ -36,18 +41,18 @@ BRAND = (
     '#004a73',
 )
 WIDE = 1.0  # width by height of a window from which on panels lie beside the scene
+PUSH_SHOWN = 0.5  # s of wall time
 CAMERA, TARGET = (0.45, -0.75, 0.35), (0.0, 0.0, 0.17)
 # On a phone the controls cover the lower half: the robot stands in the upper one.
 CAMERA_NARROW, TARGET_NARROW = (0.85, -1.4, 0.12), (0.0, 0.0, -0.28)
-CSS = """<style>
-.khr { padding: 0.2rem 0.7rem; font-size: 0.8rem; line-height: 1.5; }
-.khr table { width: 100%; border-collapse: collapse; }
-.khr td { padding: 0; }
-.khr td + td { text-align: right; font-variant-numeric: tabular-nums; }
-.khr-state { font-weight: 600; font-size: 1rem; }
-.khr-note { border-left: 3px solid #D55E00; padding-left: 0.5rem; overflow-wrap: anywhere; }
-</style>"""
-"""The look of what the page writes itself; colours come from viser's theme."""
+SAVE = (
+    '<div class="khr-save">'
+    '<a href="khr/signals.csv" download="signals.csv">Signals as CSV</a>'
+    '<a href="khr/spectrum.csv" download="spectrum.csv">Spectrum as CSV</a>'
+    '<button data-khr="picture">Charts as PNG</button>'
+    '</div>'
+)
+LOADING = '<div class="khr">Loading ...</div>'  # not khr-state, which the browser waits for
 
 
 @dataclass(frozen=True)
@@ -69,7 +74,7 @@ class Display:
         events: what readers did, oldest first; taken by the one who owns the window.
     """
 
-    def __init__(self, door: Door, charts: tuple[Chart, ...] = CHARTS) -> None:
+    def __init__(self, door: Door, charts: tuple[Chart, ...]) -> None:
         self.events: SimpleQueue[Any] = SimpleQueue()
         self.server = PageServer(door, TITLE)
         server = self.server
@@ -88,12 +93,21 @@ class Display:
         self._board = BoardView(server.scene, ROOT)
         self._robots: list[RobotView] = []
         self._follow = True
+        self._push_until = inf
         self._theme(dark=False)
-        self._status = server.gui.add_html(CSS)
+        self._status = server.gui.add_html(LOADING)
         panel = server.gui.add_panel()
         with panel.add_tab('Signals'):
             self._spectrum = SpectrumChart(server.gui)
             self._charts = TimeCharts(server.gui, charts)
+            server.gui.add_html(SAVE)
+            with server.gui.add_folder('Choose', expand_by_default=False):
+                self._spectrum.add_choice(server.gui)
+                self._charts.add_choice(server.gui)
+        server.tables |= {
+            'signals.csv': lambda: signals_csv(self._charts.drawn),
+            'spectrum.csv': lambda: spectrum_csv(self._spectrum.drawn),
+        }
         panel.dock_left()
         panel.set_width(360)
         server.gui.main_panel.dock_right()
@@ -104,11 +118,12 @@ class Display:
         """Count those who have the page open."""
         return len(self.server.get_clients())
 
-    def add_robot(self, robot: Robot, shift: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> None:
-        """Put a robot on the board."""
-        name = f'robot_{len(self._robots)}'
-        ghost = bool(self._robots)
-        self._robots.append(RobotView(self.server.scene, ROOT, name, robot, shift, ghost))
+    def add_robot(
+        self, robot: Robot, shift: tuple[float, float, float] = (0.0, 0.0, 0.0), name: str = ''
+    ) -> None:
+        """Put a robot on the board, its name over its head."""
+        at = f'{ROOT}/robot_{len(self._robots)}'
+        self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
 
     def let_push(self) -> None:
         """Let the first robot be pushed by dragging its torso."""
@@ -122,6 +137,8 @@ class Display:
                     robot.show(scene)
             first = scenes[0] if scenes else None
             if first is not None:
+                if time.monotonic() > self._push_until:
+                    self.show_push(first, np.zeros(3))
                 self._board.show(first)
                 for robot, scene in list(zip(self._robots, scenes, strict=True))[1:]:
                     if scene is not None:
@@ -129,9 +146,10 @@ class Display:
                 if self._follow:
                     self._root.position = -first.way
 
-    def show_push(self, scene: Snapshot, force: NDArray[np.float64]) -> None:
-        """Show a push on the first robot."""
-        self._robots[0].show_push(scene, force)
+    def show_push(self, scene: Snapshot, force: NDArray[np.float64], acts: bool = False) -> None:
+        """Show a push on the first robot; one that acts disappears after a while."""
+        self._robots[0].marks.show_push(scene, force)
+        self._push_until = time.monotonic() + PUSH_SHOWN if acts else inf
 
     def add_look(self) -> None:
         """Let the reader choose what the scene shows, and how."""
@@ -146,7 +164,7 @@ class Display:
 
     def _show_marks(self, visible: bool) -> None:
         for robot in self._robots:
-            robot.show_marks(visible)
+            robot.marks.show_all(visible)
 
     def _theme(self, dark: bool) -> None:
         self.server.gui.configure_theme(
@@ -164,6 +182,10 @@ class Display:
         """Draw the spectrum."""
         self._spectrum.show(lines)
 
+    def forget_spectrum(self) -> None:
+        """Show no spectrum: a run begins, or a recording is before its first."""
+        self._spectrum.forget()
+
     def show_status(self, note: Note, rows: Sequence[tuple[str, ...]]) -> None:
         """Write how the run goes."""
         cells = ''.join(
@@ -171,7 +193,7 @@ class Display:
         )
         trouble = f'<div class="khr-note">{escape(note.trouble)}</div>' if note.trouble else ''
         self._status.content = (
-            f'{CSS}<div class="khr"><div class="khr-state">{escape(note.state)}</div>{trouble}'
+            f'<div class="khr"><div class="khr-state">{escape(note.state)}</div>{trouble}'
             f'<table>{cells}</table></div>'
         )
 

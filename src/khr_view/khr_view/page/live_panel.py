@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from khr_view.controls import TUNABLES, Control, Tunable, Value
-from khr_view.events import Changed, Pause, Pushed, Reset, Switch
+from khr_view.controls import Control, Tunable, Value, tunables
+from khr_view.model.again import HOW, How
+from khr_view.model.events import Changed, Pause, Pushed, Repeat, Reset, Switch
 
 Emit = Callable[[object], None]
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
@@ -18,6 +19,8 @@ DIRECTIONS = {
 }
 LARGEST_PUSH = 30.0  # N that the page offers
 GROUPS = ('Feedback', 'Ground', 'Push', 'Time', 'Scenario')
+AT_THE_END = ('begin again, same seed', 'begin again, next seed', 'stay')
+PAUSE, RESET, PUSH = ('Pause', 'Go on'), 'Reset to time 0', 'Push'  # what the buttons say
 OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # what sets the speed
 
 
@@ -28,28 +31,50 @@ class LivePanel:
         gui: viser's.
         emit: called with each event.
         scenarios: names of those that can be switched to.
+        again: how a run that is over begins again.
     """
 
-    def __init__(self, gui: Any, emit: Emit, scenarios: Sequence[str]) -> None:
+    def __init__(self, gui: Any, emit: Emit, scenarios: Sequence[str], again: How) -> None:
         self._gui, self._emit = gui, emit
         self._handles: dict[tuple[str, str], Any] = {}
         self._folders: dict[str, Any] = {}
-        self._paused = False
-        self._pause = gui.add_button('Pause', icon='player-pause')
+        self._paused, self._going, self._pausable = False, False, True
+        self._pause = gui.add_button(PAUSE[False], icon='player-pause', disabled=True)
         self._pause.on_click(lambda _: emit(Pause(not self._paused)))
-        reset = gui.add_button('Reset to time 0', icon='rotate', color='gray')
-        reset.on_click(lambda _: emit(Reset()))
+        self._reset = gui.add_button(RESET, icon='rotate', color='gray')
+        self._reset.on_click(lambda _: emit(Reset()))
+        words = dict(zip(HOW, AT_THE_END, strict=True))
+        end = gui.add_dropdown('At the end', AT_THE_END, initial_value=words[again])
+        end.on_update(lambda _: emit(Repeat(HOW[AT_THE_END.index(end.value)])))
         for group in GROUPS:
             self._folders[group] = gui.add_folder(group)
         self._add_push()
         self._add_scenarios(scenarios)
 
-    def show_paused(self, paused: bool) -> None:
-        """Name the button after what it does."""
-        if paused != self._paused:
-            self._paused = paused
-            self._pause.label = 'Go on' if paused else 'Pause'
-            self._pause.icon = 'player-play' if paused else 'player-pause'
+    def show_state(self, state: str) -> None:
+        """Name the button after what it does; only what runs or is paused can be halted."""
+        self._going = state in ('running', 'paused')
+        self._paused = state == 'paused'
+        self._pause.icon = 'player-play' if self._paused else 'player-pause'
+        self._show_pause()
+
+    def show_offers(self, pause: bool, reset: bool, push: bool) -> None:
+        """Disable the buttons of what the run's driver does not offer, which say so then."""
+        self._pausable = pause
+        self._show_pause()
+        self._show(self._reset, reset, RESET if reset else 'No reset: the driver has none')
+        self._show(self._push, push, PUSH if push else 'No push: the driver takes none')
+
+    def _show_pause(self) -> None:
+        name = PAUSE[self._paused] if self._pausable else 'No pause: the driver has none'
+        self._show(self._pause, self._pausable and self._going, name)
+
+    @staticmethod
+    def _show(button: Any, enabled: bool, label: str) -> None:
+        if button.disabled is enabled:
+            button.disabled = not enabled
+        if button.label != label:
+            button.label = label
 
     def add(self, control: Control) -> None:
         """Add a control, or give the one that is there its value."""
@@ -86,7 +111,7 @@ class LivePanel:
             handle.value = value
 
     def _make(self, control: Control) -> Any:
-        order = TUNABLES.index(control.tunable)  # nodes answer in any order
+        order = tunables().index(control.tunable)  # nodes answer in any order
         if control.minimum is None or control.maximum is None:
             return self._gui.add_checkbox(
                 control.label, bool(control.value), hint=control.hint, order=order
@@ -107,13 +132,13 @@ class LivePanel:
                 'Force, N', 0.5, LARGEST_PUSH, 0.5, 5.0, hint='Or drag the torso.'
             )
             where = self._gui.add_dropdown('Direction', tuple(DIRECTIONS))
-            button = self._gui.add_button('Push', icon='hand-finger')
+            self._push = self._gui.add_button(PUSH, icon='hand-finger')
 
         def on_click(_: Any) -> None:
             x, y = DIRECTIONS[where.value]
             self._emit(Pushed((force.value * x, force.value * y, 0.0)))
 
-        button.on_click(on_click)
+        self._push.on_click(on_click)
 
     def _add_scenarios(self, scenarios: Sequence[str]) -> None:
         with self._folders['Scenario']:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from khr_view.events import Play, Seek, Speed, Step
+from khr_view.model.events import Loop, Play, Seek, Speed, Step
 
 Emit = Callable[[object], None]
 SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
@@ -14,7 +14,7 @@ START = '0.00 s  start'
 
 
 class PlaybackPanel:
-    """A time line, play and pause, single steps, speed, and a list of what happened.
+    """A time line, play and pause, single steps, speed, loop, and a list of what happened.
 
     Args:
         gui: viser's.
@@ -31,12 +31,14 @@ class PlaybackPanel:
         end = max(player.end, player.period)
         self._time = gui.add_slider('Time, s', 0.0, end, player.period, 0.0)
         steps = gui.add_button_group('Step', ('back', 'forward'))
-        speed = gui.add_dropdown('Speed', SPEEDS, initial_value='1')
+        speed = gui.add_dropdown('Speed, times real time', SPEEDS, initial_value='1')
+        loop = gui.add_checkbox('Begin again at the end', player.loop)
         marks = _marks(runs)
         places = gui.add_dropdown('Go to', tuple(marks))
         self._time.on_update(_by_reader(lambda value: emit(Seek(value))))
         steps.on_click(lambda event: emit(Step(1 if event.target.value == 'forward' else -1)))
         speed.on_update(_by_reader(lambda value: emit(Speed(float(value)))))
+        loop.on_update(_by_reader(lambda value: emit(Loop(value))))
         places.on_update(_by_reader(lambda value: emit(Seek(marks[value]))))
 
     def show(self, player: Any) -> None:

@@ -2,16 +2,48 @@
 
 from __future__ import annotations
 
+import asyncio
 import io
-from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, redirect_stdout, suppress
+from dataclasses import dataclass, field
 from http import HTTPStatus
 from typing import Any
 
 import viser
+import viser.infra._infra
 import websockets.asyncio.server
+from viser.infra._async_message_buffer import AsyncMessageBuffer
 
 from khr_view.guard import Door
+from khr_view.page.additions import Tables, add_to, addition, prepare
+
+_infra: Any = viser.infra._infra
+
+
+class LoopEvent(asyncio.Event):
+    """An event that is set by the thread of its loop alone.
+
+    asyncio's own may not be shared between threads, and viser sets one of each buffer in the thread
+    that changes the page, while its loop serves the viewers: with several of them a
+    RuntimeError. It then has the loop set the event as well, which is enough.
+    """
+
+    def set(self) -> None:
+        """Set it, if this is the thread of a loop."""
+        with suppress(RuntimeError):
+            asyncio.get_running_loop()
+            super().set()
+
+
+@dataclass
+class LoopBuffer(AsyncMessageBuffer):
+    """A buffer of changes for viewers, whose event is its loop's."""
+
+    message_event: asyncio.Event = field(default_factory=LoopEvent)
+
+
+_infra.AsyncMessageBuffer = LoopBuffer
 
 
 class PageServer(viser.ViserServer):
@@ -20,10 +52,15 @@ class PageServer(viser.ViserServer):
     Args:
         door: where, and for whom.
         title: of the page.
+
+    Attributes:
+        tables: functions that return a table as text, by the name under which it is served.
     """
 
     def __init__(self, door: Door, title: str) -> None:
-        with _guarded(door), redirect_stdout(io.StringIO()):  # viser prints a banner
+        self.tables: dict[str, Callable[[], str]] = {}
+        guarded = _guarded(door, self.tables)
+        with guarded, redirect_stdout(io.StringIO()):  # viser prints a banner
             super().__init__(door.host, door.port, label=title, verbose=False)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
@@ -37,7 +74,7 @@ class PageServer(viser.ViserServer):
 
 
 @contextmanager
-def _guarded(door: Door) -> Iterator[None]:
+def _guarded(door: Door, tables: Tables) -> Iterator[None]:
     """Let viser start its server on the door's socket, every request checked first.
 
     viser has no setting for that, and takes another port if its own is not free.
@@ -55,8 +92,10 @@ def _guarded(door: Door) -> Iterator[None]:
                 reason = 'a header is given twice'
             if reason:
                 return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')
-            response = process_request(connection, request)
+            prepare(request)
+            response = addition(request.path, tables) or process_request(connection, request)
             if response is not None:
+                add_to(response, request.path)
                 for name, value in door.headers(request.path).items():
                     response.headers[name] = value
             return response

@@ -1,0 +1,1 @@
+"""A graph of nodes: started, followed, changed while it runs, ended."""

@@ -1,0 +1,177 @@
+"""What the arguments of the launch file ask for; nothing here imports ``launch``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from tempfile import mkdtemp
+from typing import Any
+
+from khr_bringup.code_version import as_run
+from khr_bringup.errors import BringupError
+from khr_bringup.graph.following import nodes_of
+from khr_bringup.graph.graph import prepare, shared_with_driver
+from khr_bringup.node_registry import spec_of
+from khr_bringup.offline import duration
+from khr_bringup.run_folder import SCENARIO, claim
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.driver import OF_ROBOT, Driver, driver_of
+from khr_bringup.scenario.expectation import MEANING, Expectation
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.files import write_text
+from khr_common.text.quoting import named
+
+# The launch file's arguments: default and meaning of each.
+ARGUMENTS = {
+    'scenario': ('walk_7.68deg_ka12', 'A scenario of khr_bringup/config, or a file.'),
+    'duration': ('', 'Simulated seconds; the length of the motion by default.'),
+    'sync': ('', 'lockstep or realtime; that of the scenario by default.'),
+    'realtime_factor': ('', 'Simulated by wall time with sync:=realtime.'),
+    'seed': ('', 'Seed of all that is drawn at random; that of the scenario by default.'),
+    'driver': (
+        '',
+        'PACKAGE/EXECUTABLE of a driver in the place of the simulator; in real time unless sync '
+        'says otherwise.',
+    ),
+    'board': ('', 'Serial line of the real robot, such as /dev/ttyUSB0: its driver drives.'),
+    'driver_params': ('', 'A parameter file for the driver.'),
+    'set': ('', 'Further changes: node.parameter=value,node.parameter=value'),
+    'expect': ('', MEANING),
+    'record': ('true', 'Write a bag.'),
+    'out': ('', 'Folder of the run, new or empty; a temporary one by default.'),
+    'namespace': ('', 'Namespace of all nodes, for a second robot.'),
+    'rviz': ('false', 'Show the robot in RViz, if it is installed.'),
+}
+SIMILAR = 0.8  # of 1: a name that differs by a letter or two
+OF_SIMULATOR = ('duration', 'sync', 'realtime_factor', 'seed')
+
+
+@dataclass(frozen=True)
+class Launch:
+    """A launch that can begin.
+
+    Attributes:
+        scenario: name of the scenario.
+        folder: of the run.
+        parameters: the parameter file, for all nodes.
+        nodes: package and name of each.
+        expect: what is expected of the run; empty if nothing is.
+        rviz: whether to show the robot.
+        driver: in the simulator's place; None for the simulator.
+        shared_with_driver: parameters of the scenario that it receives.
+        driver_parameters: a parameter file for it, if one is given.
+    """
+
+    scenario: str
+    folder: Path
+    parameters: Path
+    nodes: tuple[tuple[str, str], ...]
+    expect: str
+    rviz: bool
+    driver: Driver | None
+    shared_with_driver: Mapping[str, Any]
+    driver_parameters: Path | None
+
+
+def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
+    """Write the parameter file that a launch needs.
+
+    Args:
+        given: the launch file's arguments.
+        joints: whether the node ``transforms`` is to publish the joints' frames.
+
+    Raises:
+        BringupError: if one is not accepted.
+    """
+    record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
+    changes = dict(
+        scenarios.parse_change(f'simulator.{name}={given[name]}')
+        for name in OF_SIMULATOR
+        if given[name]
+    )
+    scenario = scenarios.load(given['scenario']).changed(changes).set_to(_parted(given['set']))
+    if given['board']:
+        if given['driver']:
+            raise BringupError('board: not with driver; accepted: one of them')
+        scenario = scenario.changed({('board', 'port'): given['board']})
+    driver = OF_ROBOT if given['board'] else given['driver']
+    if driver == OF_ROBOT:
+        from khr_bringup.board_loop import on_board
+
+        scenario = on_board(scenario)
+    if driver:
+        scenario = scenario.driven_by(driver_of(driver, 'driver'))
+    driver_parameters = parameters_of_driver(given['driver_params'], 'driver_params', scenario)
+    scenario = scenario.changed(
+        {('simulator', 'duration'): duration(scenario), ('transforms', 'joints'): joints}
+    )
+    Expectation.parse(given['expect'], 'expect', scenario)  # refused before anything starts
+    out = given['out'] or mkdtemp(prefix=f'{scenario.name}-')
+    folder = claim(Path(out).absolute(), 'out')
+    prepared = prepare(scenario, folder, record)
+    parameters = folder / SCENARIO
+    write_text(parameters, as_run(prepared))
+    nodes = tuple((spec_of(node).package, node) for node in nodes_of(scenario, record))
+    return Launch(
+        scenario.name,
+        folder,
+        parameters,
+        nodes,
+        given['expect'],
+        rviz,
+        scenario.driver,
+        shared_with_driver(prepared),
+        driver_parameters,
+    )
+
+
+def parameters_of_driver(file: str, option: str, scenario: Scenario) -> Path | None:
+    """Return the parameter file of a driver, if one is given.
+
+    Raises:
+        BringupError: if it is none, or there is no driver to read it.
+    """
+    if not file:
+        return None
+    if scenario.driver is None or scenario.driver.path is None:
+        raise BringupError(
+            f'{option}: {file!r} is not accepted: no executable of another package drives; '
+            'accepted: with driver PACKAGE/EXECUTABLE, or changes of the scenario'
+        )
+    if not Path(file).is_file():
+        raise BringupError(f'{option}: {file!r}: no such file; accepted: a ROS 2 parameter file')
+    return Path(file).absolute()
+
+
+def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
+    """Return the names of those arguments of the command line that the launch file does not have.
+
+    Args:
+        given: all names, also those of a launch file that includes this one.
+        asked: those of the command line.
+
+    Raises:
+        BringupError: if a name is all but one of this file's.
+    """
+    for name in given:
+        near = get_close_matches(name, ARGUMENTS, 1, SIMILAR)
+        if near and name not in ARGUMENTS:
+            raise BringupError(
+                f'{named(name)}: no such argument; did you mean {near[0]}? accepted: '
+                f'{", ".join(ARGUMENTS)}'
+            )
+    return [name for name in asked if name not in ARGUMENTS]
+
+
+def _switch(name: str, text: str) -> bool:
+    if text.lower() not in ('true', 'false'):
+        raise BringupError(f'{name}: {text!r} is not accepted; accepted: true | false')
+    return text.lower() == 'true'
+
+
+def _parted(text: str) -> list[str]:
+    """Return the changes of a list; a value may hold commas itself."""
+    return [part for part in re.split(r',(?=\s*\w+\.\w+=)', text) if part.strip()]

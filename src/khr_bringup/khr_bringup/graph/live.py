@@ -1,0 +1,228 @@
+"""Parameters of a running graph, over the ordinary parameter services."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from khr_bringup.errors import BringupError
+from khr_bringup.graph.run_registry import WITHOUT_LOG, choose
+from khr_bringup.node_registry import registry, table_of
+from khr_common import ParameterError, check, specifications
+from khr_common.text.quoting import quoted
+from khr_common.text.strict_yaml import read_file
+
+PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
+SWITCHING = 60.0  # s of wall time for all nodes to prepare for another scenario
+
+
+@dataclass(frozen=True)
+class LiveParameter:
+    """A parameter of a running node.
+
+    Attributes:
+        name, value: as the node has them.
+        meaning: with its unit, and what the parameter accepts, as the node describes it.
+        fixed: whether it cannot change while the node runs.
+    """
+
+    name: str
+    value: Any
+    meaning: str
+    fixed: bool = False
+
+    @property
+    def shown(self) -> str:
+        """Return the value as YAML, such as ``khr set`` reads."""
+        # In a list, because YAML marks the end of a document that is a bare scalar.
+        return yaml.safe_dump([self.value], default_flow_style=True, width=inf).strip()[1:-1]
+
+
+def get_parameters(
+    node: str, name: str | None, domain: int | None = None, timeout: float = PATIENCE
+) -> list[LiveParameter]:
+    """Return one parameter of a node, or all of them.
+
+    Args:
+        node: its name.
+        name: of the parameter; all by default.
+        domain: of the run, if there are several.
+        timeout: s of wall time for the node to appear, and again for each answer.
+
+    Raises:
+        BringupError: if no run, node or parameter of that name is there, or no answer comes.
+    """
+    with _client(node, domain, timeout) as call:
+        return _get(call, node, name)
+
+
+def set_parameter(
+    node: str, name: str, value: Any, domain: int | None = None, timeout: float = PATIENCE
+) -> tuple[LiveParameter, LiveParameter]:
+    """Change a parameter of a node; return it as it was before and as it is after.
+
+    Raises:
+        BringupError: as above, or if the node refuses the value; the text is its reason.
+    """
+    from rclpy.parameter import Parameter
+
+    with _client(node, domain, timeout) as call:
+        (before,) = _get(call, node, name)
+        check_change(node, before, value)
+        try:
+            parameter = Parameter(name, value=value)
+        except (TypeError, ValueError, AssertionError) as error:
+            raise BringupError(
+                f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like '
+                f'{before.shown}'
+            ) from error
+        result = call('set_parameters', [parameter]).results[0]
+        if not result.successful:
+            raise BringupError(f'{node}: {result.reason or f"{name} cannot change now"}')
+        (after,) = _get(call, node, name)
+        return before, after
+
+
+def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
+    """Refuse what a node would refuse, in the words that a scenario file gets.
+
+    Raises:
+        BringupError: if the parameter is fixed, or its specification does not accept the value.
+    """
+    name = parameter.name
+    if parameter.fixed:
+        from khr_bringup.graph.switching import KEPT  # takes long to load
+
+        switch = '' if name in KEPT.get(node, ()) else ', or khr switch'
+        raise BringupError(
+            f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.shown} while it '
+            f'runs; accepted: khr run --set {node}.{name}=VALUE{switch}'
+        )
+    if node in registry() and name in specifications(table_of(node)):
+        try:
+            check(table_of(node), name, value)
+        except ParameterError as error:
+            raise BringupError(f'{node}: {error}') from error
+
+
+def switch_scenario(scenario: Path, domain: int | None = None) -> str:
+    """Have a running graph take another scenario as a whole; return the run's folder.
+
+    Raises:
+        BringupError: if there is no run, or it refuses; then all is as before.
+    """
+    from rcl_interfaces.srv import SetParametersAtomically
+    from rclpy.parameter import Parameter
+
+    text = read_file(scenario)
+    entry = choose(domain)
+    request = SetParametersAtomically.Request(
+        parameters=[
+            Parameter('name', value=scenario.stem).to_parameter_msg(),
+            Parameter('scenario', value=text).to_parameter_msg(),
+        ]
+    )
+    with _joined(domain) as own:
+        import rclpy
+
+        client = own.create_client(SetParametersAtomically, 'khr/switch')
+        future = client.call_async(request) if client.wait_for_service(PATIENCE) else None
+        if future is not None:
+            rclpy.spin_until_future_complete(own, future, timeout_sec=SWITCHING)
+        if future is None or not future.done():
+            raise BringupError('khr: no answer; is the run still there?')
+        if not future.result().result.successful:
+            raise BringupError(future.result().result.reason)
+    return entry.folder
+
+
+def call_trigger(service: str, domain: int | None = None, timeout: float = PATIENCE) -> str:
+    """Call a service of the type ``std_srvs/srv/Trigger`` in a running graph; return its answer.
+
+    Raises:
+        BringupError: if there is no run or no such service, or it refuses.
+    """
+    from std_srvs.srv import Trigger
+
+    with _joined(domain) as own:
+        import rclpy
+
+        client = own.create_client(Trigger, service)
+        future = client.call_async(Trigger.Request()) if client.wait_for_service(timeout) else None
+        if future is not None:
+            rclpy.spin_until_future_complete(own, future, timeout_sec=timeout)
+        if future is None or not future.done():
+            raise BringupError(f'{service}: no answer within {timeout:g} s; is the node there?')
+        answer = future.result()
+    if not answer.success:
+        raise BringupError(f'{service}: {answer.message}')
+    return str(answer.message)
+
+
+def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
+    from khr_common.nodes.ros_parameters import value_of
+
+    names = sorted(call('list_parameters').result.names)
+    if name is not None and name not in names:
+        raise BringupError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
+    wanted = names if name is None else [name]
+    values = map(value_of, call('get_parameters', wanted).values)
+    descriptors = call('describe_parameters', wanted).descriptors
+    return [
+        LiveParameter(key, value, _meaning(each), each.read_only)
+        for key, value, each in zip(wanted, values, descriptors, strict=True)
+    ]
+
+
+def _meaning(descriptor: Any) -> str:
+    parts = (descriptor.description, descriptor.additional_constraints)
+    fixed = ('fixed while it runs',) if descriptor.read_only else ()
+    return '; '.join(part.rstrip('.') for part in (*parts, *fixed) if part)
+
+
+@contextmanager
+def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
+    """Yield a function that calls a parameter service of ``node`` in the run of ``domain``."""
+    import rclpy
+    from rclpy.parameter_client import AsyncParameterClient
+
+    with _joined(domain) as own:
+        client = AsyncParameterClient(own, node)
+        if not client.wait_for_services(timeout):
+            known = ', '.join(
+                sorted(name for name in own.get_node_names() if not name.startswith(('khr', '_')))
+            )
+            raise BringupError(
+                f'{node}: no such node in the running graph within {timeout:g} s; accepted: {known}'
+            )
+
+        def call(service: str, *arguments: Any) -> Any:
+            future = getattr(client, service)(*arguments)
+            rclpy.spin_until_future_complete(own, future, timeout_sec=timeout)
+            if not future.done():
+                raise BringupError(f'{node}: no answer within {timeout:g} s')
+            return future.result()
+
+        yield call
+
+
+@contextmanager
+def _joined(domain: int | None) -> Iterator[Any]:
+    """Yield a node in the run of ``domain``."""
+    os.environ.update(choose(domain).quiet_environment())
+    import rclpy
+
+    rclpy.init(args=WITHOUT_LOG)
+    own = rclpy.create_node('khr_parameters', start_parameter_services=False)
+    try:
+        yield own
+    finally:
+        own.destroy_node()
+        rclpy.try_shutdown()

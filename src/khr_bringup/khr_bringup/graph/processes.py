@@ -1,0 +1,221 @@
+"""The processes of a run: started together, watched, stopped in order, none left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import BinaryIO
+
+from khr_common.lifeline import PARENT, tied_to_parent
+
+EXECUTABLE = '--executable'  # instead of a module: see khr_bringup.graph.child
+LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
+GRACE = 20.0  # s of wall time before a process that does not stop is killed; ten end at a time
+FROZEN = 15.0  # s of wall time after which a process that a signal has stopped ends the run
+# All is closed, but the middleware did not let go, so the process's own alarm ended it.
+KILLED_BY_TIMER = -signal.SIGALRM
+STOPPED_AS_IT_STARTED = -signal.SIGINT  # before it had anything to close
+LEFT = (0, KILLED_BY_TIMER)
+WELL = (*LEFT, STOPPED_AS_IT_STARTED)
+POLL = 0.02  # s of wall time between looks at a process that is to end
+CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
+
+
+class Processes:
+    """Child processes by name, each in a session of its own, so that Ctrl-C is ours to handle.
+
+    Args:
+        environment: added to this process's environment.
+        log: folder for one log file per process.
+        locks: file descriptors that all inherit.
+        first: the process that ends the run, and waits until that is received.
+
+    Raises:
+        OSError: if the folder cannot be written.
+    """
+
+    def __init__(
+        self,
+        environment: dict[str, str],
+        log: Path,
+        locks: tuple[int, ...] = (),
+        first: str = 'simulator',
+    ) -> None:
+        # One thread per process: linear algebra here is small, and ten pools fight for cores.
+        single = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1'}
+        own = {**single, PARENT: str(os.getpid()), 'ROS_LOG_DIR': str(log)}
+        self._environment = {**os.environ, **environment, **own}
+        self._log = log
+        self._locks = locks
+        self._children: dict[str, subprocess.Popen[bytes]] = {}
+        self._beside: set[str] = set()
+        self._first, self._foreign = first, set[str]()
+        self._moved: dict[str, float] = {}  # when each was last seen not to be frozen
+        log.mkdir(mode=0o700, parents=True, exist_ok=True)
+
+    def start(self, name: str, nodes: Sequence[str], parameters: Path) -> None:
+        """Start nodes in one process, with a parameter file, and its output in ``name.log``.
+
+        Args:
+            name: of the process.
+            nodes: their entry points, such as ``khr_sim.node_specs:GYRO``.
+            parameters: the parameter file.
+        """
+        ros = ['--ros-args', '--params-file', str(parameters)]
+        self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
+
+    def start_executable(self, name: str, path: Path, arguments: Sequence[str]) -> None:
+        """Start an executable of somebody else, which may end as it likes when it is asked to."""
+        self._foreign.add(name)
+        self.start_module(name, EXECUTABLE, [str(path), *arguments])
+
+    def start_module(
+        self,
+        name: str,
+        module: str,
+        arguments: list[str],
+        environment: Mapping[str, str] | None = None,
+        descriptor: int = -1,
+        beside: bool = False,
+    ) -> None:
+        """Start a module with its output in ``name.log``; it ends with this process.
+
+        Args:
+            name: of the process.
+            module: to run.
+            arguments: of its command line.
+            environment: added to that of all.
+            descriptor: of a file that it inherits; negative if there is none.
+            beside: whether the run goes on without it.
+        """
+        if beside:
+            self._beside.add(name)
+        inherited = (*self._locks, *([descriptor] if descriptor >= 0 else []))
+        with _private(self._log / f'{name}.log') as log, _sigint_blocked():
+            self._children[name] = subprocess.Popen(
+                [sys.executable, '-m', 'khr_bringup.graph.child', module, *arguments],
+                env={**self._environment, **(environment or {})},
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=subprocess.STDOUT,
+                start_new_session=True,
+                pass_fds=inherited,
+                preexec_fn=tied_to_parent(),
+            )
+
+    def ended(self) -> str | None:
+        """Describe a process that has ended or is frozen, of those that the run needs."""
+        now = time.monotonic()
+        for name, child in self._children.items():
+            if name in self._beside:
+                continue
+            code = child.poll()
+            if code is not None:
+                return self._obituary(name, code)
+            since = self._moved.setdefault(name, now)
+            if not _frozen(child.pid):
+                self._moved[name] = now
+            elif now - since > FROZEN:
+                return f'{name} has been stopped by a signal for {FROZEN:g} s'
+        return None
+
+    def left(self) -> list[str]:
+        """Describe those that were beside the run and have ended; forget them."""
+        gone = {name: self._children[name].poll() for name in self._beside}
+        ended = {name: code for name, code in gone.items() if code is not None}
+        self._beside -= set(ended)
+        for name in ended:
+            del self._children[name]
+        return [self._obituary(name, code) for name, code in ended.items()]
+
+    def _obituary(self, name: str, code: int) -> str:
+        how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with {code}'
+        lines: list[str] = []
+        with suppress(OSError):  # somebody may have removed the folder
+            log = self._log / f'{name}.log'
+            lines = log.read_text(errors='replace').strip().splitlines()
+        reason = f': {lines[-1]}' if lines else ''
+        return f'{name} {how}{reason}'
+
+    def interrupt(self, name: str) -> None:
+        """Ask one process to stop."""
+        child = self._children[name]
+        if child.poll() is None:
+            child.send_signal(signal.SIGINT)
+
+    def stop(self) -> str | None:
+        """Stop all processes, what writes the bag last; kill what does not obey.
+
+        Returns:
+            Which did not end well although it was asked to stop, if one did not.
+        """
+        others = set(self._children) - {self._first, *LAST}
+        failed = []
+        for group, patience in (({self._first}, CLOSING), (others, GRACE), (LAST, CLOSING)):
+            names = [name for name in self._children if name in group]
+            for name in names:
+                self.interrupt(name)
+            end = time.monotonic() + patience
+            for name in names:
+                child = self._children[name]
+                if not _ended(child, end):
+                    child.kill()
+                    child.wait()
+                    failed.append(f'{name} did not end when it was asked to, and was killed')
+                elif child.returncode not in WELL and name not in self._foreign:
+                    failed.append(self._obituary(name, child.returncode))
+        return '; '.join(failed) or None
+
+
+@contextmanager
+def unhurried() -> Iterator[None]:
+    """Let this process and those that it starts wait for a free core (SCHED_BATCH).
+
+    Where no message is urgent, one that interrupts its sender costs both of them time.
+    """
+    ordinary = os.sched_getscheduler(0) == os.SCHED_OTHER
+    if ordinary:
+        os.sched_setscheduler(0, os.SCHED_BATCH, os.sched_param(0))
+    try:
+        yield
+    finally:
+        if ordinary:
+            os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+
+
+@contextmanager
+def _sigint_blocked() -> Iterator[None]:
+    """Block SIGINT, which a child inherits: it waits until the child is ready to take it."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def _private(path: Path) -> BinaryIO:
+    """Open a new file that this user alone may read."""
+    return os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 'wb')
+
+
+def _ended(child: subprocess.Popen[bytes], end: float) -> bool:
+    """Wait until a process has ended; return whether it has, in time."""
+    while child.poll() is None:
+        if time.monotonic() > end or _frozen(child.pid):
+            return False
+        time.sleep(POLL)
+    return True
+
+
+def _frozen(pid: int) -> bool:
+    """Return whether a process is stopped by a signal, so that it cannot end by itself."""
+    try:
+        return Path(f'/proc/{pid}/stat').read_text().rpartition(')')[2].split()[0] == 'T'
+    except OSError:
+        return False

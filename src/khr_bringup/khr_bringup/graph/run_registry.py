@@ -1,0 +1,330 @@
+"""A ROS domain of the run's own, and the register by which other commands find it again."""
+
+from __future__ import annotations
+
+import fcntl
+import json
+import os
+import re
+import socket
+import struct
+import tempfile
+import time
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import asdict, dataclass, field
+from importlib.resources import files
+from pathlib import Path
+from stat import S_ISDIR
+from uuid import uuid4
+
+from khr_bringup.errors import BringupError
+from khr_bringup.graph.shared_memory import sweep
+from khr_common import RunError
+from khr_common.files import write_text
+
+# Above 101 the middleware's ports meet the system's ephemeral ones; small numbers are what others
+# choose by hand, so a run takes a large one.
+DOMAINS = range(99, 0, -1)
+PORT_BASE, PORTS_PER_DOMAIN = 7400, 250  # DDSI-RTPS 2.3, 9.6.1.1
+# For rclpy.init in a process that has no log folder: rclpy would make one in the user's home.
+WITHOUT_LOG = ['--ros-args', '--disable-external-lib-logs']
+FIRST_PARTICIPANT, PARTICIPANTS = 10, 32  # offset of the first one's port; as in fastdds.xml
+CLAIM = PORTS_PER_DOMAIN - 1  # offset of a port that no participant takes, which holds the domain
+PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'  # environment variable of the middleware
+_CONSUMER = re.compile('<consumer>.*?</consumer>', re.DOTALL)  # of what the middleware logs
+_FLOCK = struct.Struct('hhqqi')  # struct flock of fcntl(2): type, whence, start, length, process
+
+
+@dataclass(frozen=True)
+class RunEntry:
+    """A run that is going on.
+
+    Attributes:
+        domain: ROS domain.
+        pid: of the command.
+        scenario: its name.
+        folder: of its results.
+        network: whether other machines may take part.
+        run: identity of the run: messages of another one are refused.
+        place: working folder of the command.
+        since: when it was started, s since 1970.
+        state: as its progress reports it.
+        locks: file descriptors that hold the domain; whoever inherits them holds it too.
+    """
+
+    domain: int
+    pid: int
+    scenario: str
+    folder: str
+    network: bool = False
+    run: str = ''
+    place: str = ''
+    since: float = 0.0
+    state: str = 'starting'
+    locks: tuple[int, ...] = field(default=(), compare=False)
+
+    @property
+    def title(self) -> str:
+        """Return what names it to a person: scenario, domain and folder of its results."""
+        return f'{self.scenario} (domain {self.domain}, {Path(self.place, self.folder)})'
+
+    def environment(self) -> dict[str, str]:
+        """Return what a process must have in its environment to take part in the run."""
+        profile = 'fastdds_network.xml' if self.network else 'fastdds.xml'
+        common = {
+            'ROS_DOMAIN_ID': str(self.domain),
+            PROFILE: str(files('khr_bringup') / profile),
+            'KHR_RUN': self.run,
+        }
+        if self.network:
+            return {**common, 'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SUBNET'}
+        # The profile alone decides: for any other range rmw_fastrtps adds sockets of its own.
+        return {
+            **common,
+            'ROS_AUTOMATIC_DISCOVERY_RANGE': 'SYSTEM_DEFAULT',
+            'ROS_STATIC_PEERS': '',
+            'ROS_DISCOVERY_SERVER': '',
+            'RMW_IMPLEMENTATION': 'rmw_fastrtps_cpp',
+        }
+
+    def quiet_environment(self) -> dict[str, str]:
+        """Return the same for a command: what the middleware logs is not for its standard error.
+
+        Where several runs start at once it complains of ports that it then does without.
+        """
+        environment = self.environment()
+        profile = Path(environment[PROFILE])
+        own = register() / profile.name
+        write_text(own, _CONSUMER.sub('', profile.read_text(encoding='utf-8')))
+        return environment | {PROFILE: str(own)}
+
+    @property
+    def to_join(self) -> str:
+        """Return what to export so that ROS tools of this machine see the run."""
+        reach = 'SUBNET' if self.network else 'LOCALHOST'
+        return f'ROS_DOMAIN_ID={self.domain} ROS_AUTOMATIC_DISCOVERY_RANGE={reach}'
+
+
+def ports_of(domain: int) -> range:
+    """Return the UDP ports of a domain."""
+    start = PORT_BASE + PORTS_PER_DOMAIN * domain
+    return range(start, start + PORTS_PER_DOMAIN)
+
+
+def register() -> Path:
+    """Return the folder in which this user's runs are registered.
+
+    Raises:
+        RunError: if it cannot be made, or is not this user's own.
+    """
+    base = os.environ.get('XDG_RUNTIME_DIR') or tempfile.gettempdir()
+    folder = Path(base) / f'khr-runs-{os.getuid()}'
+    try:
+        folder.mkdir(mode=0o700, exist_ok=True)
+        found = folder.lstat()
+    except OSError as error:
+        raise RunError(
+            f'{folder}: {error.strerror}; accepted: a folder that can be written, '
+            'under XDG_RUNTIME_DIR or TMPDIR'
+        ) from error
+    if not S_ISDIR(found.st_mode) or found.st_uid != os.getuid() or found.st_mode & 0o022:
+        raise RunError(
+            f'{folder}: not a folder that only this user can write; accepted: such a one, or '
+            'another XDG_RUNTIME_DIR'
+        )
+    return folder
+
+
+def running() -> list[RunEntry]:
+    """List the runs of this user that are going on, the newest last; forget dead ones."""
+    entries = []
+    paths = [path for path in register().glob('*.json') if not path.name.startswith('.')]
+    for path in sorted(paths, key=_time_of):  # a name with a dot is of one that is being written
+        with suppress(ValueError, TypeError, OSError):
+            entry = RunEntry(**json.loads(path.read_text(encoding='utf-8')))
+            if _alive(entry.pid) and _held(entry.domain):
+                entries.append(entry)
+                continue
+        _forget(path)
+    return entries
+
+
+def check_domain(domain: int | None) -> None:
+    """Refuse a domain that no run can have.
+
+    Raises:
+        BringupError: if it is not None and out of range.
+    """
+    if domain is not None and domain not in DOMAINS:
+        raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
+
+
+@contextmanager
+def registered(
+    scenario: str, folder: Path, domain: int | None = None, network: bool = False
+) -> Iterator[RunEntry]:
+    """Take a free domain (or the one asked for) for the time of a run.
+
+    A domain is held by all that inherit ``locks``, so it is free again when the last of them has
+    ended. Among this user's runs the lock of a file in the register holds it, which no other user
+    can take; among the users of the machine a port, which one may take to be a nuisance: if no
+    domain is left, one is used that looks inhabited, and who publishes there ends the run by name.
+
+    Raises:
+        BringupError: if the domain asked for is not accepted or taken, or none is free.
+        RunError: if the run cannot be registered.
+    """
+    check_domain(domain)
+    with ExitStack() as held:
+        number, locks = _claimed(domain, held)
+        entry = RunEntry(
+            number,
+            os.getpid(),
+            scenario,
+            str(folder),
+            network,
+            run=uuid4().hex,
+            place=str(Path.cwd()),
+            since=time.time(),
+            locks=locks,
+        )
+        sweep(ports_of(number))
+        try:
+            note(entry)
+            yield entry
+        finally:
+            _path(number).unlink(missing_ok=True)
+            sweep(ports_of(number))
+
+
+def note(entry: RunEntry, state: str = 'starting') -> None:
+    """Keep a run in the register, with what it does."""
+    public = {key: value for key, value in asdict(entry).items() if key != 'locks'}
+    write_text(_path(entry.domain), json.dumps(public | {'state': state}))
+
+
+def _path(domain: int) -> Path:
+    return register() / f'{domain}.json'
+
+
+def choose(domain: int | None = None) -> RunEntry:
+    """Return the run that a command means: the one of ``domain``, or the only one started here.
+
+    ``ROS_DOMAIN_ID`` names one as for every ROS tool. One that was started in another working
+    folder is somebody else's work, perhaps, and has to be named.
+
+    Raises:
+        BringupError: if there is none, or none or several could be meant.
+    """
+    entries = running()
+    if domain is None:
+        named = [each for each in entries if str(each.domain) == os.environ.get('ROS_DOMAIN_ID')]
+        meant = named or [each for each in entries if each.place == str(Path.cwd())]
+    else:
+        meant = [each for each in entries if each.domain == domain]
+    if len(meant) == 1:
+        return meant[0]
+    if entries and domain is None:
+        where = f'{len(meant)} runs are going on' if meant else 'no run was started in this folder'
+        listed = ', '.join(each.title for each in meant or entries)
+        raise BringupError(f'{where}; name one with --domain or ROS_DOMAIN_ID: {listed}')
+    which = f' in domain {domain}' if domain is not None else ''
+    raise BringupError(f'no run is going on{which}; start one with "khr run SCENARIO"')
+
+
+def _claimed(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, ...]]:
+    """Return a domain and what holds it; ``held`` lets go of it."""
+    for number in DOMAINS if domain is None else [domain]:
+        with ExitStack() as kept:
+            lock = _locked(number, kept)
+            port = _bound(number, kept) if lock is not None else None
+            # A domain that is given by number may be shared with others.
+            if lock is None or port is None or (domain is None and _inhabited(number)):
+                continue
+            held.push(kept.pop_all())
+            return number, (lock, port)
+    if domain is not None:
+        raise BringupError(f'--domain: {domain} is taken by another run; accepted: a free one')
+    for number in DOMAINS:
+        lock = _locked(number, held)
+        if lock is not None:
+            return number, (lock,)
+    raise BringupError('no free ROS domain')
+
+
+def _locked(domain: int, held: ExitStack) -> int | None:
+    """Lock the file of a domain for this process and those that inherit it; None if it is held."""
+    file = _lock_file(domain)
+    lock = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
+    try:
+        fcntl.fcntl(lock, fcntl.F_OFD_SETLK, _FLOCK.pack(fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0))
+    except OSError:
+        os.close(lock)
+        return None
+    held.callback(os.close, lock)
+    return lock
+
+
+def _bound(domain: int, held: ExitStack) -> int | None:
+    """Take the port that holds a domain among all users; None if somebody has it."""
+    port = held.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+    try:
+        port.bind(('127.0.0.1', ports_of(domain).start + CLAIM))
+    except OSError:
+        return None
+    return port.fileno()
+
+
+def _lock_file(domain: int | str) -> Path:
+    return register() / f'{domain}.lock'
+
+
+def _forget(path: Path) -> None:
+    """Remove an entry, unless its domain is held: then it is a new run's."""
+    with ExitStack() as held:
+        if not path.stem.isdecimal() or _locked(int(path.stem), held) is not None:
+            path.unlink(missing_ok=True)
+
+
+def _held(domain: int) -> bool:
+    """Return whether anybody has locked the file of a domain."""
+    try:
+        lock = os.open(_lock_file(domain), os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
+    except FileNotFoundError:
+        return False
+    try:
+        asked = _FLOCK.pack(fcntl.F_WRLCK, os.SEEK_SET, 0, 0, 0)
+        (kind, *_) = _FLOCK.unpack_from(fcntl.fcntl(lock, fcntl.F_OFD_GETLK, asked))
+    finally:
+        os.close(lock)
+    return bool(kind != fcntl.F_UNLCK)
+
+
+def _inhabited(domain: int) -> bool:
+    """Return whether any program of this machine takes part in a domain."""
+    first = ports_of(domain).start + FIRST_PARTICIPANT
+    for port in range(first, first + 2 * PARTICIPANTS, 2):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            try:
+                probe.bind(('127.0.0.1', port))
+            except OSError:
+                return True
+    return False
+
+
+def _time_of(path: Path) -> float:
+    try:
+        return path.stat().st_mtime
+    except OSError:  # its run has ended meanwhile
+        return 0.0
+
+
+def _alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    except PermissionError:
+        return True
+    return True

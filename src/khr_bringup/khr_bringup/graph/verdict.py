@@ -1,0 +1,78 @@
+"""Wait for the verdict of a run that others started: ``ros2 run khr_bringup verdict FILE``."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+from khr_bringup.graph.following import follow, interrupts
+from khr_bringup.result import INTERRUPTED, NO_HASH, Result, write_outcome
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.driver import driver_of
+from khr_bringup.scenario.expectation import MEANING, Expectation, realtime_text
+from khr_common import KhrError, RunError
+from khr_common.arithmetic import enter
+from khr_common.lifeline import end_with_parent
+from khr_common.run_identity import own_run
+
+
+def main() -> int:
+    """Follow the run of this namespace; print verdict, quantities and trajectory hash.
+
+    Returns:
+        0 if the run was whole, and came to what was expected, if anything was; 1 if not; 2 if an
+        argument is not accepted; 130 if it was interrupted.
+    """
+    enter()
+    end_with_parent()
+    own, of_ros = _parted(sys.argv[1:])
+    parser = argparse.ArgumentParser('verdict', description='Wait for the verdict of a run.')
+    parser.add_argument('parameters', type=Path, help='the parameter file that the nodes have')
+    parser.add_argument('--expect', default='', help=MEANING)
+    parser.add_argument('--out', type=Path, help='folder in which to write outcome.json')
+    parser.add_argument('--driver', default='', help="in the simulator's place")
+    parser.add_argument('--name', help='of the scenario; that of the file by default')
+    options = parser.parse_args(own)
+    try:
+        scenario = scenarios.load(str(options.parameters))
+        scenario = replace(scenario, name=options.name or scenario.name)
+        if options.driver:
+            scenario = scenario.driven_by(driver_of(options.driver, '--driver'))
+        expected = Expectation.parse(options.expect, '--expect', scenario)
+        with interrupts() as interrupted:
+            result = follow(scenario, own_run(), interrupted, arguments=of_ros, folder=options.out)
+        _show(result)
+        if options.out:
+            write_outcome(options.out, result)
+    except KhrError as error:
+        print(f'verdict: {error}', file=sys.stderr)
+        return 1 if isinstance(error, RunError) else 2
+    if result.end == 'stopped':
+        return INTERRUPTED
+    unmet = expected.unmet(result.verdict, result.realtime)
+    if unmet:
+        print(f'verdict: {unmet}', file=sys.stderr)
+    return 1 if unmet else 0
+
+
+def _parted(arguments: list[str]) -> tuple[list[str], list[str]]:
+    """Return the arguments before ``--ros-args``, and the rest."""
+    place = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
+    return arguments[:place], arguments[place:]
+
+
+def _show(result: Result) -> None:
+    print(f'{result.scenario.name}: {result.verdict or "no verdict"}, ended by {result.end}')
+    for quantity, value in result.quantities.items():
+        print(f'{quantity} {value}')
+    if result.realtime:
+        print(f'real time {realtime_text(result.realtime)}')
+    for warning in result.warnings:
+        print(f'warning: {warning}')
+    print(f'trajectory hash {result.trajectory_hash or NO_HASH}', flush=True)
+
+
+if __name__ == '__main__':
+    raise SystemExit(main())

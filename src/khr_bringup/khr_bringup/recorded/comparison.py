@@ -1,0 +1,112 @@
+"""Whether a bag and what lies beside it hold the run that its repetition gives."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from khr_analysis.outcome import MonitorParameters
+from khr_bringup.node_registry import registry
+from khr_bringup.offline import ControlLoop
+from khr_bringup.recorded.bags import Messages
+from khr_bringup.result import FILE, Result
+from khr_common import cdr
+from khr_common.interfaces import JOINT_STATES, TRUE_POSE, Topic
+from khr_sim.physics.truth import SIGNALS, Truth
+
+TAIL_NS = 100_000_000  # of a run that was interrupted: its last answers may not have come
+# A run takes the angles of the one and the pose of the other alone, but both carry speeds too.
+_WHOLE = {JOINT_STATES: cdr.joint_motion, TRUE_POSE: cdr.pose_and_twist}
+
+
+def numbers_of(topic: Topic) -> cdr.Reader:
+    """Return what reads all numbers of a topic that flows in every period."""
+    return _WHOLE.get(topic) or cdr.numbers_of(topic)
+
+
+def compared() -> tuple[Topic, ...]:
+    """Return the topics that a repetition gives: the truth, and what blocks answer."""
+    answers = (
+        topic
+        for node in registry().values()
+        if node.spec.block is not None
+        for topic in node.spec.publishes
+        if topic.flow == 'period'
+    )
+    return tuple(dict.fromkeys((*SIGNALS, *answers)))
+
+
+class SideBySide:
+    """Compare what flowed in every period, number by number.
+
+    Args:
+        signals: of the bag, by topic.
+
+    Attributes:
+        instants: how many were compared.
+        topics: how many of the bag hold samples.
+    """
+
+    def __init__(self, signals: Messages) -> None:
+        self._samples = {topic: iter(signals[topic]) for topic in signals if len(signals[topic])}
+        self._differing: dict[Topic, int] = {}
+        self._ended: dict[Topic, int] = {}
+        self.instants, self.topics = 0, len(self._samples)
+
+    def take(self, truth: Truth, loop: ControlLoop, *_: object) -> None:
+        """Compare the next instant."""
+        self.instants += 1
+        speeds = truth.speeds()
+        for topic, samples in self._samples.items():
+            found = next(samples, None)
+            if found is None:
+                self._ended.setdefault(topic, truth.stamp_ns)
+                continue
+            numbers = (*loop.signals.get(topic, ()), *speeds.get(topic, ()))
+            if found != (truth.stamp_ns, numbers):
+                self._differing.setdefault(topic, truth.stamp_ns)
+
+    def differences(self, end_ns: int, interrupted: bool) -> list[str]:
+        """Say from when on which topics differ, once all instants have been taken."""
+        until = end_ns - TAIL_NS if interrupted else end_ns
+        ended = {topic: at for topic, at in self._ended.items() if at <= until}
+        beyond = {topic: end_ns for topic, samples in self._samples.items() if next(samples, None)}
+        return [
+            f'{topic.name}: {what} t = {at / 1e9:.3f} s'
+            for what, found in (
+                ('differs from', self._differing),
+                ('missing from', ended),
+                ('goes on after', beyond),
+            )
+            for topic, at in found.items()
+        ]
+
+
+def differences_beside(folder: Path, scenario: str, hashed: str, repeated: Result) -> list[str]:
+    """Say what the files beside a bag state otherwise.
+
+    Args:
+        folder: of the run.
+        scenario: its text, as the bag has it.
+        hashed: the trajectory hash in the bag.
+        repeated: the run, repeated, whose verdict is made of the truth.
+    """
+    found = []
+    scenarios = sorted(folder.glob('scenario*.yaml'))
+    if scenarios and scenario.encode() not in [path.read_bytes() for path in scenarios]:
+        found.append(f'{scenarios[-1]}: not the scenario that the bag has')
+    path = folder / FILE
+    try:
+        outcome = json.loads(path.read_bytes()) if path.exists() else None
+        stated = {'trajectory_hash': hashed}
+        if repeated.scenario.table(MonitorParameters).judge_by == 'truth':
+            stated |= {'verdict': repeated.verdict, **repeated.quantities}
+        if outcome is not None:
+            found += [
+                f'{path}: {name}: {outcome.get(name)}, by the bag {text}'
+                for name, text in stated.items()
+                if outcome.get(name) != text
+            ]
+    except (ValueError, AttributeError):
+        found.append(f'{path}: not readable')
+    return found

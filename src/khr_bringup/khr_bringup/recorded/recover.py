@@ -1,0 +1,99 @@
+"""Recover the bag of a recorder that was killed: index, summary and metadata are written anew."""
+
+from __future__ import annotations
+
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rosbags.interfaces import ConnectionExtRosbag2, QosDurability
+from rosbags.rosbag2 import Reader
+
+from khr_analysis.recording import Recording
+from khr_bringup.errors import BringupError
+from khr_bringup.recorded.bags import bag_of, mend
+
+
+@dataclass(frozen=True)
+class Recovered:
+    """What was recovered: the bag, its messages, its last time in s, and where the cut one is."""
+
+    bag: Path
+    messages: int
+    seconds: float
+    kept: Path
+
+
+def recover(bag: Path) -> Recovered | None:
+    """Write a cut bag anew with all whole messages; the cut one is kept beside it.
+
+    Args:
+        bag: the bag, or the folder of the run that holds it (then its newest bag).
+
+    Returns:
+        What was recovered; nothing if the bag is whole.
+
+    Raises:
+        BringupError: if it is no bag, holds no whole message, or has been recovered before.
+        OSError: if the new bag cannot be written; the old one is then as it was.
+    """
+    place = bag_of(bag)
+    files = sorted(place.glob('*.mcap')) if place.is_dir() else []
+    if len(files) != 1:
+        raise BringupError(
+            f'{bag}: {len(files)} MCAP files; accepted: a rosbag2 folder with one, or the folder '
+            'of a run'
+        )
+    if _is_whole(place):
+        return None
+    kept = place.with_name(f'{place.name}.cut')
+    if kept.exists():
+        raise BringupError(f'{kept}: exists; accepted: a bag that has not been recovered before')
+    with TemporaryDirectory(dir=place.parent, prefix='.recover-') as folder:
+        mended = Path(folder) / 'mended.mcap'
+        mended.write_bytes(mend(files[0].read_bytes()))
+        new = Path(folder) / place.name
+        messages, end_ns = _rewrite(bag, mended, new)
+        place.rename(kept)
+        shutil.move(new, place)
+    return Recovered(place, messages, end_ns / 1e9, kept)
+
+
+def _is_whole(place: Path) -> bool:
+    try:
+        with Reader(place):
+            return True
+    except Exception:  # a damaged bag fails in many ways inside the reader
+        return False
+
+
+def _rewrite(bag: Path, mended: Path, new: Path) -> tuple[int, int]:
+    """Return how many messages were written, and the time of the last, ns."""
+    recording, end_ns = Recording(new), 0
+    try:
+        with Reader(mended) as reader:
+            for connection in reader.connections:
+                recording.add_topic(connection.topic, connection.msgtype, _latched(connection.ext))
+            for connection, time_ns, data in reader.messages():
+                recording.write(connection.topic, data, time_ns)
+                end_ns = time_ns
+    except OSError:
+        raise
+    except Exception as error:
+        text = ' '.join(str(error).split()) or type(error).__name__
+        raise BringupError(
+            f'{bag}: cannot be recovered ({text}); accepted: a bag that a recorder was writing'
+        ) from error
+    count = sum(recording.counts.values())
+    if not count:
+        raise BringupError(f'{bag}: no whole message in it; accepted: a bag with some')
+    recording.close()
+    return count, end_ns
+
+
+def _latched(details: object) -> bool:
+    assert isinstance(details, ConnectionExtRosbag2)
+    return any(
+        qos.durability == QosDurability.TRANSIENT_LOCAL for qos in details.offered_qos_profiles
+    )

@@ -1,0 +1,243 @@
+"""``khr verify``: repeat the run of a bag offline and compare all that both have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.progress import Progress
+
+from khr_bringup.changes import Applied, applied, changes, effective
+from khr_bringup.code_version import differences, stated_of, surroundings, version_in, version_of
+from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import table_of
+from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
+from khr_bringup.recorded.bags import Messages, final_state, read_messages, there
+from khr_bringup.recorded.comparison import SideBySide, compared, differences_beside, numbers_of
+from khr_bringup.recorded.integrity import check
+from khr_bringup.result import Result
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import KhrError, specifications
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    JOINT_STATES,
+    PARAMETER_EVENTS,
+    PUSHED,
+    SCENARIO,
+    STATE,
+    TRUE_POSE,
+    WORLD,
+)
+from khr_common.run_identity import is_integer
+from khr_sim.physics.truth import Truth
+from khr_sim.run_parameters import RunParameters
+
+OF_PUSHES = tuple((SIMULATOR, name) for name in ('push_link', 'push_point', 'push_duration'))
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """What a bag says of its run: how to repeat it, and what must come of that.
+
+    Attributes:
+        scenario: as it ran, every parameter stated.
+        text: of the scenario, as it is in the bag.
+        trajectory_hash: SHA-256 in hex.
+        time_ns: simulated time at the end.
+        end: why it ended: duration, tilted, stopped.
+        changes: of parameters while it ran.
+        pushes: that came over their topic, as a scenario has them.
+        signals: what flowed in every period, by topic.
+        elsewhere: what was otherwise than here when it was made, though it should not matter.
+    """
+
+    scenario: Scenario
+    text: str
+    trajectory_hash: str
+    time_ns: int
+    end: str
+    changes: tuple[Applied, ...]
+    pushes: tuple[str, ...]
+    signals: Messages
+    elsewhere: str
+
+
+def verify(bag: Path) -> int:
+    """Repeat the run of a bag, print both trajectory hashes and all that differs.
+
+    Args:
+        bag: the bag, or the folder of the run that holds it.
+
+    Returns:
+        0 if the bag, and what lies beside it in the run's folder, is what the repetition gives.
+
+    Raises:
+        BringupError: if it is no bag of a run, or not as it was written, or the run cannot be
+            repeated: it ran against the wall clock, or the bag does not say when what was done
+            to it acted.
+    """
+    place = there(bag)
+    check(place)
+    recorded = read(bag)
+    print(
+        f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
+        f'ended by {recorded.end}'
+    )
+    for each in recorded.changes:
+        after = 'from the start' if each.after_ns < 0 else f'after t = {each.after_ns / 1e9:.3f} s'
+        print(f'changed {each.node}.{each.parameter} to {each.value} {after}')
+    for push in recorded.pushes:
+        print(f'pushed {push}')
+    print(f'recorded {recorded.trajectory_hash}')
+    repeated, comparison = _repeat(recorded)
+    print(f'repeated {repeated.trajectory_hash}')
+    print(f'compared {comparison.instants} instants of {comparison.topics} topics')
+    found = comparison.differences(recorded.time_ns, recorded.end == 'stopped')
+    if bag != place:
+        found += differences_beside(bag, recorded.text, recorded.trajectory_hash, repeated)
+    for line in found:
+        print(line)
+    same = repeated.trajectory_hash == recorded.trajectory_hash and not found
+    print('same' if same else 'different')
+    if recorded.elsewhere and not same:
+        print(f'made with {recorded.elsewhere}')
+    return 0 if same else 1
+
+
+def read(bag: Path) -> Recorded:
+    """Read what a bag says of its run.
+
+    Raises:
+        BringupError: if it is no bag, is damaged, has no scenario or end of a run, was made by
+            another version of the project, or does not say all that it takes to repeat the run.
+    """
+    single = (SCENARIO, STATE, PARAMETER_EVENTS, DIAGNOSTICS, PUSHED)
+    messages = read_messages(bag, (*single, *compared()), numbers_of)
+    if not messages[SCENARIO]:
+        raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
+    state = final_state(messages[STATE])
+    time_ns = int(text) if is_integer(text := state.get('time_ns', '')) else 0
+    if (
+        time_ns
+        and not state.get('trajectory_hash')
+        and state.get('end') in ('duration', 'stopped')
+    ):
+        raise BringupError(
+            f'{bag}: nothing was simulated: it ran on a driver; accepted: the bag of a simulated run'
+        )
+    if not state.get('trajectory_hash') or time_ns <= 0:
+        raise BringupError(
+            f'{bag}: its run has no end, or ended before it began; accepted: the '
+            'bag of a run that ended or was interrupted'
+        )
+    text = messages[SCENARIO][-1].data
+    scenario = _scenario(bag, text)
+    if scenario.table(RunParameters).sync != 'lockstep':
+        raise BringupError(
+            f'{bag}: the run followed the wall clock, so it cannot be repeated; '
+            'accepted: a run in lockstep'
+        )
+    if not (len(messages[JOINT_STATES]) and len(messages[TRUE_POSE])):
+        raise BringupError(
+            f'{bag}: neither poses nor joints to compare in it; accepted: a bag with '
+            f'{TRUE_POSE.name} and {JOINT_STATES.name}'
+        )
+    made = _changes(bag, messages, scenario)
+    pushes = tuple(_pushes(bag, messages[PUSHED], scenario, made))
+    return Recorded(
+        scenario,
+        text,
+        state['trajectory_hash'],
+        time_ns,
+        state.get('end', ''),
+        made,
+        pushes,
+        {topic: messages[topic] for topic in compared()},
+        differences(text, stated_of(scenario)),
+    )
+
+
+def _changes(bag: Path, messages: Messages, scenario: Scenario) -> tuple[Applied, ...]:
+    """Return the changes of parameters, each with the instant that its node reports."""
+    made = effective(changes(messages[PARAMETER_EVENTS]), scenario)
+    reported = effective(applied(messages[DIAGNOSTICS]), scenario)
+    texts = [
+        sorted(f'{each.node}.{each.parameter} was set to {each.value}' for each in found)
+        for found in (made, reported)
+    ]
+    if texts[0] != texts[1]:
+        raise BringupError(
+            f'{bag}: the run cannot be repeated: when this acted is not in the bag: '
+            f'{"; ".join(set(texts[0]) ^ set(texts[1]))}'
+        )
+    return reported
+
+
+def _pushes(
+    bag: Path, pushed: Iterable[Any], scenario: Scenario, made: Iterable[Applied]
+) -> Iterable[str]:
+    """Yield the pushes that came over their topic as a scenario has them."""
+    p = scenario.table(RunParameters)
+    for push in pushed:
+        if any((each.node, each.parameter) in OF_PUSHES for each in made):
+            raise BringupError(
+                f'{bag}: the run cannot be repeated: pushes came while '
+                f'{" or ".join(name for _, name in OF_PUSHES)} was changed'
+            )
+        stamp, force, frame = push.header.stamp, push.wrench.force, push.header.frame_id
+        x, y, z = p.push_point
+        yield (
+            f't={(stamp.sec * 1_000_000_000 + stamp.nanosec) / 1e9!r} '
+            f'duration={p.push_duration!r} link={p.push_link if frame == WORLD else frame} '
+            f'frame={frame} force={force.x!r},{force.y!r},{force.z!r} point={x!r},{y!r},{z!r}'
+        )
+
+
+def _scenario(bag: Path, text: str) -> Scenario:
+    """Read the stored scenario; it states every parameter of the version that wrote it."""
+    title = f'{bag}: made by another version of the project'
+    recorded = version_in(text)
+    try:
+        scenario = scenarios.parse(text, 'its scenario', bag.name)
+    except KhrError as error:
+        raise BringupError(f'{title}: {error}') from error
+    for node in scenario.nodes:
+        missing = set(specifications(table_of(node))) - set(scenario.values.get(node, {}))
+        if missing:
+            raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
+    if other := differences(text, surroundings(scenario.table(RunParameters).engine)):
+        raise BringupError(
+            f'{bag}: made with {other}; accepted: what was made with the same, to be repeated '
+            'bit for bit'
+        )
+    if recorded and recorded != version_of(scenario):
+        raise BringupError(
+            f'{title}: its code version is {recorded}, this one is {version_of(scenario)}'
+        )
+    return scenario
+
+
+def _repeat(recorded: Recorded) -> tuple[Result, SideBySide]:
+    """Run the scenario for the time it ran, with what was done to it, beside the bag's signals."""
+    seconds = recorded.time_ns / 1e9
+    timed = [text for text in recorded.scenario.table(RunParameters).pushes if text]
+    scenario = recorded.scenario.changed(
+        {
+            (SIMULATOR, 'duration'): seconds,
+            (SIMULATOR, 'pushes'): [*timed, *recorded.pushes] or [''],
+        }
+    )
+    comparison = SideBySide(recorded.signals)
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+        task = progress.add_task('repeating', total=seconds)
+
+        def watch(truth: Truth, loop: ControlLoop, *_: object) -> None:
+            comparison.take(truth, loop)
+            progress.update(task, completed=truth.stamp_ns / 1e9)
+
+        return run_offline(scenario, watch, recorded.changes), comparison

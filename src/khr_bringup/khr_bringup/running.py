@@ -1,0 +1,128 @@
+"""A run of a scenario, as a graph or offline, from its folder to its result."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from khr_bringup.code_version import as_run
+from khr_bringup.graph.run_registry import RunEntry, check_domain, note, registered
+from khr_bringup.offline import Watch, duration, run_offline
+from khr_bringup.result import Progress, Result
+from khr_bringup.run_folder import SCENARIO
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.files import write_text
+
+if TYPE_CHECKING:
+    from khr_bringup.graph.processes import Processes
+    from khr_bringup.offline import ControlLoop
+    from khr_sim.physics.truth import Truth
+
+
+@dataclass(frozen=True)
+class Way:
+    """How to run a scenario.
+
+    Attributes:
+        offline: without ROS.
+        one_process: all nodes in one process instead of one each.
+        record: whether to write a bag.
+        domain: of ROS; a free one by default.
+        network: whether other machines may join.
+        stay: whether the graph stays until it is interrupted, and may be started anew.
+        driver_parameters: file for the executable that drives, if one does.
+    """
+
+    offline: bool = False
+    one_process: bool = False
+    record: bool = True
+    domain: int | None = None
+    network: bool = False
+    stay: bool = False
+    driver_parameters: Path | None = None
+
+
+@dataclass(frozen=True)
+class Hooks:
+    """What looks on at a run.
+
+    Attributes:
+        begun: called with the entry of a graph before its nodes start.
+        show: called many times a second.
+        beside: starts what looks on at a graph, which goes on without it.
+    """
+
+    begun: Callable[[RunEntry], None] = lambda _: None
+    show: Callable[[Progress], None] = lambda _: None
+    beside: Callable[[Processes], None] = lambda _: None
+
+
+def run(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Result:
+    """Run a scenario to its end.
+
+    Args:
+        scenario: what to run.
+        folder: that is claimed for it; the scenario as run is written to it, and by a graph its
+            recording and what its processes print.
+        way: how to run it.
+        hooks: what looks on.
+
+    Raises:
+        KhrError: if an option is not accepted.
+        RunError: if the run could not go on.
+    """
+    check_domain(way.domain)
+    if way.offline:
+        write_text(folder / SCENARIO, as_run(scenario))
+        return run_offline(scenario, showing(hooks.show))
+    from khr_bringup.graph.graph import prepare, run_graph
+
+    with registered(scenario.name, folder, way.domain, way.network) as entry:
+        hooks.begun(entry)
+        return run_graph(
+            prepare(scenario, folder, way.record),
+            folder,
+            entry,
+            record=way.record,
+            one_process=way.one_process,
+            show=_noted(entry, hooks.show),
+            beside=hooks.beside,
+            stay=way.stay,
+            driver_parameters=way.driver_parameters,
+        )
+
+
+def bounded(scenario: Scenario, way: Way) -> Scenario:
+    """Return the scenario with its duration, the motion's by default, unless the graph stays."""
+    if way.stay:
+        return scenario
+    return scenario.changed({('simulator', 'duration'): duration(scenario)})
+
+
+def _noted(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
+    """Return what shows progress, and keeps the run's state in the register."""
+    state = entry.state
+
+    def show_and_note(progress: Progress) -> None:
+        nonlocal state
+        if progress.state != state:
+            state = progress.state
+            note(entry, state)
+        show(progress)
+
+    return show_and_note
+
+
+def showing(show: Callable[[Progress], None]) -> Watch:
+    """Return what looks on at a run offline and shows its progress."""
+    began = time.monotonic()
+
+    def watch(truth: Truth, loop: ControlLoop, _: object) -> None:
+        seconds = truth.stamp_ns / 1e9
+        factor = seconds / (time.monotonic() - began + 1e-9)
+        show(Progress(seconds, 'offline', factor, loop.pitch_rate))
+
+    return watch

@@ -1,0 +1,59 @@
+"""Parameters that follow from others unless a scenario states them itself."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from copy import copy
+from math import degrees
+from typing import Any
+
+from khr_analysis.node_specs import COURSE
+from khr_bringup.node_registry import spec_of, table_of
+from khr_common import specifications
+from khr_sim.physics.world import TILTING_SPEED
+from khr_sim.run_parameters import GAIT
+
+SHARED = ('control_period', 'seed')  # those of the simulator hold for every node that has them
+SETTLING = 2.0  # s on the tilted board before the robot lifts a leg
+
+PEAKS_PER_CYCLE = 4  # of the pitch rate: f_0 = 4/T
+# What follows from the period of the gait, by node.
+OF_CYCLE: dict[str, dict[str, Callable[[float], float]]] = {
+    'fft_analyser': {
+        'window_length': lambda period: period,  # so every line of the gait has its own bin
+        'fundamental': lambda period: PEAKS_PER_CYCLE / period,
+    },
+    **{
+        node: {'reference_frequency': lambda period: PEAKS_PER_CYCLE / period}
+        for node in ('ankle_controller', 'hip_controller')
+    },
+}
+
+Values = Mapping[str, Mapping[str, Any]]
+
+
+def derived(values: Values, node: str) -> dict[str, Any]:
+    """Return what follows for a node from what a scenario states, by key.
+
+    All nodes share the simulator's control period and its seed; who takes its place, all that it
+    has of it. The analyser's window is one gait
+    cycle, and f_0 is four times its frequency. A leg lift that begins on level ground starts when
+    the board has reached the inclination and the robot has come to rest.
+    """
+    simulator, known = values.get('simulator', {}), specifications(table_of(node))
+    in_its_place = node == COURSE.name or spec_of(node).drives
+    shared = simulator if in_its_place else SHARED
+    # Copied: YAML would write a list that is the same in two places as an alias.
+    found = {key: copy(simulator[key]) for key in shared if key in simulator and key in known}
+    if 'cycle_period' in (gait := values.get(GAIT, {})):
+        follows = OF_CYCLE.get(node, {})
+        found |= {key: rule(gait['cycle_period']) for key, rule in follows.items()}
+    motion = values.get(node, {}).get('motion')
+    if motion == 'leg_lift' and simulator.get('level_start'):
+        found['start_delay'] = start_of_lift(simulator.get('inclination_deg', 0.0))
+    return found
+
+
+def start_of_lift(inclination_deg: float) -> float:
+    """Return when a leg lift begins that starts on level ground, in s."""
+    return round(abs(inclination_deg) / degrees(TILTING_SPEED) + SETTLING, 6)

@@ -1,0 +1,167 @@
+"""Whose driver a graph runs on, and which nodes it leaves out for it.
+
+A driver is a node of the registry whose specification says ``drives``, or any executable of ROS 2,
+in whatever language. It takes the simulator's place. What it publishes decides the rest: a node
+whose output it brings itself is left out, and the run is judged by what there is.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from khr_analysis.node_specs import COURSE, MONITOR
+from khr_analysis.outcome import OBSERVED, SENSED
+from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import registry, spec_of
+from khr_common.block import NodeSpec
+from khr_common.interfaces import (
+    BOARD_CORRECTION,
+    CLOCK,
+    FOOT_FORCES,
+    GYRO,
+    JOINT_STATES,
+    STATE,
+    Topic,
+)
+from khr_common.text.quoting import quoted
+from khr_common.text.strict_yaml import read_file, read_yaml
+
+OF_BOARD = (CLOCK, JOINT_STATES, GYRO, *FOOT_FORCES)  # unless the driver's package states others
+STATED = 'khr_drivers.yaml'  # in the share of a package: what its drivers publish
+OF_ROBOT = 'khr_hardware/board'  # the driver of the real robot
+SIMULATOR, TRUTH = 'simulator', 'ground_truth/'  # the node, and what it alone knows
+
+
+@dataclass(frozen=True)
+class Driver:
+    """What takes the simulator's place.
+
+    Attributes:
+        package, name: of its executable; the name also is its node's if it is registered.
+        publishes: its topics.
+        path: of the executable; None for a registered node.
+    """
+
+    package: str
+    name: str
+    publishes: tuple[Topic, ...] = OF_BOARD
+    path: Path | None = None
+
+    @property
+    def label(self) -> str:
+        """Return it as it is asked for."""
+        return f'{self.package}/{self.name}'
+
+    @property
+    def keeps_course(self) -> bool:
+        """Return whether it reports itself when the run begins and ends."""
+        return STATE in self.publishes
+
+    @property
+    def first(self) -> str:
+        """Return the node that ends the run, as the simulator does."""
+        return self.name if self.keeps_course else COURSE.name
+
+    @property
+    def judged_by(self) -> str:
+        """Return what the monitor can judge the run by: truth, sensors, nothing."""
+        return next(
+            (
+                by
+                for by, topics in (('truth', OBSERVED), ('sensors', SENSED))
+                if set(topics) <= set(self._flows(registry()))
+            ),
+            'nothing',
+        )
+
+    def graph(self, nodes: Iterable[str]) -> list[str]:
+        """Return the nodes of a run on it, of those of a run on the simulator."""
+        wanted = {node for node in nodes if not self._leaves_out(spec_of(node))}
+        wanted |= {COURSE.name} if not self.keeps_course else set()
+        wanted |= {self.name} if self.path is None else set()
+        wanted -= {MONITOR.name} if self.judged_by == 'nothing' else set()
+        return [node for node in registry() if node in wanted]
+
+    def _flows(self, nodes: Iterable[str]) -> list[Topic]:
+        """Return what is published where it runs: its own topics, and what nodes make of them."""
+        found = list(self.publishes)
+        for node in nodes:
+            spec = spec_of(node)
+            if spec.block is not None and set(spec.subscribes) <= set(found):
+                found += spec.publishes
+        return found
+
+    def _leaves_out(self, spec: NodeSpec) -> bool:
+        """Return whether it stands for a node, or for a sensor that has no truth to measure.
+
+        One that closes the loop by itself stands for all controllers: it would be closed twice.
+        """
+        if BOARD_CORRECTION in self.publishes and registry()[spec.name].correction:
+            return True
+        flows = {topic for topic in spec.publishes if topic.flow == 'period'}
+        brought = bool(flows) and flows <= set(self.publishes)
+        truths = {topic for topic in spec.subscribes if topic.name.startswith(TRUTH)}
+        blind = spec.block is not None and not truths <= set(self.publishes)
+        return spec.name == SIMULATOR or brought or blind
+
+
+def driver_of(text: str, option: str) -> Driver:
+    """Find a driver, given as PACKAGE/EXECUTABLE.
+
+    Raises:
+        BringupError: if there is none, or the statement of its package is not accepted.
+    """
+    package, _, name = text.partition('/')
+    if not (package and name) or '/' in name:
+        raise BringupError(
+            f'{option}: {quoted(text)} is not accepted; accepted: PACKAGE/EXECUTABLE'
+        )
+    node = registry().get(name)
+    if node is not None and node.spec.package == package:
+        if not node.spec.drives:
+            raise BringupError(
+                f'{option}: {text} is no driver; accepted: an executable of another package, or a '
+                f'node that drives: {", ".join(_registered()) or "none is installed"}'
+            )
+        return Driver(package, name, node.spec.publishes)
+    for prefix in _prefixes():
+        path = prefix / 'lib' / package / name
+        if path.is_file() and os.access(path, os.X_OK):
+            return Driver(package, name, _stated(prefix, package, name), path)
+    raise BringupError(
+        f'{option}: {text}: no such executable; accepted: PACKAGE/EXECUTABLE of lib/ in '
+        f'{":".join(map(str, _prefixes()))}'
+    )
+
+
+def _registered() -> list[str]:
+    return [f'{each.spec.package}/{name}' for name, each in registry().items() if each.spec.drives]
+
+
+def _prefixes() -> list[Path]:
+    """Return where packages are installed: as ROS 2 has it, and this environment."""
+    given = os.environ.get('AMENT_PREFIX_PATH', '').split(':')
+    return list(dict.fromkeys(Path(prefix) for prefix in (*given, sys.prefix) if prefix))
+
+
+def _stated(prefix: Path, package: str, name: str) -> tuple[Topic, ...]:
+    """Return what a package states that its driver publishes; the board's topics if nothing."""
+    file = prefix / 'share' / package / STATED
+    if not file.is_file():
+        return OF_BOARD
+    document = read_yaml(read_file(file), str(file))
+    body = document.get(name, {'publishes': None}) if isinstance(document, dict) else None
+    names = body.get('publishes') if isinstance(body, dict) and len(body) == 1 else ()
+    if names is None:
+        return OF_BOARD
+    known = {topic.name: topic for each in registry().values() for topic in each.spec.publishes}
+    if not isinstance(names, list) or not names or not all(each in known for each in names):
+        raise BringupError(
+            f'{file}: {name}: publishes: {quoted(names)} is not accepted; accepted: a list of '
+            f'{", ".join(sorted(known))}'
+        )
+    return tuple(known[each] for each in names)

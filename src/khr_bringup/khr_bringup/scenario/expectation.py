@@ -1,0 +1,85 @@
+"""What is expected of a run: a verdict, and that it held real time."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import get_args
+
+from khr_analysis.outcome import SensedVerdict, Verdict
+from khr_bringup.errors import BringupError
+from khr_bringup.scenario.scenario import Scenario
+from khr_sim.run_parameters import RunParameters
+
+REALTIME = 'realtime'
+VERDICTS = tuple(dict.fromkeys((*get_args(Verdict), *get_args(SensedVerdict))))
+MEANING = (
+    'Exit with 1 unless the outcome is this: walked, stood, fell or slipped (on a driver without '
+    'truth: upright or fell); and realtime, if the '
+    'wall clock is to have been kept up with, such as walked,realtime.'
+)
+
+
+@dataclass(frozen=True)
+class Expectation:
+    """What a run must come to; nothing by default.
+
+    Attributes:
+        verdict: of the monitor; empty if any is.
+        realtime: whether it must have held real time.
+    """
+
+    verdict: str = ''
+    realtime: bool = False
+
+    @staticmethod
+    def parse(text: str, option: str, scenario: Scenario, offline: bool = False) -> Expectation:
+        """Read what an option says.
+
+        Args:
+            text: a verdict, ``realtime``, or both with a comma between; empty expects nothing.
+            option: its name.
+            scenario: that is to run.
+            offline: whether it is to run without a graph.
+
+        Raises:
+            BringupError: if it says something else, or the run does not follow the wall clock.
+        """
+        words = [word.strip() for word in text.split(',')] if text else []
+        verdicts = [word for word in words if word != REALTIME]
+        if len(verdicts) > 1 or set(verdicts) - set(VERDICTS):
+            raise BringupError(
+                f'{option}: {text!r} is not accepted; accepted: {" | ".join(VERDICTS)}, '
+                f'{REALTIME}, or one of these and {REALTIME} with a comma between'
+            )
+        lockstep = scenario.table(RunParameters).sync == 'lockstep'
+        if REALTIME in words and (lockstep or offline):
+            raise BringupError(
+                f'{option}: {REALTIME} is not accepted of a run that does not follow the wall '
+                'clock; accepted: with simulator.sync=realtime'
+            )
+        return Expectation(verdicts[0] if verdicts else '', REALTIME in words)
+
+    def unmet(self, verdict: str, realtime: Mapping[str, str]) -> str:
+        """Return in one line what did not come as expected; empty if all did.
+
+        Args:
+            verdict: that the run came to.
+            realtime: how it kept to the wall clock, from the simulator's last state.
+        """
+        if self.verdict and verdict != self.verdict:
+            return f'expected {self.verdict}, the outcome is {verdict or "unknown"}'
+        if self.realtime and realtime.get('realtime') != 'held':
+            return f'expected real time to be held: {realtime_text(realtime)}'
+        return ''
+
+
+def realtime_text(realtime: Mapping[str, str]) -> str:
+    """Say how a run kept to the wall clock."""
+    if not realtime:
+        return 'the simulator did not say'
+    return (
+        f'{realtime["realtime"]}: speed {realtime["real_time_factor"]}, '
+        f'{realtime["missed_periods"]} of {realtime["periods"]} periods late, '
+        f'{realtime["stale_corrections"]} corrections too old'
+    )

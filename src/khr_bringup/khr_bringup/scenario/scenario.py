@@ -1,0 +1,337 @@
+"""Scenarios: ROS 2 parameter files, read strictly, thin over the defaults of the tables."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from importlib.resources import files
+from os.path import isfile
+from pathlib import Path
+from typing import Any, TypeVar
+
+import yaml
+
+from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import controllers, node_of, registry, short_name, table_of
+from khr_bringup.scenario.derived import derived
+from khr_bringup.scenario.driver import Driver
+from khr_common import ParameterError, build, check, specifications
+from khr_common.interfaces import Topic
+from khr_common.text.quoting import LONGEST, named, quoted
+from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_sim.run_parameters import GAIT
+
+SHORTEST_PREFIX, MOST_OFFERED = 3, 5  # letters, and names of scenarios
+ANYWHERE = '/**/'  # in a parameter file, before the name of a node in whatever namespace
+CONFIG = Path(str(files('khr_bringup') / 'config'))
+SHIPPED = CONFIG / 'scenarios'
+Values = dict[str, dict[str, Any]]
+Table = TypeVar('Table')
+
+
+@dataclass(frozen=True)
+class Scenario:
+    """The parameters of every node of a run.
+
+    Attributes:
+        name: the stem of its file.
+        values: what the scenario says itself, by node and key; the rest are defaults.
+        title: the first comment line of its file, and what was set on the command line.
+        driver: that it runs on in the simulator's place; None for the simulator.
+    """
+
+    name: str
+    values: Values
+    title: str = ''
+    driver: Driver | None = None
+
+    def table(self, table: type[Table]) -> Table:
+        """Build the parameter table of the node that it belongs to.
+
+        Raises:
+            ParameterError: if a value is not accepted (scenarios read from files are checked).
+        """
+        return build(table, self.of(node_of(table)))
+
+    def of(self, node: str) -> dict[str, Any]:
+        """Return what the scenario states of a node, and what follows from it."""
+        return derived(self.values, node) | self.values.get(node, {})
+
+    @property
+    def nodes(self) -> list[str]:
+        """Return the nodes that take part, in the order in which data flows."""
+        joining = [
+            name
+            for name, node in registry().items()
+            if not node.spec.drives and node.spec.joins(build(node.spec.table, self.of(name)))
+        ]
+        return joining if self.driver is None else self.driver.graph(joining)
+
+    @property
+    def answers(self) -> list[str]:
+        """Return the nodes whose answers move the joints: the gait, then each controller."""
+        return [GAIT, *(name for name in self.nodes if registry()[name].correction)]
+
+    @property
+    def corrections(self) -> dict[str, Topic]:
+        """Return the topic of each controller's correction by short name, ankle and hip first."""
+        nodes = self.nodes
+        return {short_name(name): topic for name, topic in controllers().items() if name in nodes}
+
+    def changed(self, changes: Mapping[tuple[str, str], Any]) -> Scenario:
+        """Return a scenario with values replaced; they are checked.
+
+        Args:
+            changes: values by (node, key).
+
+        Raises:
+            BringupError: if a node or key is unknown or a value is not accepted.
+        """
+        values = {node: dict(keys) for node, keys in self.values.items()}
+        for (node, key), value in changes.items():
+            values.setdefault(node, {})[key] = _checked(self.name, node, key, value)
+        return replace(self, values=_consistent(self.name, values))
+
+    def driven_by(self, driver: Driver) -> Scenario:
+        """Return the scenario on a driver in the simulator's place.
+
+        It runs in real time unless the scenario states otherwise.
+
+        Raises:
+            BringupError: if a node needs a topic that nobody publishes then.
+        """
+        if driver.path is None and (node := registry().get(driver.name)):
+            table = build(node.spec.table, self.of(driver.name))
+            driver = replace(driver, publishes=node.spec.brought(table))
+        stated = self.values.get('simulator', {}).get('sync', 'realtime')
+        by = 'sensors' if driver.judged_by == 'sensors' else 'truth'
+        driven = replace(
+            self.changed({('simulator', 'sync'): stated, ('monitor', 'judge_by'): by}),
+            title=f'{self.title or self.name}, on {driver.label}'[:LONGEST],
+            driver=driver,
+        )
+        specs = [registry()[node].spec for node in driven.nodes if node != driver.name]
+        flows = {*driver.publishes, *(topic for spec in specs for topic in spec.publishes)}
+        for spec in specs:
+            if spec.block is None:
+                continue
+            for topic in spec.block(driven.table(spec.table)).needs:
+                if topic not in flows:
+                    raise BringupError(
+                        f'{self.name}: {spec.name} needs the topic {topic.name}, which nobody '
+                        f'publishes; accepted: a driver that publishes it, or a scenario without'
+                    )
+        return driven
+
+    def set_to(self, texts: Iterable[str]) -> Scenario:
+        """Return a scenario with changes as on a command line; its title names them.
+
+        Args:
+            texts: each ``node.key=value``.
+
+        Raises:
+            BringupError: as :meth:`changed`, or if a text is not of that form.
+        """
+        given = list(texts)
+        changed = self.changed(changes_of(given))
+        words = [self.title or self.name, *(' '.join(text.split()) for text in given)]
+        return replace(changed, title=', '.join(words)[:LONGEST].strip())
+
+    def switched_off(self, changes: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+        """Return which of some parameters do nothing, by their node, whose ``enabled`` is false.
+
+        Args:
+            changes: (node, key) of each.
+        """
+        found: dict[str, list[str]] = {}
+        for node, key in changes:
+            switch = specifications(table_of(node)).get('enabled')
+            if switch and key != 'enabled' and not self.of(node).get('enabled', switch.default):
+                found.setdefault(node, []).append(key)
+        return found
+
+    def to_yaml(self) -> str:
+        """Write the whole scenario, defaults included, as a ROS 2 parameter file.
+
+        It holds for nodes in whatever namespace.
+        """
+        document = {
+            ANYWHERE + node: {
+                'ros__parameters': {
+                    key: self.of(node).get(key, specification.default)
+                    for key, specification in specifications(table_of(node)).items()
+                }
+            }
+            for node in dict.fromkeys(['simulator', *self.nodes])  # the first concerns all
+        }
+        return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
+
+
+def load(name: str, sought: str = 'scenario') -> Scenario:
+    """Read a scenario by path, or by name from the current config folder or the installed one.
+
+    Args:
+        name: path or name.
+        sought: what the name may stand for, in the words of the refusal.
+
+    Raises:
+        BringupError: if there is none, or it does not read; the text names file, node, key, value
+            and what is accepted.
+    """
+    path = find(name, sought)
+    return parse(read_file(path), str(path), path.stem)
+
+
+def parse(text: str, file: str, name: str) -> Scenario:
+    """Read a scenario from the text of a ROS 2 parameter file.
+
+    Raises:
+        BringupError: as :func:`load`; ``file`` is what its text calls the file.
+    """
+    document = read_yaml(text, file)
+    if not isinstance(document, dict):
+        raise BringupError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
+    values: Values = {}
+    for node, body in document.items():
+        known = _known_node(file, node)
+        if known in values:
+            raise BringupError(f'{file}: {known}: given twice; accepted: one block per node')
+        values[known] = _node_values(file, node, body)
+    return Scenario(name, _consistent(file, values), title_of(text))
+
+
+def title_of(text: str) -> str:
+    """Return the first line of a file's text if it is a comment, at most 200 characters."""
+    first = text.lstrip().splitlines()[0] if text.strip() else ''
+    return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
+
+
+def find(name: str, sought: str = 'scenario') -> Path:
+    """Return the file of a scenario given by path or name.
+
+    Raises:
+        BringupError: if there is none, as :func:`load`.
+    """
+    for path in (
+        Path(name),
+        Path('config/scenarios') / f'{name}.yaml',
+        SHIPPED / f'{name}.yaml',
+        SHIPPED / Path(name).name,
+    ):
+        if isfile(path):  # Path.is_file raises if the name is too long to be one
+            return path
+    near = _near(name)
+    raise BringupError(
+        f'{named(name)}: no such {sought}; '
+        + (f'did you mean {near}? ' if near else '')
+        + 'accepted: a path, or a name ("khr scenarios" lists them)'
+    )
+
+
+def _near(name: str) -> str:
+    """Name the scenarios that begin most like this, or else are most like it; or nothing."""
+    stem, known = Path(name).name.removesuffix('.yaml'), [path.stem for path in shipped()]
+    lengths = range(len(stem), SHORTEST_PREFIX - 1, -1)
+    begun = ([each for each in known if each.startswith(stem[:length])] for length in lengths)
+    alike = next(filter(None, begun), [])
+    if not alike or len(alike) > MOST_OFFERED:
+        alike = get_close_matches(stem, known, 1)
+    return ' or '.join(alike)
+
+
+def shipped() -> list[Path]:
+    """List the scenario files that come with the project."""
+    return sorted(SHIPPED.glob('*.yaml'), key=lambda path: _natural(path.stem))
+
+
+def parse_change(text: str) -> tuple[tuple[str, str], Any]:
+    """Read ``node.key=value`` as on a command line.
+
+    Raises:
+        BringupError: if it is not of that form, or the value is not YAML.
+    """
+    match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
+    if not match:
+        raise BringupError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
+    node, key, value = match.groups()
+    return (node, key), parse_value(node, key, value)
+
+
+def parse_value(node: str, key: str, text: str) -> Any:
+    """Read a value as typed; an integer for a float parameter is taken as that float.
+
+    Raises:
+        BringupError: if it is not a YAML value.
+    """
+    value = read_yaml(text, named(f'{node}.{key}'))
+    known = specifications(table_of(node)).get(key) if node in registry() else None
+    if known and known.kind is str and not isinstance(value, str):
+        return text
+    return typed(node, key, value)
+
+
+def typed(node: str, key: str, value: Any) -> Any:
+    """Return a value as its parameter has it: an integer for a float is taken as that float."""
+    known = specifications(table_of(node)).get(key) if node in registry() else None
+    return float(value) if known and known.kind is float and type(value) is int else value
+
+
+def _natural(stem: str) -> list[Any]:
+    return [
+        float(part) if re.fullmatch(r'[\d.]+', part) else part
+        for part in re.split(r'(\d+(?:\.\d+)?)', stem)
+    ]
+
+
+def _known_node(file: str, node: Any) -> str:
+    name = str(node).rsplit('/', 1)[-1]
+    if name not in registry():
+        raise BringupError(
+            f'{file}: {named(node)}: no such node; accepted: {", ".join(registry())}'
+        )
+    return name
+
+
+def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
+    if not isinstance(body, dict) or list(body) != ['ros__parameters']:
+        raise BringupError(f'{file}: {named(node)}: accepted: one key ros__parameters')
+    keys = body['ros__parameters']
+    if not isinstance(keys, dict):
+        raise BringupError(
+            f'{file}: {named(node)}: ros__parameters: accepted: a mapping of parameters'
+        )
+    return {
+        key: _checked(file, _known_node(file, node), key, value) for key, value in keys.items()
+    }
+
+
+def _checked(file: str, node: str, key: str, value: Any) -> Any:
+    _known_node(file, node)
+    try:
+        return check(table_of(node), key, value)
+    except ParameterError as error:
+        raise BringupError(f'{file}: {node}: {error}') from error
+
+
+def _consistent(file: str, values: Values) -> Values:
+    for node, keys in values.items():
+        try:
+            build(table_of(node), keys)
+        except ParameterError as error:
+            raise BringupError(f'{file}: {node}: {error}') from error
+    if values.get('stage', {}).get('mode', 'none') == 'none':
+        staged = [name for name, node in registry().items() if node.staged]
+        for node in staged:
+            if values.get(node, {}).get('staged'):
+                raise BringupError(
+                    f'{file}: {node}: staged: True is not accepted; accepted: '
+                    'False while the mode of stage is none'
+                )
+    return values
+
+
+def changes_of(texts: Iterable[str]) -> dict[tuple[str, str], Any]:
+    """Read several ``node.key=value``."""
+    return dict(map(parse_change, texts))

@@ -1,0 +1,226 @@
+"""The simulated robot behind a virtual board: servos on its bus, sensors on its AD ports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import radians
+
+import numpy as np
+
+from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
+from khr_bringup.node_registry import spec_of
+from khr_bringup.offline import ControlLoop
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.interfaces import FOOT_FORCES, GYRO, JOINTS, REGIONS
+from khr_common.published import NO_LOAD_SPEED
+from khr_hardware.joint_map import AD_STEP, COUNT, JointMap
+from khr_hardware.protocol import commands
+from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, Config
+from khr_hardware.virtual.board import AD_TOP, Setup, VirtualBoard
+from khr_sim.physics.truth import Truth
+from khr_sim.plant import Plant
+from khr_sim.run_parameters import RunParameters
+from khr_sim.servo import SUPPLY, stretches
+
+AT_REST = 512  # AD steps of a gyro that does not turn
+NEAR = radians(3.0)  # of the stance, in every joint
+STILL = 3  # output cycles without a change of any target
+OF_PROJECT = 0x809B  # the configuration of the maker's project, its ROM program on
+SENSORS = ('gyro', 'foot_force')
+
+
+class SimulatedRobot:
+    """The robot of a scenario, one output cycle at a time.
+
+    It hangs in a stand, its joints going where its servos are driven, at their no-load speed, and
+    staying where they are when free. It is put on the ground as soon as all servos are driven,
+    near the stance in which the scenario begins, and still. From then on physics has it.
+
+    Args:
+        scenario: what stands on which ground, with its sensors.
+        joint_map: how servos and sensors are wired.
+
+    Attributes:
+        stance: in which the scenario begins, 17 joint angles in rad.
+        on_ground: whether it has been put down.
+        outcome: what has become of it since; None in the stand.
+        battery: its voltage, V.
+    """
+
+    def __init__(self, scenario: Scenario, joint_map: JointMap) -> None:
+        self.stance = ControlLoop(scenario).reference(0.0)
+        self.battery = SUPPLY
+        self._map = joint_map
+        parameters = scenario.table(RunParameters)
+        # The delay is the board's: what it has sent acts at once.
+        self._plant = Plant(replace(parameters, control_delay=0, duration=0.0))
+        self._monitor = OutcomeMonitor(scenario.table(MonitorParameters))
+        self._sensors = [
+            (spec, spec.block(scenario.table(spec.table)))
+            for spec in (spec_of(node) for node in SENSORS if node in scenario.nodes)
+            if spec.block is not None
+        ]
+        self._stretch = stretches(parameters)
+        self._set: tuple[list[float], list[bool]] | None = None
+        self.on_ground = False
+        self.outcome: Outcome | None = None
+        self._angles = [0.0] * len(JOINTS)
+        self._targets: list[float | None] = [None] * len(JOINTS)
+        self._still = 0
+        self._pitch_rate = 0.0
+        self._ad = self._at_rest()
+
+    @property
+    def trajectory_hash(self) -> str:
+        """Return the hash of the trajectory since it was put down; empty in the stand."""
+        return self._plant.trajectory_hash if self.on_ground else ''
+
+    @property
+    def truth(self) -> Truth:
+        """Return what it truly does, since it was put down."""
+        return self._plant.truth
+
+    @property
+    def time(self) -> float:
+        """Return the time since it was put down, s."""
+        return self._plant.truth.stamp_ns / 1e9 if self.on_ground else 0.0
+
+    @property
+    def height(self) -> float:
+        """Return the height of the torso's origin over that of the ground's frame, m."""
+        return float(self._plant.truth.position[2])
+
+    @property
+    def pitch_rate(self) -> float:
+        """Return what the gyro reads, rad/s."""
+        return self._pitch_rate
+
+    def close(self) -> None:
+        """Release the physics engine."""
+        self._plant.close()
+
+    def measure(self) -> Mapping[int, int]:
+        """Return the position that each servo measures, by ICS number, trim included."""
+        angles = self._plant.world.potentiometers if self.on_ground else self._angles
+        return {
+            servo.ics: servo.counts(angle) + servo.trim
+            for servo, angle in zip(self._map.servos.values(), angles, strict=True)
+        }
+
+    def sense(self) -> Mapping[int, int]:
+        """Return what the AD channels convert, in steps."""
+        return self._ad | {0: round(self.battery / BATTERY_VOLTS)}
+
+    def stiffen(self, stretch: Mapping[int, int]) -> None:
+        """Set the stretch of servos, by ICS number; those without a joint have none."""
+        for row, ics in enumerate(self._map.numbers):
+            self._stretch[row] = stretch.get(ics, self._stretch[row])
+
+    def drive(self, positions: Mapping[int, int], cycle: float) -> None:
+        """Let an output cycle pass.
+
+        In the stand it takes ``cycle`` s, on the ground the scenario's control period.
+        """
+        before = list(self._targets)
+        for row, servo in enumerate(self._map.servos.values()):
+            if servo.ics in positions:
+                position = positions[servo.ics]
+                driven = servo.sign * (position - servo.trim - servo.zero) * COUNT + 0.0
+                self._targets[row] = None if position == FREE else driven
+        if not self.on_ground:
+            self._still = self._still + 1 if before == self._targets else 0
+            self._hang(cycle)
+            if not self._ready:
+                return
+            self._put_down()
+            return
+        self._set_servos()
+        free = self._plant.world.potentiometers
+        self._plant.answer(
+            [own if goal is None else goal for goal, own in zip(self._targets, free, strict=True)]
+        )
+        self._plant.advance()
+        self._observe()
+
+    def put_down(self) -> list[float]:
+        """Put it on the ground in its stance, as one who has carried it; return the stance."""
+        self._targets = list(self.stance)
+        self._put_down()
+        return self.stance
+
+    def _put_down(self) -> None:
+        self._set_servos()
+        self._plant.start([goal or 0.0 for goal in self._targets])
+        self._observe()
+        self.on_ground = True  # last: other threads ask for its time and servos
+
+    def _hang(self, cycle: float) -> None:
+        most = NO_LOAD_SPEED * cycle
+        for row, goal in enumerate(self._targets):
+            if goal is not None:
+                self._angles[row] += min(max(goal - self._angles[row], -most), most)
+
+    @property
+    def _ready(self) -> bool:
+        return self._still >= STILL and all(
+            goal is not None and abs(goal - stance) < NEAR and abs(goal - angle) < NEAR
+            for goal, stance, angle in zip(self._targets, self.stance, self._angles, strict=True)
+        )
+
+    def _set_servos(self) -> None:
+        wanted = (self._stretch.tolist(), [goal is None for goal in self._targets])
+        if wanted != self._set:
+            self._set = wanted
+            self._plant.world.set_servos(self._stretch.copy(), np.array(wanted[1]))
+
+    def _observe(self) -> None:
+        """Let the sensors read the truth, and judge it."""
+        truth = self._plant.truth
+        time, signals = truth.stamp_ns / 1e9, truth.signals()
+        for spec, block in self._sensors:
+            signals.update(zip(spec.publishes, block.update(time, signals), strict=True))
+        self.outcome = self._monitor.update(truth.stamp_ns, signals)
+        self._pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0
+        if self._map.gyro:
+            steps = round(self._pitch_rate / self._map.gyro.step)
+            self._ad[self._map.gyro.channel] = _clamped(AT_REST + steps)
+        for region, topic in zip(REGIONS, FOOT_FORCES, strict=True):
+            if region in self._map.forces and topic in signals:
+                force = self._map.forces[region]
+                volts = signals[topic][2] / force.newtons_per_volt
+                self._ad[force.channel] = _clamped(round(volts / AD_STEP))
+
+    def _at_rest(self) -> dict[int, int]:
+        gyro = {self._map.gyro.channel: AT_REST} if self._map.gyro else {}
+        return gyro | {force.channel: 0 for force in self._map.forces.values()}
+
+
+def _clamped(steps: int) -> int:
+    return min(max(steps, 0), AD_TOP)
+
+
+def virtual_board(
+    scenario: Scenario, joint_map: JointMap, on_ground: bool = False
+) -> tuple[VirtualBoard, SimulatedRobot]:
+    """Return a board with the robot of a scenario behind it.
+
+    Args:
+        scenario: what stands on which ground.
+        joint_map: how servos and sensors are wired; the board has its trims.
+        on_ground: whether the robot stands already, held by what the board was sent last;
+            by default it hangs in a stand, its servos free.
+    """
+    robot = SimulatedRobot(scenario, joint_map)
+    parameters = scenario.table(RunParameters)
+    setup = Setup(
+        joint_map.trims,
+        Config(OF_PROJECT).with_cycle(parameters.control_period).word,
+        {joint_map.gyro.channel: AT_REST} if joint_map.gyro else {},
+        parameters.control_delay,
+    )
+    board = VirtualBoard(robot, setup)
+    if on_ground:
+        board.answer(commands.move_servos(joint_map.positions(robot.put_down())))
+        board.sample()
+    return board, robot

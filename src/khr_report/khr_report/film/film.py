@@ -1,0 +1,196 @@
+"""``khr film``: a run as MP4 and GIF, or one picture of it; two runs side by side."""
+
+from __future__ import annotations
+
+from bisect import bisect_left
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import imageio_ffmpeg  # type: ignore[import-untyped]
+import numpy as np
+from PIL import Image
+
+from khr_bringup.offline import duration
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.files import written
+from khr_report.errors import ReportError
+from khr_report.film.overlay import COLORS, Overlay
+from khr_report.film.scene import Frame, Look, PosedScene, frames, scenario_of
+
+GIF_COLORS = 96
+SMOOTH = 1.5  # pictures are drawn so much larger, so that edges come out smooth
+WIDEST = 1920  # px
+Show = Callable[[str, float, float], None]
+
+
+@dataclass(frozen=True, eq=False)
+class Filmed:
+    """A run to show: its scenario, and every instant of it."""
+
+    scenario: Scenario
+    kept: Sequence[Frame]
+
+    def at(self, time: float) -> Frame:
+        """Return the instant at a time, s; the last one from its end on."""
+        index = bisect_left(self.kept, time - 1e-9, key=lambda frame: frame.time)
+        return self.kept[min(index, len(self.kept) - 1)]
+
+
+def render_run(
+    run: str,
+    out: Path | None = None,
+    still: float | None = None,
+    part: tuple[float, float | None] = (0.0, None),
+    size: tuple[int, int, float] = (960, 720, 25.0),
+    against: str | None = None,
+    show: Show = lambda what, seconds, whole: None,
+) -> list[Path]:
+    """Render a run to MP4 and GIF, or one picture of it to PNG; return the files.
+
+    Args:
+        run: a run folder, or a scenario file or name.
+        out: the files' path, with or without a suffix; by default in the run folder, or here by
+            the scenario's name.
+        still: time of the one picture, s.
+        part: start and end of the film, s.
+        size: width and height in px, pictures per s.
+        against: another run to show on the right of it, as ``run``; each has that size.
+        show: called with what goes on, how far it is and how far it goes, s.
+
+    Raises:
+        ReportError: if an argument is not accepted or the files cannot be written.
+        RunError: if a run does not repeat.
+    """
+    runs = [run] if against is None else [run, against]
+    look = _look(*size, panels=len(runs))
+    chosen = [scenario_of(each) for each in runs]
+    _within(max(map(duration, chosen)), still, part)
+    base = _base(run, chosen[0], out)
+    _writable(base)
+    tracks = [
+        Filmed(one, frames(one, each, _of(f'repeating {each}', duration(one), show)))
+        for one, each in zip(chosen, runs, strict=True)
+    ]
+    last = max(track.kept[-1].time for track in tracks)
+    if still is not None:
+        if still > last:
+            raise ReportError(f'--still: {still:g} is not accepted; accepted: [0, {last:g}] s')
+        (picture,) = pictures(tracks, [still], look)
+        picture.save(f'{base}.png', optimize=True)
+        return [Path(f'{base}.png')]
+    start, end = part
+    wanted = np.arange(start, min(last if end is None else end, last), 1.0 / look.rate).tolist()
+    if not wanted:
+        raise ReportError(
+            f'--start {start:g}, --end {end}: nothing to show; accepted: a part of [0, {last:g}] s'
+        )
+    shown = []
+    for time, picture in zip(wanted, pictures(tracks, wanted, look), strict=True):
+        shown.append(picture)
+        show('drawing', time, wanted[-1])
+    show('writing MP4 and GIF', 0.0, wanted[-1])
+    movie, animation = Path(f'{base}.mp4'), Path(f'{base}.gif')
+    with written(movie) as file:
+        _save_movie(file, shown, look.rate)
+    with written(animation) as file:
+        save_gif(file, shown, look.rate)
+    return [movie, animation]
+
+
+def _of(what: str, whole: float, show: Show) -> Callable[[float], None]:
+    """Return what shows how far one part of the work is."""
+    return lambda seconds: show(what, seconds, whole)
+
+
+def pictures(
+    tracks: Sequence[Filmed], times: Sequence[float], look: Look
+) -> Iterator[Image.Image]:
+    """Draw all runs at each time, beside one another."""
+    large = replace(look, width=round(look.width * SMOOTH), height=round(look.height * SMOOTH))
+    overlays = [Overlay(track.scenario, track.kept, large.height) for track in tracks]
+    scene = PosedScene(tracks[0].scenario)
+    try:
+        for time in times:
+            whole = Image.new('RGB', (look.width * len(tracks), look.height))
+            for number, (track, overlay) in enumerate(zip(tracks, overlays, strict=True)):
+                frame = track.at(time)
+                camera = large.camera(frame.truth)
+                drawn = scene.picture(frame.truth, camera)
+                overlay.draw(drawn, frame, camera)
+                small = drawn.resize((look.width, look.height), Image.Resampling.LANCZOS)
+                whole.paste(small, (number * look.width, 0))
+            yield whole
+    finally:
+        scene.close()
+
+
+def _within(longest: float, still: float | None, part: tuple[float, float | None]) -> None:
+    """Check the times against the length of the run before it is repeated."""
+    for name, time in (('still', still), ('start', part[0]), ('end', part[1])):
+        if time is not None and not 0.0 <= time <= longest:
+            raise ReportError(f'--{name}: {time:g} is not accepted; accepted: [0, {longest:g}] s')
+    if part[1] is not None and part[1] <= part[0]:
+        raise ReportError(
+            f'--end: {part[1]:g} is not accepted; accepted: after --start, '
+            f'({part[0]:g}, {longest:g}] s'
+        )
+
+
+def _look(width: int, height: int, rate: float, panels: int) -> Look:
+    for name, value, most in (('width', width, WIDEST // panels), ('height', height, WIDEST)):
+        if not 64 <= value <= most or value % 2:
+            raise ReportError(
+                f'--{name}: {value} is not accepted; accepted: even integer in [64, {most}] px'
+            )
+    if not 1.0 <= rate <= 60.0:
+        raise ReportError(f'--rate: {rate:g} is not accepted; accepted: [1, 60] per s')
+    return Look(width, height, rate)
+
+
+def _save_movie(path: Path, pictures: list[Image.Image], rate: float) -> None:
+    writer = imageio_ffmpeg.write_frames(
+        str(path), pictures[0].size, fps=rate, macro_block_size=2, quality=7
+    )
+    writer.send(None)
+    for picture in pictures:
+        writer.send(np.asarray(picture).tobytes())
+    writer.close()
+
+
+def save_gif(path: Path, pictures: list[Image.Image], rate: float) -> None:
+    """Save pictures, so many per s, as an animation that repeats."""
+    # With one palette for all frames a GIF stores only moving parts and does not flicker.
+    found = pictures[len(pictures) // 2].quantize(GIF_COLORS, Image.Quantize.MEDIANCUT)
+    palette = Image.new('P', (1, 1))
+    palette.putpalette(
+        [*(value for color in COLORS for value in color), *(found.getpalette() or [])]
+    )
+    first, *rest = [
+        picture.quantize(palette=palette, dither=Image.Dither.NONE) for picture in pictures
+    ]
+    first.save(
+        path,
+        save_all=True,
+        append_images=rest,
+        duration=round(1000.0 / rate),
+        loop=0,
+        optimize=True,
+    )
+
+
+def _base(run: str, scenario: Scenario, out: Path | None) -> Path:
+    if out is not None:  # names contain degrees with decimals, so only these count as suffixes
+        return out.with_suffix('') if out.suffix in ('.mp4', '.gif', '.png') else out
+    folder = Path(run)
+    return folder / 'film' if folder.is_dir() else Path(scenario.name)
+
+
+def _writable(path: Path) -> None:
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise ReportError(
+            f'--out: {str(path)!r}: {error.strerror}; accepted: a path in a '
+            'folder that can be written'
+        ) from error

@@ -1,0 +1,142 @@
+"""What a film shows: the poses of a run, drawn by a scene that only poses.
+
+A run folder holds its scenario, which is run again offline, bit for bit, and its trajectory hash
+is compared. What is filmed cannot disturb what happens.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import pi
+from pathlib import Path
+
+from PIL import Image
+
+from khr_analysis.outcome import Outcome
+from khr_bringup.offline import ControlLoop, run_offline
+from khr_bringup.scenario.scenario import Scenario, load
+from khr_common import RunError
+from khr_common.maths.rotation import matrix
+from khr_common.text.quoting import quoted
+from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_report.errors import ReportError
+from khr_report.film.shadow import Shadow
+from khr_sim.physics import engines
+from khr_sim.physics.camera import Camera
+from khr_sim.physics.truth import Truth
+from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
+
+HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
+AHEAD = 0.02  # m, of the feet
+
+
+@dataclass(frozen=True)
+class Look:
+    """How a film looks.
+
+    Attributes:
+        width, height: px.
+        rate: frames per simulated second.
+        yaw, pitch: where the camera looks, rad; across the slope, so that it shows as it is.
+        distance: from the robot, m.
+    """
+
+    width: int = 960
+    height: int = 720
+    rate: float = 25.0
+    yaw: float = pi / 2.0
+    pitch: float = -0.1
+    distance: float = 1.15
+
+    def camera(self, truth: Truth) -> Camera:
+        """Return the camera at an instant: it follows the feet, not each motion of the torso."""
+        x, _, z = truth.sole_position.mean(axis=0).tolist()
+        target = (x + AHEAD, 0.0, z + HALF_HEIGHT)
+        return Camera(self.width, self.height, target, self.yaw, self.pitch, self.distance)
+
+
+@dataclass(frozen=True, eq=False)
+class Frame:
+    """One instant of a run: the truth, the gyro's pitch rate in rad/s, the outcome so far."""
+
+    truth: Truth
+    pitch_rate: float
+    outcome: Outcome
+
+    @property
+    def time(self) -> float:
+        """Return its simulated time, s."""
+        return self.truth.stamp_ns / 1e9
+
+
+def scenario_of(run: str) -> Scenario:
+    """Return the scenario of a run folder, or the one of that name or file.
+
+    Raises:
+        KhrError: if there is neither.
+    """
+    folder = Path(run)
+    if folder.is_dir():
+        if not (folder / 'scenario.yaml').is_file():
+            raise ReportError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
+        return load(str(folder / 'scenario.yaml'))
+    return load(run, 'run or scenario')
+
+
+def frames(
+    scenario: Scenario, run: str = '', show: Callable[[float], None] = lambda _: None
+) -> list[Frame]:
+    """Run a scenario offline and keep every instant.
+
+    Args:
+        scenario: what to run.
+        run: its run folder, if it has one, to compare the trajectory hash with.
+        show: called with the time of each instant, s.
+
+    Raises:
+        RunError: if the trajectory differs from that of the folder.
+    """
+    kept: list[Frame] = []
+
+    def keep(truth: Truth, loop: ControlLoop, outcome: Outcome) -> None:
+        kept.append(Frame(truth, loop.pitch_rate, outcome))
+        show(kept[-1].time)
+
+    result = run_offline(scenario, keep)
+    outcome = Path(run) / 'outcome.json'
+    if run and outcome.is_file():
+        recorded = read_yaml(read_file(outcome), str(outcome))  # JSON is YAML too
+        if not isinstance(recorded, dict) or 'trajectory_hash' not in recorded:
+            raise ReportError(f'{outcome}: no outcome; accepted: the file that khr run writes')
+        before = recorded['trajectory_hash']
+        if recorded.get('end') != 'stopped' and before != result.trajectory_hash:
+            raise RunError(
+                f'{run}: the run did not repeat: trajectory hash {result.trajectory_hash}, '
+                f'recorded {quoted(before)}; was it made with other versions?'
+            )
+    return kept
+
+
+class PosedScene:
+    """A scene whose robot takes the poses of a run."""
+
+    def __init__(self, scenario: Scenario) -> None:
+        robot = Robot.load()
+        self._scene = engines.painter(scenario.table(RunParameters), robot)
+        self._scene.reset(0.0)
+        self._shadow = Shadow(robot)
+
+    def picture(self, truth: Truth, camera: Camera) -> Image.Image:
+        """Return a picture of the robot at an instant, with its shadow."""
+        self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
+        self._scene.tilt_ground(truth.inclination)
+        colors, board = self._scene.picture(camera)
+        image = Image.fromarray(colors)
+        self._shadow.darken(image, Image.fromarray(board), truth, camera)
+        return image
+
+    def close(self) -> None:
+        """Release the engine."""
+        self._scene.close()

@@ -1,0 +1,69 @@
+"""The shadow of the robot on its board: each box of its description, thrown along the light."""
+
+from __future__ import annotations
+
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+from PIL import Image, ImageChops, ImageDraw
+
+from khr_common.maths.rotation import matrix, pitched
+from khr_sim.physics.camera import SUN, Camera
+from khr_sim.physics.truth import Truth
+from khr_sim.robot import Robot
+
+Array = NDArray[np.float64]
+# The corners of a box, and the faces by the numbers of their corners, in order around each.
+CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
+FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))
+SHADE = 0.8  # of the light that is left
+
+
+class Shadow:
+    """What the robot darkens; a renderer's own shadows cost four times the picture."""
+
+    def __init__(self, robot: Robot) -> None:
+        self._robot = robot
+        self._boxes: list[tuple[str, Array]] = []
+        for link in robot.xml.iter('link'):
+            for visual in link.findall('visual'):
+                box, origin = visual.find('geometry/box'), visual.find('origin')
+                if box is not None and origin is not None:
+                    size, center = _numbers(box.attrib['size']), _numbers(origin.attrib['xyz'])
+                    self._boxes.append((link.attrib['name'], center + CORNERS * size))
+
+    def on_board(self, truth: Truth) -> Array:
+        """Return the corners of all boxes thrown onto the board, m in odom, (boxes, 8, 3)."""
+        poses = self._robot.poses(truth.joint_position)
+        turn, place = matrix(truth.orientation), np.asarray(truth.position)
+        corners = np.array(
+            [corners @ poses[link][:3, :3].T + poses[link][:3, 3] for link, corners in self._boxes]
+        )
+        corners = corners @ turn.T + place
+        normal, sun = matrix(pitched(truth.inclination))[:, 2], np.array(SUN)
+        thrown: Array = corners - (corners @ normal / (sun @ normal))[..., None] * sun
+        return thrown
+
+    def darken(
+        self, picture: Image.Image, board: Image.Image, truth: Truth, camera: Camera
+    ) -> None:
+        """Darken what of the board lies in the shadow.
+
+        Args:
+            picture: to draw into.
+            board: white where the picture shows the board.
+            truth: where the robot is.
+            camera: of the picture.
+        """
+        shadow = Image.new('L', picture.size)
+        pen = ImageDraw.Draw(shadow)
+        for box in camera.pixels(self.on_board(truth)):
+            for face in FACES:
+                pen.polygon([tuple(box[corner]) for corner in face], 255)
+        dark = picture.point(lambda value: round(value * SHADE))
+        picture.paste(dark, (0, 0), ImageChops.logical_and(shadow.convert('1'), board))
+
+
+def _numbers(text: str) -> Array:
+    return np.array([float(value) for value in text.split()])

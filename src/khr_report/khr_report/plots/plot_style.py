@@ -1,0 +1,164 @@
+"""The common style of all figures, and their panels."""
+
+from __future__ import annotations
+
+import re
+import textwrap
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from io import BytesIO
+from pathlib import Path
+from typing import IO, Any
+
+import matplotlib.style
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.font_manager import FontProperties
+from matplotlib.lines import Line2D
+from matplotlib.text import Text
+
+STYLE = Path(__file__).with_name('khr.mplstyle')
+TITLES = {'published': 'as published', 'physical': 'physical'}
+WIDTH = 7.0  # inches
+LOOKS = [('#0072B2', '-'), ('#D55E00', '--'), ('#009E73', '-.'), ('#CC79A7', ':')]  # of lines
+FALLEN: dict[str, Any] = {  # the mark of a run that fell or was lost
+    'color': '#b00000',
+    'linestyle': '',
+    'marker': 'x',
+    'markersize': 6.0,
+    'markeredgewidth': 1.5,
+    'clip_on': False,
+}
+SYMBOL = re.compile(r'(?<![\w$])([KFVfxaθφ])_([A-Za-z]+\d?|\d)(\*?)(?!\w)')
+LINE, NOTE_LINE = 80, 115  # characters of a line of the heading, and of the notes
+
+
+class NotebookFigure(Figure):
+    """A figure that a notebook shows, with or without pyplot."""
+
+    def _repr_png_(self) -> bytes:
+        png = BytesIO()
+        save(self, png)
+        return png.getvalue()
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw and save in the style of all figures, independent of the user's settings."""
+    with matplotlib.rc_context(), matplotlib.style.context(STYLE):
+        yield
+
+
+def panels(
+    *titles: str | None, columns: int = 0, height: float = 3.4
+) -> tuple[Figure, list[Axes]]:
+    """Make a figure with a panel per title, in rows of ``columns`` (default: one row).
+
+    A place whose title is None stays empty.
+    """
+    columns = columns or len(titles)
+    figure = NotebookFigure(figsize=(WIDTH, height), layout='constrained')
+    rows = -(-len(titles) // columns)
+    places = [*titles, *[None] * (rows * columns - len(titles))]
+    axes = []
+    for axis, title in zip(
+        figure.subplots(rows, columns, squeeze=False).flat, places, strict=True
+    ):
+        if title is None:
+            axis.remove()
+        else:
+            axis.set_title(title)
+            axes.append(axis)
+    return figure, axes
+
+
+def head(figure: Figure, title: str, *notes: str) -> None:
+    """Set the heading of a figure, and below its panels what helps to read them."""
+    figure.suptitle(textwrap.fill(title, LINE))
+    text = textwrap.fill('; '.join(each for each in notes if each), NOTE_LINE)
+    if text and figure.legends:
+        figure.legends[-1].set_title(
+            text, prop=FontProperties(size=8)
+        )  # the layout keeps no place for both
+    elif text:
+        figure.supxlabel(text, fontsize=8)
+
+
+def typeset(text: str) -> str:
+    """Return a text with the indices of its symbols set as such: K_A, θ_A*, x_COM."""
+
+    def index(found: re.Match[str]) -> str:
+        symbol, below, star = found.groups()
+        return rf'${symbol}_{{\mathrm{{{below}}}}}{"^{*}" if star else ""}$'
+
+    return SYMBOL.sub(index, text)
+
+
+def save(figure: Figure, target: Path | IO[bytes], **options: Any) -> None:
+    """Write a figure as PNG in the common style, its symbols typeset.
+
+    Args:
+        figure: changed by it.
+        target: a path, or an open file.
+        options: further ones of ``savefig``.
+    """
+    for text in figure.findobj(Text):
+        assert isinstance(text, Text)
+        text.set_text(typeset(text.get_text()))
+    with styled():
+        figure.savefig(target, format='png', metadata={'Software': None}, **options)
+
+
+def share_scale(axes: Iterable[Axes]) -> None:
+    """Set the same vertical scale in all panels."""
+    panes = list(axes)
+    limits = [axis.get_ylim() for axis in panes]
+    for axis in panes:
+        axis.set_ylim(min(low for low, _ in limits), max(high for _, high in limits))
+
+
+def main_lines(axis: Axes) -> list[Line2D]:
+    """Return the lines of a panel for its legend: all but edges of bands and crosses."""
+    return [
+        line
+        for line in axis.lines
+        if not str(line.get_label()).startswith('_')
+        and ' of the seeds' not in str(line.get_label())
+        and not str(line.get_label()).endswith((': fell', ': lost'))
+    ]
+
+
+def legend_above(axis: Axes, columns: int = 0, omit: str = 'thesis') -> None:
+    """Name a panel's lines between its title and its frame, where they hide no curve.
+
+    One entry stands for all seeds of a line.
+
+    Args:
+        columns: of the legend; by default one row.
+        omit: part of the names of lines that the notes explain.
+    """
+    named = {
+        str(line.get_label()).partition(', seed ')[0]: line
+        for line in reversed(main_lines(axis))
+        if omit not in str(line.get_label())
+    }
+    lines, names = list(named.values())[::-1], list(named)[::-1]
+    columns = columns or max(1, len(names))
+    axis.set_title(axis.get_title(loc='left'), pad=6.0 + 11.0 * -(-len(names) // columns))
+    axis.legend(
+        lines,
+        names,
+        loc='lower left',
+        bbox_to_anchor=(0.0, 1.0),
+        borderaxespad=0.1,
+        ncols=columns,
+        fontsize=7,
+        handlelength=1.9,
+        columnspacing=1.2,
+    )
+
+
+def legend_below(axis: Axes, columns: int) -> None:
+    """Put a panel's legend below the figure, where it hides no curve."""
+    assert isinstance(axis.figure, Figure)
+    axis.figure.legend(handles=main_lines(axis), loc='outside lower center', ncols=columns)

@@ -1,0 +1,301 @@
+"""Draw the signals of runs on one time axis, their spectra and spectrograms."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.run_signals import Array, Series, series_of_bag
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.files import written
+from khr_report.plots.plot_style import head, legend_above, panels, save, styled
+from khr_sim.sensors.foot_force import FootForceParameters
+
+RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
+LEFT, RIGHT = 'Force on the left foot', 'Force on the right foot'
+GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
+SPECTRUM = 'Spectrum of the gyro'
+SPECTRA_PER_SECOND = 10.0  # of a spectrogram
+PEAKS_NAMED = 4
+PANEL = 1.55  # inches, height of a panel
+LEAST = 0.5  # deg/s, amplitude below which a gyro at rest has no spectrum to show
+RANGE_DB = 40.0  # of the colours of a spectrogram
+
+
+@dataclass(frozen=True)
+class Signal:
+    """A line over time; signals of a group have the same unit and may share a panel.
+
+    Attributes:
+        group, name: of the panel, and of the line in it.
+        unit: label of the axis.
+        values: of a run, (N,).
+        moving: whether it is worth a panel only if it changes.
+    """
+
+    group: str
+    name: str
+    unit: str
+    values: Callable[[Series], Array]
+    moving: bool = False
+
+    def silent(self, series: Series) -> bool:
+        """Return whether it has nothing to show of a run: zero or unknown throughout."""
+        values = np.nan_to_num(self.values(series))
+        return not (np.ptp(values) if self.moving else values).any()
+
+
+SIGNALS = (
+    Signal('Pitch of the torso', '', 'pitch (°)', lambda s: np.degrees(s.pitch)),
+    Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
+    Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
+    Signal(FEET, 'toe', 'force (N)', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
+    Signal(FEET, 'heel', 'force (N)', lambda s: s.foot_force[:, [1, 3]].sum(axis=1)),
+    Signal(LEFT, 'toe', 'force (N)', lambda s: s.foot_force[:, 0]),
+    Signal(LEFT, 'heel', 'force (N)', lambda s: s.foot_force[:, 1]),
+    Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
+    Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
+    Signal('Slip of the loaded soles, summed', '', 'way (mm)', lambda s: 1000.0 * s.slip),
+    Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
+    Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
+    Signal(STAGE, '', 'stage', lambda s: s.stage),
+)
+
+
+def correction(controller: str) -> Signal:
+    """Return the signal of a controller, by its short name."""
+    return Signal(
+        CORRECTIONS, controller, 'angle (°)', lambda s: np.degrees(s.correction_of(controller))
+    )
+
+
+def signals_of(runs: Iterable[Series]) -> list[Signal]:
+    """Return all signals of runs, those of every controller behind those of the feet."""
+    controllers = dict.fromkeys(name for series in runs for name in series.controllers)
+    place = 1 + max(index for index, one in enumerate(SIGNALS) if one.group == RIGHT)
+    return [*SIGNALS[:place], *map(correction, controllers), *SIGNALS[place:]]
+
+
+@dataclass(frozen=True)
+class Pane:
+    """What a panel over time shows: some signals of one run, or one signal of several."""
+
+    title: str
+    unit: str
+    lines: tuple[tuple[str, Series, Signal], ...]  # each with its name
+
+    def draw(self, axis: Axes) -> None:
+        """Draw it."""
+        axis.set_title(self.title)
+        for name, series, signal in self.lines:
+            label = name if len(self.lines) > 1 else '_'
+            axis.plot(series.time, signal.values(series), label=label, linewidth=0.8)
+        axis.set(ylabel=self.unit)
+        if len(self.lines) > 1:
+            legend_above(axis)
+
+
+def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
+    """Draw the overview of a run as PNG.
+
+    Raises:
+        KhrError: if the bag cannot be read.
+    """
+    series = series_of_bag(bag)
+    with styled():
+        figure = overview(series, scenario)
+        with written(path) as part:
+            save(figure, part)
+
+
+def overview(series: Series, scenario: Scenario) -> Figure:
+    """Draw pitch rate, foot forces, corrections and spectrum of a run."""
+    panes = panes_of({'': series}, (RATE, FEET, CORRECTIONS))
+    third = third_cycle(series, scenario)
+    if third and np.degrees(third.amplitude.max()) < LEAST:
+        third = None
+    titles = [*(pane.title for pane in panes), *([SPECTRUM] if third else [])]
+    figure, axes = panels(*titles, columns=1, height=0.8 + PANEL * len(titles))
+    draw_over_time(axes[: len(panes)], panes)
+    if third:
+        draw_spectra(axes[-1], {'': third})
+    head(figure, scenario.title or scenario.name, note(scenario))
+    return figure
+
+
+def note(scenario: Scenario) -> str:
+    """Return what helps to read the signals of a run."""
+    late = scenario.table(FootForceParameters).time_constant
+    forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
+    return f'forward is positive{forces}'
+
+
+def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pane]:
+    """Return the panels over time of one run, a group each, or of several, a signal each.
+
+    What is zero throughout is left out.
+
+    Args:
+        runs: by name.
+        groups: to show; by default all, the forces foot by foot.
+    """
+    signals = signals_of(runs.values())
+    wanted = tuple(groups) or [one.group for one in signals if one.group != FEET]
+    shown = [
+        one
+        for one in signals
+        if one.group in wanted and not all(one.silent(series) for series in runs.values())
+    ]
+    if len(runs) > 1:
+        return [
+            Pane(
+                f'{one.group}: {one.name}' if one.name else one.group,
+                one.unit,
+                tuple((name, series, one) for name, series in runs.items()),
+            )
+            for one in shown
+        ]
+    (series,) = runs.values()
+    found = []
+    for group in dict.fromkeys(one.group for one in shown):
+        some = [one for one in shown if one.group == group]
+        alone = f': {some[0].name}' if len(some) == 1 and some[0].name else ''
+        lines = tuple((one.name, series, one) for one in some)
+        found.append(Pane(group + alone, some[0].unit, lines))
+    return found
+
+
+def draw_over_time(axes: Sequence[Axes], panes: Sequence[Pane]) -> None:
+    """Draw panels on one time axis, whose numbers stand below the last."""
+    for axis, pane in zip(axes, panes, strict=True):
+        pane.draw(axis)
+    _share_time(axes)
+
+
+def over_time(
+    runs: Mapping[str, Series], spectrograms: Mapping[str, Sequence[Spectrum]]
+) -> tuple[Figure, list[str]]:
+    """Draw all signals of runs, then their spectrograms, on one time axis.
+
+    Args:
+        runs: by name.
+        spectrograms: of runs, by title, from :func:`spectrogram`.
+
+    Returns:
+        The figure, and the titles of its panels.
+    """
+    panes = panes_of(runs)
+    titles = [*(pane.title for pane in panes), *spectrograms]
+    figure, axes = panels(*titles, columns=1, height=0.4 + PANEL * len(titles))
+    for axis, pane in zip(axes, panes, strict=False):
+        pane.draw(axis)
+    for axis, windows in zip(axes[len(panes) :], spectrograms.values(), strict=True):
+        draw_spectrogram(axis, windows)
+    _share_time(axes)
+    axes[0].set_xlim(0.0, max(float(series.time[-1]) for series in runs.values()))
+    return figure, titles
+
+
+def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
+    """Draw amplitudes over frequency, one colour per run, and name the largest peaks.
+
+    Two runs have names, one has an empty one; a run without a spectrum is said to have none.
+    """
+    found = {name: one for name, one in spectra.items() if one is not None}
+    if not found:
+        axis.set_axis_off()
+        axis.text(0.0, 0.5, 'too short for a spectrum', transform=axis.transAxes)
+        return
+    for number, (name, one) in enumerate(found.items()):
+        shift = (number - (len(found) - 1) / 2.0) * 0.12 * float(one.frequency[1])
+        height = np.degrees(one.amplitude)
+        color = f'C{number}'
+        axis.vlines(one.frequency + shift, 0.0, height, color=color, linestyles='solid')
+        if name:
+            axis.plot([], [], color=color, linestyle='-', label=name)
+        for peak in one.peaks[:PEAKS_NAMED]:
+            axis.annotate(
+                f'{peak.frequency:.2f}',
+                (peak.frequency, np.degrees(peak.amplitude)),
+                fontsize=7,
+                ha='center',
+                va='bottom',
+                color=color,
+            )
+    spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
+    axis.set(
+        xlabel=f'frequency (Hz), {"; ".join(spans)}; peaks interpolated between the lines',
+        ylabel='amplitude (°/s)',
+        ylim=(0.0, None),
+    )
+    for name in (each for each in spectra if each not in found):
+        axis.plot([], [], linestyle='none', label=f'{name}: too short for a spectrum')
+    if any(spectra):
+        legend_above(axis)
+
+
+def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
+    """Draw the amplitude in dB over the middle of each window and the frequency."""
+    amplitude = np.degrees([one.amplitude for one in windows]).T
+    level = 20.0 * np.log10(np.maximum(amplitude, 1e-6))
+    image = axis.pcolormesh(
+        [0.5 * (one.start + one.end) for one in windows],
+        windows[0].frequency,
+        level,
+        shading='nearest',
+        cmap='viridis',
+        vmin=float(level.max()) - RANGE_DB,
+    )
+    axis.figure.colorbar(
+        image,
+        ax=axis,
+        location='bottom',
+        label='amplitude (dB over 1°/s)',
+        aspect=60,
+        extend='min',
+    )
+    axis.set(ylabel='frequency (Hz)')
+    axis.grid(False)
+
+
+def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
+    """Return the gyro's spectra over a sliding window; none if the run is too short."""
+    parameters = scenario.table(FftAnalyserParameters)
+    analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
+    return [
+        one
+        for time, rate in zip(series.time.tolist(), series.gyro_rate.tolist(), strict=True)
+        if isfinite(rate) and (one := analyser.add(time, rate))
+    ]
+
+
+def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
+    """Return the gyro's spectrum over a walk's third whole cycle, or over the last window."""
+    parameters, gait = scenario.table(FftAnalyserParameters), scenario.table(GaitParameters)
+    rates, size = series.gyro_rate, parameters.size
+    if len(rates) < size:
+        return None
+    start = len(rates) - size
+    if gait.motion == 'walk':
+        third = gait.start_delay + 2.5 * gait.cycle_period
+        start = min(start, round(third / parameters.control_period))
+    window = rates[start : start + size]
+    if not np.isfinite(window).all():
+        return None
+    return spectrum(window, parameters, start * parameters.control_period)
+
+
+def _share_time(axes: Sequence[Axes]) -> None:
+    for axis in axes[1:]:
+        axis.sharex(axes[0])
+    for axis in axes:
+        axis.tick_params(labelbottom=axis is axes[-1])
+    axes[-1].set_xlabel('time (s)')

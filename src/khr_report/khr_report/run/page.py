@@ -1,0 +1,299 @@
+"""``khr report``: a page about one run, or about two compared."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from markupsafe import Markup
+from matplotlib.figure import Figure
+
+from khr_analysis.outcome_text import LABELS, shown
+from khr_bringup.code_version import code_version, stated_of, version_of
+from khr_bringup.node_registry import registry
+from khr_bringup.recorded.run_signals import Series
+from khr_common import specifications
+from khr_report.page.html import Section, data_uri, part, write_page
+from khr_report.page.text import count
+from khr_report.plots.plot_style import panels, save, styled
+from khr_report.run.contents import RunContents, find
+from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
+from khr_sweeps.trial import complete
+
+OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, 'trajectory_hash': 'trajectory hash'}
+LETTERS = ('A', 'B')
+PLACES = (
+    ('recorder', 'folder'),
+    ('recorder', 'scenario_file'),
+    ('recorder', 'scenario'),
+)  # say where, not what
+FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
+RESOLUTION = 150  # dots per inch
+
+
+def report(run: Path, against: Path | None, out: Path | None) -> Path:
+    """Write the page of a run, beside another if there is one; return its path.
+
+    The page shows what can be read, and lists what is missing, as does stderr.
+
+    Args:
+        run: the folder of a run, or its bag.
+        against: another.
+        out: the page; ``report.html`` in the run's folder by default.
+
+    Raises:
+        ReportError: if a run has nothing to show, or the page cannot be written.
+    """
+    found = [find(path) for path in (run, against) if path is not None]
+    warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
+    if len(found) == 2 and (other := _difference(*found)):
+        warnings.insert(0, other)
+    for warning in warnings:
+        print(f'khr: {warning}', file=sys.stderr)
+    folder = run if run.is_dir() else run.parent
+    return write_run(out or folder / 'report.html', found, warnings)
+
+
+def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str]) -> Path:
+    """Write the page of one run, or of two compared; return its path.
+
+    Raises:
+        ReportError: if the file cannot be written.
+    """
+    names = [f'{letter}: ' for letter in LETTERS] if len(found) == 2 else ['']
+    title = ' against '.join(run.name for run in found)
+    lead = part(
+        'paragraphs',
+        [f'{name}{run.title} ({run.name}).' for name, run in zip(names, found, strict=True)],
+    ) + part('notes', warnings)
+    sections = [
+        Section('Outcome', _outcome(found)),
+        Section('Signals', _signals(found)),
+        Section('Spectrum', _spectrum(found)),
+        Section('Parameters', _parameters(found)),
+        Section('How it was made', _making(found, path)),
+    ]
+    return write_page(path, f'Run {title}', lead, sections)
+
+
+def _heads(found: Sequence[RunContents]) -> tuple[str, ...]:
+    return LETTERS if len(found) == 2 else ('this run',)
+
+
+def _outcome(found: Sequence[RunContents]) -> Markup:
+    rows = [
+        [text, *(_value(name, run.outcome.get(name)) for run in found)]
+        for name, text in OUTCOME.items()
+        if any(run.outcome.get(name) for run in found)
+    ]
+    if not rows:
+        return part('paragraphs', ['Unknown: the run has no outcome file.'])
+    heads = ['what', *_heads(found)]
+    if len(found) == 2:
+        heads.append('B - A')
+        rows = [[*row, _step(row[1], row[2])] for row in rows]
+    return part('table', heads, rows, dict.fromkeys(_heads(found), 'value'))
+
+
+def _value(name: str, value: Any) -> str:
+    return shown(name, str(value)) if value else ''
+
+
+def _step(before: str, after: str) -> str:
+    """Write the difference of two numbers with the decimals of the second."""
+    try:
+        decimals = len(after.partition('.')[2])
+        return f'{float(after) - float(before):+.{decimals}f}'
+    except ValueError:
+        return 'same' if before == after else 'differs'
+
+
+def _signals(found: Sequence[RunContents]) -> Markup:
+    runs = [
+        (name, run, run.series)
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.series is not None
+    ]
+    if not runs:
+        return part('paragraphs', ['The run kept no signals.'])
+    windows = {
+        f'Spectrogram of the gyro, {name}': spectrogram(series, run.parameters)
+        for name, run, series in runs
+    }
+    shown = {title: each for title, each in windows.items() if len(each) > 1}
+    with styled():
+        figure, titles = over_time({name: series for name, _, series in runs}, shown)
+    body = _picture('; '.join(titles), figure)
+    texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
+    body += part(
+        'paragraphs', [f'{text}. Signals that are zero throughout are left out.' for text in texts]
+    )
+    body += part(
+        'paragraphs',
+        [
+            f'Too short for a spectrogram: {name}.'
+            for (name, _, _), each in zip(runs, windows.values(), strict=True)
+            if len(each) <= 1
+        ],
+    )
+    for name, _, series in runs:
+        body += Markup(
+            '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
+        ).format(data_uri(_csv(series), 'text/csv'), name)
+    return body
+
+
+def _spectrum(found: Sequence[RunContents]) -> Markup:
+    lines = {
+        name if len(found) == 2 else '': third_cycle(run.series, run.parameters)
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.series is not None
+    }
+    if not lines:
+        return part('paragraphs', ['The run kept no signals.'])
+    with styled():
+        figure, (axis,) = panels('', height=3.0)
+        draw_spectra(axis, lines)
+    return _picture(
+        'Spectrum of the gyro in Gait-3, the third whole cycle of a walk; of other '
+        'motions in the last window',
+        figure,
+    )
+
+
+def _parameters(found: Sequence[RunContents]) -> Markup:
+    known = [
+        (name, run, complete(run.scenario))
+        for name, run in zip(_heads(found), found, strict=True)
+        if run.scenario is not None
+    ]
+    if not known:
+        return part('paragraphs', ['Unknown: the run has no scenario file.'])
+    rows = []
+    for node, registered in registry().items():
+        for key, specification in specifications(registered.spec.table).items():
+            values = [every[node][key] for _, _, every in known]
+            if (node, key) not in PLACES and any(
+                value != specification.default for value in values
+            ):
+                rows.append(
+                    (
+                        f'{node}.{key}',
+                        *values,
+                        specification.default,
+                        specification.unit,
+                        specification.description,
+                    )
+                )
+    names = [name for name, _, _ in known]
+    heads = ('parameter', *names, 'default', 'unit', 'meaning')
+    looks = dict.fromkeys((*names, 'default'), 'value') | {'meaning': 'meaning'}
+    body = Markup()
+    if len(known) == 2:
+        differing = [row for row in rows if row[1] != row[2]]
+        body += Markup('<h3>What differs between A and B</h3>')
+        body += (
+            part('table', heads, differing, looks)
+            if differing
+            else part('paragraphs', ['Nothing.'])
+        )
+    body += Markup('<h3>What differs from the defaults</h3>')
+    body += part('table', heads, rows, looks) if rows else part('paragraphs', ['Nothing.'])
+    body += Markup('<h3>Changes while it ran</h3>')
+    for name, run in zip(_heads(found), found, strict=True):
+        changed = [
+            (f'{each.time:.3f}', f'{each.node}.{each.parameter}', each.value)
+            for each in run.changes
+        ]
+        body += (
+            part('table', ('time, s', f'parameter of {name}', 'set to'), changed)
+            if changed
+            else part('paragraphs', [f'{name}: none recorded.'])
+        )
+        if run.pushes:
+            body += part(
+                'paragraphs',
+                [f'{name}: {count(run.pushes, "push", "pushes")} received over the topic.'],
+            )
+    return body
+
+
+def _making(found: Sequence[RunContents], page: Path) -> Markup:
+    here = next((version_of(run.scenario) for run in found if run.scenario), code_version())
+    recorded = {name for run in found for name in run.made_with}
+    versions = [
+        ('khr code', *(run.version or 'not recorded' for run in found), here),
+        *(
+            (name, *(run.made_with.get(name, 'not recorded') for run in found), number)
+            for name, number in stated_of().items()
+            if name in recorded or not recorded
+        ),
+    ]
+    return (
+        part(
+            'paragraphs',
+            [
+                '"khr report" wrote this page from what each run left in its folder; it loads nothing '
+                'from the network. Run again, a scenario takes the same trajectory, bit for bit, in '
+                'the same arithmetic with the same versions; "khr verify" compares the hash of a bag. '
+                'The code version takes in NumPy and the physics engine.'
+            ],
+        )
+        + part('table', ('version', *_heads(found), 'here'), versions)
+        + Markup().join(
+            part('links', f'Files of {name}', _files(run, page))
+            for name, run in zip(_heads(found), found, strict=True)
+        )
+        + Markup().join(
+            part(
+                'folded',
+                f'Scenario of {name}, whole',
+                Markup('<pre><code>{}</code></pre>').format(run.scenario.to_yaml()),
+            )
+            for name, run in zip(_heads(found), found, strict=True)
+            if run.scenario is not None
+        )
+    )
+
+
+def _files(run: RunContents, page: Path) -> list[tuple[str, str]]:
+    """Return names and addresses of a run's files beside the page; other pages among them."""
+    paths = [run.folder / name for name in FILES if (run.folder / name).is_file()]
+    place = page.resolve()
+    return [
+        (path.name, os.path.relpath(path.resolve(), place.parent))
+        for path in paths
+        if path.resolve() != place
+    ]
+
+
+def _picture(title: str, figure: Figure) -> Markup:
+    """Return a figure as one of the page."""
+    content = io.BytesIO()
+    save(figure, content, dpi=RESOLUTION)
+    return part('figure', '', title, data_uri(content.getvalue(), 'image/png'), None, '', '')
+
+
+def _csv(series: Series) -> bytes:
+    """Return the signals as CSV, one column per number."""
+    columns = series.columns
+    text = io.StringIO(newline='')
+    writer = csv.writer(text)
+    writer.writerow(columns)
+    writer.writerows(
+        [f'{value:.9g}' for value in row] for row in zip(*columns.values(), strict=True)
+    )
+    return text.getvalue().encode()
+
+
+def _difference(one: RunContents, other: RunContents) -> str:
+    """Return a warning if two runs are of different scenarios, else nothing."""
+    names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
+    if names[0] == names[1]:
+        return ''
+    return f'the runs are of different scenarios: {names[0]}, and {names[1]}'

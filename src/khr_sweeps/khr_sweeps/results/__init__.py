@@ -1,0 +1,1 @@
+"""What is kept of runs and jobs, so that it is not computed again."""

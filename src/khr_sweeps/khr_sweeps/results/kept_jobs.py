@@ -1,0 +1,112 @@
+"""Keep the results of jobs on the disk, so that an interrupted computation can go on."""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
+from contextlib import redirect_stderr
+from functools import cached_property
+from pathlib import Path
+from typing import Any, get_type_hints
+
+from pydantic import TypeAdapter
+
+from khr_sweeps.pool import Pool
+from khr_sweeps.progress import Bar
+from khr_sweeps.results.store import Entry, Store
+
+RESULTS = 'jobs.jsonl'
+
+
+class KeptJobs:
+    """A pool that computes each job once for one version of the code.
+
+    Args:
+        pool: computes missing results.
+        folder: of the file of results; another command that writes it is waited for.
+        version: of the code that determines the results.
+        bar: advances with each job.
+        costs: number of runs of a job by function, for the bar; 1 for others.
+
+    The functions annotate what they return, which decides how a result is read.
+    """
+
+    def __init__(
+        self,
+        pool: Pool,
+        folder: Path,
+        version: str,
+        bar: Bar,
+        costs: dict[Callable[..., Any], int],
+    ) -> None:
+        self._pool = pool
+        self._version = version
+        self._bar = bar
+        self._costs = costs
+        self._folder = folder
+
+    def __enter__(self) -> KeptJobs:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        if '_results' in self.__dict__:
+            self._results.__exit__(*error)
+
+    @cached_property
+    def _results(self) -> Store[Any]:
+        """The results, opened with the first job."""
+        self._folder.mkdir(parents=True, exist_ok=True)
+        return Store(self._folder / RESULTS, {'results': 'jobs'}, _value, wait=True)
+
+    @property
+    def workers(self) -> int:
+        """Return how many there are."""
+        return self._pool.workers
+
+    def submit(
+        self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
+    ) -> Future[Any]:
+        """Start a job unless its result exists; return its future."""
+        name = _name(self._version, function, arguments)
+        kind = TypeAdapter(get_type_hints(function)['return'])
+        if name in self._results.values:
+            try:
+                done: Future[Any] = Future()
+                done.set_result(kind.validate_python(self._results.values[name]))
+                return done
+            except ValueError:
+                pass  # no such result: another is written below it, and read in its place
+        cost = self._costs.get(function, 1)
+        self._bar.expect(cost)
+        kept: Future[Any] = Future()
+
+        def keep(computed: Future[Any]) -> None:
+            self._bar.advance(cost)
+            try:
+                result = computed.result()
+                value = kind.dump_python(result, mode='json')
+                self._results.add([{'id': name, 'value': value}])
+                kept.set_result(result)
+            except (Exception, CancelledError) as error:
+                kept.set_exception(error)
+
+        computed = self._pool.submit(compute_quietly, function, *arguments, first=first)
+        computed.add_done_callback(keep)
+        return kept
+
+
+def compute_quietly(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function without its output on stderr."""
+    with redirect_stderr(io.StringIO()):
+        return function(*arguments)
+
+
+def _value(entry: Entry) -> Any:
+    return entry['value']
+
+
+def _name(version: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
+    text = f'{version} {function.__module__}.{function.__qualname__}{arguments!r}'
+    return hashlib.sha256(text.encode()).hexdigest()[:32]

@@ -1,0 +1,161 @@
+"""What the charts show: lines over time, by the topics that they are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from itertools import cycle
+from math import degrees
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_bringup.node_registry import controllers, short_name
+from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS, LEG, Topic
+
+Array = NDArray[np.float64]
+
+# The colours of Okabe and Ito, which colour-blind readers can distinguish. The left foot is blue
+# and the right foot orange, as in figures and films.
+BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
+DEGREES = degrees(1.0)
+# Not on any topic of its own: the monitor reports it among its quantities.
+SLIP = Topic('slip', '', 'Way that the loaded soles slid so far, over all steps, m.')
+
+
+@dataclass(frozen=True)
+class Curve:
+    """A line of a chart: a sum of weighted numbers of topics.
+
+    Attributes:
+        label: what the legend calls it.
+        terms: topic, index of its number, and weight.
+        color: as in CSS.
+        dashed: whether it is.
+    """
+
+    label: str
+    terms: tuple[tuple[Topic, int, float], ...]
+    color: str
+    dashed: bool = False
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Lines over time in one unit.
+
+    Attributes:
+        title, unit: of what is drawn.
+        lines: at least one.
+        shown: whether it is, until the reader chooses otherwise.
+    """
+
+    title: str
+    unit: str
+    lines: tuple[Curve, ...]
+    shown: bool = True
+
+    @property
+    def topics(self) -> set[Topic]:
+        """Return the topics that its lines are made of."""
+        return {topic for line in self.lines for topic, _, _ in line.terms}
+
+    @property
+    def clock(self) -> Topic:
+        """Return the topic at whose times the chart is drawn: the first of the first line."""
+        return self.lines[0].terms[0][0]
+
+    def columns(
+        self, times: Array, samples: Callable[[Topic, int], tuple[Array, Array]]
+    ) -> tuple[Array, ...]:
+        """Return the times, and for each line its values at these times.
+
+        A picture is no measurement: what a topic lacks at one of them is read between its
+        neighbours.
+
+        Args:
+            times: s.
+            samples: returns the times of a topic, s, and one of its numbers at these; empty if
+                nothing has come.
+        """
+        columns = [times]
+        for line in self.lines:
+            total = np.zeros(len(times))
+            for topic, index, weight in line.terms:
+                own, values = samples(topic, index)
+                if len(own):
+                    total = total + weight * np.interp(times, own, values)
+            columns.append(total)
+        return tuple(columns)
+
+
+def _joint(name: str) -> Chart:
+    """Return the chart of a joint of both legs."""
+    left, right = (JOINTS.index(f'{side}_{name}') for side in ('l', 'r'))
+    return Chart(
+        f'Joint {name.replace("_", " ")}',
+        'deg',
+        (
+            Curve('left', ((JOINT_STATES, left, DEGREES),), BLUE),
+            Curve('right', ((JOINT_STATES, right, DEGREES),), ORANGE, dashed=True),
+        ),
+        shown=False,
+    )
+
+
+L_TOE, L_HEEL, R_TOE, R_HEEL = FOOT_FORCES
+_OF_SENSORS = (
+    Chart('Pitch rate', 'deg/s', (Curve('gyro', ((GYRO, 1, DEGREES),), BLUE),)),
+    Chart(
+        'Foot forces',
+        'N',
+        (
+            Curve('left toe', ((L_TOE, 2, 1.0),), BLUE),
+            Curve('left heel', ((L_HEEL, 2, 1.0),), BLUE, dashed=True),
+            Curve('right toe', ((R_TOE, 2, 1.0),), ORANGE),
+            Curve('right heel', ((R_HEEL, 2, 1.0),), ORANGE, dashed=True),
+        ),
+    ),
+    Chart(
+        'Delta, toes less heels',
+        'N',
+        (
+            Curve(
+                'Delta',
+                ((L_TOE, 2, 1.0), (L_HEEL, 2, -1.0), (R_TOE, 2, 1.0), (R_HEEL, 2, -1.0)),
+                GREEN,
+            ),
+        ),
+    ),
+)
+
+
+_OF_THE_REST = (
+    Chart('Slip so far', 'mm', (Curve('slip', ((SLIP, 0, 1e3),), PURPLE),), shown=False),
+    *(_joint(name) for name in LEG),
+)
+
+
+@cache
+def charts() -> tuple[Chart, ...]:
+    """Return what can be drawn: sensors, the corrections of all controllers, slip, joints."""
+    looks = zip(cycle((BLUE, ORANGE, GREEN, PURPLE)), cycle((False, True)), strict=False)
+    lines = [
+        Curve(short_name(name), ((topic, 0, DEGREES),), color, dashed)
+        for (name, topic), (color, dashed) in zip(controllers().items(), looks, strict=False)
+    ]
+    return (*_OF_SENSORS, Chart('Corrections', 'deg', tuple(lines)), *_OF_THE_REST)
+
+
+@cache
+def traced() -> tuple[Topic, ...]:
+    """Return what the charts are drawn from."""
+    found = {topic for chart in charts() for topic in chart.topics}
+    return tuple(sorted(found, key=lambda topic: topic.name))
+
+
+@cache
+def tapped() -> tuple[Topic, ...]:
+    """Return the topics among these: each carries a message in every period."""
+    return tuple(topic for topic in traced() if topic != SLIP)

@@ -1,0 +1,63 @@
+"""The robot as the graph shows it: described once, posed by the newest signals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+from khr_common.block import Numbers
+from khr_common.interfaces import JOINT_STATES, Topic
+from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
+from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
+
+OF_SOLES = ('surface', 'pad_distance')  # parameters of the simulator that say how wide they are
+
+
+class LiveScene:
+    """Keep the newest signals, and make scenes of them.
+
+    Attributes:
+        signals: the newest of each topic.
+        snapshot: the newest scene; None before there is one.
+        truth: whether somebody publishes where the robot is.
+        pushable: whether somebody takes pushes.
+    """
+
+    def __init__(self) -> None:
+        self.signals: dict[Topic, Numbers] = {}
+        self.snapshot: Snapshot | None = None
+        self.truth = self.pushable = True
+        self._robot: Robot | None = None
+        self._builder: SnapshotBuilder | None = None
+
+    def describe(self, urdf: str) -> Robot | None:
+        """Take the description of the robot; return the robot if it is the first.
+
+        Raises:
+            KhrError: if it describes no such robot.
+        """
+        if self._robot is not None:
+            return None
+        self._robot = Robot(urdf)
+        self.configure({})
+        return self._robot
+
+    def configure(self, parameters: Mapping[str, Any]) -> None:
+        """Take parameters of the simulator, as far as they are known."""
+        own = {name: parameters[name] for name in OF_SOLES if name in parameters}
+        if self._robot is not None:
+            self._builder = SnapshotBuilder(self._robot, replace(RunParameters(), **own))
+
+    def build(self) -> Snapshot | None:
+        """Return the scene of the newest signals; None if some are missing."""
+        signals: Mapping[Topic, Numbers] = self.signals
+        if self._builder is None:
+            return None
+        if not self.truth and JOINT_STATES in signals:
+            signals = self._builder.completed(signals)
+        if any(topic not in signals for topic in NEEDED):
+            return None
+        self.snapshot = self._builder.build(signals)
+        return self.snapshot

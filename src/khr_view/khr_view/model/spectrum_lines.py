@@ -1,0 +1,152 @@
+"""The spectrum as lines of a chart: amplitudes, the gait's lines, the peaks, the 33 % level."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_analysis.peaks import DOMINANT_SHARE
+from khr_bringup.scenario.derived import PEAKS_PER_CYCLE
+from khr_common.figures import figure
+from khr_common.run_identity import MalformedError
+
+Array = NDArray[np.float64]
+
+HIGHEST = 1e4  # Hz, of what is taken for a spectrum
+MOST_PEAKS, MOST_BINS = 64, 20_000
+ON_LINE = 0.2  # of the distance between two lines of the gait that a peak of it may be off
+THIN = 0.02  # Hz between the foot and the tip of a stick
+
+
+@dataclass(frozen=True)
+class PlacedPeak:
+    """A peak of the spectrum.
+
+    Attributes:
+        frequency: Hz.
+        amplitude: rad/s.
+        cycle: of the gait, s; 0 if the robot does not walk.
+    """
+
+    frequency: float
+    amplitude: float
+    cycle: float = 0.0
+
+    @property
+    def name(self) -> str:
+        """Return where it lies among the gait's lines n/T; only these repeat in every cycle."""
+        order = self.frequency * self.cycle
+        if not order:
+            return ''
+        nearest = round(order)
+        if nearest and abs(order - nearest) <= ON_LINE:
+            return f'gait, n = {nearest}'
+        return f'loop or slip, n = {order:.1f}'
+
+
+@dataclass(frozen=True, eq=False)
+class SpectrumLines:
+    """Columns over one axis of frequencies, Hz; amplitudes in rad/s.
+
+    Attributes:
+        frequency: of all columns, increasing.
+        amplitude: of the spectrum.
+        gait: sticks up to the largest amplitude at f_0 = 4/T and its multiples.
+        peaks: sticks at the peaks.
+        level: a third of the largest amplitude.
+        tones: the peaks, the strongest first.
+    """
+
+    frequency: Array
+    amplitude: Array
+    gait: Array
+    peaks: Array
+    level: Array
+    tones: tuple[PlacedPeak, ...]
+
+    @property
+    def columns(self) -> tuple[Array, ...]:
+        """Return all columns, frequencies first."""
+        return self.frequency, self.amplitude, self.gait, self.peaks, self.level
+
+
+def peaks_in(array: Any) -> list[PlacedPeak]:
+    """Return the peaks of a message on ``spectrum/peaks``.
+
+    Args:
+        array: a diagnostic_msgs/DiagnosticArray.
+
+    Raises:
+        MalformedError: if a figure is none.
+    """
+    peaks = []
+    for status in array.status[:MOST_PEAKS]:
+        values = {pair.key: pair.value for pair in status.values}
+        at, amplitude = figure(values, 'frequency_hz'), figure(values, 'amplitude_rad_s')
+        if not 0.0 <= at <= HIGHEST:
+            raise MalformedError(f'frequency_hz is not within 0 and {HIGHEST:g}')
+        peaks.append(PlacedPeak(at, amplitude))
+    return peaks
+
+
+ROWS = 3  # of a spectrum: frequency, amplitude, phase
+
+
+def bins_in(message: Any) -> tuple[Array, Array]:
+    """Return frequencies, Hz, and amplitudes, rad/s, of a message on ``spectrum``.
+
+    Args:
+        message: a std_msgs/Float64MultiArray: a row of each, and one of phases.
+
+    Raises:
+        MalformedError: if it is no spectrum.
+    """
+    numbers = np.array(message.data, dtype=float)
+    if len(numbers) % ROWS or len(numbers) > ROWS * MOST_BINS:
+        raise MalformedError(f'not {ROWS} rows')
+    frequency, amplitude, _ = numbers.reshape(ROWS, -1)  # what is too small has no phase
+    if not (np.isfinite(frequency).all() and np.isfinite(amplitude).all()):
+        raise MalformedError('frequencies or amplitudes that are not finite')
+    if (np.diff(frequency) <= 0.0).any() or (np.abs(frequency) > HIGHEST).any():
+        raise MalformedError(f'frequencies that do not increase up to {HIGHEST:g} Hz at most')
+    return frequency, amplitude
+
+
+def spectrum_lines(
+    frequency: Sequence[float] | Array,
+    amplitude: Sequence[float] | Array,
+    tones: Sequence[PlacedPeak] = (),
+    cycle: float = 0.0,
+) -> SpectrumLines:
+    """Put a spectrum and what belongs to it on one axis.
+
+    Args:
+        frequency: of the bins, Hz, increasing.
+        amplitude: of the bins, rad/s.
+        tones: the peaks, the strongest first.
+        cycle: of the gait, s; 0 shows no lines of a gait.
+    """
+    bins, heights = np.asarray(frequency, float), np.asarray(amplitude, float)
+    largest = float(heights.max(initial=0.0))
+    end = float(bins.max(initial=0.0))
+    count = min(int(end * cycle / PEAKS_PER_CYCLE), MOST_BINS)
+    gait = np.arange(1, count + 1) * PEAKS_PER_CYCLE / (cycle or 1.0)
+    at = np.array([tone.frequency for tone in tones])
+    axis = np.unique(
+        np.concatenate([bins, *(sticks + shift for sticks in (gait, at) for shift in _SHIFTS)])
+    )
+    peaks = np.zeros(len(axis))
+    for tone in tones:
+        peaks[np.searchsorted(axis, tone.frequency)] = tone.amplitude
+    lines = np.where(np.isin(axis, gait), largest, 0.0)
+    level = np.full(len(axis), DOMINANT_SHARE * largest)
+    interpolated = np.interp(axis, bins, heights) if len(bins) else np.zeros(len(axis))
+    named = tuple(replace(tone, cycle=cycle) for tone in tones)
+    return SpectrumLines(axis, interpolated, lines, peaks, level, named)
+
+
+_SHIFTS = (-THIN, 0.0, THIN)

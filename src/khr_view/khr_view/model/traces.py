@@ -1,0 +1,61 @@
+"""The last seconds of what the charts show."""
+
+from __future__ import annotations
+
+from collections import deque
+from typing import Protocol
+
+import numpy as np
+
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_common.block import Numbers
+from khr_common.interfaces import Topic
+from khr_view.model.charts import Array, Chart, traced
+
+SPAN = 3.0 * GaitParameters().cycle_period  # s
+SHORTEST_PERIOD = 0.010  # s between samples
+
+
+class Columns(Protocol):
+    """What charts are drawn from."""
+
+    def columns(self, chart: Chart) -> tuple[Array, ...]:
+        """Return times in s, and for each line of a chart its values at these times."""
+
+
+class Traces:
+    """Keep the last seconds of some topics; a stamp that goes back is a run that starts anew."""
+
+    def __init__(self, span: float = SPAN) -> None:
+        self._span_ns = round(span * 1e9)
+        length = int(span / SHORTEST_PERIOD) + 1
+        self._samples: dict[Topic, deque[tuple[int, Numbers]]] = {
+            topic: deque(maxlen=length) for topic in traced()
+        }
+
+    def add(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
+        """Take what a topic carried at an instant; one that comes again changes nothing."""
+        samples = self._samples[topic]
+        if samples and stamp_ns <= samples[-1][0]:
+            if stamp_ns == samples[-1][0]:
+                return
+            samples.clear()
+        samples.append((stamp_ns, numbers))
+        while samples[-1][0] - samples[0][0] > self._span_ns:
+            samples.popleft()
+
+    def clear(self) -> None:
+        """Forget all."""
+        for samples in self._samples.values():
+            samples.clear()
+
+    def columns(self, chart: Chart) -> tuple[Array, ...]:
+        """Return times in s, and for each line of a chart its values at these times."""
+        return chart.columns(self._times(chart.clock), self._values)
+
+    def _values(self, topic: Topic, index: int) -> tuple[Array, Array]:
+        values = [numbers[index] for _, numbers in self._samples[topic]]
+        return self._times(topic), np.array(values, dtype=np.float64)
+
+    def _times(self, topic: Topic) -> Array:
+        return np.array([stamp for stamp, _ in self._samples[topic]], dtype=np.float64) / 1e9

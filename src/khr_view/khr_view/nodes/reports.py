@@ -1,0 +1,127 @@
+"""What the graph reports of the run, passed on to the page."""
+
+from __future__ import annotations
+
+import time
+from math import isfinite
+from typing import Any
+
+import numpy as np
+from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
+from geometry_msgs.msg import WrenchStamped
+from std_msgs.msg import Float64MultiArray, String
+
+from khr_common.errors import KhrError
+from khr_common.figures import figure
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    PEAKS,
+    PUSHED,
+    ROBOT_DESCRIPTION,
+    SPECTRUM,
+    STATE,
+    WORLD,
+)
+from khr_common.nodes.node import KhrNode
+from khr_common.run_identity import MalformedError, check_status
+from khr_common.text.quoting import one_line
+from khr_view.model.charts import SLIP
+from khr_view.model.live_run import LiveRun
+from khr_view.model.live_scene import LiveScene
+from khr_view.model.spectrum_lines import PlacedPeak, bins_in, peaks_in, spectrum_lines
+from khr_view.model.traces import Traces
+from khr_view.nodes.remote import Remote
+from khr_view.page.display import Display
+from khr_view.page.live_panel import LivePanel
+
+SLIPPED = 'slip_distance_m'  # as the monitor reports it
+
+
+class Reports:
+    """Take the messages that come now and then.
+
+    Args:
+        node: that subscribes.
+        run, scene, traces: receive what is in them.
+        display, panel: show it.
+        remote: looks for the parameters of a run that begins.
+    """
+
+    def __init__(
+        self,
+        node: KhrNode,
+        run: LiveRun,
+        scene: LiveScene,
+        traces: Traces,
+        display: Display,
+        panel: LivePanel,
+        remote: Remote,
+    ) -> None:
+        self._identity = node.run
+        self._run, self._scene, self._traces = run, scene, traces
+        self._display, self._panel, self._remote = display, panel, remote
+        self._tones: list[PlacedPeak] = []
+        callbacks: dict[Any, Any] = {
+            ROBOT_DESCRIPTION: self.on_description,
+            STATE: self._on_state,
+            DIAGNOSTICS: self._on_diagnostics,
+            SPECTRUM: self._on_spectrum,
+            PEAKS: self._on_peaks,
+            PUSHED: self._on_push,
+        }
+        for topic, callback in callbacks.items():
+            node.subscribe(topic, callback)
+
+    def on_description(self, message: String) -> None:
+        """Take the description of the robot; the first one counts."""
+        try:
+            robot = self._scene.describe(message.data)
+        except KhrError as error:
+            self._run.trouble = str(error)
+            return
+        if robot is None:
+            return
+        self._scene.configure(self._run.of('simulator'))
+        self._display.add_robot(robot)
+        if self._scene.pushable:
+            self._display.let_push()
+
+    def _on_state(self, status: DiagnosticStatus) -> None:
+        values = {pair.key: pair.value for pair in status.values}
+        check_status(values, self._identity)
+        if status.message == 'waiting' != self._run.status.state:
+            self._remote.forget()
+            self._display.forget_spectrum()
+        self._run.heard = time.monotonic()
+        self._run.status.state = one_line(status.message)
+        self._run.trouble = one_line(values.get('reason', ''))
+        self._panel.show_state(status.message)
+
+    def _on_diagnostics(self, array: DiagnosticArray) -> None:
+        for status in array.status:
+            values = {pair.key: pair.value for pair in status.values}
+            if status.name == 'monitor' and 'time' in values:
+                self._run.status.monitor(status.message, values)
+                if SLIPPED in values:
+                    stamp_ns = round(1e9 * figure(values, 'time'))
+                    self._traces.add(SLIP, stamp_ns, (figure(values, SLIPPED),))
+            elif 'sync' in values:  # of the simulator, or of who stands in its place
+                self._run.status.simulator(values)
+                self._panel.show_sync(values['sync'])
+                self._run.heard = time.monotonic()
+
+    def _on_peaks(self, array: DiagnosticArray) -> None:
+        self._tones = peaks_in(array)
+
+    def _on_spectrum(self, message: Float64MultiArray) -> None:
+        if self._display.readers:
+            lines = spectrum_lines(*bins_in(message), self._tones, self._run.motion.cycle)
+            self._display.show_spectrum(lines)
+
+    def _on_push(self, message: WrenchStamped) -> None:
+        force = message.wrench.force
+        if not isfinite(force.x + force.y + force.z):
+            raise MalformedError('numbers that are not finite')
+        if message.header.frame_id in ('', WORLD) and self._scene.snapshot is not None:
+            acting = np.array((force.x, force.y, force.z))
+            self._display.show_push(self._scene.snapshot, acting, acts=True)
