@@ -6,19 +6,22 @@
     print(walk.outcome.verdict, walk.trajectory_hash)
     spectrum = khr.spectrum(walk)
 
-Every function raises :class:`khr.KhrError`, with one line that says what is accepted.
+Every function raises :class:`khr.KhrError`, with one line that says what is accepted. None prints
+anything unless asked for ``progress``; what takes many runs has a process on each core. Numbers
+are in SI units; angles and rates are there in degrees as well, with ``_deg`` in the name.
 """
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from khr_common import KhrError
+from khr.registration import register_environments
 
 if TYPE_CHECKING:
     from khr.environment import BalanceEnv, env
     from khr.runs import RunResult, load, run, scenarios
-    from khr.studies import critical, spectrum, sweep
+    from khr.studies import critical, spectrum, stage3, sweep, tune
+    from khr_common import KhrError
 
 __all__ = [
     'BalanceEnv',
@@ -30,12 +33,15 @@ __all__ = [
     'run',
     'scenarios',
     'spectrum',
+    'stage3',
     'sweep',
+    'tune',
 ]
 _HOMES = {
     'khr.environment': ('BalanceEnv', 'env'),
     'khr.runs': ('RunResult', 'load', 'run', 'scenarios'),
-    'khr.studies': ('critical', 'spectrum', 'sweep'),
+    'khr.studies': ('critical', 'spectrum', 'stage3', 'sweep', 'tune'),
+    'khr_common': ('KhrError',),
 }
 
 
@@ -51,3 +57,6 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
+
+
+register_environments()

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from os import PathLike
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from math import cos, isfinite, nan, pi, radians, sin, tau
 from typing import Any
 
 import gymnasium
@@ -11,17 +12,42 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import NDArray
 
-from khr.runs import changes_of, load_scenario
-from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
+from khr.arguments import ScenarioLike, checked
+from khr.runs import changes_of, prepared
+from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import ControlLoop, duration
-from khr_bringup.scenario import Scenario
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import KhrError
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
+from khr_report.film.scene import Look, PosedScene
+from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant, mix
+from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.ensemble_file import read_ensemble
 
-LARGEST = 0.5  # rad, of a correction, either way
-GYRO_RANGE, FORCE_RANGE = 100.0, 1000.0  # rad/s and N, far above what a 1.5 kg robot meets
+ACTION_SCALE = radians(15.0)  # rad, of an action of 1
+GYRO_RANGE, FORCE_RANGE = 35.0, 150.0  # rad/s and N: ten times the robot's weight
+REGIONS = ('l_toe', 'l_heel', 'r_toe', 'r_heel')
+OBSERVED = {  # name and bound of each value observed
+    **{f'gyro_{axis}': GYRO_RANGE for axis in ('roll', 'pitch', 'yaw')},
+    **{f'force_{region}': FORCE_RANGE for region in REGIONS},
+    **{f'angle_{joint}': pi for joint in JOINTS},
+    **{f'correction_{joints}': 1.0 for joints in ('ankle', 'hip')},
+    **{f'phase_{part}': 1.0 for part in ('sine', 'cosine')},
+}
 CONTROLLERS = ('ankle_controller', 'hip_controller')
+CORRECTIONS = (ANKLE_CORRECTION, HIP_CORRECTION)
+# What a second of each is worth; the effort is the sum of the squares of the actions.
+WEIGHTS = {'alive': 1.0, 'pitch_rate': -0.02, 'effort': -0.05}
+OPTIONS = {  # of a reset, and the parameter that each sets
+    'inclination_deg': 'simulator.inclination_deg',
+    'surface': 'simulator.surface',
+    'push': 'simulator.pushes',
+    'seed': 'simulator.seed',
+}
+LARGEST_SEED = 2**31
 
 Observation = NDArray[np.float32]
 
@@ -30,30 +56,78 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
     """One episode is one run of a scenario whose ankle and hip corrections are yours.
 
     A step is one control period of 15 ms. The gait goes on as planned; the controllers of the
-    scenario are turned off. With actions of zero an episode is the run of that scenario, bit for
-    bit (:attr:`trajectory_hash`).
+    scenario are turned off. With actions of zero an episode is the run of that scenario with that
+    seed, bit for bit (:attr:`trajectory_hash`).
 
-    Observation, (7,): roll, pitch and yaw rate as the gyro reads them, rad/s, and the normal
-    forces as the sensors read them on l_toe, l_heel, r_toe and r_heel, N.
+    Observation, (28,), float32, in the order of :attr:`names`: roll, pitch and yaw rate as the
+    gyro reads them, rad/s; the normal forces as the sensors read them, N; the 17 joint angles,
+    rad; the two actions that were taken last; sine and cosine of the phase of the gait cycle, of
+    a walk. Each is clipped to its bound. A policy that needs the past wraps the environment in
+    ``gymnasium.wrappers.FrameStackObservation``.
 
-    Action, (2,): what is added to both ankle pitches and to both hip pitches, rad, from -0.5 to
-    0.5; it acts one control period later, as the board does.
+    Action, (2,), from -1 to 1: times 15 deg, what is added to both ankle pitches and to both hip
+    pitches; it acts one control period later, as the board does.
 
-    Reward: the seconds that the robot has stayed up in this step. An episode is terminated by a
-    fall, and truncated at the end of the scenario.
+    Reward: per second 1 for having stayed up, less 0.02 times the squared pitch rate in rad/s and
+    0.05 times the sum of the squared actions. ``info`` holds each term, as ``reward_alive``,
+    ``reward_pitch_rate`` and ``reward_effort``, and the ``time`` in s; that of an episode's last
+    step also what became of the robot: ``verdict``, ``fell``, ``stayed_up``, ``distance``,
+    ``slip_distance``, ``vibration`` and so on, and all of it as ``outcome``.
+
+    An episode is terminated when the robot no longer stays up, by a fall or by sliding over a step
+    length, and truncated at the end of the motion.
+
+    Args:
+        scenario: whose episodes these are.
+        render_mode: ``rgb_array`` draws the robot, with no screen; ``human`` opens the window of
+            the physics engine.
+        weights: of the terms of the reward, those that differ.
+
+    Raises:
+        KhrError: if a value is not accepted.
+
+    Example:
+        >>> import gymnasium, khr
+        >>> balance = gymnasium.make('khr/Balance-v0', engine='mujoco')
+        >>> observation, info = balance.reset(seed=1, options={'inclination_deg': 2.0})
+        >>> round(dict(zip(khr.BalanceEnv.names, observation))['correction_ankle'])
+        0
     """
 
-    metadata: dict[str, Any] = {'render_modes': []}  # noqa: RUF012
+    metadata: dict[str, Any] = {  # noqa: RUF012
+        'render_modes': ['rgb_array', 'human'],
+        'render_fps': 66.7,
+    }
+    names = tuple(OBSERVED)
 
-    def __init__(self, scenario: Scenario) -> None:
-        self.scenario = scenario.changed(
+    def __init__(
+        self,
+        scenario: Scenario,
+        render_mode: str | None = None,
+        weights: Mapping[str, float] | None = None,
+    ) -> None:
+        if render_mode not in (None, *self.metadata['render_modes']):
+            raise KhrError(
+                f'render_mode: {render_mode!r} is not accepted; accepted: '
+                f'{" | ".join(self.metadata["render_modes"])}'
+            )
+        if unknown := set(weights or {}) - set(WEIGHTS):
+            raise KhrError(
+                f'weights: {sorted(unknown)[0]!r} is not accepted; accepted: {" | ".join(WEIGHTS)}'
+            )
+        self.render_mode = render_mode
+        self.weights = {**WEIGHTS, **(weights or {})}
+        self._base = scenario.changed(
             {('simulator', 'duration'): duration(scenario)}
             | {(node, 'enabled'): False for node in CONTROLLERS}
+            | ({('simulator', 'gui'): True} if render_mode == 'human' else {})
         )
-        most = np.array([*[GYRO_RANGE] * 3, *[FORCE_RANGE] * 4], dtype=np.float32)
-        self.observation_space = spaces.Box(-most, most)
-        self.action_space = spaces.Box(-LARGEST, LARGEST, (2,), np.float32)
+        self.scenario = self._base
+        self._most = np.array(list(OBSERVED.values()), dtype=np.float32)
+        self.observation_space = spaces.Box(-self._most, self._most)
+        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
         self._plant: Plant | None = None
+        self._scene: PosedScene | None = None
 
     @property
     def trajectory_hash(self) -> str:
@@ -66,64 +140,195 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         """Start an episode.
 
         Args:
-            seed: of placing errors and sensor noise; the last one by default.
-            options: none.
+            seed: of placing errors and sensor noise; without one each episode draws its own from
+                ``np_random``.
+            options: of this episode alone: ``inclination_deg``; ``surface``; ``push``, one text or
+                several as in the parameter ``simulator.pushes``; ``robot``, the number of a member
+                of the ensemble; ``seed``, as the argument.
+
+        Raises:
+            KhrError: if an option is not accepted.
         """
         super().reset(seed=seed)
-        if seed is not None:
-            self.scenario = self.scenario.changed({('simulator', 'seed'): int(seed)})
-            self.close()
-        if self._plant is None:
-            self._plant = Plant(self.scenario.table(RunParameters))
+        given = dict(options or {})
+        drawn = seed if seed is not None else int(self.np_random.integers(LARGEST_SEED))
+        given.setdefault('seed', drawn)
+        self._begin(self._base.changed(self._changes(given)))
+        self._action = [0.0, 0.0]
         self._loop = ControlLoop(self.scenario)
         self._monitor = OutcomeMonitor(self.scenario.table(MonitorParameters))
-        self._due = self._loop.reference(0.0)
-        self._truth = self._plant.start(self._due)
-        return self._observe()
+        gait = self.scenario.table(GaitParameters)
+        self._turn = tau / gait.cycle_period if gait.motion == 'walk' else 0.0
+        assert self._plant is not None
+        period = self._plant.parameters.control_period
+        self._worth = [weight * period for weight in self.weights.values()]
+        self._truth = self._plant.start(self._loop.reference(0.0))
+        self._look()
+        return self._observation(), self._info()
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
-        """Advance one control period; the corrections are clipped to the action space."""
-        assert self._plant is not None, 'reset comes before the first step'
-        ankle, hip = np.clip(np.asarray(action, dtype=np.float64), -LARGEST, LARGEST).tolist()
-        target = mix(
-            list(self._loop.signals[JOINT_REFERENCE]),
-            [
-                dict.fromkeys(ANKLE_CORRECTION.names, ankle),
-                dict.fromkeys(HIP_CORRECTION.names, hip),
-            ],
-        )
-        delayed = self._plant.parameters.control_delay > 0
-        self._truth = self._plant.advance(self._due if delayed else target)
-        self._due = target
-        observation, info = self._observe()
+        """Advance one control period.
+
+        Args:
+            action: (2,), clipped to the action space.
+
+        Raises:
+            KhrError: if it is not two finite numbers, or no episode was begun.
+        """
+        if self._plant is None:
+            raise KhrError('step: no episode; accepted: after reset()')
+        self._action = _clipped(action)
+        corrections = [
+            dict.fromkeys(topic.names, ACTION_SCALE * share)
+            for topic, share in zip(CORRECTIONS, self._action, strict=True)
+        ]
+        self._plant.answer(mix(self._loop.signals[JOINT_REFERENCE], corrections))
+        self._truth = self._plant.advance()
+        outcome = self._look()
         end = self._plant.end
-        fell = info['outcome'].verdict == 'fell' or end == 'tilted'
-        reward = 0.0 if fell else self._plant.parameters.control_period
-        return observation, reward, fell, bool(end) and not fell, info
+        lost = not outcome.stayed_up or end == 'tilted'
+        terms = self._reward(lost)
+        info = self._info() | terms
+        if lost or end:
+            info |= _figures(outcome)
+        return (
+            self._observation(), sum(terms.values()), lost, bool(end) and not lost, info
+        )  # fmt: skip
+
+    def render(self) -> NDArray[np.uint8] | None:
+        """Return a picture of the robot, (480, 640, 3), in the mode ``rgb_array``.
+
+        Raises:
+            KhrError: if no episode was begun.
+        """
+        if self.render_mode != 'rgb_array':
+            return None  # the engine's own window shows each step
+        if self._plant is None:
+            raise KhrError('render: no episode; accepted: after reset()')
+        if self._scene is None:
+            self._scene = PosedScene(self._base)
+        camera = Look(width=640, height=480).camera(self._truth)
+        return np.asarray(self._scene.picture(self._truth, camera))
 
     def close(self) -> None:
-        """Release the physics."""
+        """Release physics and pictures."""
+        for each in (self._plant, self._scene):
+            if each is not None:
+                each.close()
+        self._plant = self._scene = None
+
+    @cached_property
+    def _robots(self) -> list[dict[str, float | str]]:
+        return [member.constants for member in read_ensemble()]
+
+    def _changes(self, options: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
+        """Return what the options of a reset change, by node and parameter."""
+        changes: dict[str, Any] = {}
+        for name, value in options.items():
+            if name == 'robot':
+                if not (isinstance(value, int) and 0 <= value < len(self._robots)):
+                    raise KhrError(
+                        f'robot: {value!r} is not accepted; accepted: integer in '
+                        f'[0, {len(self._robots) - 1}]'
+                    )
+                changes |= self._robots[value]
+            elif name in OPTIONS:
+                several = name == 'push' and not isinstance(value, str)
+                pushes = list(value) if several else [value]
+                changes[OPTIONS[name]] = pushes if name == 'push' else value
+            else:
+                raise KhrError(
+                    f'options: {name!r} is not accepted; accepted: robot | {" | ".join(OPTIONS)}'
+                )
+        return changes_of(changes)
+
+    def _begin(self, scenario: Scenario) -> None:
+        """Take the scenario of an episode; keep the world if it differs by its seed at most."""
+        parameters, self.scenario = scenario.table(RunParameters), scenario
+        if self._plant is not None and self._plant.reseed(parameters):
+            return
         if self._plant is not None:
-            self._plant.world.close()
-            self._plant = None
+            self._plant.close()
+        self._plant = Plant(parameters)
 
-    def _observe(self) -> tuple[Observation, dict[str, Any]]:
+    def _look(self) -> Outcome:
         self._loop.answer(self._truth)
-        outcome = self._monitor.update(self._truth.stamp_ns, self._loop.signals)
-        seen = np.array([*self._loop.signals[GYRO], *self._loop.forces], dtype=np.float32)
-        return seen, {'time': self._truth.stamp_ns / 1e9, 'outcome': outcome}
+        return self._monitor.update(self._truth.stamp_ns, self._loop.signals)
+
+    def _observation(self) -> Observation:
+        turned = self._turn * self._truth.stamp_ns * 1e-9
+        values = [
+            *self._loop.signals[GYRO],
+            *self._loop.forces,
+            *self._truth.numbers[Truth.joint_position.span],
+            *self._action,
+            sin(turned),
+            cos(turned),
+        ]
+        return np.minimum(np.maximum(np.array(values, np.float32), -self._most), self._most)
+
+    def _reward(self, lost: bool) -> dict[str, float]:
+        """Return the terms of the reward for the last control period, as ``info`` names them."""
+        ankle, hip = self._action
+        alive, turning, effort = self._worth  # of a control period
+        return {
+            'reward_alive': 0.0 if lost else alive,
+            'reward_pitch_rate': turning * self._loop.pitch_rate**2,
+            'reward_effort': effort * (ankle * ankle + hip * hip),
+        }
+
+    def _info(self) -> dict[str, Any]:
+        return {'time': self._truth.stamp_ns / 1e9}
 
 
+def _figures(outcome: Outcome) -> dict[str, Any]:
+    """Return what became of the robot, by name."""
+    return {
+        **vars(outcome),
+        'fell': outcome.fell,
+        'stayed_up': outcome.stayed_up,
+        'outcome': outcome,
+    }
+
+
+def _clipped(action: Sequence[float] | Observation) -> list[float]:
+    """Return an action within the action space."""
+    try:
+        ankle, hip = (float(share) for share in action)
+    except (TypeError, ValueError):
+        ankle = hip = nan
+    if not (isfinite(ankle) and isfinite(hip)):
+        raise KhrError(f'action: {action!r:.80} is not accepted; accepted: 2 finite numbers')
+    return [max(-1.0, min(1.0, share)) for share in (ankle, hip)]
+
+
+@checked
 def env(
-    scenario: str | PathLike[str] | Scenario, *, set: Mapping[str, Any] | None = None
+    scenario: ScenarioLike,
+    *,
+    set: Mapping[str, Any] | None = None,
+    engine: str | None = None,
+    render_mode: str | None = None,
+    weights: Mapping[str, float] | None = None,
 ) -> BalanceEnv:
     """Return a Gymnasium environment of a scenario; see :class:`BalanceEnv`.
 
     Args:
         scenario: name of a scenario, its file, or one that has been loaded.
         set: parameters to change, by ``node.parameter``.
+        engine: ``bullet`` or ``mujoco``; the scenario's own by default.
+        render_mode: ``rgb_array`` or ``human``.
+        weights: of the terms of the reward.
 
     Raises:
         KhrError: if there is no such scenario, or a value is not accepted.
+
+    Example:
+        >>> import khr
+        >>> environment = khr.env('stand_0deg', set={'simulator.duration': 0.3})
+        >>> observation, info = environment.reset(seed=1)
+        >>> observation, reward, fell, over, info = environment.step([0.0, 0.0])
+        >>> bool(fell), round(info['time'], 3)
+        (False, 0.015)
     """
-    return BalanceEnv(load_scenario(scenario).changed(changes_of(set)))
+    return BalanceEnv(prepared(scenario, set, engine=engine), render_mode, weights)

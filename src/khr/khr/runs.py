@@ -3,68 +3,92 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from contextlib import ExitStack
+from dataclasses import dataclass
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pyarrow as pa
 
-from khr_analysis.outcome import Outcome
-from khr_bringup import scenario as scenario_files
-from khr_bringup.bags import final_state, read_messages
+from khr.arguments import ScenarioLike, checked
+from khr_analysis.outcome_text import LABELS, shown
+from khr_bringup.changes import changes, effective
 from khr_bringup.errors import BringupError
-from khr_bringup.run_signals import (
-    TOPICS,
+from khr_bringup.offline import duration as length
+from khr_bringup.recorded.bags import final_state, read_messages
+from khr_bringup.recorded.run_signals import (
     Series,
     run_with_series,
     scenario_in,
     series_and_outcome,
+    topics,
 )
-from khr_bringup.scenario import Scenario
-from khr_common.interfaces import STATE
+from khr_bringup.result import Result
+from khr_bringup.running import showing
+from khr_bringup.scenario import scenario as scenario_files
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.interfaces import PARAMETER_EVENTS, STATE
 
-# Columns of a table for the signals that have one column per foot region or joint group.
-_PARTS = {
-    'contact_force': ('l_toe', 'l_heel', 'r_toe', 'r_heel'),
-    'foot_force': ('l_toe', 'l_heel', 'r_toe', 'r_heel'),
-    'correction': ('ankle', 'hip'),
-}
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
-@dataclass(frozen=True, eq=False)
-class RunResult:
-    """A run that is over.
+@dataclass(frozen=True, eq=False, kw_only=True)
+class RunResult(Result):
+    """A run that is over, and its signals; in a notebook it shows what the command prints.
+
+    ``outcome`` is what became of the robot: verdict, distance in m, largest pitch in rad and as
+    ``largest_pitch_deg``, slip in m, vibration in rad/s and as ``vibration_deg_s``. ``scenario``
+    is as it ran, with every change.
 
     Attributes:
-        scenario: as it ran, with every change.
-        outcome: what became of the robot: verdict, distance in m, largest pitch in rad, slip in
-            m, vibration in rad/s.
-        trajectory_hash: SHA-256 over the state at every control period, in hex; equal hashes are
-            bit-equal trajectories.
         signals: NumPy arrays with one row per control period.
+
+    Example:
+        >>> import khr
+        >>> stand = khr.run('stand_0deg', duration=0.3)
+        >>> stand.outcome.verdict, stand.outcome.largest_pitch_deg < 15.0
+        ('stood', True)
+        >>> stand.signals.foot_force.shape
+        (21, 4)
     """
 
-    scenario: Scenario
-    outcome: Outcome
-    trajectory_hash: str
     signals: Series
 
     def table(self) -> pa.Table:
         """Return the signals as an Arrow table; ``.to_pandas()`` makes a data frame, with pandas.
 
-        One row per control period. Units are SI, as in :attr:`signals`; arrays with a column per
-        foot region or joint group are parted, such as ``contact_force_l_toe``.
+        One row per control period. Units are SI, as in :attr:`signals`, and of angles and rates
+        there is a second column in degrees, such as ``pitch_deg`` and ``gyro_rate_deg_s``. Arrays
+        with a column per foot region or controller are parted, such as ``contact_force_l_toe``.
+
+        Example:
+            >>> import khr
+            >>> table = khr.run('stand_0deg', duration=0.3).table()
+            >>> table.num_rows, table.column_names[:3]
+            (21, ['time', 'inclination', 'pitch'])
+            >>> 'gyro_rate' in table.column_names, 'gyro_rate_deg_s' in table.column_names
+            (True, True)
         """
-        columns: dict[str, Any] = {}
-        for each in fields(self.signals):
-            values = getattr(self.signals, each.name)
-            for index, part in enumerate(_PARTS.get(each.name, ())):
-                columns[f'{each.name}_{part}'] = values[:, index]
-            if each.name not in _PARTS:
-                columns[each.name] = values
-        return pa.table(columns)
+        return pa.table(self.signals.columns | self.signals.degrees)
+
+    def plot(self) -> Figure:
+        """Draw pitch rate, foot forces, corrections and spectrum, in deg and N.
+
+        A notebook shows the figure that is returned; ``.savefig`` writes it.
+
+        Example:
+            >>> import khr
+            >>> figure = khr.run('stand_0deg', duration=0.3).plot()
+            >>> figure.savefig('stand.png')
+        """
+        from khr_report.plots.plot_style import styled  # a run needs no pictures
+        from khr_report.run.overview import overview
+
+        with styled():
+            return overview(self.signals, self.scenario)
 
     def __repr__(self) -> str:
         """Show verdict, length and hash; the signals are long."""
@@ -73,60 +97,131 @@ class RunResult:
             f'trajectory hash {self.trajectory_hash[:12]}...)'
         )
 
+    def _repr_html_(self) -> str:
+        """Show what the command prints as a table."""
+        from khr_report.page.html import part
+
+        quantities = self.quantities
+        rows = [
+            ('outcome', self.verdict),
+            *(
+                (label, shown(name, quantities[name]))
+                for name, label in LABELS.items()
+                if name in quantities
+            ),
+            ('ended by', self.end),
+            ('trajectory hash', self.trajectory_hash),
+        ]
+        return part('table', [self.scenario.title or self.scenario.name, ''], rows)
+
 
 def scenarios() -> list[str]:
-    """Return the names of the scenarios that come with the project."""
+    """Return the names of the scenarios that come with the project.
+
+    Example:
+        >>> import khr
+        >>> [name for name in khr.scenarios() if name.startswith('walk_7')]
+        ['walk_7.68deg_ka12']
+    """
     return [path.stem for path in scenario_files.shipped()]
 
 
+@checked
 def run(
-    scenario: str | PathLike[str] | Scenario,
+    scenario: ScenarioLike,
     *,
     set: Mapping[str, Any] | None = None,
+    engine: str | None = None,
     duration: float | None = None,
     seed: int | None = None,
+    progress: bool = False,
 ) -> RunResult:
     """Run a scenario offline: no ROS, and the trajectory of the nodes, bit for bit.
 
     Args:
         scenario: name of a scenario, its file, or one that has been loaded.
         set: parameters to change, by ``node.parameter``.
+        engine: ``bullet`` or ``mujoco``; the scenario's own by default.
         duration: simulated s; that of the motion by default.
         seed: of placing errors and sensor noise; the scenario's own by default.
+        progress: whether to show on a terminal how far it is.
 
     Raises:
         KhrError: if there is no such scenario, or a value is not accepted.
+
+    Example:
+        >>> import khr
+        >>> fast = khr.run('stand_0deg', engine='mujoco', duration=0.3, seed=7)
+        >>> fast.outcome.verdict
+        'stood'
+        >>> again = khr.run('stand_0deg', engine='mujoco', duration=0.3, seed=7)
+        >>> fast.trajectory_hash == again.trajectory_hash
+        True
     """
-    changes = changes_of(set)
-    if duration is not None:
-        changes['simulator', 'duration'] = float(duration)
-    if seed is not None:
-        changes['simulator', 'seed'] = seed
-    chosen = load_scenario(scenario).changed(changes)
-    result, signals = run_with_series(chosen)
-    return RunResult(chosen, result.outcome, result.trajectory_hash, signals)
+    chosen = prepared(scenario, set, engine=engine, duration=duration, seed=seed)
+    with ExitStack() as shown:
+        also = None
+        if progress:
+            from rich.console import Console
+
+            from khr.cli.progress import SecondsLine
+
+            line = SecondsLine(Console(stderr=True), length(chosen))
+            also = showing(shown.enter_context(line).show_run)
+        result, signals = run_with_series(chosen, also)
+    return RunResult(**vars(result), signals=signals)
 
 
+@checked
 def load(path: str | PathLike[str]) -> RunResult:
     """Read a recorded run: a folder that ``khr run`` has written, or its bag.
 
     Raises:
         KhrError: if it is no bag, is damaged, or holds no run.
+
+    Example:
+        >>> import khr, subprocess
+        >>> stand = ['khr', 'run', 'stand_0deg', '--duration', '0.3', '--out', 'mine']
+        >>> _ = subprocess.run(stand, check=True, capture_output=True)
+        >>> recorded, repeated = khr.load('mine'), khr.run('stand_0deg', duration=0.3)
+        >>> recorded.trajectory_hash == repeated.trajectory_hash
+        True
     """
     bag = Path(path)
-    messages = read_messages(bag, (*TOPICS, STATE))
+    messages = read_messages(bag, (*topics(), STATE))
     signals, outcome = series_and_outcome(messages)
     if outcome is None:
         raise BringupError(f'{bag}: no signals in it; accepted: the bag of a khr run')
     end = final_state(messages[STATE])
-    return RunResult(scenario_in(messages), outcome, end.get('trajectory_hash', ''), signals)
+    scenario = scenario_in(messages)
+    return RunResult(
+        scenario=scenario,
+        judged=outcome,
+        trajectory_hash=end.get('trajectory_hash', ''),
+        end=end.get('end', ''),
+        time=float(signals.time[-1]),
+        changes=effective(changes(messages[PARAMETER_EVENTS]), scenario),
+        signals=signals,
+    )
 
 
-def load_scenario(scenario: str | PathLike[str] | Scenario) -> Scenario:
-    """Return a scenario by its name or file; one that has been loaded as it is."""
-    if isinstance(scenario, Scenario):
-        return scenario
-    return scenario_files.load(str(scenario))
+def prepared(
+    scenario: ScenarioLike, set: Mapping[str, Any] | None = None, **of_simulator: Any
+) -> Scenario:
+    """Return a scenario with changes, of which those of the simulator may be None.
+
+    Args:
+        scenario: its name, its file, or one that has been loaded.
+        set: parameters to change, by ``node.parameter``.
+        of_simulator: parameters of the simulator.
+
+    Raises:
+        BringupError: if there is no such scenario, or a value is not accepted.
+    """
+    base = scenario if isinstance(scenario, Scenario) else scenario_files.load(str(scenario))
+    stated = {key: value for key, value in of_simulator.items() if value is not None}
+    named = {f'simulator.{key}': value for key, value in stated.items()}
+    return base.changed(changes_of({**(set or {}), **named}))
 
 
 def changes_of(given: Mapping[str, Any] | None) -> dict[tuple[str, str], Any]:

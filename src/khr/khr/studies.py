@@ -1,33 +1,40 @@
-"""What is asked of runs: spectra, critical inclinations, sweeps."""
+"""What is asked of runs: spectra, critical inclinations, sweeps, gains, the third stage."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import pyarrow as pa
-import yaml
+from pydantic import InstanceOf
 
-from khr.runs import RunResult, changes_of
+from khr.arguments import ScenarioLike, checked
+from khr.runs import RunResult, changes_of, prepared
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
-from khr_balance.gait import gait_of
-from khr_balance.gait_parameters import GaitParameters
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import KhrError
-from khr_experiments.condition import Condition
-from khr_experiments.critical import Limit, measure, workers
-from khr_sweeps.folder import read_results
-from khr_sweeps.sweep import sweep as run_sweep
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.critical import measure_limit
+from khr_studies.measuring.limit import Limit
+from khr_studies.third_stage.study import SCALES, TIMES, Plane, measure_plane
+from khr_studies.tuning import study as tuning
+from khr_sweeps.pool import check_workers, local_pool
+from khr_sweeps.reading import sweep_from
+from khr_sweeps.results.folder import read_results
+from khr_sweeps.sweep import run_sweep
 
 RATES = ('gyro_rate', 'pitch_rate')
 
 
+@checked
 def spectrum(
-    run: RunResult,
+    run: InstanceOf[RunResult],
     signal: str = 'gyro_rate',
     *,
     start: float | None = None,
@@ -45,13 +52,23 @@ def spectrum(
         settings: parameters of the ``fft_analyser`` node to replace, such as ``window='hann'``.
 
     Returns:
-        Frequencies in Hz, amplitudes in rad/s and phases in rad, (n,) each, and the peaks.
+        Frequencies in Hz, amplitudes in rad/s and as ``amplitude_deg`` in deg/s, phases in rad,
+        (n,) each, and the peaks.
 
     Raises:
         KhrError: if a value is not accepted, or the part is shorter than eight samples.
+
+    Example:
+        >>> import khr
+        >>> stand = khr.run('stand_0deg', engine='mujoco', duration=0.6)
+        >>> found = khr.spectrum(stand, start=0.3, window='hann')
+        >>> found.frequency.shape == found.amplitude_deg.shape
+        True
     """
     if signal not in RATES:
         raise KhrError(f'signal: {signal!r} is not accepted; accepted: {" | ".join(RATES)}')
+    changed = {f'fft_analyser.{key}': value for key, value in settings.items()}
+    parameters = prepared(run.scenario, changed).table(FftAnalyserParameters)
     gait = run.scenario.table(GaitParameters)
     first, last = 0.0, float(run.signals.time[-1]) + 1.0
     if gait.motion == 'walk':
@@ -64,21 +81,24 @@ def spectrum(
     )
     time = run.signals.time
     inside = (time > first - 1e-4) & (time < last - 1e-4)
-    parameters = replace(run.scenario.table(FftAnalyserParameters), **settings)
     began = float(time[inside][0]) if inside.any() else first
     return spectrum_of(getattr(run.signals, signal)[inside], parameters, began)
 
 
+@checked
 def critical(
     motion: str = 'walk',
     *,
     ankle_gain: float = 0.0,
     hip_gain: float = 0.0,
     surface: str = 'smooth',
+    uphill: bool = False,
     set: Mapping[str, Any] | None = None,
-    seeds: int = 3,
+    engine: str | None = None,
+    seeds: int = 5,
     tolerance: float = 0.1,
-    jobs: int = 1,
+    workers: int | None = None,
+    progress: bool = False,
 ) -> Limit:
     """Measure the critical inclination by bisection over seeds.
 
@@ -86,65 +106,212 @@ def critical(
         motion: ``walk``, or ``leg_lift`` on the pads of the force sensors.
         ankle_gain, hip_gain: K_A and K_H, board units; 0 is no control.
         surface: ``smooth``, ``rubber`` or ``pads``, under a walk.
+        uphill: whether the robot faces uphill, where it falls backward.
         set: further parameters to change, by ``node.parameter``.
+        engine: ``bullet`` or ``mujoco``.
         seeds: how many.
         tolerance: of each bisection, deg.
-        jobs: processes.
+        workers: processes; one per core by default.
+        progress: whether to print each attempt on stderr.
 
     Returns:
         The limit of each seed in deg, with mean and confidence interval, and all attempts.
 
     Raises:
         KhrError: if a value is not accepted.
+
+    Example:
+        >>> import khr
+        >>> found = khr.critical('leg_lift', engine='mujoco', seeds=1, tolerance=0.8)
+        >>> 0.0 < found.mean < 20.0
+        True
     """
-    condition = Condition(motion, ankle_gain, hip_gain, surface, tuple(changes_of(set).items()))
-    condition.scenario(0.0)  # refuses before anything has been run
-    if jobs <= 1:
-        return measure(condition, seeds, tolerance)
-    with workers(jobs) as pool:
-        return measure(condition, seeds, tolerance, pool)
+    changes = {**(set or {}), **({'simulator.engine': engine} if engine else {})}
+    condition = Condition(
+        motion, ankle_gain, hip_gain, surface, tuple(changes_of(changes).items()), uphill
+    )
+    with local_pool(workers, 'workers', quiet=not progress) as pool:
+        return measure_limit(condition, seeds, tolerance, pool)
 
 
+@checked
 def sweep(
-    scenario: str,
-    grid: Mapping[str, Sequence[Any]],
+    scenario: str | PathLike[str],
+    grid: Mapping[str, Any],
     *,
     set: Mapping[str, Any] | None = None,
+    engine: str | None = None,
     seeds: int | None = None,
     workers: int | None = None,
     out: str | PathLike[str] | None = None,
+    progress: bool = False,
 ) -> pa.Table:
     """Run a scenario over every combination of some parameters.
-
-    In a script, call it under ``if __name__ == '__main__':``, for the workers import the script.
 
     Args:
         scenario: name of a scenario, or its file.
         grid: values by ``node.parameter``.
         set: parameters that are the same in all runs.
+        engine: ``bullet`` or ``mujoco``; the scenario's own by default.
         seeds: number of seeds of each; the scenario's own by default.
         workers: processes; one per core by default.
         out: folder to keep the results in, so that what is done is not repeated.
+        progress: whether to show on a terminal how far it is, and at the end how many runs ended
+            how.
 
     Returns:
         One row per run: the swept values, verdict, distance, slip, vibration, trajectory hash.
 
     Raises:
         KhrError: if a value is not accepted, or runs are missing at the end.
+
+    Example:
+        >>> import khr
+        >>> slopes = {'simulator.inclination_deg': [0, 3]}
+        >>> found = khr.sweep('stand_0deg', slopes, set={'simulator.duration': 0.3})
+        >>> found['verdict'].to_pylist()
+        ['stood', 'stood']
     """
+    chosen = {**(set or {}), **({'simulator.engine': engine} if engine else {})}
     request: dict[str, Any] = {
-        'scenario': scenario,
-        'grid': {
-            name: [value for each in values for value in changes_of({name: each}).values()]
-            for name, values in grid.items()
-        },
-        'set': {f'{node}.{key}': value for (node, key), value in changes_of(set).items()},
+        'scenario': str(scenario),
+        'grid': {name: _values(name, values) for name, values in grid.items()},
+        'set': {f'{node}.{key}': value for (node, key), value in changes_of(chosen).items()},
     }
     request |= {'seeds': seeds} if seeds is not None else {}
-    with TemporaryDirectory() as folder:
-        file = Path(folder) / 'sweep.yaml'
-        file.write_text(yaml.safe_dump(request, sort_keys=False), encoding='utf-8')
-        results = Path(out) if out is not None else Path(folder) / 'results'
-        if run_sweep(file, results, workers, summary=False):
+    specification = sweep_from(request, 'sweep')
+    with _folder(out) as results:
+        if run_sweep(specification, results, workers, quiet=not progress):
             raise KhrError(f'{results}: runs are missing; accepted: the same call again')
         return read_results(results)
+
+
+@checked
+def tune(
+    scenario: ScenarioLike,
+    *,
+    set: Mapping[str, Any] | None = None,
+    engine: str | None = None,
+    gait: bool = False,
+    robust: bool = False,
+    seeds: int = 3,
+    candidates: int = 64,
+    seed: int = 0,
+    workers: int | None = None,
+    out: str | PathLike[str] | None = None,
+    progress: bool = False,
+) -> tuning.Tuning:
+    """Find gains for a slope: most seeds up, then least slip, then least vibration.
+
+    Args:
+        scenario: motion and ground: its name, its file, or one that has been loaded.
+        set: parameters to change, by ``node.parameter``.
+        engine: ``bullet`` or ``mujoco``; the scenario's own by default.
+        gait: whether the gait's placement of the centre of mass is searched as well.
+        robust: whether the gains are to hold for every robot of the ensemble.
+        seeds: runs of each candidate and robot.
+        candidates: how many to try.
+        seed: of the optimiser.
+        workers: processes; one per core by default.
+        out: folder for the tuned scenario, a page and a picture, in which results are kept.
+        progress: whether to show on stderr how far it is.
+
+    Returns:
+        The best ``values`` by ``node.parameter``, the ``scenario`` with them, the ``front`` of slip
+        against vibration, and all that was tried.
+
+    Raises:
+        KhrError: if a value is not accepted; with ``out``, if no candidate stayed up.
+
+    Example:
+        >>> import khr
+        >>> found = khr.tune('stand_0deg', set={'simulator.duration': 0.3}, seeds=1, candidates=8)
+        >>> sorted(found.values), found.best.up
+        (['ankle_controller.gain', 'hip_controller.gain'], 1.0)
+        >>> khr.run(found.scenario).outcome.verdict
+        'stood'
+    """
+    check_workers(workers, 'workers')
+    question = tuning.ask(
+        prepared(scenario, set, engine=engine),
+        gait=gait,
+        robust=robust,
+        seeds=seeds,
+        candidates=candidates,
+        seed=seed,
+    )
+    with _folder(out) as folder:
+        found = tuning.tune(question, workers, folder / 'jobs', quiet=not progress)
+        if out is not None:
+            from khr_studies.tuning import page  # draws
+
+            page.write(found, folder)
+        return found
+
+
+@checked
+def stage3(
+    *,
+    scales: Sequence[float] = SCALES,
+    times: Sequence[float] = TIMES,
+    engine: str = 'mujoco',
+    seeds: int = 2,
+    workers: int | None = None,
+    out: str | PathLike[str] | None = None,
+    progress: bool = False,
+) -> Plane:
+    """Measure what the hip's damping is worth to a standing robot, and where.
+
+    Args:
+        scales: of the force sensors, V/N.
+        times: time constants of the force sensors, s.
+        engine: ``bullet`` or ``mujoco``; some points are measured on the other one too.
+        seeds: leg lifts at each inclination.
+        workers: processes; one per core by default.
+        out: folder for page, data and picture, ``stage3.md`` and so on, in which results are kept.
+        progress: whether to show on stderr how far it is.
+
+    Returns:
+        The limits in deg over both, (times, scales), without the hip, with its rate, and with the
+        offset of its reference as well.
+
+    Raises:
+        KhrError: if a value is not accepted.
+
+    Example:
+        >>> import khr
+        >>> plane = khr.stage3(scales=[0.008], times=[0.2], seeds=1)
+        >>> plane.limits(hip_gain=0.0).shape
+        (1, 1)
+    """
+    check_workers(workers, 'workers')
+    with _folder(out) as folder:
+        plane = measure_plane(
+            seeds, engine, workers, folder / 'jobs', scales, times, quiet=not progress
+        )
+        if out is not None:
+            from khr_studies.third_stage import page  # draws
+
+            page.write(plane, folder / 'stage3.md')
+        return plane
+
+
+@contextmanager
+def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
+    """Yield the folder that was asked for, or one that lasts as long as the question."""
+    if out is not None:
+        yield Path(out)
+        return
+    with TemporaryDirectory() as folder:
+        yield Path(folder) / 'results'
+
+
+def _values(name: str, values: Any) -> list[Any]:
+    """Return the values of one parameter of a grid.
+
+    Raises:
+        KhrError: if they are not several, or not accepted.
+    """
+    if isinstance(values, str) or not hasattr(values, '__iter__'):
+        raise KhrError(f'grid: {name}: {values!r} is not accepted; accepted: a list of values')
+    return [value for each in values for value in changes_of({name: each}).values()]

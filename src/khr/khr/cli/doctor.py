@@ -1,0 +1,173 @@
+"""``khr doctor``: check what a run needs, one by one."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import os
+import re
+import shutil
+import sys
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from rich.console import Console
+from rich.markup import escape
+
+from khr.cli.promises import children_end, open_sockets, register_is_private
+from khr_bringup.graph.run_registry import WITHOUT_LOG, registered, running
+from khr_common.arithmetic import PORTABLE, in_force, warning
+from khr_sim.physics import engines
+
+# Of what the packages do not declare: how ROS reaches its middleware, and the engines to choose.
+BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values())
+ROOM = 1.0  # GB of disk below which a recording is at risk
+Finding = tuple[bool, str, str]
+
+
+def examine(console: Console) -> int:
+    """Print one line per check; return 0 if all are good, 1 otherwise."""
+    good = True
+    checks = (
+        python,
+        arithmetic,
+        *map(_version, packages()),
+        middleware,
+        register_is_private,
+        discovery,
+        closed,
+    )
+    for check in (*checks, children_end, disk, runs):
+        fine, what, advice = check()
+        good &= fine
+        mark = '[green]ok [/green]' if fine else '[red]bad[/red]'
+        said = escape(what if fine else f'{what} -> {advice}')
+        console.print(f'{mark} {said}', highlight=False, soft_wrap=True)
+    return 0 if good else 1
+
+
+def python() -> Finding:
+    """Check the interpreter: the physics engine has wheels for 3.11 alone."""
+    version = '.'.join(map(str, sys.version_info[:3]))
+    return sys.version_info[:2] == (3, 11), f'Python {version}', 'use Python 3.11'
+
+
+def arithmetic() -> Finding:
+    """Check that results do not depend on the processor."""
+    found = in_force()
+    return found == PORTABLE, f'arithmetic {found}', warning()
+
+
+def packages() -> list[str]:
+    """Return the distributions of this project, and what they declare that they need."""
+    homes = importlib.metadata.packages_distributions()
+    waiting = [*BESIDE, homes.get('khr', ['khr'])[0]]
+    found: dict[str, str] = {}  # by the name that stands for all its spellings
+    for package in waiting:  # which grows meanwhile
+        key = re.sub(r'[-_.]+', '-', package).lower()
+        if key in found:
+            continue
+        found[key] = package
+        with suppress(importlib.metadata.PackageNotFoundError):
+            declared = importlib.metadata.requires(package) if key.startswith('khr') else None
+            waiting += [
+                re.split(r'[^\w.-]', each, maxsplit=1)[0]
+                for each in declared or ()
+                if 'extra ==' not in each
+            ]
+    return sorted(found.values(), key=lambda each: (not each.startswith('khr'), each.lower()))
+
+
+def _version(package: str) -> Callable[[], Finding]:
+    def check() -> Finding:
+        try:
+            return True, f'{package} {importlib.metadata.version(package)}', ''
+        except importlib.metadata.PackageNotFoundError:
+            return False, f'{package} is missing', 'run make install'
+
+    return check
+
+
+def middleware() -> Finding:
+    """Check that ROS 2 starts, and with which middleware."""
+    try:
+        from rclpy.utilities import get_rmw_implementation_identifier
+
+        return True, f'middleware {get_rmw_implementation_identifier()}', ''
+    except Exception as error:  # whatever the import of a broken installation raises
+        return (
+            False,
+            f'rclpy does not start: {error}',
+            "pip install 'ros-jazzy-rclpy[fastrtps]', or source a ROS 2 Jazzy installation",
+        )
+
+
+def discovery() -> Finding:
+    """Check that two nodes of a run's own domain find each other, and how fast."""
+    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
+        os.environ.update(entry.environment())
+        try:
+            seconds, _ = _discover()
+        except Exception as error:  # the middleware's own errors have no common base
+            return False, f'discovery failed: {error}', 'look at ROS_* and RMW_* variables'
+    return (
+        seconds < 3.0,
+        f'discovery within one machine {seconds:.2f} s',
+        'clean dead shared memory with "fastdds shm clean"; check that /dev/shm has room',
+    )
+
+
+def closed() -> Finding:
+    """Check that nothing of a run listens where other machines could reach it."""
+    with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
+        os.environ.update(entry.environment())
+        try:
+            _, found = _discover()
+        except Exception as error:  # as above
+            return False, f'sockets were not tried: {error}', 'look at ROS_* and RMW_* variables'
+    return (
+        not found,
+        'a run listens on the loopback alone' if not found else f'open: {", ".join(found)}',
+        'unset FASTDDS_* and RMW_* variables that change the transports',
+    )
+
+
+def _discover() -> tuple[float, list[str]]:
+    """Return how long two nodes took to find each other, s, and what they opened."""
+    import rclpy
+    from std_msgs.msg import String
+
+    from khr_common.nodes.node import DATA
+
+    contexts = [rclpy.Context(), rclpy.Context()]
+    for context in contexts:
+        rclpy.init(args=WITHOUT_LOG, context=context)
+    try:
+        nodes = [
+            rclpy.create_node(f'doctor_{i}', context=context) for i, context in enumerate(contexts)
+        ]
+        publisher = nodes[0].create_publisher(String, 'doctor', DATA)
+        nodes[1].create_subscription(String, 'doctor', lambda _: None, DATA)
+        start = time.monotonic()
+        while publisher.get_subscription_count() == 0 and time.monotonic() - start < 10.0:
+            time.sleep(0.005)
+        return time.monotonic() - start, open_sockets()
+    finally:
+        for context in contexts:
+            rclpy.try_shutdown(context=context)
+
+
+def disk() -> Finding:
+    """Check the room for recordings: a minute of the graph is about 20 MB."""
+    free = shutil.disk_usage(Path.cwd()).free / 1e9
+    return free > ROOM, f'{free:.1f} GB free here', 'make room, or run with --out or --no-record'
+
+
+def runs() -> Finding:
+    """List the runs that are going on."""
+    entries = running()
+    listed = ', '.join(f'{each.scenario} (ROS_DOMAIN_ID={each.domain})' for each in entries)
+    many = f'{len(entries) or "no"} run{"s" if len(entries) > 1 else ""} going on'
+    return True, f'{many}: {listed}' if listed else many, ''

@@ -1,0 +1,110 @@
+"""``khr run``: one scenario, over topics or offline, with progress and a summary."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+from rich.console import Console
+
+from khr.cli.progress import SecondsLine
+from khr.cli.summary import print_line, summarise
+from khr.cli.viewing import Viewing, page
+from khr_bringup.graph.run_registry import RunEntry, check_domain
+from khr_bringup.result import INTERRUPTED, Result, write_outcome
+from khr_bringup.run_folder import claimed
+from khr_bringup.running import Hooks, Way, bounded, run
+from khr_bringup.scenario.expectation import Expectation
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import KhrError
+from khr_sim.run_parameters import RunParameters
+
+NETWORK = (
+    '--network: every machine that reaches this one may see all topics, publish on them and '
+    'change parameters; UDP ports are open on all interfaces'
+)
+
+
+@dataclass(frozen=True)
+class Options:
+    """How to run a scenario, and what to make of it; see ``khr run --help``."""
+
+    way: Way = field(default_factory=Way)
+    draw: bool = True
+    out: Path | None = None
+    expect: str = ''
+    view: Viewing | None = None
+    driver_parameters: Path | None = None
+
+    @property
+    def recorded(self) -> bool:
+        """Return whether the run leaves a bag."""
+        return self.way.record and not self.way.offline
+
+
+def run_scenario(scenario: Scenario, options: Options) -> int:
+    """Run a scenario, print its summary, keep its results; return the exit code.
+
+    Raises:
+        KhrError: if an option is not accepted.
+        RunError: if the run could not go on.
+    """
+    way = options.way
+    expected = Expectation.parse(options.expect, '--expect', scenario, way.offline)
+    console = Console(stderr=True)
+    report = partial(print_line, console)
+    scenario = bounded(scenario, way)
+    check_domain(way.domain)  # refused before a folder is made, and so is the page
+    beside = page(options.view, console)
+    line = SecondsLine(console, scenario.table(RunParameters).duration)
+
+    with claimed(options.out, scenario.name) as folder, line:
+
+        def begun(entry: RunEntry) -> None:
+            report(f'{scenario.name}: {entry.to_join}  folder {folder}')
+            if entry.network:
+                report(f'khr: {NETWORK}')
+            line.show('starting', 0.0)
+
+        result = run(scenario, folder, way, Hooks(begun, line.show_run, beside))
+    for warning in result.warnings:
+        report(f'khr: {warning}')
+    failures = _kept(folder, result, options, console)
+    summarise(result, folder, options.recorded)
+    for failure in failures:
+        report(f'khr: {failure}')
+    if failures:
+        return 1
+    if result.end == 'stopped':
+        return 0 if way.stay else INTERRUPTED
+    unmet = expected.unmet(result.verdict, result.realtime)
+    if unmet:
+        report(f'khr: {unmet}')
+    return 1 if unmet else 0
+
+
+def _kept(folder: Path, result: Result, options: Options, console: Console) -> list[str]:
+    """Keep what a run came to, and draw what it recorded; return what failed of the run and this.
+
+    What was measured is printed all the same.
+    """
+    failures = [result.failure] if result.failure else []
+    try:
+        write_outcome(folder, result)
+        if options.recorded and options.draw:
+            _draw(folder, result.scenario, console)
+    except KhrError as error:
+        failures.append(str(error))
+    except KeyboardInterrupt:
+        failures.append('interrupted while the results were written; the folder may lack some')
+    return failures
+
+
+def _draw(folder: Path, scenario: Scenario, console: Console) -> None:
+    from khr_report.run.overview import draw_run
+
+    try:
+        draw_run(folder, scenario, folder / 'overview.png')
+    except KhrError as error:  # the run itself is done and kept
+        print_line(console, f'khr: no overview: {error}')

@@ -1,0 +1,51 @@
+"""What the command prints of a run that is over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from khr_analysis.outcome_text import LABELS, shown
+from khr_bringup.recorded.bags import bag_of
+from khr_bringup.result import NO_HASH, Result
+from khr_bringup.scenario.expectation import realtime_text
+from khr_common.text.quoting import quoted
+
+MOST_CHANGES = 5  # that are named
+
+
+def summarise(result: Result, folder: Path, recorded: bool) -> None:
+    """Print what a run came to, and where it is kept; its trajectory hash is the last line."""
+    table = Table(show_header=False)
+    table.add_row('outcome', f'[bold]{result.verdict or "no verdict"}[/bold]')
+    quantities = result.quantities
+    for name, label in LABELS.items():
+        if value := quantities.get(name):
+            table.add_row(label, escape(shown(name, value)))
+    table.add_row('ended by', escape(result.end))
+    table.add_row('real-time factor', f'{result.real_time_factor:.2f}')
+    if result.realtime:
+        table.add_row('real time', escape(realtime_text(result.realtime)))
+    table.add_row('wall time', f'{result.startup:.1f} s to start, {result.wall_time:.1f} s to run')
+    console = Console()
+    print_line(console, result.scenario.title or result.scenario.name)
+    console.print(table)
+    for each in result.changes[:MOST_CHANGES]:
+        name = f'{each.node}.{each.parameter}'
+        print_line(
+            console, f'changed while it ran: {name} to {quoted(each.value)} at {each.time:.3f} s'
+        )
+    if len(result.changes) > MOST_CHANGES:
+        print_line(console, f'and {len(result.changes) - MOST_CHANGES} changes more')
+    print_line(console, f'folder {folder}')
+    if recorded:
+        print_line(console, f'bag {bag_of(folder)}')
+    print_line(console, f'trajectory hash {result.trajectory_hash or NO_HASH}')
+
+
+def print_line(console: Console, text: str) -> None:
+    """Print one line as it is: whole at whatever width, so that its paths can be copied."""
+    console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,0 +1,248 @@
+"""Verbs of the controller board: look at one, hold or free its robot, or serve a virtual one."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from math import degrees
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from khr.cli.verbs.options import DomainOption, ScenarioArgument, SetOption
+from khr_bringup.scenario import scenario as scenarios
+from khr_common import KhrError
+
+if TYPE_CHECKING:
+    from khr_hardware.client import Client
+
+PortArgument = Annotated[
+    str, typer.Argument(help='Serial line of the board, such as /dev/ttyUSB0.')
+]
+RunOrPort = Annotated[
+    str, typer.Argument(help='Serial line of the board; none for the board of a run that goes on.')
+]
+MapOption = Annotated[
+    str,
+    typer.Option(
+        '--map',
+        help="YAML file of servos and AD ports, or khr3hv_forces; the KHR-3HV's by default.",
+    ),
+]
+BaudOption = Annotated[int, typer.Option(help='Rate of the line; 0 tries all three.')]
+
+
+def board_verbs() -> typer.Typer:
+    """Return the group of verbs."""
+    group = typer.Typer(
+        no_args_is_help=True,
+        pretty_exceptions_enable=False,
+        help='Look at a controller board RCB-4HV, or serve a virtual one.',
+    )
+    for verb in (probe, pose, hold, free, start, deploy, serve):
+        group.command(verb.__name__)(verb)
+    return group
+
+
+def probe(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None:
+    """Read firmware, configuration, battery, servos, trims, mixings and AD; write nothing."""
+    from khr_hardware.inspection import describe, inspect
+    from khr_hardware.joint_map import JointMap
+
+    joint_map = JointMap.load(map_)
+    with _connected(port, baud) as (client, rate):
+        seen = inspect(client, joint_map)
+        print(f'{"line":14}{port} at {rate} baud')
+        for name, text in describe(seen, joint_map):
+            print(f'{name:14}{text}')
+        counts = {key: value for key, value in client.counts.figures().items() if value != '0'}
+        print(f'{"exchanges":14}' + ', '.join(f'{key} {value}' for key, value in counts.items()))
+    raise typer.Exit(1 if seen.missing(joint_map) else 0)
+
+
+def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None:
+    """Read where every joint is, beside its range in the description; write nothing."""
+    from khr_hardware.inspection import inspect, torque_of
+    from khr_hardware.joint_map import JointMap
+    from khr_sim.robot import JOINTS, Robot
+
+    joint_map = JointMap.load(map_)
+    with _connected(port, baud) as (client, _):
+        seen = inspect(client, joint_map)
+    table = Table('joint', 'ICS', 'position', 'trim', 'angle, deg', 'range, deg', 'torque')
+    for joint, (low, high) in zip(JOINTS, Robot.load().limits(), strict=True):
+        servo = joint_map.servos[joint]
+        span = f'{degrees(low):.0f} to {degrees(high):.0f}'
+        record = seen.records.get(servo.ics)
+        if record is None or not record.measured:
+            table.add_row(joint, str(servo.ics), 'no answer', '', '', span, '')
+            continue
+        angle = servo.angle(record.measured)
+        outside = '' if low <= angle <= high else ' (outside)'
+        table.add_row(
+            joint,
+            str(servo.ics),
+            str(record.measured),
+            str(record.trim),
+            f'{degrees(angle):.1f}{outside}',
+            span,
+            torque_of(record),
+        )
+    Console().print(table)
+    raise typer.Exit(1 if seen.missing(joint_map) else 0)
+
+
+def hold(
+    port: RunOrPort = '', map_: MapOption = '', baud: BaudOption = 0, domain: DomainOption = None
+) -> None:
+    """Switch the torque on, with every servo where it is, on a stand; or hold in a run."""
+    if not port:
+        _ask_run('hold', domain)
+        return
+    from khr_hardware.inspection import hold_pose
+    from khr_hardware.joint_map import JointMap
+
+    with _connected(port, baud) as (client, _):
+        hold_pose(client, JointMap.load(map_))
+    print('17 servos hold where they were')
+
+
+def free(
+    port: RunOrPort = '', map_: MapOption = '', baud: BaudOption = 0, domain: DomainOption = None
+) -> None:
+    """Switch the torque of all servos off, also in a run, which ends: a robot that stands falls."""
+    if not port:
+        _ask_run('free', domain)
+        return
+    from khr_hardware.joint_map import JointMap
+
+    with _connected(port, baud) as (client, _):
+        client.free(JointMap.load(map_).numbers)
+    print('17 servos are free')
+
+
+def start(domain: DomainOption = None) -> None:
+    """Let the robot of a run that was started with --board take its stance and begin."""
+    _ask_run('start', domain)
+
+
+def deploy(
+    scenario: Annotated[str, ScenarioArgument],
+    port: PortArgument,
+    before: Annotated[
+        Path, typer.Option(help='File for what the board holds now, which --undo writes back.')
+    ] = Path('board-before.json'),
+    undo: Annotated[
+        bool, typer.Option('--undo', help='Write back what the board held before.')
+    ] = False,
+    map_: MapOption = '',
+    baud: BaudOption = 0,
+    set_: SetOption = None,
+) -> None:
+    """Write a scenario's gains into the board's own mixing; the robot stands still meanwhile."""
+    from khr_bringup.board_loop import loop_of
+    from khr_common.files import write_text
+    from khr_common.text.strict_yaml import read_file, read_yaml
+    from khr_hardware import deployment
+    from khr_hardware.joint_map import JointMap
+
+    if undo:
+        data = read_yaml(read_file(before), str(before))  # JSON is YAML too
+        with _connected(port, baud) as (client, _):
+            deployment.undo(client, data)
+        before.unlink()
+        print('the mixings are as they were')
+        return
+    joint_map = JointMap.load(map_)
+    loop = loop_of(scenarios.load(scenario).set_to(set_ or []), joint_map)
+    if before.exists():
+        raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
+    with _connected(port, baud) as (client, _):
+        held = deployment.held(client, joint_map, loop)
+        write_text(before, json.dumps(held))  # before it is changed
+        deployment.deploy(client, joint_map, loop)
+    for joint, factor in loop.factors.items():
+        print(f'{joint:16}{factor} counts per AD step of the gyro')
+    print(f'{"reference":16}{loop.offset} AD steps off the voltage at rest')
+    print('in RAM until the battery is switched off; the same command with --undo takes it back')
+
+
+def serve(
+    scenario: Annotated[str, ScenarioArgument],
+    link: Annotated[Path, typer.Option(help='Where the line appears, such as /tmp/rcb4.')],
+    map_: MapOption = '',
+    ground: Annotated[
+        bool,
+        typer.Option(
+            '--ground',
+            help='The robot stands already, in the stance of the scenario; by default '
+            'it hangs in a stand, and is put down once it has taken that stance.',
+        ),
+    ] = False,
+    stepped: Annotated[
+        bool,
+        typer.Option('--stepped', help='No clock: an output cycle passes with each move command.'),
+    ] = False,
+    duration: Annotated[
+        float, typer.Option(help='Wall seconds to serve; 0 goes on until stopped.')
+    ] = 0.0,
+    priority: Annotated[
+        int,
+        typer.Option(help='Real-time priority, as far as ulimit -r grants it; 0 asks for none.'),
+    ] = 60,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(
+            help='Inject "kind=lost start=2.0 count=3 duration=0.05"; see docs/hardware.md.'
+        ),
+    ] = None,
+    set_: SetOption = None,
+) -> None:
+    """Serve a virtual board with the robot of a scenario behind it, until stopped."""
+    from khr_bringup.virtual_robot import virtual_board
+    from khr_common.scheduling import ask_for_real_time
+    from khr_hardware.joint_map import JointMap
+    from khr_hardware.virtual.faults import Fault, Faults
+    from khr_hardware.virtual.server import Server
+
+    chosen = scenarios.load(scenario).set_to(set_ or [])
+    ask_for_real_time(priority)  # a board has a processor of its own
+    faults = Faults([Fault.parse(text) for text in fault or []])
+    board, robot = virtual_board(chosen, JointMap.load(map_), ground)
+    try:
+        with Server(board, link, stepped, faults) as server:
+            where = 'stands on the ground' if ground else 'hangs in a stand'
+            print(f'{link}: a virtual RCB-4HV; the robot of {chosen.name} {where}', flush=True)
+            with suppress(KeyboardInterrupt):
+                server.run(duration)
+            print(f'output cycles {server.cycles}, late {server.late}')
+    finally:
+        robot.close()
+    if robot.outcome is None:
+        print('the robot was never put down')
+        return
+    print(f'{robot.outcome.verdict} after {robot.time:.3f} s on the ground')
+    print(f'distance {robot.outcome.distance:.3f} m')
+    print(f'trajectory hash {robot.trajectory_hash}')
+
+
+def _ask_run(service: str, domain: int | None) -> None:
+    """Call a service of the board of a run."""
+    from khr_bringup.graph.live import call_trigger
+
+    print(f'the board is {call_trigger(f"board/{service}", domain)}')
+
+
+@contextmanager
+def _connected(port: str, baud: int) -> Iterator[tuple[Client, int]]:
+    from khr_hardware.client import connect
+
+    client, rate = connect(port, baud)
+    try:
+        yield client, rate
+    finally:
+        client.close()

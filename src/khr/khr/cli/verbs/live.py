@@ -1,0 +1,97 @@
+"""Verbs for a graph that runs."""
+
+from __future__ import annotations
+
+import sys
+from datetime import datetime
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+from rich.table import Table
+
+from khr_bringup.graph.live import PATIENCE, LiveParameter, get_parameters
+from khr_bringup.graph.live import set_parameter as set_live
+from khr_bringup.graph.live import switch_scenario as switch
+from khr_bringup.graph.run_registry import RunEntry, choose, running
+from khr_bringup.scenario import scenario as scenarios
+
+RunningDomainOption = Annotated[
+    int | None,
+    typer.Option(
+        '--domain', help='ROS domain of the run; the only one by default, or as ROS_DOMAIN_ID.'
+    ),
+]
+TimeoutOption = Annotated[
+    float, typer.Option(min=0.1, help='Seconds to wait for the node, and for each answer.')
+]
+
+
+def get_parameter(
+    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    name: Annotated[
+        str | None, typer.Argument(help='A parameter; all of them if left out.')
+    ] = None,
+    domain: RunningDomainOption = None,
+    timeout: TimeoutOption = PATIENCE,
+) -> None:
+    """Show parameters of a running graph, what they mean and accept, as YAML."""
+    entry = choose(domain)
+    for each in get_parameters(node, name, entry.domain, timeout):
+        print(f'{each.name}: {each.shown}{_comment(each)}')
+    _name(entry)
+
+
+def set_parameter(
+    node: Annotated[str, typer.Argument(help='A node of the running graph.')],
+    name: Annotated[str, typer.Argument(help='A parameter.')],
+    value: Annotated[str, typer.Argument(help='Its new value.')],
+    domain: RunningDomainOption = None,
+    timeout: TimeoutOption = PATIENCE,
+) -> None:
+    """Change a parameter of a running graph; it acts from the next control period."""
+    typed = scenarios.parse_value(node, name, value)
+    entry = choose(domain)
+    before, after = set_live(node, name, typed, entry.domain, timeout)
+    print(f'{node}.{name}: {before.shown} -> {after.shown}{_comment(after)}')
+    _name(entry)
+
+
+def switch_scenario(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
+    domain: RunningDomainOption = None,
+) -> None:
+    """Start a running graph anew with another scenario, taken as a whole or not at all."""
+    path = scenarios.find(scenario)
+    scenarios.load(str(path))
+    entry = choose(domain)
+    print(f'{path.stem}: {switch(path, entry.domain)}')
+    _name(entry)
+
+
+def list_runs() -> None:
+    """List your runs that are going on: scenario, ROS domain, state, since when, folder."""
+    shown = Table('scenario', 'domain', 'state', 'since', 'folder', box=None, padding=(0, 1, 0, 0))
+    for entry in running():
+        since = datetime.fromtimestamp(entry.since).strftime('%a %H:%M:%S')
+        shown.add_row(
+            entry.scenario,
+            str(entry.domain),
+            entry.state,
+            since,
+            str(Path(entry.place, entry.folder)),
+        )
+    if shown.row_count:
+        Console(soft_wrap=True).print(shown)
+    else:
+        print('no run is going on; start one with "khr run SCENARIO"')
+
+
+def _name(entry: RunEntry) -> None:
+    """Report on standard error which run was meant."""
+    print(f'khr: {entry.title}', file=sys.stderr)
+
+
+def _comment(parameter: LiveParameter) -> str:
+    return f'  # {parameter.meaning}' if parameter.meaning else ''

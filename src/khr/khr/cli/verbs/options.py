@@ -1,0 +1,95 @@
+"""Arguments and options that several verbs share."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import KhrError
+
+if TYPE_CHECKING:
+    from khr_sweeps.cluster import Scheduler
+
+
+def _scenario_names(incomplete: str) -> list[str]:
+    """Complete the name of a scenario that comes with the project."""
+    return [path.stem for path in scenarios.shipped() if path.stem.startswith(incomplete)]
+
+
+ScenarioArgument = typer.Argument(
+    help='A scenario file or name; without one, they are listed.', autocompletion=_scenario_names
+)
+DomainOption = Annotated[
+    int | None,
+    typer.Option(
+        '--domain',
+        help='ROS domain of the run (1 to 99); the highest free one by default, whatever '
+        'ROS_DOMAIN_ID says.',
+    ),
+]
+RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]
+OutOption = Annotated[
+    Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
+]
+SetOption = Annotated[
+    list[str] | None,
+    typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
+]
+EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')]
+SeedsOption = Annotated[int, typer.Option(help='Seeds of each measurement.')]
+ToleranceOption = Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')]
+OptimiserSeedOption = Annotated[int, typer.Option(help='Seed of the optimiser.')]
+JobsOption = Annotated[
+    int | None, typer.Option(help='Processes on this machine; one per core by default.')
+]
+WorkersOption = Annotated[
+    int | None, typer.Option(help='Processes on this machine; one per core by default.')
+]
+SchedulerOption = Annotated[
+    str | None,
+    typer.Option(help='Use the workers of a "dask scheduler", tls://HOST:PORT; needs --tls.'),
+]
+TlsOption = Annotated[
+    Path | None, typer.Option(help='Folder of ca.pem, cert.pem and key.pem for --scheduler.')
+]
+UnauthenticatedOption = Annotated[
+    bool,
+    typer.Option(
+        '--unauthenticated',
+        help='Take a --scheduler at tcp://HOST:PORT without --tls: whoever reaches its port runs '
+        'code on its workers and here.',
+    ),
+]
+
+
+def scheduler_of(address: str | None, tls: Path | None, unauthenticated: bool) -> Scheduler | None:
+    """Return the scheduler that the options name, or None.
+
+    Raises:
+        SweepError: if the options do not go together, or a credential is missing.
+    """
+    from khr_sweeps.cluster import Scheduler
+
+    if address is not None:
+        return Scheduler(address, tls, unauthenticated)
+    if tls is not None or unauthenticated:
+        option = '--tls' if tls is not None else '--unauthenticated'
+        raise KhrError(f'{option}: not accepted without --scheduler')
+    return None
+
+
+def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:
+    """Say on stderr which of the parameters that ``--set`` changes do nothing, and why."""
+    off = scenario.switched_off(scenarios.changes_of(texts))
+    for node, keys in off.items():
+        print(
+            f'khr: --set {node}.{", ".join(keys)}: no effect while {node}.enabled is false; '
+            f'to switch it on: --set {node}.enabled=true',
+            file=sys.stderr,
+        )

@@ -1,0 +1,77 @@
+"""Verbs for runs that are over."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from khr.cli.progress import SecondsLine
+
+
+def film(
+    run: Annotated[str, typer.Argument(help='A run folder, or a scenario file or name.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help='The file without suffix (with --still: the PNG); in the run folder if left out.'
+        ),
+    ] = None,
+    still: Annotated[
+        float | None, typer.Option(help='Only the picture at this time, in s.')
+    ] = None,
+    start: Annotated[float, typer.Option(help='Where the film starts, in s.')] = 0.0,
+    end: Annotated[float | None, typer.Option(help='Where it ends, in s.')] = None,
+    width: Annotated[int, typer.Option(help='Width of the pictures, in px.')] = 960,
+    height: Annotated[int, typer.Option(help='Height of the pictures, in px.')] = 720,
+    rate: Annotated[float, typer.Option(help='Pictures per simulated second.')] = 25.0,
+    against: Annotated[
+        str | None, typer.Option(help='Another run to show on the right, of the same size.')
+    ] = None,
+) -> None:
+    """Render a run to MP4 and GIF, or one picture of it to PNG."""
+    from khr_report.film.film import render_run
+
+    size = (width, height, rate)
+    with SecondsLine(Console(stderr=True)) as line:
+        files = render_run(run, out, still, (start, end), size, against, line.show)
+    for path in files:
+        print(path)
+
+
+def report(
+    run: Annotated[Path, typer.Argument(help='The folder of a run, or its bag.')],
+    against: Annotated[Path | None, typer.Option(help='Another run to compare it with.')] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="The page; report.html in the run's folder by default.")
+    ] = None,
+) -> None:
+    """Write a page about a run, or one that compares two: signals, spectra, parameters."""
+    from khr_report.run.page import report as write
+
+    print(write(run, against, out))
+
+
+def verify_bag(
+    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of its run.')],
+) -> None:
+    """Check a recording, repeat its run, compare all numbers; exit with 1 if any differs."""
+    from khr_bringup.recorded.verify import verify
+
+    raise typer.Exit(verify(bag))
+
+
+def recover_bag(
+    bag: Annotated[Path, typer.Argument(help='A bag, or the folder of a run.')],
+) -> None:
+    """Repair the bag of a recorder that was killed; the cut one is kept beside it."""
+    from khr_bringup.recorded.recover import recover
+
+    found = recover(bag)
+    if found is None:
+        print(f'{bag}: whole')
+        return
+    print(f'{found.bag}: {found.messages} messages up to t = {found.seconds:.3f} s')
+    print(f'the cut bag is kept as {found.kept}')

@@ -1,0 +1,191 @@
+"""Verbs that run scenarios, or show what there is to run."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import typer
+from rich.console import Console
+
+from khr.cli.verbs.options import (
+    DomainOption,
+    OutOption,
+    RecordOption,
+    ScenarioArgument,
+    SetOption,
+    warn_of_switched_off,
+)
+from khr_bringup.graph.launching import parameters_of_driver
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.driver import OF_ROBOT, driver_of
+from khr_bringup.scenario.expectation import MEANING
+from khr_common import KhrError
+
+
+def run(
+    scenario: Annotated[str | None, ScenarioArgument] = None,
+    duration: Annotated[
+        float | None,
+        typer.Option(help='Simulated seconds; the whole motion by default, and with 0.'),
+    ] = None,
+    realtime: Annotated[
+        bool, typer.Option('--realtime', help='Run against the wall clock instead of in lockstep.')
+    ] = False,
+    offline: Annotated[
+        bool,
+        typer.Option(
+            '--offline', help='The same cores without ROS: no topics, no bag, the same trajectory.'
+        ),
+    ] = False,
+    one_process: Annotated[
+        bool | None,
+        typer.Option(
+            '--one-process/--processes',
+            help='All nodes in one process (the default), or one process each.',
+        ),
+    ] = None,
+    record: RecordOption = True,
+    draw: Annotated[
+        bool, typer.Option('--draw/--no-draw', help='Draw what was recorded: overview.png.')
+    ] = True,
+    out: OutOption = None,
+    set_: SetOption = None,
+    expect: Annotated[str, typer.Option(help=MEANING)] = '',
+    domain: DomainOption = None,
+    network: Annotated[
+        bool, typer.Option('--network', help='Let other machines join; by default none can.')
+    ] = False,
+    view: Annotated[
+        bool, typer.Option('--view', help='Show it in a browser while it runs.')
+    ] = False,
+    driver: Annotated[
+        str,
+        typer.Option(
+            metavar='PACKAGE/EXECUTABLE',
+            help="Run on this driver in the simulator's place; in real time unless the scenario "
+            'states simulator.sync.',
+        ),
+    ] = '',
+    board: Annotated[
+        str,
+        typer.Option(
+            metavar='PORT',
+            help='Run on the real robot behind this serial line, such as /dev/ttyUSB0; it moves '
+            'only after khr board start.',
+        ),
+    ] = '',
+    driver_params: Annotated[str, typer.Option(help='A parameter file for the driver.')] = '',
+) -> None:
+    """Run a scenario and keep its recording, outcome and trajectory hash."""
+    from khr.cli.run import Options, run_scenario
+    from khr.cli.viewing import Viewing
+    from khr_bringup.running import Way
+
+    if scenario is None:
+        list_scenarios()
+        raise KhrError('run: no scenario given; accepted: one of these, or a scenario file')
+    changes: dict[tuple[str, str], Any] = {}
+    if duration is not None:
+        changes['simulator', 'duration'] = duration
+    for option, given, lacking in (
+        ('--realtime', realtime, 'no clock'),
+        ('--view', view, 'no topics to look at'),
+        ('--one-process', one_process is True, 'no nodes'),
+        ('--processes', one_process is False, 'no nodes'),
+        ('--domain', domain is not None, 'no topics'),
+        ('--network', network, 'no topics'),
+        ('--driver', bool(driver), 'no topics'),
+        ('--board', bool(board), 'no topics'),
+    ):
+        if offline and given:
+            raise KhrError(
+                f'{option}: not with --offline, which has {lacking}; accepted: one of them'
+            )
+    if realtime:
+        changes['simulator', 'sync'] = 'realtime'
+    chosen = scenarios.load(scenario).set_to(set_ or []).changed(changes)
+    if board:
+        if driver:
+            raise KhrError('--board: not with --driver; accepted: one of them')
+        driver = OF_ROBOT
+        chosen = chosen.changed({('board', 'port'): board})
+    if driver == OF_ROBOT:
+        from khr_bringup.board_loop import on_board
+
+        chosen = on_board(chosen)
+    if driver:
+        chosen = chosen.driven_by(driver_of(driver, '--driver'))
+    way = Way(
+        offline,
+        one_process is not False,
+        record,
+        domain,
+        network,
+        driver_parameters=parameters_of_driver(driver_params, '--driver-params', chosen),
+    )
+    options = Options(way, draw, out, expect, Viewing() if view else None)
+    warn_of_switched_off(chosen, set_ or [])
+    raise typer.Exit(run_scenario(chosen, options))
+
+
+def view(
+    what: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
+    against: Annotated[
+        Path | None, typer.Option(help='Another run to play back beside it.')
+    ] = None,
+    pace: Annotated[
+        float, typer.Option(help='Simulated by wall time; 0 goes as fast as it can.')
+    ] = 1.0,
+    duration: Annotated[
+        float, typer.Option(help='Simulated seconds; 0 goes on until stopped.')
+    ] = 0.0,
+    host: Annotated[
+        str, typer.Option(help='Address of the page; one that others reach needs a token.')
+    ] = '127.0.0.1',
+    port: Annotated[
+        int, typer.Option(help='Port of the page; the first free one from 8090 on by default.')
+    ] = 0,
+    browser: Annotated[
+        bool, typer.Option('--browser/--no-browser', help='Open the page in a browser.')
+    ] = True,
+    again: Annotated[
+        Literal['same', 'next', 'never'],
+        typer.Option(
+            help='How it begins again at the end of its motion, or after a fall, while somebody '
+            'looks: with the same seed, with the next one, or never.'
+        ),
+    ] = 'same',
+    record: RecordOption = True,
+    out: OutOption = None,
+    set_: SetOption = None,
+    domain: DomainOption = None,
+) -> None:
+    """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
+    from khr.cli.run import Options, run_scenario
+    from khr.cli.viewing import Viewing, play
+    from khr_bringup.running import Way
+
+    if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
+        both = [Path(what), *([against] if against else [])]
+        raise typer.Exit(play(both, Viewing(host, port, browser, again)))
+    changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
+    way = Way(one_process=True, record=record, domain=domain, stay=True)
+    options = Options(way, out=out, view=Viewing(host, port, browser, again))
+    chosen = scenarios.load(what, 'run or scenario').set_to(set_ or []).changed(changes)
+    warn_of_switched_off(chosen, set_ or [])
+    raise typer.Exit(run_scenario(chosen, options))
+
+
+def list_scenarios() -> None:
+    """List the scenarios that come with the project."""
+    from khr_bringup.scenario.scenario_table import scenario_table
+
+    Console().print(scenario_table(map(scenarios.load, map(str, scenarios.shipped()))))
+
+
+def doctor() -> None:
+    """Check what a run needs and advise on what is missing."""
+    from khr.cli.doctor import examine
+
+    raise typer.Exit(examine(Console()))

@@ -1,0 +1,258 @@
+"""Verbs that ask the robot something by many runs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from khr.cli.verbs.options import (
+    EngineOption,
+    JobsOption,
+    OptimiserSeedOption,
+    SchedulerOption,
+    SeedsOption,
+    SetOption,
+    TlsOption,
+    ToleranceOption,
+    UnauthenticatedOption,
+    WorkersOption,
+    scheduler_of,
+    warn_of_switched_off,
+)
+from khr_bringup.scenario import scenario as scenarios
+
+
+def push(
+    ka: Annotated[
+        str, typer.Option(help='Ankle gains K_A, separated by commas; 0 is no control.')
+    ] = '0,12,18',
+    duration: Annotated[
+        str, typer.Option(help='Durations of the pushes in s, separated by commas.')
+    ] = '0.1,0.2,0.5',
+    direction: Annotated[
+        str, typer.Option(help='Where the pushes come from, separated by commas: front, behind.')
+    ] = 'front,behind',
+    gyro: Annotated[
+        str, typer.Option(help='Gyro models, separated by commas: packaged, circuit.')
+    ] = 'packaged,circuit',
+    out: Annotated[
+        Path | None,
+        typer.Option(help='Folder for push.csv and push.md; only printed if left out.'),
+    ] = None,
+) -> None:
+    """Find the largest push the standing robot survives, beside the model's."""
+    from khr_report.folders import make_folder
+    from khr_report.page.document import markdown
+    from khr_studies.push import limits as push_limits
+    from khr_studies.push import page as push_page
+
+    if out:
+        make_folder(out)
+    rows = push_limits.measure_all(
+        push_limits.conditions(
+            push_limits.numbers('--ka', ka),
+            push_limits.numbers('--duration', duration),
+            direction.split(','),
+            gyro.split(','),
+        )
+    )
+    print(markdown([push_page.largest_pushes(rows)]))
+    for path in push_page.write(rows, out) if out else []:
+        print(path)
+
+
+def critical(
+    walk: Annotated[
+        bool,
+        typer.Option('--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.'),
+    ] = True,
+    ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
+    kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
+    surface: Annotated[
+        str, typer.Option(help='Surface of a walk: smooth, rubber or pads.')
+    ] = 'smooth',
+    uphill: Annotated[
+        bool, typer.Option('--uphill', help='Face uphill: where does it fall backward?')
+    ] = False,
+    seeds: SeedsOption = 5,
+    tolerance: ToleranceOption = 0.1,
+    jobs: JobsOption = None,
+    set_: SetOption = None,
+) -> None:
+    """Measure the critical inclination, in deg, by bisection over seeds."""
+    from khr_studies.measuring.condition import Condition
+    from khr_studies.measuring.critical import measure_limit
+    from khr_studies.measuring.limit_text import limit_text
+    from khr_sweeps.pool import local_pool
+
+    changes = tuple(scenarios.changes_of(set_ or []).items())
+    condition = Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill)
+    warn_of_switched_off(condition.scenario(0.0), set_ or [])
+    with local_pool(jobs, '--jobs') as pool:
+        print(limit_text(condition, measure_limit(condition, seeds, tolerance, pool)))
+
+
+def calibrate(
+    config: Annotated[
+        Path | None,
+        typer.Option(help='Free constants and rows; the shipped calibration.yaml if left out.'),
+    ] = None,
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/calibration.md'),
+    members: Annotated[
+        Path, typer.Option(help='The file of the robots that fit to write.')
+    ] = Path('config/ensemble.json'),
+    journal: Annotated[
+        Path,
+        typer.Option(
+            help='A line per candidate; the same command goes on with it, on any machine.'
+        ),
+    ] = Path('runs/calibration.jsonl'),
+    engine: EngineOption = 'mujoco',
+    candidates: Annotated[int, typer.Option(help='Candidates of the search.')] = 600,
+    confirm: Annotated[
+        int, typer.Option(help='The best of them, to be measured again on both engines.')
+    ] = 50,
+    population: Annotated[int, typer.Option(help='Candidates of a generation.')] = 10,
+    seed: OptimiserSeedOption = 0,
+    seeds: SeedsOption = 1,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    tls: TlsOption = None,
+    unauthenticated: UnauthenticatedOption = False,
+) -> None:
+    """Search the free constants so that all rows of the thesis come out at once."""
+    from khr_studies.calibration import page, study
+    from khr_studies.calibration.ensemble import members as members_of
+    from khr_studies.measuring.ensemble_file import write_members
+
+    asked = study.Request(
+        config=config,
+        journal=journal,
+        engine=engine,
+        candidates=candidates,
+        confirm=confirm,
+        population=population,
+        seed=seed,
+        seeds=seeds,
+        workers=workers,
+        scheduler=scheduler_of(scheduler, tls, unauthenticated),
+    )
+    found = study.calibrate(asked)
+    said = page.write(found, out)
+    write_members(members, members_of(found.calibration.plan, found.calibration.found))
+    print(said)
+
+
+def engines(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/engines.md'),
+    seeds: SeedsOption = 3,
+    tolerance: ToleranceOption = 0.1,
+    jobs: JobsOption = None,
+    only: Annotated[
+        str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
+    ] = None,
+) -> None:
+    """Run every scenario and limit on both physics engines, and say where they differ."""
+    from khr_studies.engines import page, study
+
+    print(f'{out}: {page.write(study.compare_engines(seeds, tolerance, jobs, only), out)}')
+
+
+def tune(
+    scenario: Annotated[str, typer.Argument(help='A scenario file or name: motion and ground.')],
+    set_: SetOption = None,
+    gait: Annotated[
+        bool, typer.Option('--gait', help='Search where the gait carries the centre of mass too.')
+    ] = False,
+    robust: Annotated[
+        bool,
+        typer.Option('--robust', help='For every robot of the ensemble that calibrate found.'),
+    ] = False,
+    seeds: SeedsOption = 3,
+    candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 64,
+    seed: OptimiserSeedOption = 0,
+    jobs: JobsOption = None,
+    out: Annotated[
+        Path | None, typer.Option(help='Folder of the results; runs/tune/NAME by default.')
+    ] = None,
+) -> None:
+    """Find gains for a slope: most seeds up, then least slip, then least vibration."""
+    from khr_studies.tuning import page, study
+
+    question = study.ask(
+        scenarios.load(scenario).set_to(set_ or []),
+        gait=gait,
+        robust=robust,
+        seeds=seeds,
+        candidates=candidates,
+        seed=seed,
+    )
+    folder = out or question.folder
+    print(page.write(study.tune(question, jobs, folder / 'jobs'), folder))
+
+
+def stage3(
+    out: Annotated[
+        Path, typer.Option(help='The page to write; data and picture beside it.')
+    ] = Path('docs/stage3.md'),
+    seeds: SeedsOption = 2,
+    engine: EngineOption = 'mujoco',
+    jobs: JobsOption = None,
+    measured: Annotated[
+        bool,
+        typer.Option('--measured', help='Write page and picture from the data, without runs.'),
+    ] = False,
+) -> None:
+    """Explain the third stage of standing: what the hip's damping is worth, and where."""
+    from khr_studies.measuring.json_file import read_json
+    from khr_studies.third_stage import page
+    from khr_studies.third_stage.study import Plane, measure_plane
+
+    if measured:
+        plane = read_json(out.with_suffix('.json'), Plane)
+    else:
+        plane = measure_plane(seeds, engine, jobs)
+    print(page.write(plane, out))
+
+
+def sweep(
+    specification: Annotated[Path, typer.Argument(help='A sweep file.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(
+            help='Folder of the results, runs/NAME by default; runs already in it are kept.'
+        ),
+    ] = None,
+    workers: WorkersOption = None,
+    scheduler: SchedulerOption = None,
+    tls: TlsOption = None,
+    unauthenticated: UnauthenticatedOption = False,
+    fast: Annotated[
+        bool, typer.Option('--fast', help="Take the file's quick form; NAME becomes NAME-fast.")
+    ] = False,
+) -> None:
+    """Run scenarios over a grid of parameters or at random, on one or many machines."""
+    from khr_sweeps.reading import load_sweep
+    from khr_sweeps.sweep import run_sweep
+
+    known = scheduler_of(scheduler, tls, unauthenticated)
+    folder = out or Path('runs') / (specification.stem + '-fast' * fast)
+    raise typer.Exit(run_sweep(load_sweep(specification, fast), folder, workers, known))
+
+
+def draw_stability_map(
+    folder: Annotated[Path, typer.Argument(help='The folder of a sweep.')],
+    x: Annotated[str, typer.Option('--x', help='Swept parameter, NODE.PARAMETER.')],
+    y: Annotated[str, typer.Option('--y', help='Another swept parameter.')],
+    out: Annotated[
+        Path | None,
+        typer.Option(help='The PNG, in the folder by default; CSV files are written beside it.'),
+    ] = None,
+) -> None:
+    """Draw where the runs of a sweep survive, with confidence bounds."""
+    from khr_studies.stability_map.figure import draw_map
+
+    for path in draw_map(folder, x, y, out):
+        print(path)

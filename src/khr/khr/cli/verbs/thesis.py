@@ -1,0 +1,125 @@
+"""Verbs that put the thesis beside the robot."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from khr.cli.verbs.options import (
+    EngineOption,
+    JobsOption,
+    SeedsOption,
+    SetOption,
+    ToleranceOption,
+    WorkersOption,
+)
+from khr_sim.physics import engines
+
+
+def figure(
+    numbers: Annotated[
+        list[str], typer.Argument(help='Figures of the thesis, such as 3.8 5.9, or all.')
+    ],
+    out: Annotated[Path, typer.Option(help='Folder for PNG and CSV.')] = Path('figures'),
+    fast: Annotated[
+        bool, typer.Option('--fast', help='Use the quick, coarse form of its experiments.')
+    ] = False,
+    signal: Annotated[
+        str | None,
+        typer.Option(
+            help='Pitch rate of runs: gyro_rate, as in the thesis, or pitch_rate, the true one.'
+        ),
+    ] = None,
+    engine: EngineOption = engines.DEFAULT,
+) -> None:
+    """Draw figures of the thesis from its models, or from experiments, which are run first."""
+    from khr_studies.thesis_figures import registry
+
+    asked = registry.numbers_of(numbers)
+    runs = registry.run_experiments(asked, fast, engine)
+    console = Console(stderr=True)
+    for place, number in enumerate(asked, 1):
+        with console.status(f'drawing figure {number}, {place} of {len(asked)}'):
+            paths = registry.draw(number, out, runs, fast, signal, engine)
+        for path in paths:
+            print(path)
+
+
+def reproduce(
+    only: Annotated[
+        str | None,
+        typer.Option(help='Figures, maps and "scoreboard", separated by commas; all by default.'),
+    ] = None,
+    fast: Annotated[
+        bool, typer.Option('--fast', help='Use the quick, coarse form: minutes.')
+    ] = False,
+    out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
+    workers: WorkersOption = None,
+    findings: Annotated[
+        Path | None,
+        typer.Option(help='The findings as Markdown; findings.md in the folder by default.'),
+    ] = None,
+    engine: EngineOption = engines.DEFAULT,
+) -> None:
+    """Run every experiment of the thesis anew, draw every figure, and write one page."""
+    from khr_studies.reproduction import page
+    from khr_studies.reproduction.reproduce import reproduce as run_all
+    from khr_studies.reproduction.wanted import wanted
+    from khr_sweeps.sweep import INTERRUPTED, report_lost
+
+    asked = wanted(only, fast, engine)
+    try:
+        results = run_all(asked, out, workers)
+    except KeyboardInterrupt:
+        print('khr: interrupted; repeat the command to go on', file=sys.stderr)
+        raise typer.Exit(INTERRUPTED) from None
+    said = page.write(results, out, findings or out / 'findings.md')
+    for text in results.failures:
+        print(f'khr: {text}', file=sys.stderr)
+    report_lost(results.lost)
+    print(said)
+    if results.failures or results.lost:
+        raise typer.Exit(1)
+
+
+def lines(
+    scenario: Annotated[
+        str, typer.Argument(help='A walking scenario: file or name.')
+    ] = 'walk_6.99deg_ka12',
+    fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
+    out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
+    set_: SetOption = None,
+    workers: WorkersOption = None,
+) -> None:
+    """Attribute a walk's spectral peaks to gait, feedback or slip."""
+    from khr_common.files import write_text
+    from khr_studies.peak_origin import page, study
+
+    runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
+    text = page.page(study.study(runs))
+    if out:
+        write_text(out, text)
+    print(text)
+
+
+def scoreboard(
+    out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
+    seeds: SeedsOption = 3,
+    tolerance: ToleranceOption = 0.2,
+    jobs: JobsOption = None,
+    explain: Annotated[
+        bool,
+        typer.Option(
+            '--explain/--no-explain',
+            help='Search for what explains each miss; measure limits uphill.',
+        ),
+    ] = True,
+) -> None:
+    """Measure every row of the thesis on the simulated robot and write the scoreboard."""
+    from khr_studies.scoreboard import page, study
+
+    print(f'{out}: {page.write(study.scoreboard(seeds, tolerance, jobs, explain), out)}')

@@ -1,0 +1,1 @@
+"""The constants of the robot that nobody published, found from what it did."""

@@ -1,0 +1,204 @@
+"""The robots that explain the data: every candidate of a search that fits, thinned to be diverse.
+
+One best robot says nothing of how well the rows determine its constants. The spread of all that
+fit does: a constant that takes its whole range among them is left open by the rows.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_studies.calibration.objective import FALL, Candidate
+from khr_studies.calibration.plan import CalibrationPlan
+from khr_studies.calibration.rows import WantedLimit
+from khr_studies.measuring.ensemble_file import Member
+
+Array = NDArray[np.float64]
+LEAST, MOST = 20, 40  # members of an ensemble
+OPEN = 0.5  # share of the range searched from which on a constant counts as open
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """Robots that fit.
+
+    Attributes:
+        robots: the best first.
+        tolerances: by how many of its tolerances a row of a member misses the thesis at most.
+        candidates: how many were measured, of which ``complete`` on every row.
+        fitting: how many of them are within those tolerances.
+    """
+
+    robots: tuple[Candidate, ...]
+    tolerances: float
+    candidates: int
+    complete: int
+    fitting: int
+
+    @property
+    def best(self) -> Candidate:
+        """Return the robot of least cost."""
+        return self.robots[0]
+
+    def values(self, name: str) -> Array:
+        """Return a constant of all members."""
+        return np.array([robot.constants[name] for robot in self.robots])
+
+    def limits(self, title: str) -> Array:
+        """Return a limit of all members, deg; NaN where it was not measured."""
+        return np.array([robot.limit(title) for robot in self.robots])
+
+
+def ensemble(
+    plan: CalibrationPlan, robots: Sequence[Candidate], least: int = LEAST, most: int = MOST
+) -> Ensemble:
+    """Choose the robots that fit within a tolerance, or the ``least`` best if fewer do.
+
+    The best has the least cost. A robot that does not stay up on level ground does not fit at
+    all. If more than ``most`` fit, the best is kept, and others one by one, each the furthest from
+    all that were kept.
+    """
+    complete = [robot for robot in robots if robot.complete and not lost_on_level(plan, robot)]
+    ranked = sorted(complete, key=lambda robot: worst_miss(plan, robot))
+    tolerances = 1.0
+    if ranked:
+        edge = ranked[min(least, len(ranked)) - 1]
+        tolerances = max(1.0, worst_miss(plan, edge))
+    fitting = [robot for robot in ranked if worst_miss(plan, robot) <= tolerances + 1e-9]
+    fitting.sort(key=lambda robot: robot.cost)
+    return Ensemble(
+        tuple(thinned(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
+    )
+
+
+def members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
+    """Return what the file of an ensemble says of its robots."""
+    return [
+        Member(
+            {
+                f'{node}.{key}': plain(value)
+                for (node, key), value in plan.changes(robot.constants)
+            },
+            {title: round(robot.limit(title), 3) for title in robot.limits},
+        )
+        for robot in found.robots
+    ]
+
+
+def plain(value: object) -> float | str:
+    """Return a parameter's value as a file holds it."""
+    return value if isinstance(value, str) else float(str(value))
+
+
+def lost_on_level(plan: CalibrationPlan, robot: Candidate) -> bool:
+    """Return whether a robot did not stay up with some seed on level ground."""
+    level = [row.title for row in plan.walks if row.inclination_deg == 0.0]
+    return any(cost >= FALL for title in level for cost in robot.walks.get(title, ()))
+
+
+def worst_miss(plan: CalibrationPlan, robot: Candidate) -> float:
+    """Return by how many of its tolerances the worst fitted limit misses, on the worse engine."""
+    limits = [*robot.engines.values()] or [{title: robot.limit(title) for title in robot.limits}]
+    return max(
+        abs(known[row.condition.title] - row.thesis_deg) / row.tolerance_deg
+        for known in limits
+        for row in plan.fitted
+    )
+
+
+def thinned(plan: CalibrationPlan, robots: Sequence[Candidate], most: int) -> list[Candidate]:
+    """Keep the first robot and those furthest apart, in the order given."""
+    if len(robots) <= most:
+        return list(robots)
+    shares = np.array(
+        [
+            [constant.share(robot.constants[name]) for name, constant in plan.constants.items()]
+            for robot in robots
+        ]
+    )
+    kept = [0]
+    distance = np.linalg.norm(shares - shares[0], axis=1)
+    while len(kept) < most:
+        kept.append(int(np.argmax(distance)))
+        distance = np.minimum(distance, np.linalg.norm(shares - shares[kept[-1]], axis=1))
+    return [robots[index] for index in sorted(kept)]
+
+
+@dataclass(frozen=True)
+class Determined:
+    """What the rows say of a constant.
+
+    Attributes:
+        name: of the constant.
+        best: its value in the best robot.
+        low, high: least and largest value in the ensemble.
+        share: of the range searched that the middle 80 % of the ensemble takes.
+    """
+
+    name: str
+    best: float
+    low: float
+    high: float
+    share: float
+
+    @property
+    def is_open(self) -> bool:
+        """Return whether the rows leave the constant open."""
+        return self.share > OPEN
+
+
+def determined(plan: CalibrationPlan, found: Ensemble) -> list[Determined]:
+    """Return for each constant what the rows say of it."""
+    rows = []
+    for name, constant in plan.constants.items():
+        values = found.values(name)
+        shares = [constant.share(value) for value in values]
+        low, high = np.quantile(shares, [0.1, 0.9])
+        rows.append(
+            Determined(
+                name, float(values[0]), float(values.min()), float(values.max()), float(high - low)
+            )
+        )
+    return rows
+
+
+def correlations(plan: CalibrationPlan, found: Ensemble) -> tuple[list[str], Array]:
+    """Return names and rank correlations of the constants over the ensemble, (n, n)."""
+    names = list(plan.constants)
+    ranks = [_ranks(found.values(name)) for name in names]
+    with np.errstate(invalid='ignore'):
+        matrix = np.atleast_2d(np.corrcoef(ranks))
+    return names, np.nan_to_num(matrix)
+
+
+def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:
+    """Return pairs of fitted walks: without control, and with one."""
+    walks = [row for row in plan.fitted if row.motion == 'walk']
+    return [
+        (without, controlled)
+        for without in walks
+        for controlled in walks
+        if not without.ka and not without.kh and controlled is not without
+    ]
+
+
+def frontier(
+    robots: Sequence[Candidate], without: WantedLimit, controlled: WantedLimit
+) -> tuple[Array, Array]:
+    """Return the limit without control and with control of every candidate that has both, deg."""
+    pairs = [
+        (robot.limit(without.condition.title), robot.limit(controlled.condition.title))
+        for robot in robots
+    ]
+    known = np.array([pair for pair in pairs if not np.isnan(pair).any()]).reshape(-1, 2)
+    return known[:, 0], known[:, 1]
+
+
+def _ranks(values: Array) -> Array:
+    """Return ranks; equal values share the mean of theirs."""
+    order = np.argsort(np.argsort(values, kind='stable'), kind='stable').astype(float)
+    return np.array([order[values == value].mean() for value in values])

@@ -1,0 +1,239 @@
+"""What a calibration found as page, data, pictures and constants."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from khr_balance.board_units import GYRO_SENSITIVITY, rate_gain
+from khr_bringup.node_registry import table_of
+from khr_common import specifications
+from khr_common.files import write_text
+from khr_report.page.document import Columns, Table, table
+from khr_report.page.template import page_text
+from khr_report.plots.plot_style import save
+from khr_studies.calibration.ensemble import LEAST, OPEN, Determined, Ensemble, determined, gains
+from khr_studies.calibration.figure import correlation_picture, frontier_picture
+from khr_studies.calibration.objective import FALL, Candidate, row_costs
+from khr_studies.calibration.plan import CalibrationPlan, FreeConstant
+from khr_studies.calibration.result import (
+    CONSTANTS,
+    Calibration,
+    Constant,
+    default,
+    parameter_file,
+)
+from khr_studies.calibration.rows import WantedLimit
+from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT, Calibrated
+from khr_studies.measuring.json_file import write_json
+
+AWAY = 'away'
+
+
+@dataclass(frozen=True)
+class _Row:
+    """A wanted limit and what the ensemble makes of it."""
+
+    wanted: WantedLimit
+    of_members: tuple[float, ...]
+
+    @property
+    def best(self) -> float:
+        return self.of_members[0]
+
+
+@dataclass(frozen=True)
+class _Free:
+    """A free constant and what the rows say of it."""
+
+    constant: FreeConstant
+    found: Determined
+    judged: bool
+
+    @property
+    def rows(self) -> str:
+        if not self.judged:
+            return 'too few robots to say'
+        return 'leave it open' if self.found.is_open else 'determine it'
+
+
+ROW_COLUMNS: Columns[_Row] = {
+    'condition': lambda row: row.wanted.condition.title,
+    'use': lambda row: row.wanted.use,
+    'thesis, deg': lambda row: f'{row.wanted.thesis_deg:g}',
+    'aim': lambda row: f'{row.wanted.aim:g}',
+    'best, deg': lambda row: f'{row.best:.2f}',
+    'difference': lambda row: f'{row.best - row.wanted.thesis_deg:+.2f}',
+    'lowest': lambda row: f'{min(row.of_members):.2f}',
+    'highest': lambda row: f'{max(row.of_members):.2f}',
+}
+FREE_COLUMNS: Columns[_Free] = {
+    'constant': lambda one: ', '.join(f'`{name}`' for name in one.constant.parameters),
+    'value': lambda one: f'{one.found.best:g} {one.constant.unit}'.strip(),
+    'in the ensemble': lambda one: f'{one.found.low:g} to {one.found.high:g}',
+    'searched': lambda one: '{:g} to {:g}'.format(*one.constant.range),
+    'taken': lambda one: f'{one.found.share:.0%}',
+    'rows': lambda one: one.rows,
+    'published or derived': lambda one: _published(one.constant, one.found.best),
+    'source': lambda one: one.constant.source,
+}
+KIND_WORDS = {
+    'none': 'no offset',
+    'before': 'offset before the amplifier',
+    'behind': 'offset behind the amplifier',
+}
+CONSTANT_COLUMNS: Columns[Constant] = {
+    'constant': lambda one: f'`{one.node}.{one.key}`',
+    'value': lambda one: _value(one.node, one.key, default(one.node, one.key)),
+    'kind': lambda one: one.kind,
+    'source': lambda one: one.source,
+}
+
+
+def write(found: Calibrated, out: Path) -> str:
+    """Write page, data, pictures and constants beside one another; return a summary of one line.
+
+    Raises:
+        KhrError, RunError, OSError: if a file cannot be written.
+    """
+    calibration, plan, robots = found.calibration, found.calibration.plan, found.calibration.found
+    write_json(out.with_suffix('.json'), calibration)
+    save(correlation_picture(plan, robots), pictures(out)[0])
+    if gains(plan):
+        save(frontier_picture(plan, found.candidates, robots), pictures(out)[1])
+    write_text(out, page(calibration, out.stem))
+    write_text(out.with_suffix('.yaml'), parameter_file(plan, calibration.best))
+    values = ', '.join(f'{name} {value:g}' for name, value in calibration.best.constants.items())
+    return (
+        f'{out}: {len(robots.robots)} robots within {robots.tolerances:.2g} tolerances of '
+        f'{robots.candidates} candidates; the best: {values}'
+    )
+
+
+def pictures(out: Path) -> tuple[Path, Path]:
+    """Return the paths of correlations and frontier beside a page."""
+    return out.with_name(f'{out.stem}_correlations.png'), out.with_name(f'{out.stem}_frontier.png')
+
+
+def enough(found: Ensemble) -> bool:
+    """Return whether an ensemble can distinguish determined constants from open ones."""
+    return len(found.robots) >= LEAST
+
+
+def calibration_markdown(calibration: Calibration) -> str:
+    """Return the page of a calibration."""
+    return page(calibration, 'calibration')
+
+
+def page(calibration: Calibration, stem: str) -> str:
+    """Return the page of a calibration whose files have this stem."""
+    plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
+    free = [_Free(plan.constants[one.name], one, enough(found)) for one in determined(plan, found)]
+    moved = {parameter for parameter, _ in plan.changes(constants)}
+    offset = constants.get('reference_offset')
+    placed = [robot.constants in plan.placed for robot in found.robots]
+    return page_text(
+        __name__,
+        stem=stem,
+        made=calibration,
+        plan=plan,
+        found=found,
+        enough=enough(found),
+        least=LEAST,
+        open=OPEN,
+        rows=table(_rows(calibration), ROW_COLUMNS),
+        free=table(free, FREE_COLUMNS),
+        gaps=_gaps(calibration),
+        chosen_by_hand=placed[0],
+        by_hand=sum(placed),
+        kinds=_kinds_table(calibration),
+        steady=LEAN_AT[1],
+        confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
+        offset=offset,
+        offset_mv=abs(1e3 * GYRO_SENSITIVITY * (offset or 0.0)),
+        leans=[degrees(-rate_gain(gain) * (offset or 0.0)) for gain in (12.0, 18.0)],
+        others=table(
+            [one for one in CONSTANTS if (one.node, one.key) not in moved], CONSTANT_COLUMNS
+        ),
+    )
+
+
+def _kinds_table(calibration: Calibration) -> Table:
+    """Return the best robot with each kind of offset beside the thesis, on each engine."""
+    plan, kinds = calibration.plan, calibration.kinds
+    engines = [*kinds[0].engines] if kinds else []
+    columns = [(robot, engine) for robot in kinds for engine in engines or ['']]
+
+    def limit(robot: Candidate, engine: str, title: str) -> str:
+        known = robot.engines.get(engine)
+        return f'{known[title] if known else robot.limit(title):.2f}'
+
+    wanted = [(row.condition.title, f'{row.thesis_deg:g}') for row in plan.fitted]
+    lines = [
+        (title, thesis, *(limit(robot, engine, title) for robot, engine in columns))
+        for title, thesis in wanted
+    ]
+    lines += [
+        (row.title, 'walks', *(_walked(robot.walks.get(row.title, [])) for robot, _ in columns))
+        for row in plan.walks
+    ]
+    lines.append(('cost', '', *(f'{robot.cost:.1f}' for robot, _ in columns)))
+    lines.append(
+        ('cannot do', '', *(', '.join(cannot(plan, robot)) or '-' for robot, _ in columns))
+    )
+    heads = [
+        ', '.join(filter(None, (KIND_WORDS[plan.kind(robot.constants)], engine)))
+        for robot, engine in columns
+    ]
+    return Table(('row', 'thesis', *heads), tuple(lines))
+
+
+def _walked(costs: Sequence[float]) -> str:
+    return f'{sum(cost < FALL for cost in costs)} of {len(costs)}'
+
+
+def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:
+    """Name the rows that a robot misses by more than their tolerance."""
+    weights = {row.condition.title: row.weight for row in plan.fitted}
+    weights |= {row.title: row.weight for row in plan.differences}
+    weights |= {row.title: row.weight for row in plan.walks}
+    return [title for title, cost in row_costs(plan, robot).items() if cost / weights[title] > 1.0]
+
+
+def _rows(calibration: Calibration) -> list[_Row]:
+    """Return the rows that the ensemble was measured on."""
+    rows = []
+    for wanted in calibration.plan.limits:
+        values = calibration.found.limits(wanted.condition.title)
+        if not np.isnan(values).all():
+            rows.append(_Row(wanted, tuple(values[~np.isnan(values)].tolist())))
+    return rows
+
+
+def _gaps(calibration: Calibration) -> list[tuple[str, float, float, float, float]]:
+    """Return what control gains: with which, in the thesis, chosen, lowest and highest, deg."""
+    limits = calibration.found.limits
+    found: list[tuple[str, float, float, float, float]] = []
+    for without, row in gains(calibration.plan):
+        gap = limits(row.condition.title) - limits(without.condition.title)
+        thesis = row.thesis_deg - without.thesis_deg
+        found += [(row.condition.title, thesis, gap[0], np.nanmin(gap), np.nanmax(gap))]
+    return found
+
+
+def _published(constant: FreeConstant, value: float) -> str:
+    if constant.value is None:
+        return ''
+    low, high = constant.value
+    text = f'{low:g}' if low == high else f'{low:g} to {high:g}'
+    return f'{constant.origin}: {text}' + (f', {AWAY}' if constant.away(value) else '')
+
+
+def _value(node: str, key: str, value: Any) -> str:
+    unit = specifications(table_of(node))[key].unit
+    return f'{value} {unit}' if unit else f'{value}'

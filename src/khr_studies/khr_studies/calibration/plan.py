@@ -1,0 +1,232 @@
+"""What a calibration searches: free constants with range and source, and the rows they shall meet.
+
+Both stand in a file, ``config/calibration.yaml``. A constant holds for every scenario; nothing is
+fitted per scenario.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from math import exp, isfinite, log
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, TypeAdapter, ValidationError
+from pydantic.dataclasses import dataclass as checked
+
+from khr_bringup.node_registry import table_of
+from khr_bringup.scenario.scenario import CONFIG
+from khr_common import KhrError, check, specifications
+from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_studies.calibration.rows import (
+    STRICT,
+    Positive,
+    WantedDifference,
+    WantedLimit,
+    WantedWalk,
+)
+from khr_studies.errors import StudyError
+from khr_studies.measuring.condition import Changes
+
+SHIPPED_PLAN = CONFIG / 'calibration.yaml'
+DIGITS = 4  # significant ones of a constant
+Origin = Literal['free', 'published', 'derived']
+Kind = Literal['none', 'before', 'behind']  # of the offset: before or behind the amplifier
+KINDS: tuple[Kind, ...] = ('none', 'before', 'behind')
+
+
+@checked(frozen=True, config=STRICT)
+class FreeConstant:
+    """A constant that the search may move.
+
+    Attributes:
+        parameters: that hold it, each ``node.key``.
+        range: ends of the search.
+        source: of the range, in words.
+        origin: ``free`` if nobody has published it; else of the value that it would have.
+        value: that published or derived value, or range of values.
+        logarithmic: whether equal ratios count as equal steps.
+        offset: where this offset acts; it is searched by the searches of that kind alone, and is 0
+            in all others.
+        costs_one_at: value at which the constant's size costs 1, as its square; None costs nothing.
+    """
+
+    parameters: tuple[str, ...]
+    range: tuple[float, float]
+    source: str
+    origin: Origin = 'free'
+    value: tuple[float, float] | None = None
+    logarithmic: bool = False
+    offset: Literal['before', 'behind'] | None = None
+    costs_one_at: Positive | None = None
+
+    def at(self, share: float) -> float:
+        """Return the value at a share of the range, 0 to 1, rounded."""
+        low, high = self.range
+        if self.logarithmic:
+            value = exp(log(low) + share * (log(high) - log(low)))
+        else:
+            value = low + share * (high - low)
+        return float(f'{min(max(value, low), high):.{DIGITS}g}')
+
+    def share(self, value: float) -> float:
+        """Return at which share of the range a value is."""
+        low, high = self.range
+        if self.logarithmic:
+            return (log(value) - log(low)) / (log(high) - log(low))
+        return (value - low) / (high - low)
+
+    def away(self, value: float) -> bool:
+        """Return whether a value is away from what is published or derived."""
+        return self.value is not None and not self.value[0] <= value <= self.value[1]
+
+    @property
+    def default(self) -> float:
+        """Return the default of its parameters."""
+        node, key = self.parameters[0].split('.')
+        value = specifications(table_of(node))[key].default
+        assert isinstance(value, float)
+        return value
+
+    @property
+    def unit(self) -> str:
+        """Return the unit of its parameters."""
+        node, key = self.parameters[0].split('.')
+        return specifications(table_of(node))[key].unit
+
+
+@checked(frozen=True, config=STRICT)
+class CalibrationPlan:
+    """The whole of a calibration.
+
+    Attributes:
+        constants: by name.
+        limits, walks: the rows, of each those that reject bad candidates first.
+        differences: further rows, of the limits.
+        settings: parameters that all candidates share and that are no defaults, by ``node.key``.
+        placed: candidates that were placed by hand; each states every constant. The search makes
+            no use of them: they are part of the record of one that did.
+    """
+
+    constants: dict[str, FreeConstant]
+    limits: tuple[WantedLimit, ...]
+    walks: tuple[WantedWalk, ...] = ()
+    differences: tuple[WantedDifference, ...] = ()
+    settings: dict[str, Any] = Field(default_factory=dict)
+    placed: tuple[dict[str, float], ...] = ()
+
+    @property
+    def fitted(self) -> tuple[WantedLimit, ...]:
+        """Return the limits that the search knows."""
+        return tuple(row for row in self.limits if row.use == 'fitted')
+
+    def changes(self, constants: Mapping[str, float]) -> Changes:
+        """Return the settings, and the parameters that hold the constants."""
+        return (
+            *((_parameter(parameter), value) for parameter, value in self.settings.items()),
+            *(
+                (_parameter(parameter), value)
+                for name, value in constants.items()
+                for parameter in self.constants[name].parameters
+            ),
+        )
+
+    @property
+    def kinds(self) -> tuple[Kind, ...]:
+        """Return the kinds of offset to search, each by itself."""
+        known = {constant.offset for constant in self.constants.values()}
+        return tuple(kind for kind in KINDS if kind == 'none' or kind in known)
+
+    def searched(self, kind: Kind) -> dict[str, FreeConstant]:
+        """Return the constants that the search of a kind of offset moves."""
+        return {
+            name: constant
+            for name, constant in self.constants.items()
+            if constant.offset in (None, kind)
+        }
+
+    def kind(self, constants: Mapping[str, float]) -> Kind:
+        """Return which offset a candidate has."""
+        for name, value in constants.items():
+            where = self.constants[name].offset
+            if where and value:
+                return where
+        return 'none'
+
+    @property
+    def defaults(self) -> dict[str, float]:
+        """Return the constants as the parameter tables hold them."""
+        return {name: constant.default for name, constant in self.constants.items()}
+
+    @property
+    def digest(self) -> str:
+        """Return a digest of all that decides a search."""
+        text = json.dumps(
+            TypeAdapter(CalibrationPlan).dump_python(self, mode='json'), sort_keys=True
+        )
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
+    """Read a plan.
+
+    Raises:
+        KhrError: if it does not read; the text names file, place and what is accepted.
+    """
+    document = read_yaml(read_file(path), str(path))
+    try:
+        plan = TypeAdapter(CalibrationPlan).validate_python(document)
+    except ValidationError as error:
+        first = error.errors()[0]
+        place = '.'.join(map(str, first['loc'])) or 'the file'
+        raise StudyError(
+            f'{path}: {place}: {first["msg"]}; accepted: constants, limits and walks as in the '
+            'shipped config/calibration.yaml'
+        ) from error
+    if not plan.constants or not plan.fitted:
+        raise StudyError(f'{path}: accepted: at least one constant and one fitted limit')
+    for number, candidate in enumerate(plan.placed):
+        if set(candidate) != set(plan.constants):
+            raise StudyError(
+                f'{path}: placed.{number}: {", ".join(candidate)} are not accepted; '
+                f'accepted: {", ".join(plan.constants)}'
+            )
+    titles = [row.condition.title for row in plan.fitted]
+    for number, row in enumerate(plan.differences):
+        for title in (row.above, row.below):
+            if title not in titles:
+                raise StudyError(
+                    f'{path}: differences.{number}: {title!r} is not accepted; '
+                    f'accepted: {" | ".join(titles)}'
+                )
+    for parameter, value in plan.settings.items():
+        _check_parameter(f'{path}: settings', parameter, value)
+    for name, constant in plan.constants.items():
+        _check_constant(f'{path}: {name}', constant)
+    return plan
+
+
+def _check_constant(place: str, constant: FreeConstant) -> None:
+    low, high = constant.range
+    if not (isfinite(low) and isfinite(high) and low < high):
+        raise StudyError(f'{place}: range: {constant.range} is not accepted; accepted: rising')
+    if constant.logarithmic and low <= 0.0:
+        raise StudyError(f'{place}: range: {constant.range} is not accepted; accepted: > 0')
+    for parameter in constant.parameters:
+        for value in constant.range:
+            _check_parameter(place, parameter, value)
+
+
+def _check_parameter(place: str, parameter: str, value: Any) -> None:
+    try:
+        node, key = _parameter(parameter)
+        check(table_of(node), key, value)
+    except (KhrError, KeyError, ValueError) as error:
+        raise StudyError(f'{place}: {parameter}: {error}') from error
+
+
+def _parameter(text: str) -> tuple[str, str]:
+    node, key = text.split('.')
+    return node, key

@@ -1,0 +1,157 @@
+"""The result of a calibration as data, and the source of the constants that no search moves.
+
+The defaults of the parameter tables are the constants of the best robot found; nothing is fitted
+per scenario.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import yaml
+
+from khr_bringup.node_registry import table_of
+from khr_common import specifications
+from khr_studies.calibration.ensemble import Ensemble
+from khr_studies.calibration.objective import Candidate
+from khr_studies.calibration.plan import CalibrationPlan
+
+Parameters = dict[str, dict[str, dict[str, Any]]]  # of a ROS 2 parameter file
+
+
+@dataclass(frozen=True)
+class ConstantLean:
+    """The constant part of the ankle's correction in a walk.
+
+    Attributes:
+        deg: mean of the correction.
+        share: of its mean square that the mean makes.
+    """
+
+    deg: float
+    share: float
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """What ``khr calibrate`` found.
+
+    Attributes:
+        plan: constants and rows.
+        engine, seed, seeds: of the search.
+        runs: how many it took.
+        found: the robots that fit, the best first.
+        lean: of the best robot with K_A 12 at 8.88 deg; None if it was not measured.
+        searched: candidates of the search; 0 if all were measured alike.
+        kinds: the best robot with each kind of offset.
+    """
+
+    plan: CalibrationPlan
+    engine: str
+    seed: int
+    seeds: int
+    runs: int
+    found: Ensemble
+    lean: ConstantLean | None = None
+    searched: int = 0
+    kinds: tuple[Candidate, ...] = ()
+
+    @property
+    def best(self) -> Candidate:
+        """Return the robot that the defaults hold."""
+        return self.found.best
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant that matters to the results and that no search moves, and its source.
+
+    Attributes:
+        node, key: the parameter, whose default is the value.
+        kind: measured | published | derived | assumed.
+        source: in words.
+    """
+
+    node: str
+    key: str
+    kind: str
+    source: str
+
+
+CONSTANTS = (
+    Constant(
+        'simulator',
+        'pad_distance',
+        'derived',
+        'rigid tipping at 6.3 deg with the centre of mass over the ankle; the thesis has '
+        'b/l = 0.1',
+    ),
+    Constant('simulator', 'friction_rubber', 'assumed', 'rubber on a board'),
+    Constant('simulator', 'friction_pads', 'assumed', 'pads that do not slide'),
+    Constant('simulator', 'control_period', 'published', "the maker's sample project, RCB-4HV"),
+    Constant('simulator', 'stretch_ankle_pitch', 'published', "the maker's walk"),
+    Constant('simulator', 'stretch_knee', 'published', "the maker's walk"),
+    Constant('simulator', 'stretch_hip', 'published', "the maker's walk"),
+    Constant(
+        'simulator',
+        'stiffness_per_stretch',
+        'assumed',
+        'within what others use for servos of this size, 7 to 18.5 N m/rad',
+    ),
+    Constant('simulator', 'rotor_inertia', 'assumed', 'within what others use, 1e-3 to 1e-2'),
+    Constant('simulator', 'servo_friction', 'assumed', 'within what others use, 0.02 to 0.2'),
+    Constant('simulator', 'gear_stiffness', 'assumed', 'horn and bracket'),
+    Constant('gyro', 'sensitivity', 'published', 'Dutta (2021), (5.2)'),
+    Constant(
+        'gyro',
+        'bandwidth',
+        'assumed',
+        'no data sheet; chosen in early trials, where of 1, 2 and 4 Hz it let the robot walk '
+        'steepest with both controls, so it is not blind to that row',
+    ),
+    Constant('gyro', 'noise', 'assumed', 'a tenth of a step of the converter'),
+    Constant(
+        'foot_force',
+        'time_constant',
+        'assumed',
+        'slow sensors: with a fast one the force loop is unstable on two feet, for a toe '
+        'that is pushed down reads more force',
+    ),
+    Constant('gait', 'cycle_period', 'published', "the thesis, and the maker's walk"),
+    Constant('gait', 'stride', 'published', "the maker's walk"),
+    Constant('gait', 'com_touchdown', 'published', "within the maker's walk, 24 to 31 mm"),
+    Constant('gait', 'torso_pitch', 'published', "within the maker's walk, -2 to 7 deg"),
+)
+
+
+def parameters(plan: CalibrationPlan, robot: Candidate) -> Parameters:
+    """Return the constants of a robot as a ROS 2 parameter file holds them."""
+    nodes: Parameters = {}
+    for (node, key), value in plan.changes(robot.constants):
+        nodes.setdefault(node, {'ros__parameters': {}})['ros__parameters'][key] = value
+    return nodes
+
+
+def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
+    """Return a ROS 2 parameter file with the constants of a robot."""
+    return (
+        '# The fitted constants, written by khr calibrate; the defaults of the parameter '
+        'tables hold them.\n' + yaml.safe_dump(parameters(plan, robot), sort_keys=False)
+    )
+
+
+def differences(fitted: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
+    """List the fitted constants that differ from the defaults of the tables, in words."""
+    return [
+        f'{node}.{key}: fitted {value}, the default is {default(node, key)}'
+        for node, body in fitted.items()
+        for key, value in body['ros__parameters'].items()
+        if default(node, key) != value
+    ]
+
+
+def default(node: str, key: str) -> Any:
+    """Return the default of a parameter."""
+    return specifications(table_of(node))[key].default

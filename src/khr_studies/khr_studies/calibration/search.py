@@ -1,0 +1,226 @@
+"""Search the free constants of a plan by CMA-ES, on many processes, from anywhere in their ranges.
+
+Each kind of offset has a search of its own, and they take turns. A search begins with candidates
+spread over the whole of the ranges, and goes on from the best of them. Candidates that are
+hopeless are given up after their first rows.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from time import monotonic
+from typing import Any
+
+import numpy as np
+from scipy.stats import qmc
+
+from khr_studies.calibration import objective
+from khr_studies.calibration.journal import SEARCH, Journal, complete, physics_of
+from khr_studies.calibration.objective import Candidate, Task, measure_robot
+from khr_studies.calibration.plan import CalibrationPlan, Kind
+from khr_studies.measuring.condition import Changes
+from khr_studies.measuring.optimiser import evolution
+from khr_sweeps.pool import Pool, compute
+
+HOPELESS = 24.0  # cost above which a candidate of the first generation is given up
+ELITE = 4  # later the cost of the last of the best quarter of the generation before
+FIRST = 4  # populations spread over the ranges, for each kind of offset
+SPREAD = 0.2  # of the generation after them, in shares of the ranges
+
+
+@dataclass(frozen=True)
+class Search:
+    """What decides the candidates of a search.
+
+    Attributes:
+        plan: constants and rows.
+        engine: physics engine.
+        seed: of the optimiser.
+        seeds: of each measurement.
+        population: candidates of a generation.
+        candidates: how many at least, over all kinds of offset.
+    """
+
+    plan: CalibrationPlan
+    engine: str
+    seed: int
+    seeds: int
+    population: int
+    candidates: int
+
+    @property
+    def head(self) -> dict[str, Any]:
+        """Return what must be equal for a journal to be resumed."""
+        return {
+            'plan': self.plan.digest,
+            'engine': self.engine,
+            'seed': self.seed,
+            'seeds': self.seeds,
+            'population': self.population,
+            'cost': hashlib.sha256(Path(objective.__file__).read_bytes()).hexdigest()[:16],
+            'physics': physics_of(self.plan, self.engine),
+        }
+
+    @property
+    def settings(self) -> Changes:
+        """Return the parameters of every run."""
+        return ((('simulator', 'engine'), self.engine),)
+
+
+class Strand:
+    """The search of one kind of offset: it proposes a generation, and receives its costs.
+
+    Attributes:
+        kind: of offset.
+        hopeless: cost above which a candidate of the next generation is given up.
+    """
+
+    def __init__(self, search: Search, kind: Kind) -> None:
+        self.kind, self.hopeless = kind, HOPELESS
+        self._search, self._searched = search, search.plan.searched(kind)
+        self._wanted = search.candidates // len(search.plan.kinds)
+        self._asked = self._restart = self.generation = 0
+        self._optimiser: Any = None
+        self._shares: list[Any] = []
+        self._best: tuple[float, Any] | None = None
+
+    @property
+    def is_over(self) -> bool:
+        """Return whether it has asked for its share of the candidates."""
+        return self._asked >= self._wanted
+
+    @property
+    def spread(self) -> float:
+        """Return that of the last generation, in shares of the ranges."""
+        return float(self._optimiser.sigma) if self._optimiser else 1.0
+
+    def ask(self) -> list[dict[str, float]]:
+        """Return the constants of the candidates of the next generation."""
+        if self._best is None:
+            self._shares = self._everywhere()
+        else:
+            if self._optimiser is None or self._optimiser.stop():
+                self._optimiser = self._begin()
+            self._shares = self._optimiser.ask()
+        self._asked += len(self._shares)
+        self.generation += 1
+        return [self._constants(shares) for shares in self._shares]
+
+    def tell(self, costs: Sequence[float]) -> None:
+        """Take the costs of that generation."""
+        if self._optimiser is not None:
+            self._optimiser.tell(self._shares, list(costs))
+        best = min(zip(costs, self._shares, strict=True), key=lambda pair: pair[0])
+        if self._best is None or best[0] < self._best[0]:
+            self._best = best
+        self.hopeless = min(HOPELESS, sorted(costs)[len(costs) // ELITE])
+
+    def _everywhere(self) -> list[Any]:
+        sampler = qmc.LatinHypercube(
+            len(self._searched), rng=np.random.default_rng(self._search.seed)
+        )
+        return list(sampler.random(FIRST * self._search.population))
+
+    def _begin(self) -> Any:
+        assert self._best is not None
+        seed = 1 + self._search.seed + 1000 * self._restart
+        population = self._search.population * 2**self._restart
+        self._restart += 1
+        return evolution(np.clip(self._best[1], 0.02, 0.98), SPREAD, seed, population)
+
+    def _constants(self, shares: Sequence[float]) -> dict[str, float]:
+        found = dict(zip(self._searched, shares, strict=True))
+        return {
+            name: constant.at(float(found[name])) if name in found else 0.0
+            for name, constant in self._search.plan.constants.items()
+        }
+
+
+@dataclass
+class Measuring:
+    """Measure candidates on a pool, but for those that a journal holds.
+
+    Attributes:
+        book: the journal.
+        pool: computes.
+        began: s.
+    """
+
+    book: Journal
+    pool: Pool
+    began: float = field(default_factory=monotonic)
+
+    def measure(
+        self, wanted: Sequence[dict[str, float]], task: Callable[[Any], Task], stage: str = SEARCH
+    ) -> list[Candidate]:
+        """Return candidates as a stage measures them.
+
+        Args:
+            wanted: their constants.
+            task: makes the task of a candidate from its constants.
+            stage: of the calibration.
+        """
+        tasks = (
+            (f'{stage}-{index}', task(constants))
+            for index, constants in enumerate(wanted)
+            if self.book.find(constants, stage) is None
+        )
+        for batch in compute(self.pool, measure_robot, tasks):
+            for _, robot in batch:
+                if robot is not None:
+                    self.book.add(robot, stage)
+        found = [self.book.find(constants, stage) for constants in wanted]
+        return [robot or _lost(constants) for robot, constants in zip(found, wanted, strict=True)]
+
+    def say(self, text: str, stage: str = SEARCH) -> None:
+        """Print how far a stage is."""
+        robots = self.book.robots(stage)
+        runs = sum(robot.runs for robot in robots)
+        print(
+            f'{text}; {len(robots)} candidates, {len(complete(robots))} on every row, '
+            f'{runs} runs, {monotonic() - self.began:.0f} s',
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+def search(search: Search, measuring: Measuring) -> list[Candidate]:
+    """Search; return every candidate of the journal.
+
+    Raises:
+        RunError: if a worker fails.
+    """
+    strands = [Strand(search, kind) for kind in search.plan.kinds]
+    while any(not strand.is_over for strand in strands):
+        for strand in strands:
+            if not strand.is_over:
+                _generation(search, strand, measuring)
+    return measuring.book.robots()
+
+
+def _generation(search: Search, strand: Strand, measuring: Measuring) -> None:
+    known = len(measuring.book.robots())
+
+    def task(constants: dict[str, float]) -> Task:
+        return Task(search.plan, constants, search.settings, search.seeds, strand.hopeless)
+
+    robots = measuring.measure(strand.ask(), task)
+    strand.tell([robot.cost for robot in robots])
+    every = measuring.book.robots()
+    if len(every) > known:
+        own = [each for each in every if search.plan.kind(each.constants) == strand.kind]
+        best = min(own, key=lambda robot: (not robot.complete, robot.cost))
+        limits = ' '.join(f'{best.limit(title):.2f}' for title in best.limits)
+        measuring.say(
+            f'offset {strand.kind}, generation {strand.generation}, spread {strand.spread:.3f}: '
+            f'best {best.cost:.2f} with {limits} deg'
+        )
+
+
+def _lost(constants: dict[str, float]) -> Candidate:
+    """Return a candidate whose workers died again and again."""
+    return Candidate(constants, cost=1e3)

@@ -1,0 +1,209 @@
+"""``khr calibrate``: search the free constants so that the thesis's rows come out at once.
+
+Two stages: a search on one physics engine, and the best of it measured again, finer and with more
+seeds, on both engines. What a robot costs is then what it costs on the worse of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import partial
+from math import inf
+from pathlib import Path
+
+import numpy as np
+
+from khr_bringup.node_registry import table_of
+from khr_bringup.offline import run_offline
+from khr_common import RunError, check
+from khr_sim.physics.engines import LIBRARIES
+from khr_studies.calibration.ensemble import ensemble
+from khr_studies.calibration.journal import Journal, complete
+from khr_studies.calibration.objective import Candidate, Task
+from khr_studies.calibration.plan import SHIPPED_PLAN, CalibrationPlan, read_plan
+from khr_studies.calibration.result import Calibration, ConstantLean
+from khr_studies.calibration.search import Measuring, Search, search
+from khr_studies.errors import StudyError
+from khr_studies.measuring.condition import Condition
+from khr_sweeps.cluster import Scheduler, open_pool
+from khr_sweeps.pool import check_workers
+
+CONFIRM_SEEDS, CONFIRM_DEG = 3, 0.2  # of the second stage: seeds, tolerance of a bisection
+LEAN_AT = Condition('walk', 12.0), 8.88  # deg: where the constant part of a correction is taken
+
+
+@dataclass(frozen=True)
+class Request:
+    """What ``khr calibrate`` is asked for; see its options."""
+
+    config: Path | None
+    journal: Path
+    engine: str
+    candidates: int
+    confirm: int
+    population: int
+    seed: int
+    seeds: int
+    workers: int | None
+    scheduler: Scheduler | None
+
+    def search(self) -> Search:
+        """Return the search.
+
+        Raises:
+            KhrError: if an option is not accepted, or a file does not read.
+        """
+        check_workers(self.workers)
+        for name, value, low, high in (
+            ('candidates', self.candidates, 4, 1_000_000),
+            ('confirm', self.confirm, 0, 10_000),
+            ('population', self.population, 4, 1000),
+            ('seed', self.seed, 0, 2**31),
+            ('seeds', self.seeds, 1, 100),
+        ):
+            if not low <= value <= high:
+                raise StudyError(
+                    f'--{name}: {value} is not accepted; accepted: integer in [{low}, {high}]'
+                )
+        check(table_of('simulator'), 'engine', self.engine)
+        plan = read_plan(self.config or SHIPPED_PLAN)
+        return Search(plan, self.engine, self.seed, self.seeds, self.population, self.candidates)
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A calibration with every candidate that was measured for it."""
+
+    calibration: Calibration
+    candidates: Sequence[Candidate]
+
+
+def calibrate(request: Request) -> Calibrated:
+    """Search, and confirm the best; what the journal holds already is not measured again.
+
+    Raises:
+        KhrError: if an option is not accepted, or the journal is of another search.
+        RunError: if no candidate could be measured on every row, or a worker fails.
+    """
+    made, workers = request.search(), check_workers(request.workers)
+    with (
+        Journal(request.journal, made.head) as book,
+        open_pool(workers, request.scheduler) as pool,
+    ):
+        measuring = Measuring(book, pool)
+        # Workers finish in any order, and of robots that cost the same the first is the best.
+        robots = sorted(search(made, measuring), key=lambda robot: str(robot.constants))
+        confirmed = confirm(made, robots, request.confirm, measuring)
+    found = judged(made, robots, confirmed)
+    lean = constant_lean(made.plan, found.calibration.best)
+    return replace(found, calibration=replace(found.calibration, lean=lean))
+
+
+def confirm(
+    made: Search, robots: Sequence[Candidate], count: int, measuring: Measuring
+) -> list[Candidate]:
+    """Measure the best robots on both engines; return them with the cost of the worse one.
+
+    Of each kind of offset the best are among them, so that the kinds can stand side by side.
+    """
+    some = best_of_kinds(made.plan, complete(robots), count)
+    found: list[Candidate] = []
+    for number, robot in enumerate(some):
+        on = {}
+        for engine in LIBRARIES:
+            task = partial(_confirming, made.plan, engine)
+            known = len(measuring.book.robots(engine))
+            (on[engine],) = measuring.measure([robot.constants], task, engine)
+            if len(measuring.book.robots(engine)) > known:
+                measuring.say(f'{number + 1} of {len(some)} confirmed on {engine}', engine)
+        found.append(joined(on))
+    return found
+
+
+def _confirming(plan: CalibrationPlan, engine: str, constants: dict[str, float]) -> Task:
+    settings = ((('simulator', 'engine'), engine),)
+    return Task(plan, constants, settings, CONFIRM_SEEDS, inf, CONFIRM_DEG)
+
+
+def best_of_kinds(
+    plan: CalibrationPlan, ranked: Sequence[Candidate], count: int
+) -> list[Candidate]:
+    """Choose the best robots, and of each kind of offset its share of a half of them."""
+    share = count // 2 // len(plan.kinds)
+    of_kinds = [
+        robot
+        for kind in plan.kinds
+        for robot in [each for each in ranked if plan.kind(each.constants) == kind][:share]
+    ]
+    others = [robot for robot in ranked if robot not in of_kinds]
+    chosen = [*of_kinds, *others[: count - len(of_kinds)]]
+    return sorted(chosen, key=lambda robot: robot.cost)
+
+
+def joined(on: dict[str, Candidate]) -> Candidate:
+    """Return one candidate of what the engines measured of it: the cost is that of the worse."""
+    first, *_ = on.values()
+
+    def both(name: str) -> dict[str, list[float]]:
+        titles = dict.fromkeys(title for robot in on.values() for title in getattr(robot, name))
+        return {
+            title: [one for robot in on.values() for one in getattr(robot, name).get(title, [])]
+            for title in titles
+        }
+
+    return Candidate(
+        first.constants,
+        both('limits'),
+        both('walks'),
+        max(robot.cost for robot in on.values()),
+        all(robot.complete for robot in on.values()),
+        sum(robot.runs for robot in on.values()),
+        both('slides_mm'),
+        {
+            engine: {title: robot.limit(title) for title in robot.limits}
+            for engine, robot in on.items()
+        },
+    )
+
+
+def judged(
+    made: Search, robots: Sequence[Candidate], confirmed: Sequence[Candidate] = ()
+) -> Calibrated:
+    """Return what a search found.
+
+    Raises:
+        RunError: if no candidate was measured on every row and kept walking.
+    """
+    found = ensemble(made.plan, confirmed or robots)
+    if not found.robots:
+        raise RunError(
+            f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
+        )
+    ranked = complete(confirmed or robots)
+    of_kinds = {made.plan.kind(robot.constants): robot for robot in reversed(ranked)}
+    kinds = tuple(of_kinds[kind] for kind in made.plan.kinds if kind in of_kinds)
+    runs = sum(robot.runs for robot in (*robots, *confirmed))
+    return Calibrated(
+        Calibration(
+            made.plan,
+            made.engine,
+            made.seed,
+            made.seeds,
+            runs,
+            found,
+            searched=len(robots),
+            kinds=kinds,
+        ),
+        robots,
+    )
+
+
+def constant_lean(plan: CalibrationPlan, robot: Candidate) -> ConstantLean:
+    """Measure how much of the ankle's correction is a constant lean, in a walk with K_A 12."""
+    condition, phi = LEAN_AT
+    corrections: list[float] = []
+    scenario = condition.scenario(phi, 0).changed(dict(plan.changes(robot.constants)))
+    run_offline(scenario, lambda _, loop, __: corrections.append(loop.corrections[0]))
+    values = np.degrees(corrections)
+    return ConstantLean(float(values.mean()), float(values.mean() ** 2 / (values**2).mean()))

@@ -1,0 +1,94 @@
+"""Write the documents that are rendered from parameter tables, scenarios and stored results.
+
+``python -m khr_studies.documents.docs_generator`` (``make docs``), from the top of the repository.
+"""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Callable
+from pathlib import Path
+from typing import TypeVar
+
+import yaml
+
+from khr_bringup.node_registry import registry
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario_table import scenario_markdown
+from khr_common import specifications
+from khr_common.files import write_text
+from khr_report.page.template import page_text
+from khr_studies.calibration.page import calibration_markdown
+from khr_studies.calibration.result import Calibration
+from khr_studies.documents.changelog import changelog_rst
+from khr_studies.documents.figures_page import figures_markdown
+from khr_studies.documents.interfaces_page import interfaces_markdown
+from khr_studies.documents.nodes_page import nodes_markdown
+from khr_studies.measuring.json_file import read_json
+from khr_studies.reproduction.findings import Findings
+from khr_studies.reproduction.findings_page import findings_markdown
+from khr_studies.scoreboard.page import scoreboard_markdown
+from khr_studies.scoreboard.rows import Scoreboard
+
+MODULE = 'khr_studies.documents.docs_generator'  # also when it runs as __main__
+Result = TypeVar('Result')
+
+
+def defaults_yaml() -> str:
+    """Return the parameter file with every default and its meaning."""
+    lines = [
+        '# Every parameter with its default, as the nodes declare it; a scenario lists '
+        'only what differs.',
+        '# Written by make docs from the parameter tables: change those.',
+    ]
+    for node, registered in registry().items():
+        if not registered.own:
+            continue
+        lines += ['', f'{scenarios.ANYWHERE}{node}:', '  ros__parameters:']
+        for specification in specifications(registered.spec.table).values():
+            text = f'{specification.description} {specification.accepted}'
+            lines += [f'    # {line}' for line in textwrap.wrap(text, 90)]
+            value = yaml.safe_dump(specification.default, default_flow_style=True, width=1000)
+            lines.append(f'    {specification.name}: {value.splitlines()[0]}')
+    return '\n'.join(lines) + '\n'
+
+
+def generated(root: Path) -> dict[Path, str]:
+    """Return all generated documents by path."""
+    docs = root / 'docs'
+    changelog = (root / 'CHANGELOG.md').read_text(encoding='utf-8')
+    shipped = [scenarios.load(str(path)) for path in scenarios.shipped()]
+    return {
+        root / 'config' / 'defaults.yaml': defaults_yaml(),
+        docs / 'nodes.md': nodes_markdown(),
+        docs / 'interfaces.md': interfaces_markdown(),
+        docs / 'figures.md': figures_markdown(),
+        **{
+            package / 'CHANGELOG.rst': changelog_rst(package.name, changelog)
+            for package in sorted(root.glob('src/khr*'))
+        },
+        **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
+        **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
+        **_from_results(docs / 'findings.json', Findings, findings_markdown),
+        docs / 'scenarios.md': page_text(
+            MODULE, 'scenarios', scenarios=scenario_markdown(shipped)
+        ),
+    }
+
+
+def _from_results(
+    path: Path, kind: type[Result], render: Callable[[Result], str]
+) -> dict[Path, str]:
+    """Render stored results beside their file; nothing if there are none."""
+    return {path.with_suffix('.md'): render(read_json(path, kind))} if path.is_file() else {}
+
+
+def main() -> None:
+    """Write the generated documents."""
+    for path, text in generated(Path.cwd()).items():
+        write_text(path, text)
+        print(path)
+
+
+if __name__ == '__main__':
+    main()

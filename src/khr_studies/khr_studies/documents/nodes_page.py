@@ -1,0 +1,78 @@
+"""The reference of all nodes, from the node registry and the parameter tables."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from khr_bringup.node_registry import RegisteredNode, registry
+from khr_common import specifications
+from khr_common.block import NodeSpec
+from khr_common.interfaces import Topic
+from khr_common.parameters import Specification
+from khr_report.page.document import Columns, Passage, table
+from khr_report.page.template import page_text
+
+TAKE_ALL = ('recorder', 'page')  # they subscribe to nearly everything, and are left out
+PARAMETER_COLUMNS: Columns[Specification] = {
+    'parameter': lambda each: f'`{each.name}`',
+    'default': lambda each: f'`{each.default}`',
+    'accepted': lambda each: each.accepted,
+    'meaning': lambda each: each.description + (' *(fixed)*' if each.read_only else ''),
+}
+
+
+def nodes_markdown() -> str:
+    """Return the document: topics, then each node with its topics and parameters."""
+    nodes = {name: node for name, node in registry().items() if node.own}
+    specs = [node.spec for node in nodes.values()]
+    sources, takers = by_topic(specs, 'publishes'), by_topic(specs, 'subscribes')
+    columns: Columns[Topic] = {
+        'topic': lambda each: f'`{each.name}`',
+        'type': lambda each: each.kind,
+        'flow': lambda each: each.flow,
+        'frame': lambda each: each.frame,
+        'meaning': lambda each: each.meaning,
+        'from': lambda each: ', '.join(sources(each)) or _anyone(each),
+        'to': lambda each: ', '.join(takers(each)) or 'whoever looks on',
+    }
+    topics = {topic for spec in specs for topic in (*spec.publishes, *spec.subscribes)}
+    return page_text(
+        __name__,
+        'nodes',
+        topics=table(sorted(topics, key=lambda each: each.name), columns),
+        nodes=[_node(name, node) for name, node in nodes.items()],
+    )
+
+
+def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str]]:
+    """Return what lists the nodes that publish a topic, or subscribe to it, but for onlookers."""
+    found: dict[Topic, list[str]] = {}
+    for spec in specs:
+        for topic in getattr(spec, side):
+            found.setdefault(topic, []).append(spec.name)
+        if side == 'subscribes' and registry()[spec.name].correction:  # the board adds them all
+            for topic in spec.publishes:
+                found.setdefault(topic, ['simulator'])
+    left_out = TAKE_ALL if side == 'subscribes' else ()
+    return lambda topic: [name for name in found.get(topic, []) if name not in left_out]
+
+
+def _anyone(topic: Topic) -> str:
+    return 'every node' if topic.name.startswith('/') else 'you'
+
+
+def _node(name: str, node: RegisteredNode) -> Passage:
+    """Return what a node subscribes to and publishes, and its parameters."""
+    spec = node.spec
+    subscribed, published = (
+        ', '.join(f'`{topic.name}`' for topic in topics)
+        for topics in (spec.subscribes, spec.publishes)
+    )
+    role = ' It answers every instant.' if spec.block else ' A run waits for it.' * spec.listens
+    return Passage(
+        f'{name} ({spec.package})',
+        (
+            f'Subscribes to {subscribed}. Publishes {published}.{role}',
+            table(specifications(spec.table).values(), PARAMETER_COLUMNS),
+        ),
+    )

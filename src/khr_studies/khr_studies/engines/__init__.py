@@ -1,0 +1,1 @@
+"""The same robot on two physics engines."""

@@ -1,0 +1,258 @@
+"""Measure walks, leg lifts and limits for the scoreboard, as jobs for a pool of processes."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, replace
+from math import degrees
+from typing import Any
+
+import numpy as np
+
+from khr_analysis.outcome import Outcome
+from khr_analysis.peaks import Peak
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.scenario.derived import start_of_lift
+from khr_sim.physics import engines
+from khr_sim.physics.truth import Truth
+from khr_studies.measuring.condition import Changes, Condition
+from khr_studies.measuring.consistency import Said
+from khr_studies.measuring.critical import START, limit_of_seed, run_condition
+from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.published import STAGE_1_GRID
+from khr_sweeps.pool import Pool
+
+LIMITS, ROWS = 'a limit of the scoreboard', 'a row of the scoreboard'
+CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
+
+
+@dataclass(frozen=True)
+class MeasuredRun:
+    """One run.
+
+    Attributes:
+        outcome: of the monitor.
+    """
+
+    outcome: Outcome
+
+    @property
+    def stayed_up(self) -> bool:
+        """Return whether the robot neither fell nor rode down the board."""
+        return self.outcome.stayed_up
+
+
+@dataclass(frozen=True)
+class MeasuredWalk(MeasuredRun):
+    """One walk.
+
+    Attributes:
+        peaks: of the torso's true pitch rate over Gait-3, largest first; none unless it stayed up.
+    """
+
+    peaks: tuple[Peak, ...]
+
+
+@dataclass(frozen=True)
+class MeasuredLift(MeasuredRun):
+    """One leg lift.
+
+    Attributes:
+        toe, heel: mean force on the support foot in the later half of the time on one leg, N;
+            NaN if the robot fell earlier.
+        overshoot: largest absolute pitch rate of the torso from the start of the motion, rad/s;
+            NaN if the robot fell earlier.
+    """
+
+    toe: float
+    heel: float
+    overshoot: float
+
+    @property
+    def difference(self) -> float:
+        """Return Delta = F_T - F_H (3.4), N."""
+        return self.toe - self.heel
+
+    @property
+    def share(self) -> float:
+        """Return Delta over the support foot's load."""
+        return self.difference / (self.toe + self.heel)
+
+
+def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWalk:
+    """Walk once."""
+    samples: list[tuple[float, float]] = []
+    outcome = run_condition(
+        condition,
+        inclination_deg,
+        seed,
+        lambda truth, *_: samples.append(
+            (truth.stamp_ns / 1e9, float(truth.mean_angular_velocity[1]))
+        ),
+    )
+    if not outcome.stayed_up:
+        return MeasuredWalk(outcome, ())
+    start, end = gait_of(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
+    rates = [rate for time, rate in samples if start <= time < end - 1e-9]
+    return MeasuredWalk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
+
+
+def lift(condition: Condition, inclination_deg: float, seed: int) -> MeasuredLift:
+    """Lift one leg once."""
+    gait = condition.scenario(inclination_deg).table(GaitParameters)
+    support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
+    begin = start_of_lift(inclination_deg)  # before, the robot settles and the board tilts
+    up = begin + gait.shift_time + gait.lift_time
+    forces: list[Any] = []
+    rates: list[float] = []
+
+    def look(truth: Truth, *_: object) -> None:
+        time = truth.stamp_ns / 1e9
+        if time >= begin:
+            rates.append(abs(float(truth.mean_angular_velocity[1])))
+        if up + gait.hold_time / 2.0 <= time <= up + gait.hold_time:
+            forces.append(truth.contact_force[support, 2])
+
+    outcome = run_condition(condition, inclination_deg, seed, look)
+    if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
+        return MeasuredLift(outcome, np.nan, np.nan, max(rates, default=np.nan))
+    toe, heel = np.mean(forces, axis=0).tolist()
+    return MeasuredLift(outcome, toe, heel, max(rates))
+
+
+class Bench:
+    """Measurements by a pool of processes; nothing is measured twice.
+
+    Args:
+        pool: computes the measurements.
+        seeds: of each measurement.
+        tolerance: of each bisection, deg.
+        curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
+        spread: lowest and highest limit of the robots that explain the data, deg, by the
+            condition's title.
+        settings: further parameters of every measurement of a condition, the physics engine for
+            one.
+    """
+
+    def __init__(
+        self,
+        pool: Pool,
+        seeds: int,
+        tolerance: float,
+        curve: tuple[float, ...] = STAGE_1_GRID,
+        spread: Mapping[str, tuple[float, float]] | None = None,
+        settings: Changes = (),
+    ) -> None:
+        self.spread = spread or {}
+        self._settings = settings
+        self.seeds = seeds
+        self.tolerance = tolerance
+        self.curve = curve
+        self._pool = pool
+        self._jobs: dict[tuple[Any, ...], Any] = {}  # futures by function and arguments
+
+    @property
+    def engines(self) -> tuple[str, str]:
+        """Return the physics engine of the measurements, and the other one."""
+        own = str(dict(self._settings).get(('simulator', 'engine'), engines.DEFAULT))
+        return own, next(name for name in engines.LIBRARIES if name != own)
+
+    def elsewhere(self, condition: Condition) -> Condition:
+        """Return a condition on the other physics engine."""
+        engine = (('simulator', 'engine'), self.engines[1])
+        return replace(condition, changes=(*condition.changes, engine))
+
+    def ask_limit(self, condition: Condition, seeds: int | None = None) -> None:
+        """Start measuring a limit; all searches begin on the same ground."""
+        for seed in range(seeds or self.seeds):
+            self.submit(limit_of_seed, condition, seed, START, self.tolerance)
+
+    def ask(self, kind: Any, condition: Condition, inclination_deg: float) -> None:
+        """Start a :func:`walk` or :func:`lift` with every seed."""
+        for seed in range(self.seeds):
+            self.submit(kind, condition, inclination_deg, seed)
+
+    def limit(self, condition: Condition, seeds: int | None = None) -> Limit:
+        """Return a limit."""
+        self.ask_limit(condition, seeds)
+        results = [
+            self.result(limit_of_seed, condition, seed, START, self.tolerance)
+            for seed in range(seeds or self.seeds)
+        ]
+        return Limit(
+            tuple(limit for limit, _ in results),
+            tuple(one for _, attempts in results for one in attempts),
+            self.tolerance,
+        )
+
+    def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:
+        """Return one walk per seed."""
+        self.ask(walk, condition, inclination_deg)
+        return [self.result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
+
+    def lifts(self, condition: Condition, inclination_deg: float) -> list[MeasuredLift]:
+        """Return one leg lift per seed."""
+        self.ask(lift, condition, inclination_deg)
+        return [self.result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
+
+    def said(self) -> Iterator[Said]:
+        """Yield what every finished measurement says of who stays up."""
+        for (function, *given), job in self._jobs.items():
+            condition, *arguments = self._set(tuple(given))
+            if function is limit_of_seed:
+                for one in job.result()[1]:
+                    up = one.outcome.stayed_up
+                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, up)
+            else:
+                inclination_deg, seed = arguments
+                up = job.result().stayed_up
+                yield Said(ROWS, condition, inclination_deg, seed, up)
+
+    def submit(self, function: Any, *arguments: Any) -> None:
+        """Start a job, unless it is under way."""
+        if (function, *arguments) not in self._jobs:
+            self._jobs[function, *arguments] = self._pool.submit(function, *self._set(arguments))
+
+    def _set(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
+        condition, *others = arguments
+        if not self._settings:
+            return arguments
+        return replace(condition, changes=(*self._settings, *condition.changes)), *others
+
+    def result(self, function: Any, *arguments: Any) -> Any:
+        """Wait for a job, and return what it found."""
+        return self._jobs[function, *arguments].result()
+
+
+def share_up(runs: Iterable[MeasuredRun]) -> float:
+    """Return the share of runs in which the robot stayed up."""
+    return float(np.mean([run.stayed_up for run in runs]))
+
+
+def typical(values: Iterable[float]) -> float:
+    """Return the median of what is not NaN; NaN of nothing."""
+    found = [value for value in values if not np.isnan(value)]
+    return float(np.median(found)) if found else float('nan')
+
+
+def vibration(walks: Iterable[MeasuredWalk]) -> float:
+    """Return the median RMS of the pitch rate above 4 Hz of walks that stayed up, rad/s."""
+    return typical(one.outcome.vibration for one in walks if one.stayed_up)
+
+
+def slide_mm(walks: Iterable[MeasuredWalk]) -> float:
+    """Return the median slide per step of walks that stayed up, mm."""
+    return typical(1000.0 * one.outcome.slides.per_step for one in walks if one.stayed_up)
+
+
+def stance_mm(walks: Iterable[MeasuredWalk]) -> tuple[float, float]:
+    """Return the median slides of such walks in the stance before and after the steps, mm."""
+    up = [one.outcome.slides for one in walks if one.stayed_up]
+    return typical(1e3 * one.before for one in up), typical(1e3 * one.after for one in up)
+
+
+def overshoot_deg(lifts: Iterable[MeasuredLift]) -> float:
+    """Return the median largest pitch rate of lifts that stayed up, deg/s."""
+    return typical(degrees(one.overshoot) for one in lifts if one.stayed_up)

@@ -1,0 +1,74 @@
+"""The file of the robots that explain the data, which comes with the project.
+
+A JSON list, the best robot first, each with its constants by ``node.key`` and its limits in deg by
+the title of their condition.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+
+from pydantic import TypeAdapter, ValidationError
+
+from khr_bringup.scenario.scenario import CONFIG
+from khr_common.files import write_text
+from khr_studies.errors import StudyError
+
+SHIPPED_ENSEMBLE = CONFIG / 'ensemble.json'
+
+
+@dataclass(frozen=True)
+class Member:
+    """A robot that explains the data.
+
+    Attributes:
+        constants: that it does not share with every robot, by ``node.key``.
+        limits_deg: its critical inclinations by the condition's title.
+    """
+
+    constants: dict[str, float | str]
+    limits_deg: dict[str, float]
+
+
+MEMBERS = TypeAdapter(list[Member])
+
+
+def write_members(path: Path, members: list[Member]) -> None:
+    """Write the members of an ensemble.
+
+    Raises:
+        KhrError, RunError: if the file cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, MEMBERS.dump_json(members, indent=1).decode() + '\n')
+
+
+def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
+    """Read the members of an ensemble, the best first.
+
+    Raises:
+        StudyError: if the file cannot be read or is none.
+    """
+    try:
+        return MEMBERS.validate_json(path.read_bytes())
+    except (OSError, ValidationError) as error:
+        raise StudyError(
+            f'{path}: not an ensemble; accepted: a file that khr calibrate wrote '
+            f'({" ".join(str(error).split())[:120]})'
+        ) from error
+
+
+def spread_of(members: list[Member]) -> dict[str, tuple[float, float]]:
+    """Return the lowest and the highest limit of the members, deg, by the condition's title."""
+    titles = {title for member in members for title in member.limits_deg}
+    found = {
+        title: [
+            member.limits_deg[title]
+            for member in members
+            if isfinite(member.limits_deg.get(title, float('nan')))
+        ]
+        for title in titles
+    }
+    return {title: (min(values), max(values)) for title, values in found.items() if values}

@@ -1,0 +1,244 @@
+"""Experiments: the shipped sweeps behind the figures, and their finished runs."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any, TypeVar
+
+from khr_bringup.code_version import code_version
+from khr_bringup.recorded.run_signals import Series
+from khr_bringup.scenario.scenario import CONFIG, Scenario
+from khr_sim.physics import engines
+from khr_studies.errors import StudyError
+from khr_sweeps.pool import Pool, local_pool
+from khr_sweeps.progress import Bar
+from khr_sweeps.reading import load_sweep
+from khr_sweeps.results.folder import Folder, read_results, request_of, series_path
+from khr_sweeps.runner import run_missing
+from khr_sweeps.specification import Sweep, scenario_at
+from khr_sweeps.sweep import report_lost
+from khr_sweeps.trial import RESULTS
+
+ROOT = Path('runs/experiments')
+Key = TypeVar('Key')
+Item = TypeVar('Item')
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """One finished run of an experiment.
+
+    Attributes:
+        point: the swept values: ``scenario``, ``case``, ``node.parameter``.
+        seed: number of the seed; None if the experiment leaves the scenario's own.
+        row: its results, by column of RESULTS.
+        scenario: as it was run.
+        kept: file of its signals.
+    """
+
+    point: dict[str, Any]
+    seed: int | None
+    row: dict[str, Any]
+    scenario: Scenario
+    kept: Path
+
+    @property
+    def fell(self) -> bool:
+        """Return whether the run ended in a fall."""
+        return bool(self.row['verdict'] == 'fell')
+
+    @property
+    def stayed_up(self) -> bool:
+        """Return whether the robot neither fell nor rode down the board on its soles."""
+        return bool(self.row['stayed_up'])
+
+    @cached_property
+    def series(self) -> Series | None:
+        """Load the signals; None if the experiment keeps none, or the run failed."""
+        return Series.load(self.kept) if self.kept.is_file() else None
+
+
+Runs = list[Run]
+Opened = tuple[Sweep, Folder]
+
+
+def runs_of(folder: Path) -> Runs:
+    """Return the finished runs of a sweep in the order of its axes, then of the seeds.
+
+    Args:
+        folder: of the sweep, complete or not.
+
+    Raises:
+        StudyError: if the folder holds no sweep.
+    """
+    results = read_results(folder)
+    request = request_of(results)
+    axes: dict[str, Any] = request['axes']
+
+    def place(run: Run) -> tuple[Any, ...]:
+        return (
+            *(
+                axis.index(run.point[name]) if isinstance(axis, list) else run.point[name]
+                for name, axis in axes.items()
+            ),
+            -1 if run.seed is None else run.seed,
+        )
+
+    runs = []
+    for row in results.to_pylist():
+        point = {name: row[name] for name in axes}
+        runs.append(
+            Run(
+                point,
+                row['seed'],
+                {name: row[name] for name in RESULTS},
+                scenario_at(request, point, row['seed']),
+                series_path(folder, row['id']),
+            )
+        )
+    return sorted(runs, key=place)
+
+
+def by(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+    """Group items by a key, in their order."""
+    groups: dict[Key, list[Item]] = {}
+    for item in items:
+        groups.setdefault(key(item), []).append(item)
+    return groups
+
+
+def shipped() -> dict[str, Path]:
+    """Return the files of the experiments by name; a file in ``./config`` replaces one shipped."""
+    return {
+        path.stem: path
+        for place in (CONFIG, Path('config'))
+        for path in sorted((place / 'experiments').glob('*.yaml'))
+    }
+
+
+def specification_of(name: str, fast: bool) -> Sweep:
+    """Read an experiment.
+
+    Raises:
+        StudyError: if there is no such experiment, or it is not valid.
+    """
+    files = shipped()
+    if name not in files:
+        raise StudyError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')
+    return load_sweep(files[name], fast)
+
+
+def folder_of(name: str, fast: bool, root: Path = ROOT) -> Path:
+    """Return the folder of an experiment."""
+    return root / (f'{name}-fast' if fast else name)
+
+
+def root_of(engine: str) -> Path:
+    """Return the folder of all experiments on a physics engine."""
+    return ROOT if engine == engines.DEFAULT else ROOT / engine
+
+
+def sweeps_of(
+    names: Iterable[str], fast: bool, engine: str = engines.DEFAULT
+) -> dict[Path, Sweep]:
+    """Read experiments; return them by folder.
+
+    Args:
+        names: of the experiments.
+        fast: whether in their quick form.
+        engine: physics engine; with the default one the scenarios stay as they are.
+
+    Raises:
+        StudyError: if one is not known or not valid.
+    """
+    root = root_of(engine)
+    return {
+        folder_of(name, fast, root): _on(specification_of(name, fast), engine) for name in names
+    }
+
+
+def _on(sweep: Sweep, engine: str) -> Sweep:
+    if engine == engines.DEFAULT:
+        return sweep
+    change = {('simulator', 'engine'): engine}
+    return replace(
+        sweep, scenarios={name: each.changed(change) for name, each in sweep.scenarios.items()}
+    )
+
+
+@contextmanager
+def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
+    """Open the folders of sweeps to add missing runs; write their results at the end.
+
+    A folder that another command is writing is waited for. Runs of another version of the code or
+    the experiment are discarded.
+
+    Raises:
+        StudyError: if a folder cannot be written.
+    """
+    with ExitStack() as stack:
+        entered = []
+        for path, specification in sweeps.items():
+            request = {'version': code_version(), **specification.record()}
+            folder = stack.enter_context(Folder(path, request, wait=True, replace=True))
+            if folder.replaced:
+                print(
+                    f'khr: {path}: its runs are of another version or experiment and are repeated',
+                    file=sys.stderr,
+                )
+            entered.append((specification, folder))
+        try:
+            yield entered
+        finally:
+            for _, folder in entered:
+                folder.export()
+
+
+def missing(sweeps: Sequence[Opened]) -> int:
+    """Count the missing runs of opened experiments."""
+    version = code_version()
+    return sum(specification.left(version, folder.finished()) for specification, folder in sweeps)
+
+
+def run_on(pool: Pool, sweeps: Sequence[Opened], bar: Bar) -> int:
+    """Compute the missing runs of opened experiments; return how many lost their worker.
+
+    Raises:
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    lost = 0
+    for batch in run_missing(pool, sweeps):
+        lost += batch.count(None)
+        bar.advance(len(batch))
+    return lost
+
+
+def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') -> None:
+    """Compute the missing runs of sweeps on this machine.
+
+    Args:
+        sweeps: by folder.
+        workers: processes.
+        title: of the progress bar.
+
+    Raises:
+        StudyError: if a folder cannot be written.
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    with opened(sweeps) as entered:
+        left = missing(entered)
+        if not left:
+            return
+        with Bar(title, left, lines=True) as bar, local_pool(min(workers, left)) as pool:
+            lost = run_on(pool, entered, bar)
+    report_lost(lost)
+
+
+def runs_by_name(names: Iterable[str], root: Path = ROOT, fast: bool = False) -> dict[str, Runs]:
+    """Return the finished runs of experiments."""
+    return {name: runs_of(folder_of(name, fast, root)) for name in names}

@@ -1,0 +1,56 @@
+"""Typed results as JSON files, where None stands for a number that could not be measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import isfinite
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import TypeAdapter, ValidationError
+
+from khr_common.files import write_text
+from khr_common.text.quoting import LONGEST
+from khr_studies.errors import StudyError
+
+Result = TypeVar('Result')
+
+
+def write_json(path: Path, result: Any) -> None:
+    """Write a dataclass as JSON; make the folder if needed.
+
+    Raises:
+        KhrError, RunError, OSError: if the file cannot be written.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    write_text(path, TypeAdapter(type(result)).dump_json(result, indent=1).decode() + '\n')
+
+
+def read_json(path: Path, kind: type[Result]) -> Result:
+    """Read a dataclass that :func:`write_json` wrote.
+
+    Raises:
+        StudyError: if the file cannot be read or does not hold such a result.
+    """
+    try:
+        return TypeAdapter(kind).validate_json(path.read_bytes())
+    except OSError as error:
+        raise StudyError(f'{path}: {error.strerror}; accepted: a file that khr wrote') from error
+    except ValidationError as error:
+        first = error.errors()[0]
+        where = '.'.join(map(str, first['loc']))
+        raise StudyError(
+            f'{path}: not a {kind.__name__.lower()} of this version '
+            f'({": ".join(filter(None, (where, first["msg"][:LONGEST])))}); '
+            'accepted: a file that khr wrote'
+        ) from error
+
+
+def known(value: float) -> float | None:
+    """Return a measured number, or None for one that is not finite."""
+    return value if isfinite(value) else None
+
+
+def known_all(values: Sequence[float]) -> tuple[float | None, ...]:
+    """Return measured numbers, None for those that are not finite."""
+    return tuple(known(float(value)) for value in values)

@@ -1,0 +1,212 @@
+"""Walks over whole gait cycles: what repeats every cycle, and what lies between the lines.
+
+Over C whole cycles every C-th bin of the spectrum is a line of the gait, n/T; the C - 1 bins
+between two lines hold what does not repeat.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
+from khr_studies.errors import StudyError
+
+Array = NDArray[np.float64]
+HIGHEST = 15.0  # Hz
+
+
+@dataclass(frozen=True)
+class Treatment:
+    """What a walk was made with.
+
+    Attributes:
+        cycle_period: of the gait, s.
+        ankle_gain, hip_gain: K_A and K_H in the board's units; 0 is no feedback.
+        friction: coefficient of the soles on the ground.
+        inclination: of the ground, rad.
+    """
+
+    cycle_period: float
+    ankle_gain: float
+    hip_gain: float
+    friction: float
+    inclination: float
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The signals of one walk from the start of its first whole cycle on.
+
+    Attributes:
+        time: since that start, s, (N,).
+        rate: pitch rate of the torso, rad/s, (N,).
+        slip: way that the soles have slid, m, (N,).
+    """
+
+    time: Array
+    rate: Array
+    slip: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Walks:
+    """Walks with one treatment, one per seed.
+
+    Attributes:
+        label: what people call the treatment.
+        records: over the same number of whole cycles.
+        control_period: of their samples, s.
+
+    Raises:
+        StudyError: if there is no record, or one does not span two whole cycles.
+    """
+
+    label: str
+    treatment: Treatment
+    records: tuple[Record, ...]
+    control_period: float
+
+    def __post_init__(self) -> None:
+        shortest = min((record.rate.size for record in self.records), default=0)
+        if shortest < round(2.0 * self.treatment.cycle_period / self.control_period):
+            raise StudyError(
+                f'records: {len(self.records)} of at least {shortest} samples are '
+                'not accepted; accepted: one or more of two whole cycles or more'
+            )
+
+    @cached_property
+    def cycles(self) -> int:
+        """Count the whole cycles, those of the shortest record."""
+        span = min(record.rate.size for record in self.records) * self.control_period
+        return int(span / self.treatment.cycle_period + 0.01)
+
+    @cached_property
+    def spectra(self) -> tuple[Spectrum, ...]:
+        """Return the spectrum of every record over the whole cycles."""
+        parameters = FftAnalyserParameters(
+            control_period=self.control_period,
+            max_frequency=HIGHEST,
+            peak_count=50,
+            peak_threshold=0.0,
+        )
+        size = round(self.cycles * self.treatment.cycle_period / self.control_period)
+        return tuple(spectrum(record.rate[:size], parameters) for record in self.records)
+
+    @cached_property
+    def frequency(self) -> Array:
+        """Return the bins, Hz, (n,)."""
+        return self.spectra[0].frequency
+
+    @cached_property
+    def amplitudes(self) -> Array:
+        """Return the amplitude of every bin, rad/s, (seeds, n)."""
+        return np.array([each.amplitude for each in self.spectra])
+
+    @cached_property
+    def amplitude(self) -> Array:
+        """Return the root mean square of the amplitudes over the seeds, rad/s, (n,)."""
+        return np.asarray(np.sqrt(np.mean(self.amplitudes**2, axis=0)))
+
+    @cached_property
+    def between(self) -> NDArray[np.bool_]:
+        """Return which bins lie between the lines, (n,)."""
+        return np.asarray(np.arange(self.frequency.size) % self.cycles != 0)
+
+    def order(self, frequency: float) -> float:
+        """Return a frequency in lines of the gait cycle."""
+        return frequency * self.treatment.cycle_period
+
+    def at_line(self, number: int) -> Array:
+        """Return the amplitude of a line of the gait, rad/s, (seeds,); 0 above all bins."""
+        place = number * self.cycles
+        if place >= self.frequency.size:
+            return np.zeros(len(self.records))
+        return np.asarray(self.amplitudes[:, place])
+
+    def strongest_between(self, low: float, high: float) -> tuple[float, Array]:
+        """Find the highest bin between the lines from ``low`` to ``high``, Hz.
+
+        Returns:
+            Its frequency, Hz, and its amplitudes, rad/s, (seeds,); nan and 0 without a bin.
+        """
+        inside = np.flatnonzero(self.between & (self.frequency >= low) & (self.frequency <= high))
+        if not inside.size:
+            return np.nan, np.zeros(len(self.records))
+        place = inside[np.argmax(self.amplitude[inside])]
+        return float(self.frequency[place]), np.asarray(self.amplitudes[:, place])
+
+    def chance(self, place: int) -> float:
+        """Return how probably noise makes a bin as high as it is, 0 to 1.
+
+        The noise is taken to be as strong as in the bins between the lines within a line and a
+        half, its two neighbours left out. Powers of noise are exponential, so the ratio of the
+        means has Fisher's distribution.
+        """
+        reach = 3 * self.cycles // 2
+        around = np.arange(max(1, place - reach), min(self.frequency.size, place + reach + 1))
+        around = around[self.between[around] & (np.abs(around - place) > 1)]
+        power = self.amplitudes**2
+        floor = float(power[:, around].mean()) if around.size else 0.0
+        if floor == 0.0:
+            return 0.0 if self.amplitude[place] > 0.0 else 1.0
+        seeds = len(self.records)
+        ratio = float(power[:, place].mean()) / floor
+        return float(stats.f.sf(ratio, 2 * seeds, 2 * seeds * around.size))
+
+    def locked_share(self, frequency: float) -> float:
+        """Return how much of what one cycle shows at a frequency repeats in every one, 0 to 1.
+
+        This is synchronous averaging, seen at the nearest line: the power of the mean of the
+        cycles over the mean of their powers, less what chance gives, 1/C for C cycles. A tone
+        between the lines has another phase in every cycle.
+        """
+        line = max(1, round(self.order(frequency))) / self.treatment.cycle_period
+        parts = self._cycle_parts(line, [record.rate for record in self.records])
+        power = float(np.mean(np.abs(parts) ** 2))
+        if power == 0.0:
+            return 0.0
+        share = float(np.mean(np.abs(parts.mean(axis=1)) ** 2)) / power
+        return max(0.0, (self.cycles * share - 1.0) / (self.cycles - 1.0))
+
+    def slip_coherence(self, frequency: float) -> tuple[float, float]:
+        """Return how coherent rate and slip speed are, and what chance exceeds once in 100 times.
+
+        Both repeat with the gait, so they would agree at every line for that reason alone; the
+        mean of the cycles is therefore taken off, and what is compared is how they vary from
+        cycle to cycle.
+        """
+        speeds = [np.gradient(record.slip, self.control_period) for record in self.records]
+        rate, slip = (
+            self._cycle_parts(frequency, signals)
+            for signals in ([record.rate for record in self.records], speeds)
+        )
+        rate, slip = (parts - parts.mean(axis=1, keepdims=True) for parts in (rate, slip))
+        powers = float(np.sum(np.abs(rate) ** 2) * np.sum(np.abs(slip) ** 2))
+        freedom = len(self.records) * (self.cycles - 1)
+        limit = 1.0 - 0.01 ** (1.0 / (freedom - 1)) if freedom > 1 else 1.0
+        if powers == 0.0:
+            return 0.0, limit
+        return float(np.abs(np.vdot(slip, rate)) ** 2 / powers), limit
+
+    def repeating_share(self) -> float:
+        """Return the share of the rate's variance that repeats in every cycle, over all seeds."""
+        power = self.amplitudes[:, 1:] ** 2
+        return float(power[:, ~self.between[1:]].sum() / power.sum())
+
+    def _cycle_parts(self, frequency: float, signals: list[Array]) -> NDArray[np.complex128]:
+        """Return the Fourier coefficient in each cycle, from its start on, (seeds, cycles)."""
+        parts = np.zeros((len(signals), self.cycles), dtype=np.complex128)
+        for row, (record, signal) in enumerate(zip(self.records, signals, strict=True)):
+            whole = np.floor(record.time / self.treatment.cycle_period + 1e-9)
+            within = record.time - whole * self.treatment.cycle_period
+            turning = np.exp(-2j * np.pi * frequency * within)
+            for number in range(self.cycles):
+                inside = whole == number
+                part = signal[inside] - signal[inside].mean()
+                parts[row, number] = 2.0 * np.mean(part * turning[inside])
+        return parts

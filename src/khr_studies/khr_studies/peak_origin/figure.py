@@ -1,0 +1,128 @@
+"""Origin of the spectral peaks: the spectra of the walks that show it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from khr_report.plots.plot_style import panels
+from khr_studies.measuring.experiments import Runs
+from khr_studies.peak_origin.cycle_spectrum import Walks
+from khr_studies.peak_origin.origin import Line, origins
+from khr_studies.peak_origin.study import EXPERIMENT, PEAK, PUBLISHED, Band, bands_of, walks_of
+
+LARGEST_HZ = 11.0
+SHOWN = (
+    'as it is',
+    'K_A 18',
+    'K_H 13',
+    'T 2.145 s',
+    '5 deg',
+    '5 deg, no feedback',
+    '5 deg, mu 0.8',
+    '5 deg, T 2.55 s',
+    '5 deg, K_A 30',
+    '5 deg, K_H 24',
+)
+COLORS = {'gait': '#0072B2', 'feedback': '#D55E00', 'slipping': '#009E73'}
+MARKS = {'feedback': 'K', 'slipping': 's'}
+
+
+def origin_of_lines(runs: Mapping[str, Runs]) -> Figure:
+    """Draw the spectra of walks that separate lines of the gait from effects of control."""
+    walks = walks_of(runs[EXPERIMENT])
+    shown = [each for each in walks if each.label in SHOWN] or list(walks)
+    bands = {band.more.label: band for band in bands_of(walks)}
+    figure, axes = panels(
+        *(_title(each) for each in shown), columns=1, height=0.9 + 0.95 * len(shown)
+    )
+    for axis, each in zip(axes, shown, strict=True):
+        axis.sharex(axes[0])
+        axis.tick_params(labelbottom=axis is axes[-1])
+        _draw(axis, each)
+        _shade(axis, bands.get(each.label))
+        _name(axis, origins(each, [other for other in walks if other is not each], PEAK))
+    axes[0].set_xlim(0.0, LARGEST_HZ)
+    axes[-1].set_xlabel(
+        "frequency (Hz); dotted: the thesis's "
+        + ', '.join(f'{peak.frequency:.2f}' for peak in PUBLISHED)
+        + ' Hz'
+    )
+    figure.supylabel('amplitude of the true pitch rate (°/s)', fontsize=9)
+    figure.suptitle(
+        'Origin of the lines: n on a line n/T of the gait; K feedback, s slipping, '
+        '? not settled\ngrey: between the lines; shaded: where a loop rings with more '
+        'gain',
+        fontsize=10,
+    )
+    return figure
+
+
+def _title(walks: Walks) -> str:
+    of = walks.treatment
+    return (
+        f'{walks.label}: {np.degrees(of.inclination):.3g}°, K_A {of.ankle_gain:g}, '
+        f'K_H {of.hip_gain:g}, T {of.cycle_period:g} s, µ {of.friction:g}'
+    )
+
+
+def _draw(axis: Axes, walks: Walks) -> None:
+    shown = walks.frequency <= LARGEST_HZ
+    on, between = shown & ~walks.between, shown & walks.between
+    height = np.degrees(walks.amplitude)
+    axis.semilogy(
+        walks.frequency[between],
+        height[between],
+        color='0.55',
+        linestyle='-',
+        linewidth=0.8,
+        label='between the lines',
+    )
+    axis.vlines(walks.frequency[on][1:], 0.01, height[on][1:], color=COLORS['gait'], linewidth=1.0)
+    axis.plot(
+        walks.frequency[on][1:],
+        height[on][1:],
+        color=COLORS['gait'],
+        linestyle='',
+        marker='o',
+        markersize=2.5,
+        label='lines of the gait',
+    )
+    for peak in PUBLISHED:
+        axis.axvline(peak.frequency, color='0.3', linestyle=':', linewidth=0.8)
+    axis.set_ylim(0.03, 60.0)
+
+
+def _shade(axis: Axes, band: Band | None) -> None:
+    if band is not None and band.found is not None:
+        axis.axvspan(
+            band.found.low, band.found.high, color=COLORS['feedback'], alpha=0.15, linewidth=0.0
+        )
+
+
+def _name(axis: Axes, lines: Sequence[Line]) -> None:
+    for line in lines:
+        if line.frequency > LARGEST_HZ:
+            continue
+        text, color = _mark(line)
+        axis.annotate(
+            text,
+            (line.frequency, np.degrees(line.amplitude)),
+            xytext=(0, 2),
+            textcoords='offset points',
+            ha='center',
+            fontsize=7,
+            color=color,
+        )
+
+
+def _mark(line: Line) -> tuple[str, str]:
+    """Return the mark of a peak and its colour."""
+    if line.origin == 'gait':
+        return f'{line.order:.0f}', COLORS['gait']
+    if line.origin is None or line.sure == 'low':
+        return '?', '0.4'
+    return MARKS[line.origin], COLORS[line.origin]

@@ -1,0 +1,183 @@
+"""Where a spectral line comes from: the gait, the feedback or slipping, as experiments show.
+
+A peak must stand out of what lies between the lines around it, and a label needs experiments of
+:mod:`khr_studies.peak_origin.evidence` that speak for it: what nothing speaks for is unexplained,
+not the gait's. :mod:`khr_studies.peak_origin.null_rates` says how often noise passes all the same.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy import stats
+
+from khr_studies.peak_origin.cycle_spectrum import Walks
+from khr_studies.peak_origin.evidence import (
+    EXPERIMENTS,
+    ORIGINS,
+    Array,
+    Evidence,
+    Origin,
+    TracedPeak,
+)
+
+Sureness = Literal['high', 'medium', 'low']
+
+PEAKS_PER_CYCLE = 4  # f_0 = 4/T
+SPEAKING = 2  # experiments that must speak for a label
+CHANCE = 0.05  # of one false peak or more in a spectrum of noise
+RULE = (
+    'a peak stands out of the bins between the lines within a line and a half of it (F test; in '
+    'one of 20 spectra of noise one does). Its label is the origin that at least two experiments '
+    'speak for, and more than speak against it, while some experiment speaks against each other '
+    'origin. High: at least five experiments agree with the label and none speaks against it; '
+    'medium: at least four agree, and one of these conditions short of high; low: anything '
+    'less, or an amplitude whose interval over the seeds holds 0; one seed has no interval and '
+    'is short of high'
+)
+
+
+@dataclass(frozen=True)
+class Line:
+    """A peak with its label.
+
+    Attributes:
+        frequency: Hz.
+        order: frequency times the cycle: a line of the gait has a whole number.
+        amplitude: mean over the seeds, rad/s.
+        low, high: its 95 % interval over the seeds; nan with one seed.
+        chance: that noise as strong as what lies around it between the lines is as high.
+        stands: whether it stands out of that noise.
+        origin: what the experiments speak for; None if nothing, or if they tie.
+        label: the origin in words, with the number of the line.
+        sure: by ``RULE``.
+        locked: share of its power that repeats in every cycle, from averaging over cycles.
+    """
+
+    frequency: float
+    order: float
+    amplitude: float
+    low: float
+    high: float
+    chance: float
+    stands: bool
+    origin: Origin | None
+    label: str
+    sure: Sureness
+    locked: float
+    evidence: tuple[Evidence, ...]
+
+
+def origins(base: Walks, others: Sequence[Walks], threshold: float = 0.1) -> tuple[Line, ...]:
+    """Label every peak of a walk's spectrum that stands out, from ``threshold`` of the largest on.
+
+    Args:
+        base: the walks whose spectrum is explained.
+        others: walks that differ from it, or from one another, in one thing.
+        threshold: of the smallest peak, over the largest.
+    """
+    height = base.amplitude
+    inner = height[1:-1]
+    places = 1 + np.flatnonzero(
+        (inner > height[:-2]) & (inner >= height[2:]) & (inner >= threshold * height[1:].max())
+    )
+    found = (_label(int(place), base, others) for place in places if _stands(base, int(place)))
+    return tuple(found)
+
+
+def _stands(base: Walks, place: int) -> bool:
+    return base.chance(place) <= CHANCE / base.frequency.size
+
+
+def strongest_near(base: Walks, others: Sequence[Walks], frequency: float, reach: float) -> Line:
+    """Label the highest bin within ``reach`` of a frequency, Hz, however low it is."""
+    inside = np.flatnonzero(np.abs(base.frequency - frequency) <= reach)
+    place = inside[np.argmax(base.amplitude[inside])]
+    return _label(int(place), base, others)
+
+
+def _peak(base: Walks, place: int) -> TracedPeak:
+    spacing = float(base.frequency[1])
+    if not base.between[place]:
+        return TracedPeak(float(base.frequency[place]), place // base.cycles, spacing)
+    near = [
+        peak.frequency
+        for each in base.spectra
+        for peak in each.peaks
+        if abs(peak.frequency - base.frequency[place]) <= spacing
+    ]
+    frequency = float(np.median(near)) if near else float(base.frequency[place])
+    return TracedPeak(frequency, None, spacing)
+
+
+def _label(place: int, base: Walks, others: Sequence[Walks]) -> Line:
+    peak = _peak(base, place)
+    said = (experiment(peak, base, others) for experiment in EXPERIMENTS)
+    evidence = tuple(each for each in said if each)
+    stands = _stands(base, place)
+    origin = _origin(evidence) if stands else None
+    amplitudes = peak.in_walks(base)
+    low, high = _interval(amplitudes)
+    return Line(
+        peak.frequency,
+        base.order(peak.frequency),
+        float(amplitudes.mean()),
+        low,
+        high,
+        base.chance(place),
+        stands,
+        origin,
+        _words(origin, peak, base) if stands else 'no peak',
+        _sure(origin, evidence, None if np.isnan(low) else low <= 0.0),
+        base.locked_share(peak.frequency),
+        evidence,
+    )
+
+
+def _origin(evidence: Sequence[Evidence]) -> Origin | None:
+    """Return the origin that enough experiments speak for and that no other rivals."""
+
+    def speaking(origin: Origin) -> int:
+        return sum(origin in each.speaks_for for each in evidence)
+
+    def against(origin: Origin) -> int:
+        return sum(origin in each.speaks_against for each in evidence)
+
+    found = [
+        origin
+        for origin in ORIGINS
+        if speaking(origin) >= max(SPEAKING, against(origin) + 1)
+        and all(against(other) for other in ORIGINS if other != origin)
+    ]
+    return found[0] if len(found) == 1 else None
+
+
+def _interval(values: Array) -> tuple[float, float]:
+    if len(values) < 2:
+        return np.nan, np.nan
+    half = float(stats.t.ppf(0.975, len(values) - 1) * stats.sem(values))
+    return float(values.mean()) - half, float(values.mean()) + half
+
+
+def _sure(origin: Origin | None, evidence: Sequence[Evidence], scattered: bool | None) -> Sureness:
+    if origin is None:
+        return 'low'
+    agreeing = sum(each.agrees(origin) for each in evidence)
+    against = sum(origin in each.speaks_against for each in evidence)
+    short = (agreeing < 5) + against + (scattered is None)
+    if scattered or agreeing < 4 or short > 1:
+        return 'low'
+    return 'medium' if short else 'high'
+
+
+def _words(origin: Origin | None, peak: TracedPeak, base: Walks) -> str:
+    nearest = round(base.order(peak.frequency))
+    if origin != 'gait':
+        return origin or 'unexplained'
+    if nearest % PEAKS_PER_CYCLE:
+        return f'gait line {nearest}'
+    times = nearest // PEAKS_PER_CYCLE
+    return 'f_0' if times == 1 else f'harmonic {times} of f_0'

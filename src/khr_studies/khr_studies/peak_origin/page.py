@@ -1,0 +1,128 @@
+"""The origin of the spectral peaks as a document."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import degrees, isnan
+
+import numpy as np
+
+from khr_common.published import GAIT_PERIOD
+from khr_report.page.document import Block, Bullets, Columns, Table, markdown, table
+from khr_report.page.template import page_blocks
+from khr_studies.measuring.published import LINE_HZ
+from khr_studies.peak_origin.cycle_spectrum import HIGHEST
+from khr_studies.peak_origin.line_chance import chance_within, places
+from khr_studies.peak_origin.origin import RULE, Line
+from khr_studies.peak_origin.study import PEAK, Band, PeakStudy, Settled, published_places
+
+SPAN = 11.0  # Hz, in which a control frequency might lie
+NEAR = 0.05  # distance from a line, in lines, whose chance is given
+
+
+def blocks(found: PeakStudy) -> list[Block]:
+    """Return the document on the origin of the peaks of a walk."""
+    bands = {band for each in found.published for band in each.bands}  # peaks of a loop share them
+    widths = [band.found.high - band.found.low for band in bands if band.found]
+    return [
+        *page_blocks(
+            __name__,
+            found=found,
+            base=found.walks[0],
+            of_gait=sum(line.origin == 'gait' for line in found.lines),
+            strongest=max(found.lines, key=lambda line: line.amplitude, default=None),
+            lines=table(found.lines, LINE_COLUMNS),
+            bands=_bands(found.bands),
+            without=[band.more.label for band in found.bands if band.found is None],
+            settled=table(found.published, SETTLED_COLUMNS),
+            width=np.mean(widths) if widths else None,
+            places=published_places(),
+            chance_within=chance_within,
+            evidence=_evidence(found.lines),
+            peak=PEAK,
+            highest=HIGHEST,
+            rule=RULE,
+            span=SPAN,
+            near=NEAR,
+            line_hz=LINE_HZ,
+        ),
+        f'Runs that did not stay up and are left out: {found.lost}.',
+    ]
+
+
+def page(found: PeakStudy) -> str:
+    """Return the document in Markdown."""
+    return markdown(blocks(found)) + '\n'
+
+
+def _amplitude(value: float) -> str:
+    return f'{degrees(value):.2f}'
+
+
+def _within(line: Line) -> str:
+    text = _amplitude(line.amplitude)
+    if isnan(line.low):
+        return text
+    return f'{text} ({_amplitude(line.low)} to {_amplitude(line.high)})'
+
+
+LINE_COLUMNS: Columns[Line] = {
+    'Hz': lambda line: f'{line.frequency:.2f}',
+    'n = f T': lambda line: f'{line.order:.2f}',
+    'amplitude, deg/s (95 %)': _within,
+    'origin': lambda line: line.label,
+    'how sure': lambda line: line.sure,
+    'repeats': lambda line: f'{line.locked:.0%}',
+}
+
+
+def _bands(bands: Sequence[Band]) -> Table:
+    return table(
+        [(band, band.found) for band in bands if band.found is not None],
+        {
+            'raised': lambda row: row[0].more.label,
+            'from': lambda row: row[0].less.label,
+            'loop': lambda row: row[0].loop,
+            'most at, Hz': lambda row: f'{row[1].frequency:.2f}',
+            'half of it, Hz': lambda row: f'{row[1].low:.1f} to {row[1].high:.1f}',
+            'there, deg/s': lambda row: _amplitude(row[1].amplitude),
+            'before, deg/s': lambda row: _amplitude(row[1].before),
+            'every seed': lambda row: 'yes' if row[1].beyond else 'no',
+        },
+    )
+
+
+def _strongest(settled: Settled) -> str:
+    if settled.line is None or settled.walks is None:
+        return '-'
+    return (
+        f'{settled.line.frequency:.2f} Hz, {settled.share:.0%} of the largest '
+        f'({settled.walks.label})'
+    )
+
+
+def _order(settled: Settled) -> str:
+    return f'{places([settled.peak.frequency], GAIT_PERIOD, LINE_HZ).orders[0]:.2f}'
+
+
+SETTLED_COLUMNS: Columns[Settled] = {
+    'published, Hz': lambda row: f'{row.peak.frequency:.2f}',
+    'with': lambda row: row.peak.gains,
+    'n = f T': _order,
+    f'strongest within {LINE_HZ:g} Hz here': _strongest,
+    'comparisons with a ringing band around it': lambda row: (
+        f'{len(row.holding)} of {len(row.bands)}'
+    ),
+    'verdict on the simulated robot': lambda row: row.verdict,
+    'how sure': lambda row: row.sure,
+}
+
+
+def _evidence(lines: Sequence[Line]) -> Bullets:
+    return Bullets(
+        tuple(
+            f'{line.frequency:.2f} Hz, {line.label}: '
+            + '; '.join(f'{each.experiment}: {each.words}' for each in line.evidence)
+            for line in lines
+        )
+    )

@@ -1,0 +1,82 @@
+"""What feedback adds between the lines of the gait: the band in which a loop rings.
+
+A loop near its limit does not make a line. It rings at every disturbance, each time with another
+phase, and so fills a band between the lines that no other cause fills as its gain rises.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_studies.peak_origin.cycle_spectrum import Walks
+
+Array = NDArray[np.float64]
+SMOOTHED = 3  # spacings of the lines that one value is the mean of
+
+
+@dataclass(frozen=True)
+class Resonance:
+    """A band that grew between the lines.
+
+    Attributes:
+        frequency: where most was added, Hz.
+        low, high: where half of that was added, Hz.
+        amplitude: root mean square of its bins, rad/s.
+        before: the same without what made it grow.
+        beyond: whether every seed exceeds every seed before.
+    """
+
+    frequency: float
+    low: float
+    high: float
+    amplitude: float
+    before: float
+    beyond: bool
+
+    def holds(self, frequency: float, error: float = 0.0) -> bool:
+        """Return whether a frequency known to +- ``error`` (Hz) may lie in the band."""
+        return self.low - error <= frequency <= self.high + error
+
+
+def resonance(reference: Walks, changed: Walks, least: float = 2.0) -> Resonance | None:
+    """Find the band in which walks have more between the lines than others of the same cycle.
+
+    Args:
+        reference, changed: of equal cycles.
+        least: growth of the amplitude from which on it counts.
+    """
+    first, second = (_smooth(_between(walks)) for walks in (reference, changed))
+    added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
+    top = int(np.argmax(added))
+    low = top - int(np.argmax(np.append(added[: top + 1][::-1] < 0.5 * added[top], True)))
+    high = top + int(np.argmax(np.append(added[top:] < 0.5 * added[top], True)))
+    band = slice(low + 1, high)
+    before, after = (np.sqrt(power[:, band].mean(axis=1)) for power in (first, second))
+    if not after.mean() >= least * before.mean():
+        return None
+    line = 1.0 / reference.treatment.cycle_period
+    return Resonance(
+        (top + 0.5) * line,
+        (low + 1) * line,
+        high * line,
+        float(after.mean()),
+        float(before.mean()),
+        bool(after.min() > before.max()),
+    )
+
+
+def _between(walks: Walks) -> Array:
+    """Return the mean power from line n to line n + 1, both left out, (seeds, n)."""
+    count = walks.frequency.size // walks.cycles
+    power = walks.amplitudes[:, : count * walks.cycles] ** 2
+    return np.asarray(power.reshape(len(power), count, walks.cycles)[:, :, 1:].mean(axis=2))
+
+
+def _smooth(power: Array) -> Array:
+    padded = np.pad(power, ((0, 0), (SMOOTHED // 2, SMOOTHED // 2)), mode='edge')
+    return np.asarray(
+        np.lib.stride_tricks.sliding_window_view(padded, SMOOTHED, axis=1).mean(axis=-1)
+    )

@@ -1,0 +1,1 @@
+"""How hard a push the robot withstands."""

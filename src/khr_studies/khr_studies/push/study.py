@@ -1,0 +1,309 @@
+"""Push the standing robot as in chapter 4, and find the largest push that it survives.
+
+The robot stands on flat ground on rubber soles; a horizontal force acts on the torso for a given
+time, at the centre of mass of the whole robot in its stance. The ankle loop is that of a scenario:
+gyro, converter, board, delay and servos. The monitor decides whether the robot falls.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from khr_balance.ankle import AnkleController, AnkleControllerParameters
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import Scenario
+from khr_common.interfaces import ANKLE_CORRECTION, GYRO
+from khr_common.maths.limit import bracket_limit
+from khr_common.maths.rotation import matrix
+from khr_models.pendulum import Pendulum
+from khr_models.standing.push import Direction, capture_force
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics.contact import corners
+from khr_sim.physics.truth import Truth
+from khr_sim.plant import Plant, mix
+from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
+from khr_sim.sensors.gyro_circuit.circuit import KRG4
+from khr_studies.errors import StudyError
+
+Array = NDArray[np.float64]
+Changes = tuple[tuple[tuple[str, str], object], ...]
+
+START = 1.05  # s, start of the push: the robot has come to rest, leant as its controller leans it
+AT_REST = {GYRO: (0.0, 0.0, 0.0)}
+WATCH = 2.5  # s, simulated after the push
+TOLERANCE = 0.015  # of the ratio of fatal to survived force
+LEAST = 0.05  # N; below this the limit is reported as 0
+GIVING = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
+# The packaged gyro is the default of every scenario, slowed to 2 Hz; the circuit has the corner
+# of its own description, 50 Hz.
+GYROS: dict[str, dict[tuple[str, str], object]] = {
+    'packaged': {('gyro', 'model'): 'packaged'},
+    'circuit': {('gyro', 'model'): 'circuit', ('gyro', 'bandwidth'): KRG4.bandwidth},
+}
+
+
+@dataclass(frozen=True)
+class PushCondition:
+    """The loop and the duration and direction of a push.
+
+    Attributes:
+        gain: K_A in units of the board; 0 is no control.
+        duration: of the push, s.
+        direction: where it comes from; a push from behind acts forward.
+        gyro: one of GYROS.
+        changes: further parameters by (node, key).
+
+    Raises:
+        StudyError: if a value is not accepted.
+    """
+
+    gain: float = 0.0
+    duration: float = 0.1
+    direction: Direction = 'behind'
+    gyro: str = 'packaged'
+    changes: Changes = ()
+
+    def __post_init__(self) -> None:
+        for name, accepted in (('direction', get_args(Direction)), ('gyro', tuple(GYROS))):
+            if getattr(self, name) not in accepted:
+                raise StudyError(
+                    f'{name}: {getattr(self, name)!r} is not accepted; '
+                    f'accepted: {" | ".join(accepted)}'
+                )
+        if not 0.001 <= self.duration <= 60.0:
+            raise StudyError(
+                f'duration: {self.duration!r} is not accepted; accepted: [0.001, 60] s'
+            )
+        self.base()
+
+    @property
+    def side(self) -> float:
+        """Return the sign of the force along x."""
+        return 1.0 if self.direction == 'behind' else -1.0
+
+    def base(self) -> Scenario:
+        """Return the scenario without a push."""
+        changes: dict[tuple[str, str], object] = {
+            ('simulator', 'surface'): 'rubber',
+            ('simulator', 'duration'): START + self.duration + WATCH,
+            ('simulator', 'stop_when_tilted_deg'): 50.0,  # the robot has fallen before
+            ('gait', 'motion'): 'stand',
+            ('ankle_controller', 'enabled'): self.gain > 0.0,
+            ('ankle_controller', 'gain'): float(self.gain),
+            ('hip_controller', 'enabled'): False,
+        }
+        return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
+
+    def scenario(self, force: float) -> Scenario:
+        """Return the scenario of a push with a force of at least 0, N."""
+        base = self.base()
+        if not force:
+            return base
+        point = ','.join(f'{value:.6f}' for value in stance(base).point)
+        return base.changed(
+            {
+                ('simulator', 'pushes'): [
+                    f't={START:g} duration={self.duration:g} link=base_link frame=odom '
+                    f'force={self.side * force!r},0,0 point={point}'
+                ]
+            }
+        )
+
+
+def on(engine: str) -> Changes:
+    """Return the changes of a condition by which the robot is pushed on a physics engine."""
+    return ((('simulator', 'engine'), engine),)
+
+
+@dataclass(frozen=True)
+class Stance:
+    """The robot's stance with loaded servos.
+
+    Attributes:
+        point: the centre of mass in base_link, m, (3,).
+        pendulum: with the robot's mass, its height over the soles and the length of their contact.
+        ahead: distance of the centre of mass ahead of the foot's middle, m.
+        levers: height of the centre of mass above the axes of GIVING, m.
+        inertia: of the robot about its centre of mass, in pitch, kg m^2.
+    """
+
+    point: tuple[float, ...]
+    pendulum: Pendulum
+    ahead: float
+    levers: tuple[float, ...]
+    inertia: float
+
+    def tipping(self, direction: Direction) -> tuple[Pendulum, float]:
+        """Return the pendulum from its edge of tipping, and the inertia about that edge."""
+        side = 1.0 if direction == 'behind' else -1.0
+        own = replace(self.pendulum, half_foot=self.pendulum.half_foot - side * self.ahead)
+        return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
+
+
+@functools.cache
+def _robot() -> Robot:
+    return Robot.load()
+
+
+def stance(scenario: Scenario | None = None) -> Stance:
+    """Measure the stance in a scenario, by default that of a condition without control.
+
+    A gyro controller whose reference has an offset leans the robot at rest.
+    """
+    own = scenario or PushCondition().base()
+    return _stance(
+        own.table(GaitParameters), own.table(RunParameters), own.table(AnkleControllerParameters)
+    )
+
+
+@functools.cache
+def _stance(
+    gait: GaitParameters, simulator: RunParameters, ankle: AnkleControllerParameters
+) -> Stance:
+    posture = gait_of(gait).reference(0.0)
+    if ankle.source == 'gyro':
+        (angles,) = AnkleController(replace(ankle, staged=False)).update(0.0, AT_REST)
+        lean = dict(zip(ANKLE_CORRECTION.names, angles, strict=True))
+        posture = tuple(mix(posture, [lean]))
+    plant = Plant(simulator)
+    try:
+        truth = plant.start(posture)
+    finally:
+        plant.close()
+    robot = _robot()
+    poses = robot.poses(truth.joint_position)
+    center = robot.center_of_mass(poses)
+    up = poses['l_sole'][:3, 2]
+    height, *levers = (
+        float((center - poses[name][:3, 3]) @ up)
+        for name in ('l_sole', *(robot.joints[joint].child for joint in GIVING))
+    )
+    to_toe, to_heel = (-_x_com(truth, side, simulator) for side in (1.0, -1.0))
+    return Stance(
+        tuple(center.tolist()),
+        Pendulum(robot.mass, height, (to_toe + to_heel) / 2.0),
+        (to_heel - to_toe) / 2.0,
+        tuple(levers),
+        float(robot.inertia(poses, center)[1, 1]),
+    )
+
+
+@dataclass(frozen=True)
+class PushResponse:
+    """The motion of the robot after a push; arrays with one value per control period.
+
+    ``time`` (s) starts with the push. ``x_com`` (m) is the horizontal distance from the toes'
+    edge; for a push from the front it is measured from the heels' edge with the opposite sign, as
+    in the model's Recovery, so that the band (4.7) is the same.
+    """
+
+    time: Array
+    x_com: Array
+    fell: bool
+
+
+def push_robot(condition: PushCondition, force: float) -> PushResponse:
+    """Push the robot with a force of at least 0, N, and record its motion.
+
+    Raises:
+        StudyError: if the force is negative or not finite.
+    """
+    scenario = _pushed(condition, force)
+    parameters = scenario.table(RunParameters)
+    rows: list[tuple[float, float]] = []
+
+    def watch(truth: Truth, *_: object) -> None:
+        rows.append((truth.stamp_ns / 1e9 - START, _x_com(truth, condition.side, parameters)))
+
+    result = run_offline(scenario, watch)
+    time, x_com = np.array(rows).T
+    return PushResponse(time, x_com, result.outcome.fell)
+
+
+def falls(condition: PushCondition, force: float) -> bool:
+    """Return whether a push with a force of at least 0, N, topples the robot.
+
+    Raises:
+        StudyError: if the force is negative or not finite.
+    """
+    return run_offline(_pushed(condition, force)).outcome.fell
+
+
+def _pushed(condition: PushCondition, force: float) -> Scenario:
+    if not 0.0 <= force < math.inf:
+        raise StudyError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
+    return condition.scenario(force)
+
+
+def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
+    """Return the distance of the centre of mass past the toes' edge, or the heels' (side -1), m."""
+    robot = _robot()
+    center = robot.center_of_mass(robot.poses(truth.joint_position))
+    ahead = float((truth.position + matrix(truth.orientation) @ center)[0])
+    edge = side * float(np.max(side * corners(parameters, robot)[:, 0]))
+    edges = [
+        place[0] + edge * matrix(turn)[0, 0]
+        for place, turn in zip(truth.sole_position, truth.sole_orientation, strict=True)
+    ]
+    return side * (ahead - float(np.mean(edges)))
+
+
+@dataclass(frozen=True)
+class PushLimit:
+    """The largest force survived and the smallest fatal one, N, both tried."""
+
+    survived: float
+    fatal: float
+
+    @property
+    def middle(self) -> float:
+        """Return the geometric mean, N; 0 if nothing is survived."""
+        return math.sqrt(self.survived * self.fatal)
+
+
+def bracket(
+    fatal_at: Callable[[float], bool], guess: float, tolerance: float = TOLERANCE
+) -> PushLimit:
+    """Find the limit between survival and fall; nothing is survived if LEAST is fatal.
+
+    Args:
+        fatal_at: whether a force in N, more than 0, is fatal.
+        guess: N, at least LEAST.
+        tolerance: largest relative distance between the two forces.
+    """
+    width = math.log1p(tolerance)
+    survived, fatal = bracket_limit(
+        lambda force: not fatal_at(math.exp(force)),
+        start=math.log(guess),
+        ends=(math.log(LEAST), math.inf),
+        step=width,
+        tolerance=width,
+        growth=2.0,
+    )
+    return PushLimit(math.exp(survived) if survived < fatal else 0.0, math.exp(fatal))
+
+
+def largest_push(condition: PushCondition) -> PushLimit:
+    """Find the largest push that the robot survives."""
+    return _largest(condition if condition.gain else replace(condition, gyro='packaged'))
+
+
+@functools.cache
+def _largest(condition: PushCondition) -> PushLimit:
+    if condition.gain:  # the limit without control is a close guess
+        guess = largest_push(replace(condition, gain=0.0)).middle
+    else:
+        guess = capture_force(
+            *stance(condition.base()).tipping(condition.direction), condition.duration
+        )
+    return bracket(functools.partial(falls, condition), max(guess, LEAST))

@@ -1,0 +1,1 @@
+"""The whole thesis from one command, and what it comes to."""

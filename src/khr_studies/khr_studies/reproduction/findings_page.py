@@ -1,0 +1,203 @@
+"""The findings as a document: what the simulation confirms, contradicts and adds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from statistics import fmean
+from typing import TypeVar
+
+from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
+from khr_report.page.text import duration
+from khr_studies.measuring.experiments import by
+from khr_studies.peak_origin.study import PeakOrigin
+from khr_studies.reproduction.findings import (
+    Findings,
+    FrictionComparison,
+    SoleComparison,
+    Tally,
+    TiltComparison,
+)
+from khr_studies.scoreboard.page import (
+    LIMIT_COLUMNS,
+    ORDER_COLUMNS,
+    QUICK,
+    STANDING_COLUMNS,
+    TREND_COLUMNS,
+    WALK_COLUMNS,
+    closest,
+    count,
+)
+from khr_studies.scoreboard.rows import Scoreboard, ScoreboardRow, Shift
+
+QUESTION = (
+    'Dutta (2021) let a robot of 1.5 kg stand and walk on an incline. Without control it falls '
+    'beyond a critical inclination. Toe and heel force or the gyro fed back to the ankles, and '
+    'the gyro to the hips, raise that limit, and vibration is the price. Does a simulated robot '
+    'with published constants and a few fitted ones behave in the same way?'
+)
+NOTHING = 'No row that was measured.'
+
+Row = TypeVar('Row', bound=ScoreboardRow)
+
+
+def _outcome(tally: Tally) -> str:
+    if not tally.stays:
+        return f'falls or rides down ({tally.lost} of {tally.runs})'
+    return f'stays up ({tally.runs - tally.lost} of {tally.runs})'
+
+
+def _steepest(row: FrictionComparison) -> str:
+    if row.steepest_deg is None:
+        return f'not at {row.tried_deg[0]:g} already'
+    return f'{row.steepest_deg:g} of {row.tried_deg[1]:g}'
+
+
+SOLE_COLUMNS: Columns[SoleComparison] = {
+    'phi, deg': lambda row: f'{row.inclination_deg:g}',
+    'control': lambda row: row.control,
+    'rubber': lambda row: _outcome(row.rubber),
+    'slip, mm': lambda row: number(row.rubber.slip_mm, 0),
+    'vibration, deg/s': lambda row: rate(row.rubber.vibration),
+    'smooth': lambda row: _outcome(row.smooth),
+    'slip there, mm': lambda row: number(row.smooth.slip_mm, 0),
+    'vibration there, deg/s': lambda row: rate(row.smooth.vibration),
+}
+FRICTION_COLUMNS: Columns[FrictionComparison] = {
+    'control': lambda row: row.control,
+    'friction': lambda row: f'{row.friction:g}',
+    'stays up to, deg': _steepest,
+    'slip there, mm': lambda row: number(row.slip_mm, 0),
+}
+TILT_COLUMNS: Columns[TiltComparison] = {
+    'control': lambda row: row.control,
+    'in stages': lambda row: 'yes' if row.staged else 'no',
+    'ends': lambda row: (
+        f'{"stays up to" if row.stays else "falls or rides down by"} {row.deg:.2f} deg'
+    ),
+    'vibration, deg/s': lambda row: rate(row.vibration),
+}
+PEAK_COLUMNS: Columns[PeakOrigin] = {
+    'published, Hz': lambda row: f'{row.frequency:.2f}',
+    'with': lambda row: row.gains,
+    'origin on the simulated robot': lambda row: row.verdict,
+    'how sure': lambda row: row.sure,
+}
+SHIFT_COLUMNS: Columns[tuple[str, float]] = {
+    'change': lambda row: row[0],
+    'mean shift, deg': lambda row: f'{row[1]:+.2f}',
+}
+
+
+def findings_markdown(findings: Findings) -> str:
+    """Return the page in Markdown."""
+    notice = 'Written by `khr reproduce`; do not edit.'
+    return f'# Findings\n\n{notice}\n\n{markdown(blocks(findings))}\n'
+
+
+def blocks(findings: Findings) -> list[Block]:
+    """Return the document of the findings, without its title."""
+    return [
+        QUESTION,
+        _answer(findings),
+        Passage('What the simulation confirms', _rows(findings.scoreboard, True)),
+        Passage('What it contradicts', _rows(findings.scoreboard, False)),
+        *_undecided(findings.scoreboard),
+        Passage('What it adds', _added(findings)),
+        Passage('How to repeat it', (_repeat(findings),)),
+    ]
+
+
+def _answer(findings: Findings) -> str:
+    if findings.scoreboard is None:
+        return 'The scoreboard was not measured, so the rows of the thesis are not judged.'
+    judged = [row for row in findings.scoreboard.rows if row.passed is not None or row.undecided]
+    predicted = [row for row in judged if row.kind == 'predicted']
+    return (
+        f'Of {len(judged)} rows of the thesis {count(judged).passed} agree; of the '
+        f'{len(predicted)} among them that are predictions, {count(predicted).passed}.'
+        + (f' {QUICK}' if findings.fast else '')
+    )
+
+
+def _undecided(board: Scoreboard | None) -> list[Block]:
+    """Return what the uncertainty of the measurements leaves open, if there is something."""
+    if board is None or not any(row.undecided for row in board.rows):
+        return []
+    return [Passage('What stays undecided', _rows(board, None))]
+
+
+def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:
+    """Return the tables of the rows that agree with the thesis, do not, or are undecided: None."""
+    if board is None:
+        return (NOTHING,)
+    found: list[Block] = []
+
+    def add(title: str, of: Table) -> None:
+        if of.rows:
+            found.append(Passage(title, (of,)))
+
+    limits = dict(LIMIT_COLUMNS)
+    if passed is False and board.explanations:
+        best = {each.condition: closest(each) for each in board.explanations}
+        limits['closest with one change, deg'] = lambda row: best.get(row.condition, '-')
+    kept = ('chapter', 'verdict')
+    add('Critical inclinations', table(_judged(board.limits, passed), limits, *kept))
+    add('Order of the limits', table(_judged(board.orders, passed), ORDER_COLUMNS, *kept))
+    add('Standing on one leg', table(_judged(board.standing, passed), STANDING_COLUMNS, *kept))
+    add('Walking', table(_judged(board.walks, passed), WALK_COLUMNS, *kept))
+    add('Trends', table(_judged(board.trends, passed), TREND_COLUMNS, *kept))
+    return tuple(found) or (NOTHING,)
+
+
+def _added(findings: Findings) -> tuple[Block, ...]:
+    """Return the tables of results beyond the thesis."""
+    board = findings.scoreboard
+    parts = (
+        (
+            'Effect of single changes on the limits that miss',
+            'Mean over those limits, seed 0, the strongest change first.',
+            table(_shifts(board), SHIFT_COLUMNS),
+        ),
+        ('Rubber soles', '', table(findings.soles, SOLE_COLUMNS)),
+        (
+            'Friction',
+            'The steepest ground up to which most runs neither fall nor ride down the board on '
+            'their soles, of the steepest tried.',
+            table(findings.friction, FRICTION_COLUMNS),
+        ),
+        (
+            'Staged control',
+            'Standing on ground whose inclination grows.',
+            table(findings.tilting, TILT_COLUMNS),
+        ),
+        ('Origin of the published control frequencies', '', table(findings.peaks, PEAK_COLUMNS)),
+    )
+    found = tuple(
+        Passage(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
+    )
+    return found or (NOTHING,)
+
+
+def _judged(rows: Iterable[Row], passed: bool | None) -> list[Row]:
+    return [row for row in rows if row.passed is passed and row.undecided == (passed is None)]
+
+
+def _shifts(board: Scoreboard | None) -> list[tuple[str, float]]:
+    """Return each change of the robot with its mean effect on the limits that miss, deg."""
+    shifts = [shift for each in (board and board.explanations) or () for shift in each.shifts]
+    means = [(name, fmean(one.deg for one in some)) for name, some in by(shifts, _change).items()]
+    return sorted(means, key=lambda mean: -abs(mean[1]))
+
+
+def _change(shift: Shift) -> str:
+    return shift.change
+
+
+def _repeat(findings: Findings) -> str:
+    versions = ', '.join(f'{name} {version}' for name, version in findings.versions.items())
+    return (
+        f'Command: {findings.command}. It makes {findings.figures} figures and {findings.runs} '
+        f'runs, which take {duration(findings.run_seconds)} of one core. With the same versions '
+        f'({versions}) every run takes the same trajectory, bit for bit; the page that the '
+        'command writes lists the hash of each.'
+    )

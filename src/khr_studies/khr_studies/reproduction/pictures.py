@@ -1,0 +1,116 @@
+"""Draw the figures and stability maps of a reproduction on a pool of workers."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from khr_common import KhrError
+from khr_sim.physics import engines
+from khr_studies.measuring.experiments import folder_of, root_of, runs_by_name
+from khr_studies.reproduction.results import FigureResult
+from khr_studies.stability_map.figure import draw_map
+from khr_studies.thesis_figures.registry import FIGURES, draw, paths
+from khr_sweeps.pool import Pool
+from khr_sweeps.progress import Bar
+from khr_sweeps.specification import Sweep
+
+
+class Pictures:
+    """Figures that a pool of workers draws; one that fails does not stop the others.
+
+    Args:
+        pool: its workers have access to the same folders.
+        bar: advances with each figure.
+        out: folder of the figures and their CSV files.
+        fast: whether to draw the quick and coarse form.
+        engine: physics engine of the experiments, and of what is run for a figure.
+    """
+
+    def __init__(
+        self, pool: Pool, bar: Bar, out: Path, fast: bool, engine: str = engines.DEFAULT
+    ) -> None:
+        self._pool = pool
+        self._bar = bar
+        self._out = out
+        self._fast = fast
+        self._engine, self._root = engine, root_of(engine)
+        self._futures: dict[str, tuple[FigureResult, Any]] = {}
+
+    def submit_figure(self, number: str) -> None:
+        """Start drawing a figure."""
+        drawing = FIGURES[number]
+        result = FigureResult(
+            number,
+            drawing.title,
+            *paths(number, self._out, self._engine),
+            f'khr figure {number}' + ' --fast' * self._fast + self._on_engine,
+            drawing.experiments,
+            0.0,
+        )
+        self._submit(result, _draw_figure, number, self._out.absolute(), self._fast, self._engine)
+
+    def submit_map(self, sweep: Sweep) -> None:
+        """Start drawing a stability map over the first two axes of an experiment."""
+        x, y = list(sweep.axes)[:2]
+        name = sweep.name
+        folder, image = folder_of(name, self._fast, self._root), self._out / f'{name}.png'
+        result = FigureResult(
+            name,
+            sweep.title,
+            image,
+            image.with_suffix('.csv'),
+            f'khr map {folder} --x {x} --y {y}',
+            (name,),
+            0.0,
+        )
+        self._submit(result, draw_map, folder.absolute(), x, y, image.absolute())
+
+    @property
+    def _on_engine(self) -> str:
+        return f' --engine {self._engine}' if self._engine != engines.DEFAULT else ''
+
+    def results(self, numbers: Iterable[str]) -> list[FigureResult]:
+        """Wait for all; return them in the order of their numbers."""
+        return [self._result(number) for number in numbers]
+
+    def _submit(
+        self, result: FigureResult, function: Callable[..., object], *arguments: Any
+    ) -> None:
+        for path in (result.image, result.points):
+            path.unlink(missing_ok=True)  # of an earlier reproduction
+        future = self._pool.submit(_timed, function, *arguments, first=True)  # some take long
+        future.add_done_callback(lambda _: self._bar.advance())
+        self._futures[result.number] = result, future
+
+    def _result(self, number: str) -> FigureResult:
+        result, future = self._futures[number]
+        try:
+            seconds, error = future.result()
+        except Exception as failure:  # the worker died; the other figures are not affected
+            seconds, error = 0.0, reason(failure)
+        return replace(result, seconds=seconds, error=error)
+
+
+def reason(error: Exception) -> str:
+    """Format an error as one line; user errors are shown without their type."""
+    text = ' '.join(str(error).split())
+    return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
+
+
+def _timed(function: Callable[..., object], *arguments: Any) -> tuple[float, str]:
+    """Draw; return the wall time in s and the error, empty without one."""
+    began = time.monotonic()
+    try:
+        function(*arguments)
+    except Exception as error:  # the other figures are drawn in any case
+        return time.monotonic() - began, reason(error)
+    return time.monotonic() - began, ''
+
+
+def _draw_figure(number: str, out: Path, fast: bool, engine: str) -> None:
+    runs = runs_by_name(FIGURES[number].experiments, root_of(engine), fast)
+    draw(number, out, runs, fast, engine=engine)

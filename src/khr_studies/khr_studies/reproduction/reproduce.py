@@ -1,0 +1,218 @@
+"""``khr reproduce``: compute every experiment, figure and row of the thesis."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import partial
+from importlib.metadata import version as version_of
+from pathlib import Path
+from typing import TypeVar
+
+from khr_bringup.code_version import code_version, stated_of
+from khr_report.folders import make_folder
+from khr_sim.physics import engines
+from khr_studies.measuring import experiments
+from khr_studies.measuring.bench import Bench
+from khr_studies.measuring.consistency import Said, check, ragged, said_of_runs
+from khr_studies.measuring.critical import limit_of_seed
+from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
+from khr_studies.measuring.experiments import Opened, Runs, runs_by_name
+from khr_studies.measuring.study_version import version_of_study
+from khr_studies.peak_origin.study import PeakStudy, study
+from khr_studies.reproduction.findings import (
+    Findings,
+    compare_friction,
+    compare_soles,
+    compare_tilting,
+    finished,
+)
+from khr_studies.reproduction.pictures import Pictures, reason
+from khr_studies.reproduction.results import FigureResult, Reproduction, distinct
+from khr_studies.reproduction.wanted import SCOREBOARD, Wanted
+from khr_studies.scoreboard.rows import Scoreboard
+from khr_studies.scoreboard.study import compare, submit_all
+from khr_studies.stability_map.best_gain import map_result
+from khr_studies.thesis_figures.registry import FIGURES
+from khr_sweeps.pool import Pool, check_workers, local_pool
+from khr_sweeps.progress import Bar
+from khr_sweeps.results.kept_jobs import KeptJobs
+
+LINES = 'lines'  # the experiment on the origin of the spectral peaks
+SEEDS, TOLERANCE = 3, 0.2  # of the scoreboard; the tolerance is that of each bisection, in deg
+FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE = 1, 0.8, (0.0, 3.0, 6.0)
+LIMIT_RUNS = 5  # of a bisection, about
+LIBRARIES = ('scipy', 'matplotlib')
+
+Result = TypeVar('Result')
+
+
+def reproduce(asked: Wanted, out: Path, workers: int | None = None) -> Reproduction:
+    """Reproduce the thesis, or a part of it.
+
+    Results of earlier computations are used again.
+
+    Args:
+        asked: what of it.
+        out: folder of the page, whose folder ``figures`` the figures are drawn into.
+        workers: processes; as many as there are cores by default.
+
+    Raises:
+        ReportError: if the folder cannot be written.
+        RunError: if the computation could not go on, or results contradict one another; what is
+            finished is kept.
+    """
+    processes = check_workers(workers)
+    began = time.monotonic()
+    make_folder(out / 'figures')
+    sweeps = experiments.sweeps_of(asked.experiments, asked.fast, asked.engine)
+    with experiments.opened(sweeps) as entered:
+        computed = _compute(asked, entered, out / 'figures', processes)
+    return _results(asked, computed, began)
+
+
+@dataclass
+class Computed:
+    """What the workers have computed.
+
+    Attributes:
+        drawn: figures, then maps.
+        scoreboard: None if it was not asked for, or failed.
+        seeds: by experiment.
+        bisected: experiments whose runs lie along a limit.
+        lost: number of runs whose workers died.
+        failed: other failures, a line each.
+        said: what the scoreboard's measurements say of who stays up.
+    """
+
+    drawn: list[FigureResult]
+    scoreboard: Scoreboard | None
+    seeds: dict[str, int]
+    bisected: tuple[str, ...]
+    lost: int
+    failed: list[str]
+    said: list[Said] = field(default_factory=list)
+
+    def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:
+        """Return the result of an evaluation; None if it fails, and note the failure."""
+        try:
+            return evaluate()
+        except Exception as error:  # the page is written in any case
+            self.failed.append(f'{name}: {reason(error)}')
+            return None
+
+
+def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Computed:
+    """Compute everything on one pool; jobs that wait for nothing are submitted first."""
+    drawn = (*asked.figures, *asked.maps)
+    with (
+        Bar('reproduce', experiments.missing(sweeps) + len(drawn), lines=True) as bar,
+        local_pool(workers) as pool,
+        _kept(pool, bar, asked) as kept,
+    ):
+        pictures = Pictures(pool, bar, out, asked.fast, asked.engine)
+        for number in asked.figures:
+            if not FIGURES[number].experiments:
+                pictures.submit_figure(number)
+        bench = _bench(kept, asked)
+        if asked.scoreboard:
+            submit_all(bench, explain=not asked.fast)
+        lost = experiments.run_on(pool, sweeps, bar)
+        for number in asked.figures:
+            if FIGURES[number].experiments:
+                pictures.submit_figure(number)
+        for sweep, _ in sweeps:
+            if sweep.name in asked.maps:
+                pictures.submit_map(sweep)
+        computed = Computed(
+            [],
+            None,
+            {each.name: each.seeds or 0 for each, _ in sweeps},
+            tuple(each.name for each, _ in sweeps if each.bisect),
+            lost,
+            [],
+        )
+        if asked.scoreboard:
+            computed.scoreboard = computed.attempt(
+                SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
+            )
+        if computed.scoreboard:
+            computed.said = list(bench.said())
+        computed.drawn = pictures.results(drawn)
+        return computed
+
+
+def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
+    root = experiments.root_of(asked.engine)
+    runs = runs_by_name(asked.experiments, root, asked.fast)
+    peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
+    said = [*computed.said, *said_of_runs(runs)]
+    check(said, root)
+    return Reproduction(
+        [each for each in computed.drawn if each.number in FIGURES],
+        [each for each in computed.drawn if each.number not in FIGURES],
+        runs,
+        computed.seeds,
+        time.monotonic() - began,
+        _findings(asked, computed, runs, peaks),
+        peaks,
+        ragged(said),
+        computed.failed,
+        computed.lost,
+    )
+
+
+def _findings(
+    asked: Wanted, computed: Computed, runs: Mapping[str, Runs], peaks: PeakStudy | None
+) -> Findings:
+    done, made = finished(runs), distinct(runs)
+    maps = {
+        name: computed.attempt(name, partial(map_result, runs[name], name in computed.bisected))
+        for name in asked.maps
+        if runs[name]
+    }
+    return Findings(
+        computed.scoreboard,
+        compare_soles(done),
+        compare_friction(done),
+        compare_tilting(done),
+        peaks.origins if peaks else (),
+        {name: result for name, result in maps.items() if result is not None},
+        sum(each.number in FIGURES for each in computed.drawn),
+        len(made),
+        float(sum(row['wall_time_s'] for row in made)),
+        asked.fast,
+        asked.command,
+        _versions(),
+    )
+
+
+def _kept(pool: Pool, bar: Bar, asked: Wanted) -> KeptJobs:
+    return KeptJobs(
+        pool,
+        experiments.root_of(asked.engine) / SCOREBOARD,
+        version_of_study('scoreboard'),
+        bar,
+        {limit_of_seed: LIMIT_RUNS},
+    )
+
+
+def _bench(kept: KeptJobs, asked: Wanted) -> Bench:
+    spread = spread_of(read_ensemble())
+    settings = (
+        ((('simulator', 'engine'), asked.engine),) if asked.engine != engines.DEFAULT else ()
+    )
+    return (
+        Bench(kept, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE, spread, settings)
+        if asked.fast
+        else Bench(kept, SEEDS, TOLERANCE, spread=spread, settings=settings)
+    )
+
+
+def _versions() -> dict[str, str]:
+    return {
+        'code': code_version(),
+        **stated_of(),
+        **{name: version_of(name) for name in LIBRARIES},
+    }

@@ -1,0 +1,68 @@
+"""What of the thesis ``khr reproduce`` is asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from khr_report.errors import ReportError
+from khr_sim.physics import engines
+from khr_studies.measuring.experiments import shipped
+from khr_studies.thesis_figures.registry import FIGURES
+
+SCOREBOARD = 'scoreboard'
+MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The parts of a reproduction that were asked for.
+
+    Attributes:
+        figures: their numbers, in the order of the registry.
+        maps: names of experiments that are drawn as stability maps.
+        scoreboard: whether the scoreboard is measured.
+        fast: whether everything is computed in its quick and coarse form.
+        command: the command that asks for the same.
+        engine: physics engine.
+    """
+
+    figures: tuple[str, ...]
+    maps: tuple[str, ...]
+    scoreboard: bool
+    fast: bool
+    command: str
+    engine: str = engines.DEFAULT
+
+    @property
+    def experiments(self) -> tuple[str, ...]:
+        """Return the names of all experiments needed, each once."""
+        of_figures = (name for number in self.figures for name in FIGURES[number].experiments)
+        return tuple(dict.fromkeys((*of_figures, *self.maps)))
+
+
+def wanted(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> Wanted:
+    """Parse a list with commas of what to reproduce; None stands for everything.
+
+    Raises:
+        ReportError: if a name is not known.
+    """
+    maps = [name for name in shipped() if name.startswith(MAP)]
+    every = (*FIGURES, *maps, SCOREBOARD)
+    names = every if only is None else tuple(name.strip() for name in only.split(','))
+    for name in names:
+        if name not in every:
+            raise ReportError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
+    if engine not in engines.LIBRARIES:
+        accepted = ' | '.join(engines.LIBRARIES)
+        raise ReportError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
+    return Wanted(
+        tuple(number for number in FIGURES if number in names),
+        tuple(name for name in maps if name in names),
+        SCOREBOARD in names,
+        fast,
+        'khr reproduce'
+        + (f' --only {only}' if only else '')
+        + ' --fast' * fast
+        + (f' --engine {engine}' if engine != engines.DEFAULT else ''),
+        engine,
+    )

@@ -1,0 +1,1 @@
+"""Every result of the thesis beside the simulated robot's."""

@@ -1,0 +1,269 @@
+"""The scoreboard as a document, and as a file beside its JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+
+from khr_common.files import write_text
+from khr_report.page.document import (
+    Block,
+    Columns,
+    Table,
+    Verdict,
+    markdown,
+    number,
+    numbers,
+    rate,
+    table,
+)
+from khr_report.page.template import page_blocks
+from khr_studies.measuring.json_file import write_json
+from khr_studies.measuring.limit import RAGGED, VIBRATES
+from khr_studies.measuring.published import COMMON_DEG, SHOWN, SLIPS, UNSLIPPED
+from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG
+from khr_studies.scoreboard.rows import (
+    ENOUGH,
+    Explanation,
+    LimitRow,
+    OrderRow,
+    Scoreboard,
+    ScoreboardRow,
+    StandingRow,
+    TrendRow,
+    WalkRow,
+    Width,
+)
+
+CHAPTERS = {3: 'Chapter 3: standing', 5: 'Chapter 5: walking', 6: 'Chapter 6: conclusions'}
+# Unit, decimals and factor of a trend's values.
+UNITS = {'vibration': ('deg/s', 2, degrees(1.0)), 'slide': ('mm', 1, 1.0), 'line': ('Hz', 3, 1.0)}
+DECIMALS = {'N': 1, 'deg/s': 1}  # of standing; 2 for other units
+HEAD = """# Scoreboard
+
+What the robot of Dutta (2021) did, and what the simulated one does. Written by {command};
+do not edit. The same as data: [{json}]({json}). *Fitted* rows were used by the
+calibration ([calibration.md](calibration.md)); *statics* rows hold of whatever stands on a slope; all
+others are predictions. A row that misses stays.
+"""
+QUICK = (
+    'The quick form, of one seed: what varies with the seeds is undecided here, and a limit passes '
+    'only if its coarse interval does. It gives an impression; verdicts are those of the full form.'
+)
+
+
+def _signed(value: float | None) -> str:
+    return '' if value is None else f'{value:+.2f}'
+
+
+def _within(deg: float, half: float | None) -> str:
+    return f'{deg:.2f}' if half is None else f'{deg:.2f} +- {half:.2f}'
+
+
+def _parts(row: LimitRow) -> str:
+    """Return what makes an interval: seeds, the other engine, the robots that fit."""
+    if row.seeds_deg is None or row.other_engine_deg is None:
+        return ''
+    low, high = row.ensemble_deg or (0.0, 0.0)
+    return (
+        f'{row.seeds_deg:.2f}, {abs(row.other_engine_deg - row.deg):.2f}, {(high - low) / 2:.2f}'
+    )
+
+
+def _share(value: float | None) -> str:
+    return '-' if value is None else f'{value:.0%}'
+
+
+def _trend(row: TrendRow) -> str:
+    unit, decimals, factor = UNITS[row.quantity]
+    values = (None if value is None else factor * value for value in row.values)
+    return f'{numbers(values, decimals)} {unit}'
+
+
+JUDGEMENT: Columns[ScoreboardRow] = {
+    'kind': lambda row: row.kind,
+    'verdict': lambda row: Verdict(row.passed, row.undecided),
+}
+LIMIT_COLUMNS: Columns[LimitRow] = {
+    'chapter': lambda row: str(row.chapter),
+    'condition': lambda row: row.condition,
+    'thesis, deg': lambda row: f'{row.thesis_deg:g}',
+    'simulation, deg': lambda row: _within(row.deg, row.half_width_deg),
+    'of seeds, engine, constants': _parts,
+    'other engine, deg': lambda row: number(row.other_engine_deg, 2),
+    'robots that fit': lambda row: (
+        '{:.2f} to {:.2f}'.format(*row.ensemble_deg) if row.ensemble_deg else ''
+    ),
+    'slip': lambda row: _share(row.slipped),
+    'vibrate': lambda row: _share(row.vibrated),
+    'difference': lambda row: _signed(row.difference_deg),
+    'tolerance': lambda row: '' if row.tolerance_deg is None else f'{row.tolerance_deg:g}',
+    **JUDGEMENT,
+}
+ORDER_COLUMNS: Columns[OrderRow] = {
+    'motion': lambda row: row.motion,
+    'limits, deg': lambda row: numbers(row.limits_deg, 2),
+    'other engine, deg': lambda row: numbers(row.others_deg, 2),
+    **JUDGEMENT,
+}
+WIDTH_COLUMNS: Columns[Width] = {
+    'condition': lambda row: row.condition,
+    'downhill, deg': lambda row: f'{row.downhill_deg:.2f}',
+    'uphill, deg': lambda row: _within(row.uphill_deg, row.half_width_deg),
+    'width, deg': lambda row: f'{row.downhill_deg + row.uphill_deg:.2f}',
+}
+STANDING_COLUMNS: Columns[StandingRow] = {
+    'what': lambda row: row.what,
+    'at phi, deg': lambda row: ', '.join(f'{phi:g}' for phi in row.inclinations_deg),
+    'thesis': lambda row: row.thesis,
+    'simulation': lambda row: (
+        f'{numbers(row.values, DECIMALS.get(row.unit, 2))} {row.unit}'.strip()
+    ),
+    'difference': lambda row: _signed(row.difference),
+    **JUDGEMENT,
+}
+WALK_COLUMNS: Columns[WalkRow] = {
+    'phi, deg': lambda row: f'{row.inclination_deg:g}',
+    'control': lambda row: row.control,
+    'thesis': lambda row: row.thesis,
+    'lost': lambda row: f'{row.lost} of {row.runs}',
+    'slide per step, mm': lambda row: number(row.slide_mm, 1),
+    'before, after, mm': lambda row: numbers(row.stance_mm, 1) if row.stance_mm else '-',
+    'vibration, deg/s': lambda row: rate(row.vibration),
+    'largest peaks, Hz': lambda row: ' '.join(f'{f:.2f}' for f in row.peaks_hz) or '-',
+    'difference': lambda row: '; '.join(row.differences),
+    **JUDGEMENT,
+}
+TREND_COLUMNS: Columns[TrendRow] = {
+    'what': lambda row: row.what,
+    'at phi, deg': lambda row: f'{row.inclination_deg:g}',
+    'simulation': lambda row: _trend(row),
+    'difference': lambda row: (
+        ''
+        if row.inclination_deg == row.thesis_deg
+        else f'not at {row.thesis_deg:g}: it does not stay up'
+    ),
+    **JUDGEMENT,
+}
+
+
+@dataclass(frozen=True)
+class Count:
+    """How many rows agree with the thesis."""
+
+    title: str
+    passed: int
+    missed: int
+    undecided: int
+    unpublished: int
+
+    @property
+    def judged(self) -> int:
+        """Return how many rows have a published number."""
+        return self.passed + self.missed + self.undecided
+
+
+def count(rows: Iterable[ScoreboardRow], title: str = '') -> Count:
+    """Count rows by verdict."""
+    every = list(rows)
+    verdicts = [row.passed for row in every]
+    undecided = sum(row.undecided for row in every)
+    return Count(
+        title,
+        verdicts.count(True),
+        verdicts.count(False),
+        undecided,
+        verdicts.count(None) - undecided,
+    )
+
+
+def counts(board: Scoreboard) -> list[Count]:
+    """Count the rows of each chapter."""
+    return [
+        count([row for row in board.rows if row.chapter == chapter], title)
+        for chapter, title in CHAPTERS.items()
+    ]
+
+
+def summary(board: Scoreboard) -> str:
+    """Summarise a scoreboard in one line."""
+    every = count(board.rows)
+    return (
+        f'{every.passed} of {every.judged} rows pass, {every.missed} miss, {every.undecided} are '
+        f'undecided; {every.unpublished} have no published number'
+        + (' (one seed)' if board.seeds < ENOUGH else '')
+    )
+
+
+def blocks(board: Scoreboard) -> list[Block]:
+    """Return the document of a scoreboard, without its title."""
+    explained = board.explanations or ()
+    return page_blocks(
+        __name__,
+        board=board,
+        summary=summary(board),
+        quick=QUICK if board.seeds < ENOUGH else '',
+        slips=board.slips_from_mm,
+        ratio=SLIPS,
+        unslipped=UNSLIPPED,
+        ragged=RAGGED,
+        tolerance=TOLERANCE_DEG,
+        vibrates=degrees(VIBRATES),
+        common=COMMON_DEG,
+        shown=SHOWN,
+        limits=table(board.limits, LIMIT_COLUMNS),
+        orders=table(board.orders, ORDER_COLUMNS),
+        widths=table(board.widths, WIDTH_COLUMNS),
+        standing=table(board.standing, STANDING_COLUMNS),
+        walks=table(board.walks, WALK_COLUMNS),
+        trends=table(board.trends, TREND_COLUMNS),
+        walk=_explanation_table([each for each in explained if each.motion == 'walk']),
+        leg_lift=_explanation_table([each for each in explained if each.motion == 'leg_lift']),
+    )
+
+
+def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str:
+    """Return the page; ``json`` is the file beside it that holds the same data."""
+    command = '`khr reproduce --fast`' if board.seeds < ENOUGH else '`khr scoreboard`'
+    of = 'one seed' if board.seeds < ENOUGH else f'{board.seeds} seeds'
+    head = HEAD.format(command=f'{command} with {of}', json=json)
+    return f'{head}\n{markdown(blocks(board))}\n'
+
+
+def write(board: Scoreboard, out: Path) -> str:
+    """Write the page of a scoreboard and, beside it, its JSON; return a summary of one line.
+
+    Raises:
+        KhrError, RunError: if a file cannot be written.
+    """
+    json = out.with_suffix('.json')
+    write_json(json, board)
+    write_text(out, scoreboard_markdown(board, json.name))
+    return summary(board)
+
+
+def _explanation_table(explanations: Sequence[Explanation]) -> Table:
+    changes = [shift.change for shift in explanations[0].shifts] if explanations else ()
+    return Table(
+        ('condition', 'thesis, deg', 'seed 0, deg', *changes, 'closest to the thesis'),
+        tuple(
+            (
+                each.condition,
+                f'{each.thesis_deg:g}',
+                f'{each.deg:.2f}',
+                *(f'{shift.deg:+.2f}' for shift in each.shifts),
+                closest(each),
+            )
+            for each in explanations
+        ),
+    )
+
+
+def closest(explanation: Explanation) -> str:
+    """Name the change that comes closest to the thesis, and the limit with it in deg."""
+    shift = explanation.closest
+    if shift is None:
+        return 'none of them'
+    return f'{shift.change}: {explanation.deg + shift.deg:.2f}'

@@ -1,0 +1,1 @@
+"""Who stays up over inclination, gain and friction."""

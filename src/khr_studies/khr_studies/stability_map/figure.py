@@ -1,0 +1,219 @@
+"""``khr map``: draw a stability map: who stays up, slipping, time of the fall and vibration."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+from matplotlib.patheffects import withStroke
+from numpy.typing import NDArray
+
+from khr_report.plots.plot_style import head, save, styled
+from khr_studies.errors import StudyError
+from khr_studies.stability_map.best_gain import CRITERION, GAINS
+from khr_studies.stability_map.study import Direction, StabilityMap, stability_map
+from khr_studies.stability_map.tables import tables, write_csv
+from khr_sweeps.results.folder import read_results
+
+SIZE = (9.0, 7.0)  # inches
+EMPTY = '0.85'  # grey of a cell without a value
+MARK: dict[str, Any] = {  # black with a white rim, visible on every colour
+    'color': 'black',
+    'linestyle': '-',
+    'linewidth': 1.0,
+    'marker': 'o',
+    'markersize': 3.0,
+    'path_effects': [withStroke(linewidth=2.5, foreground='white')],
+}
+BEST: dict[str, Any] = {
+    'color': 'white',
+    'linestyle': '',
+    'marker': '*',
+    'markersize': 9.0,
+    'markeredgecolor': 'black',
+    'markeredgewidth': 0.8,
+}
+SPLIT: dict[str, Any] = {'edgecolor': '0.25', 'hatch': '//', 'linewidth': 0.0}
+PALE = 0.25  # of the colour of a cell that was not run
+MOST_TICKS = 14  # per axis; with more cells matplotlib chooses
+
+
+def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
+    """Draw the map of a sweep; return the paths of the PNG and the CSVs.
+
+    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y; on a
+    map of inclination and a gain a third one, ``..._best``, has the best gain per inclination.
+
+    Args:
+        folder: of the sweep, complete or not.
+        x, y: swept parameters, ``node.parameter``.
+        out: the PNG; ``map_X_Y.png`` in the folder by default.
+
+    Raises:
+        StudyError: if there is no sweep, or a parameter is not swept.
+        StudyError: if a file cannot be written.
+    """
+    counted = stability_map(read_results(folder), x, y)
+    image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
+    rows_by_file = {
+        image.with_name(f'{image.stem}{end}.csv'): rows for end, rows in tables(counted).items()
+    }
+    try:
+        image.parent.mkdir(parents=True, exist_ok=True)
+        with styled():
+            save(figure(counted), image)
+        for path, rows in rows_by_file.items():
+            write_csv(path, rows)
+    except OSError as error:
+        raise StudyError(
+            f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
+            'folder that can be written'
+        ) from error
+    return [image, *rows_by_file]
+
+
+def figure(counted: StabilityMap) -> Figure:
+    """Draw a map as four panels: stayed up, slipped, time of the fall, vibration."""
+    page = Figure(figsize=SIZE, layout='constrained')
+    axes = page.subplots(2, 2, sharex=True, sharey=True)
+    runs = np.where(counted.of('runs') > 0, counted.of('runs'), np.nan)
+    panels = (
+        ('stayed up: share of runs', counted.of('up') / runs, 'RdYlBu', (0.0, 1.0)),
+        (
+            'slipped and stayed up: share of runs',
+            counted.of('slipped') / runs,
+            'Blues',
+            (0.0, 1.0),
+        ),
+        ('fell: median time of the fall (s)', counted.of('fell_at'), 'magma', None),
+        (
+            'vibration: median of those that stayed up (°/s)',
+            np.degrees(counted.of('vibration')),
+            'viridis',
+            None,
+        ),
+    )
+    for panel, (title, values, colours, limits) in zip(axes.flat, panels, strict=True):
+        panel.set_title(title)
+        _cells(page, panel, counted, values, colours, limits)
+        _critical(panel, counted)
+        _best(panel, counted)
+    _imply(axes[0, 0], counted)
+    _hatch(axes[0, 0], counted)
+    for panel in axes[-1]:
+        panel.set_xlabel(counted.x.title)
+    for panel in axes[:, 0]:
+        panel.set_ylabel(counted.y.title)
+    _explain(page, axes[0, 0], counted)
+    return page
+
+
+def _cells(
+    page: Figure,
+    panel: Axes,
+    counted: StabilityMap,
+    values: NDArray[np.float64],
+    colours: str,
+    limits: tuple[float, float] | None,
+) -> None:
+    panel.set_facecolor(EMPTY)
+    panel.grid(visible=False)
+    if limits is None:
+        known = values[np.isfinite(values)]
+        limits = (float(known.min()), float(known.max())) if len(known) else (0.0, 1.0)
+    mesh = panel.pcolormesh(
+        counted.x.edges,
+        counted.y.edges,
+        np.ma.masked_invalid(values),
+        cmap=colours,
+        vmin=limits[0],
+        vmax=limits[1],
+    )
+    page.colorbar(mesh, ax=panel, shrink=0.9)
+    _ticks(panel.xaxis, counted.x)
+    _ticks(panel.yaxis, counted.y)
+    panel.set_xlim(counted.x.edges[0], counted.x.edges[-1])
+    panel.set_ylim(counted.y.edges[0], counted.y.edges[-1])
+
+
+def _ticks(axis: Any, direction: Direction) -> None:
+    if not direction.numeric or len(direction.labels) <= MOST_TICKS:
+        axis.set_ticks(
+            direction.places,
+            [f'{label:g}' if direction.numeric else str(label) for label in direction.labels],
+        )
+
+
+def _hatch(panel: Axes, counted: StabilityMap) -> None:
+    for row, column in np.argwhere(counted.split()):
+        x, y = counted.x.edges[column : column + 2], counted.y.edges[row : row + 2]
+        panel.fill_between(x, y[0], y[1], facecolor='none', **SPLIT)
+
+
+def _imply(panel: Axes, counted: StabilityMap) -> None:
+    """Fill palely what a bisection took for granted."""
+    panel.pcolormesh(
+        counted.x.edges,
+        counted.y.edges,
+        np.ma.masked_invalid(counted.implied()),
+        cmap='RdYlBu',
+        vmin=0.0,
+        vmax=1.0,
+        alpha=PALE,
+        linewidth=0.0,
+    )
+
+
+def _critical(panel: Axes, counted: StabilityMap) -> None:
+    """Mark where half the runs stay up, with its interval, for each y."""
+    left, right = counted.x.edges[0], counted.x.edges[-1]
+    for place, critical in zip(counted.y.places, counted.critical, strict=False):
+        panel.plot(
+            np.clip([critical.low, critical.high], left, right),
+            [place, place],
+            **(MARK | {'marker': ''}),
+        )
+        panel.plot(critical.value, place, **MARK)
+
+
+def _best(panel: Axes, counted: StabilityMap) -> None:
+    """Mark the best gain of each inclination."""
+    places = dict(zip(counted.x.labels, counted.x.places, strict=True))
+    heights = dict(zip(counted.y.labels, counted.y.places, strict=True))
+    panel.plot(
+        [places[cell.x] for cell in counted.best],
+        [heights[cell.y] for cell in counted.best],
+        **BEST,
+    )
+
+
+def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
+    handles: list[Artist] = []
+    if counted.split().any():
+        handles.append(Patch(facecolor='none', **SPLIT, label='some seeds stay up, others do not'))
+    if counted.bisected:
+        handles.append(
+            Patch(facecolor='#4575b4', alpha=PALE, label='not run: follows from the bisection')
+        )
+    if counted.critical:
+        handles += panel.plot([], [], **MARK, label='half of the runs stay up, with 95 % interval')
+    if counted.best:
+        handles += panel.plot([], [], **BEST, label='best gain of an inclination')
+    handles.append(
+        Patch(facecolor=EMPTY, label='nothing to show: no run, or none that fell or stayed up')
+    )
+    page.legend(handles=handles, loc='outside lower center', ncols=2)
+    x, y = (direction.title.partition(' (')[0] for direction in (counted.x, counted.y))
+    words = [f'{int(counted.of("runs").sum())} runs']
+    if counted.pooled:
+        words.append(f'pooled over {", ".join(counted.pooled)}')
+    if counted.best:
+        gains = ', '.join(f'{cell.y:g} at {cell.x:g}°' for cell in counted.best)
+        words += [f'best {GAINS[counted.y.name]}: {gains} ({CRITERION})']
+    of = ', '.join(counted.scenarios) or 'runs'
+    head(page, f'What becomes of {of}, by {x} and {y}', *words)

@@ -1,0 +1,195 @@
+"""Count where in a plane of two swept parameters the robot stays up, with confidence bounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import nan
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+
+from khr_studies.errors import StudyError
+from khr_studies.measuring.experiments import by
+from khr_studies.stability_map.best_gain import (
+    GAINS,
+    INCLINATION,
+    Cell,
+    best,
+    count_cell,
+    crossing_of,
+)
+from khr_studies.stability_map.statistics import Crossing
+from khr_sweeps.axes import column_named
+from khr_sweeps.results.folder import request_of
+
+Array = NDArray[np.float64]
+RUNS_PER_CELL = 8  # aim of the bins of a random sweep
+NAMES = {
+    'simulator.inclination_deg': 'inclination φ (°)',
+    'simulator.friction': 'friction of the soles µ',
+    'ankle_controller.gain': 'ankle gain K_A',
+    'hip_controller.gain': 'hip gain K_H',
+}
+
+
+@dataclass(frozen=True)
+class Direction:
+    """One axis of the map.
+
+    Attributes:
+        name: the parameter, ``node.parameter``.
+        unit: its unit; may be empty.
+        labels: the value of each cell, or the middle of its bin; texts, booleans or numbers.
+        places: middles of the cells; the labels if they are numbers, else 0, 1, 2, ...
+        edges: of the cells, one more than there are cells.
+        numeric: whether the labels are numbers.
+    """
+
+    name: str
+    unit: str
+    labels: tuple[Any, ...]
+    places: Array
+    edges: Array
+    numeric: bool
+
+    @property
+    def title(self) -> str:
+        """Return the name in words, with its symbol or unit."""
+        return NAMES.get(self.name) or (f'{self.name} ({self.unit})' if self.unit else self.name)
+
+
+@dataclass(frozen=True)
+class StabilityMap:
+    """The runs of a sweep by cell.
+
+    Attributes:
+        cells: lines of y with a cell for each x.
+        critical: for each y, the x at which half the runs stay up; empty if x is not a number.
+        pooled: swept parameters other than x and y.
+        scenarios: names of what was run.
+        bisected: whether x was bisected: then only cells along the limit have runs.
+    """
+
+    x: Direction
+    y: Direction
+    cells: tuple[tuple[Cell, ...], ...]
+    critical: tuple[Crossing, ...]
+    pooled: tuple[str, ...]
+    scenarios: tuple[str, ...] = ()
+    bisected: bool = False
+
+    def of(self, name: str) -> Array:
+        """Return an attribute of all cells, (y, x); nan where it is None."""
+        return np.array(
+            [[getattr(cell, name) for cell in line] for line in self.cells], np.float64
+        )
+
+    @property
+    def best(self) -> list[Cell]:
+        """Return the best gain of each inclination; nothing for a map of other parameters."""
+        if self.x.name != INCLINATION or self.y.name not in GAINS or self.bisected:
+            return []
+        return best(cell for line in self.cells for cell in line if cell.runs)
+
+    def split(self) -> NDArray[np.bool_]:
+        """Return the cells in which some runs stay up and others do not."""
+        up = self.of('up')
+        return (up > 0) & (up < self.of('runs'))
+
+    def implied(self) -> Array:
+        """Return 1 or 0 for the cells that a bisection took to stay up or to be lost, else nan.
+
+        Cells left of one in which all runs stay up count as up, those right of one in which none
+        does as lost.
+        """
+        runs, up = self.of('runs'), self.of('up')
+        found = np.full(runs.shape, nan)
+        if self.bisected:
+            with_runs = runs > 0
+            whole = with_runs & (up == runs)
+            lost = with_runs & (up == 0)
+            before = np.flip(np.maximum.accumulate(np.flip(whole, axis=1), axis=1), axis=1)
+            beyond = np.maximum.accumulate(lost, axis=1)
+            found[before & ~with_runs] = 1.0
+            found[beyond & ~with_runs] = 0.0
+        return found
+
+
+def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
+    """Count the runs of a sweep by cell.
+
+    Args:
+        results: from :func:`khr_sweeps.results.folder.read_results`.
+        x, y: swept parameters, ``node.parameter``.
+
+    Raises:
+        StudyError: if a parameter is not swept, both are the same, or no run has an outcome.
+    """
+    request = request_of(results)
+    for option, name in (('--x', x), ('--y', y)):
+        if name not in request['axes'] or x == y:
+            raise StudyError(
+                f'{option}: {name!r} is not accepted; accepted: two of '
+                f'{", ".join(request["axes"])}'
+            )
+    rows = [row for row in results.to_pylist() if row['stayed_up'] is not None]
+    if not rows:
+        raise StudyError(
+            'no run of the sweep has an outcome; accepted: a sweep with finished runs'
+        )
+    bins = int(np.clip(np.sqrt(len(rows) / RUNS_PER_CELL), 2, 20))
+    (across, columns), (along, lines) = (
+        _direction(name, request['axes'][name], [row[name] for row in rows], bins)
+        for name in (x, y)
+    )
+    places = by(zip(lines, columns, rows, strict=True), lambda place: place[:2])
+    cells = tuple(
+        tuple(
+            count_cell(at_x, at_y, [row for *_, row in places.get((i, j), ())])
+            for j, at_x in enumerate(across.labels)
+        )
+        for i, at_y in enumerate(along.labels)
+    )
+    return StabilityMap(
+        across,
+        along,
+        cells,
+        tuple(map(crossing_of, cells)) if across.numeric else (),
+        tuple(name for name in request['axes'] if name not in (x, y)),
+        tuple(request['scenario']),
+        request.get('bisect') == x,
+    )
+
+
+def _direction(
+    name: str, axis: Any, values: Sequence[Any], bins: int
+) -> tuple[Direction, NDArray[np.intp]]:
+    """Return one axis of the map, and the index of each run's cell."""
+    specification = column_named(name)
+    if isinstance(axis, dict):
+        edges = np.linspace(axis['low'], axis['high'], bins + 1)
+        places = (edges[:-1] + edges[1:]) / 2.0
+        index = np.clip(np.searchsorted(edges, values, side='right') - 1, 0, bins - 1)
+        return Direction(
+            name, specification.unit, tuple(places.tolist()), places, edges, True
+        ), index
+    numeric = specification.kind in (int, float)
+    labels = sorted(axis) if numeric else axis
+    places = np.array(labels if numeric else range(len(labels)), dtype=np.float64)
+    index = np.array([labels.index(value) for value in values], dtype=np.intp)
+    return Direction(
+        name, specification.unit, tuple(labels), places, _edges(places), numeric
+    ), index
+
+
+def _edges(places: Array) -> Array:
+    """Return cell edges halfway between places, the outer cells as wide outward as inward."""
+    if len(places) == 1:
+        return np.array([places[0] - 0.5, places[0] + 0.5])
+    middles = (places[:-1] + places[1:]) / 2.0
+    return np.concatenate(
+        ([2.0 * places[0] - middles[0]], middles, [2.0 * places[-1] - middles[-1]])
+    )

@@ -1,0 +1,1 @@
+"""The figures of the thesis, from models and from simulated runs."""

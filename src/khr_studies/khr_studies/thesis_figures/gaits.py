@@ -1,0 +1,236 @@
+"""Pitch rate of walks over time, chapter 5: Figures 5.5 to 5.7."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.signal import find_peaks
+
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.run_signals import Array
+from khr_report.plots.plot_style import LOOKS, head, panels, share_scale
+from khr_studies.measuring.bench import CYCLE
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.experiments import Run, Runs
+from khr_studies.measuring.published import walking
+from khr_studies.thesis_figures.records import (
+    GYRO,
+    Rate,
+    condition,
+    control,
+    draw_seeds,
+    grouped,
+    inclination_deg,
+    record,
+)
+
+EXPERIMENTS = ('walk_inclination', 'walk_between')
+FINGERPRINT = ('walk_left_first',)
+PEAKS = 2  # of the pitch rate while one leg swings
+BLUE = LOOKS[0][0]
+ONE_PER_SEED = 'a thin line per seed; x: it fell'
+Walk = tuple[float, Condition]  # inclination in deg, and condition
+
+
+def cycle_of(run: Run) -> tuple[float, float]:
+    """Return start and end of Gait-3 in s."""
+    return gait_of(run.scenario.table(GaitParameters)).cycle(CYCLE)
+
+
+def rate_of_walk(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
+    """Return time (s) and pitch rate (deg/s) from the start of a walk to its end or fall."""
+    series, start = record(run), run.scenario.table(GaitParameters).start_delay
+    kept = series.time >= start
+    return series.time[kept] - start, rate.values(series)[kept]
+
+
+def gait_3(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
+    """Return time (s) and pitch rate (deg/s) from the start of Gait-3 to its end or a fall."""
+    series, (start, end) = record(run), cycle_of(run)
+    kept = (series.time > start - 1e-4) & (series.time < end - 1e-4)
+    return series.time[kept] - start, rate.values(series)[kept]
+
+
+def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
+    """Return the walks of chapter 5 by inclination and condition, the flattest first."""
+    groups = grouped(
+        (run for name in EXPERIMENTS for run in runs[name]),
+        lambda run: (inclination_deg(run), condition(run)),
+    )
+    return dict(
+        sorted(
+            groups.items(),
+            key=lambda item: (item[0][0], item[0][1].hip_gain, item[0][1].ankle_gain),
+        )
+    )
+
+
+def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw the pitch rate of a whole walk on the flat, and of its third cycle, Gait-3."""
+    (walks,) = (runs[name] for name in FINGERPRINT)
+    flat = [run for run in walks if run.series is not None]
+    figure, (whole, third) = panels('the whole walk', 'Gait-3', columns=1, height=4.6)
+    draw_seeds(whole, flat, functools.partial(rate_of_walk, rate=rate), 'pitch rate', color=BLUE)
+    _draw_gait_3(third, flat, rate)
+    for axis in (whole, third):  # room for the names
+        low, high = axis.get_ylim()
+        axis.set_ylim(low, high + 0.3 * (high - low))
+    gait = flat[0].scenario.table(GaitParameters)
+    _name_gaits(whole, gait)
+    _name_legs(third, gait)
+    _number_peaks(third, flat, rate)
+    whole.set(xlabel='time in the walk (s)', ylabel=rate.label)
+    head(
+        figure,
+        'Figure 5.5: half a gait, four whole ones, half a gait on the flat',
+        'Gait-3 is the fingerprint: two peaks while the right leg swings, two for the left',
+        'a thin line per seed',
+        rate.note,
+    )
+    return figure
+
+
+def _name_gaits(axis: Axes, gait: GaitParameters) -> None:
+    """Shade the whole gaits and name them."""
+    for cycle in range(1, gait.cycles + 1):
+        begin, end = (time - gait.start_delay for time in gait_of(gait).cycle(cycle))
+        axis.axvspan(
+            begin, end, color='0.85' if cycle == CYCLE else '0.96', zorder=0, linewidth=0.0
+        )
+        _write(axis, f'Gait-{cycle}', (begin + end) / 2.0)
+
+
+def _name_legs(axis: Axes, gait: GaitParameters) -> None:
+    """Part a gait by the leg that swings; after the half gait the other leg is first."""
+    sides = ('left', 'right') if gait.first_foot == 'right' else ('right', 'left')
+    axis.axvline(gait.cycle_period / 2.0, color='0.6', linewidth=0.6)
+    for number, side in enumerate(sides):
+        _write(axis, f'{side} leg swings', (0.25 + 0.5 * number) * gait.cycle_period)
+
+
+def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
+    """Number the peaks of Gait-3, of the mean over the seeds that reached its end."""
+    whole = [gait_3(run, rate) for run in walks if not run.fell]
+    if not whole:
+        return
+    time, mean = whole[0][0], np.mean([values for _, values in whole], axis=0)
+    for number, place in enumerate(peaks_of_swings(mean), start=1):
+        axis.annotate(
+            str(number),
+            (time[place], max(values[place] for _, values in whole)),
+            xytext=(0, 3),
+            textcoords='offset points',
+            ha='center',
+            fontweight='bold',
+        )
+
+
+def peaks_of_swings(gait: Array) -> list[int]:
+    """Return the indices of the most prominent peaks of a gait, two per swing of a leg.
+
+    Args:
+        gait: pitch rate over one cycle, (N,), in any unit.
+    """
+    around = np.tile(gait, 3)  # a cycle has no ends
+    places, found = find_peaks(around, prominence=0.0)
+    size, half = len(gait), len(gait) / 2.0
+    chosen = []
+    for swing in range(2):
+        begin = size + swing * half
+        here = [
+            (prominence, int(place) - size)
+            for place, prominence in zip(places, found['prominences'], strict=True)
+            if begin <= place < begin + half
+        ]
+        chosen += sorted(place for _, place in sorted(here)[-PEAKS:])
+    return chosen
+
+
+def _write(axis: Axes, text: str, x: float) -> None:
+    axis.annotate(
+        text,
+        (x, 1.0),
+        xytext=(0, -9),
+        textcoords='offset points',
+        fontsize=7,
+        color='0.4',
+        ha='center',
+        xycoords=('data', 'axes fraction'),
+    )
+
+
+def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw Gait-3 without control and with ankle control, by inclination."""
+    title = 'Figure 5.6: Gait-3 without control and with the ankle, downhill ever steeper'
+    return _per_inclination(title, walks_of(runs), lambda of: not of.hip_gain, rate, 3)
+
+
+def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw Gait-3 with ankle and hip control, by inclination."""
+    title = 'Figure 5.7: Gait-3 with ankle and hip, downhill ever steeper'
+    return _per_inclination(title, walks_of(runs), lambda of: bool(of.hip_gain), rate, 2)
+
+
+def name_of(walk: Walk) -> str:
+    """Name the ground and the gains of a walk."""
+    return f'φ = {walk[0]:g}°, {control(walk[1])}'
+
+
+def _per_inclination(
+    title: str,
+    walks: Mapping[Walk, Runs],
+    wanted: Callable[[Condition], bool],
+    rate: Rate,
+    columns: int,
+) -> Figure:
+    """Draw a panel per walk with a wanted control, over the walk on the flat without any."""
+    shown = {walk: group for walk, group in walks.items() if wanted(walk[1])}
+    flat = [run for run in walks[0.0, walking()] if not run.fell]
+    rows = -(-len(shown) // columns)
+    figure, axes = panels(*map(name_of, shown), columns=columns, height=1.2 + 1.5 * rows)
+    for axis, (walk, group) in zip(axes, shown.items(), strict=True):
+        _draw_gait_3(axis, group, rate, flat if walk[0] else ())
+    share_scale(
+        axis
+        for axis, group in zip(axes, shown.values(), strict=True)
+        if not all(run.fell for run in group)
+    )
+    head(
+        figure,
+        title,
+        f'{ONE_PER_SEED}, before Gait-3 where the walk is shown from its start',
+        'grey: Gait-3 on the flat',
+        rate.note,
+    )
+    return figure
+
+
+def _draw_gait_3(axis: Axes, group: Runs, rate: Rate, flat: Sequence[Run] = ()) -> None:
+    """Draw Gait-3 of each seed, or the walk up to the fall if none reached it.
+
+    Beneath Gait-3 is that of the first of the walks on the flat.
+    """
+    there = [run for run in group if gait_3(run)[0].size]
+    for run in flat[:1] if there else ():
+        label = 'φ = 0°, no control'
+        axis.plot(*gait_3(run, rate), color='0.75', linewidth=1.2, linestyle='-', label=label)
+    if there:
+        draw_seeds(
+            axis,
+            there,
+            functools.partial(gait_3, rate=rate),
+            'pitch rate',
+            lambda run: run.fell and bool(run.row['fell_at_s'] < cycle_of(run)[1]),
+            color=BLUE,
+            linestyle='-',
+        )
+    else:
+        draw_seeds(
+            axis, group, functools.partial(rate_of_walk, rate=rate), 'pitch rate', color=BLUE
+        )
+    axis.set(xlabel=f'time in {"Gait-3" if there else "the walk"} (s)', ylabel=rate.label)

@@ -1,0 +1,85 @@
+"""The gyro's circuit, chapter 4: Figures 4.4 to 4.6."""
+
+from __future__ import annotations
+
+import functools
+import math
+
+import numpy as np
+from matplotlib.figure import Figure
+
+from khr_report.plots.plot_style import legend_above, panels
+from khr_sim.sensors.gyro_circuit import carrier
+from khr_sim.sensors.gyro_circuit.circuit import KRG4
+
+RATE_DEG = 100.0  # deg/s, amplitude
+FREQUENCY = 20.0  # Hz, fast for a robot, to keep the carrier visible beside it
+DURATION = 0.1  # s; the circuit settles in the first half
+
+
+@functools.cache
+def _waveforms() -> carrier.Waveforms:
+    """Simulate the circuit under a sinusoidal rate."""
+    return carrier.simulate(
+        lambda time: math.radians(RATE_DEG) * np.sin(2.0 * math.pi * FREQUENCY * time), DURATION
+    )
+
+
+def modulated() -> Figure:
+    """Draw V_out, the carrier modulated by the rate."""
+    waves = _waveforms()
+    late = waves.time >= 0.5 * DURATION
+    figure, (rate, carried) = panels(
+        'the rate', 'V_out of the charge amplifier', columns=1, height=4.4
+    )
+    rate.plot(1e3 * waves.time[late], np.degrees(waves.rate[late]), label='rate ω')
+    carried.plot(1e3 * waves.time[late], 1e3 * waves.carrier[late], linewidth=0.3, label='V_out')
+    envelope = 1e3 * KRG4.carrier_sensitivity * np.abs(waves.rate[late])
+    carried.plot(
+        1e3 * waves.time[late],
+        envelope,
+        linestyle='--',
+        linewidth=1.0,
+        label='static sensitivity · |ω|',
+    )
+    rate.set(xlabel='time (ms)', ylabel='rate (°/s)')
+    carried.set(xlabel='time (ms)', ylabel='V_out (mV)')
+    legend_above(carried)
+    figure.suptitle(
+        f'Figure 4.4: a {KRG4.carrier_frequency / 1e3:.1f} kHz carrier, its amplitude '
+        f'the rate ({RATE_DEG:g}°/s at {FREQUENCY:g} Hz)'
+    )
+    return figure
+
+
+def demodulated() -> Figure:
+    """Draw the demodulated output beside the rate."""
+    waves = _waveforms()
+    late = waves.time >= 0.5 * DURATION
+    time, every = 1e3 * waves.time[late], 16
+    figure, (axis,) = panels('')
+    axis.plot(
+        time[::every],
+        1e3 * KRG4.sensitivity * waves.rate[late][::every],
+        label='0.67 mV per °/s · rate',
+    )
+    axis.plot(time[::every], 1e3 * waves.demodulated[late][::every], label='demodulated output')
+    axis.set(xlabel='time (ms)', ylabel='output (mV)')
+    axis.legend(loc='upper right')
+    figure.suptitle(
+        f'Figure 4.5: multiplier and low-pass give the rate back, {KRG4.bandwidth:g} Hz wide'
+    )
+    return figure
+
+
+def static_characteristic() -> Figure:
+    """Draw the settled output over the rate."""
+    rates = np.linspace(-300.0, 300.0, 13)
+    output = 1e3 * carrier.static_characteristic([math.radians(rate) for rate in rates])
+    figure, (axis,) = panels('')
+    axis.plot(rates, 0.67 * rates, label='0.67 mV per °/s (5.2)')
+    axis.plot(rates, output, 'o', label='circuit, settled')
+    axis.set(xlabel='rate ω (°/s)', ylabel='output about its zero-rate level (mV)')
+    axis.legend(loc='upper left')
+    figure.suptitle('Figure 4.6: the static characteristic')
+    return figure

@@ -1,0 +1,83 @@
+"""What a run of a leg lift holds: the times of its parts, and forces and rates over them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.run_signals import Array
+from khr_studies.measuring.experiments import Run
+from khr_studies.thesis_figures.records import TRUE, Rate, record
+
+SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
+
+
+@dataclass(frozen=True)
+class LiftTimes:
+    """The support foot of a leg lift, and the times of its parts in s."""
+
+    support: str
+    start: float
+    lifted: float
+    up: float
+    lowered: float
+    down: float
+    end: float
+
+
+def lift_of(run: Run) -> LiftTimes:
+    """Return the times of a run's leg lift."""
+    gait = run.scenario.table(GaitParameters)
+    times = gait.start_delay + np.cumsum(
+        [0.0, gait.shift_time, gait.lift_time, gait.hold_time, gait.lift_time, gait.shift_time]
+    )
+    return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
+
+
+def support_forces(run: Run) -> tuple[Array, Array, Array]:
+    """Return time from the start of the motion (s), toe and heel force of the support foot (N)."""
+    series, lift = record(run), lift_of(run)
+    toe, heel = SIDES[lift.support]
+    kept = series.time >= lift.start
+    return (
+        series.time[kept] - lift.start,
+        series.contact_force[kept, toe],
+        series.contact_force[kept, heel],
+    )
+
+
+def held_forces(run: Run) -> tuple[float, float]:
+    """Return the mean toe and heel force in the later half of the time on one leg, N.
+
+    NaN if the robot fell earlier.
+    """
+    lift = lift_of(run)
+    time, toe, heel = support_forces(run)
+    late = lift.up + lift.lowered - 2.0 * lift.start
+    settled = (time >= late / 2.0) & (time <= lift.lowered - lift.start)
+    if not time.size or time[-1] < lift.lowered - lift.start - 1e-6:
+        return math.nan, math.nan
+    return float(toe[settled].mean()), float(heel[settled].mean())
+
+
+def held_difference(run: Run) -> float:
+    """Return the mean Delta = F_T - F_H over the same time as :func:`held_forces`, N."""
+    toe, heel = held_forces(run)
+    return toe - heel
+
+
+def overshoot_of(run: Run, rate: Rate = TRUE) -> float:
+    """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if it did not stay up."""
+    if not run.stayed_up:
+        return math.nan
+    series, lift = record(run), lift_of(run)
+    return float(np.abs(rate.values(series)[series.time >= lift.start]).max())
+
+
+def rate_of_run(run: Run, rate: Rate = TRUE) -> tuple[Array, Array]:
+    """Return time (s) and pitch rate (deg/s) of a run up to its fall."""
+    series = record(run)
+    return series.time, rate.values(series)

@@ -1,0 +1,173 @@
+"""Common parts of the figures of runs: grouping runs and drawing their records.
+
+Over time every seed is a thin line; a run that fell is drawn up to its fall and ends with a cross.
+Over the inclination a line is the median of the seeds and a band their range; a cross marks a seed
+that did not stay up, at its value, or at the bottom if it has none.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from operator import attrgetter
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from khr_bringup.recorded.run_signals import Array, Series
+from khr_report.plots.plot_style import FALLEN
+from khr_sim.run_parameters import RunParameters
+from khr_sim.sensors.gyro import AD_STEP, GyroParameters
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.experiments import Key, Run, Runs, by
+
+SEED: dict[str, Any] = {'linewidth': 0.8}
+
+
+def spread(groups: Iterable[Runs]) -> str:
+    """Say what lines and bands are of the seeds that are drawn."""
+    seeds = {run.seed for group in groups for run in group}
+    return 'median of the seeds, band from smallest to largest' if len(seeds) > 1 else 'one seed'
+
+
+@dataclass(frozen=True)
+class Rate:
+    """A signal of the torso's pitch rate.
+
+    Attributes:
+        name: what it is, in the words of an axis.
+        values: of a run's signals, deg/s, (N,).
+        note: what helps to read it; may be empty.
+    """
+
+    name: str
+    values: Callable[[Series], Array]
+    note: str = ''
+
+    @property
+    def label(self) -> str:
+        """Return the label of its axis."""
+        return f'{self.name} (°/s)'
+
+    @property
+    def amplitude(self) -> str:
+        """Return the label of the axis of its spectrum."""
+        return f'amplitude of\n{self.label}'
+
+
+RATES = {
+    'gyro_rate': Rate(
+        'pitch rate, gyro',
+        lambda series: np.degrees(series.gyro_rate),
+        f"the gyro's steps of {1e3 * AD_STEP / GyroParameters().sensitivity:.1f}°/s are those of "
+        "the board's converter",
+    ),
+    'pitch_rate': Rate('pitch rate, true', lambda series: np.degrees(series.pitch_rate)),
+}
+GYRO, TRUE = RATES['gyro_rate'], RATES['pitch_rate']  # the thesis shows the gyro's
+
+
+def inclination_deg(run: Run) -> float:
+    """Return the inclination of a run, deg."""
+    return float(run.scenario.table(RunParameters).inclination_deg)
+
+
+def condition(run: Run) -> Condition:
+    """Return the condition of a run."""
+    return Condition.of(run.scenario)[0]
+
+
+def control(of: Condition) -> str:
+    """Name the gains of a condition."""
+    gains = {'K_A': of.ankle_gain, 'K_H': of.hip_gain}
+    return ', '.join(f'{name} = {gain:g}' for name, gain in gains.items() if gain) or 'no control'
+
+
+def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
+    """Group runs by a key, in their order; runs without signals are left out."""
+    return by((run for run in runs if run.series is not None), key)
+
+
+def record(run: Run) -> Series:
+    """Return the signals of a run up to its fall, if it fell.
+
+    Raises:
+        ValueError: if the run has no signals; :func:`grouped` leaves such runs out.
+    """
+    if run.series is None:
+        raise ValueError(f'{run.point}: no signals')
+    end = run.row['fell_at_s'] if run.fell else np.inf
+    return run.series.during(run.series.time <= end + 1e-6)
+
+
+def draw_seeds(
+    axis: Axes,
+    runs: Runs,
+    signal: Callable[[Run], tuple[Array, Array]],
+    label: str,
+    falls: Callable[[Run], bool] = attrgetter('fell'),
+    /,
+    **look: Any,
+) -> None:
+    """Draw a thin line per run, with a cross at its end if it falls."""
+    for run in runs:
+        time, value = signal(run)
+        name = f'{label}, seed {run.seed}'
+        axis.plot(time, value, label=name, **{**SEED, **look})
+        if falls(run):
+            axis.plot(time[-1:], value[-1:], label=f'{name}: fell', **FALLEN)
+
+
+def draw_over_inclination(
+    axis: Axes,
+    runs: Runs,
+    value: Callable[[Run], float],
+    label: str,
+    lost_at: float = 0.02,
+    **look: Any,
+) -> None:
+    """Draw a value over the inclination; it is NaN for a run that was lost too early.
+
+    Such a run is marked at a share of the panel's height, and has no value in the CSV.
+    """
+    groups = sorted(grouped(runs, inclination_deg).items())
+    samples = [np.array([value(run) for run in group]) for _, group in groups]
+    known = [index for index, values in enumerate(samples) if np.isfinite(values).any()]
+    slope = [groups[index][0] for index in known]
+    low, middle, high = (
+        [float(pick(samples[index])) for index in known]
+        for pick in (np.nanmin, np.nanmedian, np.nanmax)
+    )
+    (line,) = axis.plot(slope, middle, label=label, **{'marker': 'o', **look})
+    color = line.get_color()
+    if low != high:
+        axis.fill_between(slope, low, high, color=color, alpha=0.2, linewidth=0.0)
+        for edge, name in ((low, 'smallest'), (high, 'largest')):
+            axis.plot(
+                slope,
+                edge,
+                color=color,
+                linewidth=0.3,
+                linestyle='-',
+                label=f'{label}, {name} of the seeds',
+            )
+    lost = [
+        (phi, found)
+        for (phi, group), values in zip(groups, samples, strict=True)
+        for run, found in zip(group, values, strict=True)
+        if not run.stayed_up
+    ]
+    look = {**FALLEN, 'color': color}
+    if lost:
+        axis.plot(*zip(*lost, strict=True), label=f'{label}: lost', **look)
+    early = [phi for phi, found in lost if not np.isfinite(found)]
+    if early:
+        (mark,) = axis.plot(
+            early,
+            [lost_at] * len(early),
+            label='_lost before',
+            transform=axis.get_xaxis_transform(),
+            **look,
+        )
+        mark.set_in_layout(False)  # not data: it must not change the layout

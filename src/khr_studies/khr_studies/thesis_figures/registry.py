@@ -1,0 +1,284 @@
+"""The thesis's figures, drawn from its models or from runs: ``draw('3.8', out)``.
+
+A figure is a function that returns a matplotlib Figure; a figure of experiments receives their
+runs. Its CSV has one row per point of every labelled line, with the panel and the axes' labels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from khr_report.plots.plot_style import head, save, styled
+from khr_report.plots.points import write_points
+from khr_sim.physics import engines
+from khr_studies.errors import StudyError
+from khr_studies.measuring import experiments
+from khr_studies.measuring.experiments import Runs
+from khr_studies.peak_origin import figure as lines
+from khr_studies.push import model_figures as pushes
+from khr_studies.push import robot_figures as push_robot
+from khr_studies.thesis_figures import (
+    gaits,
+    gyro,
+    spectra,
+    spectra_compared,
+    stages,
+    standing,
+    walking,
+)
+from khr_studies.thesis_figures import pendulum_figures as balance
+from khr_studies.thesis_figures.records import RATES
+from khr_sweeps.pool import check_workers
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """How a figure is drawn.
+
+    Attributes:
+        title: what it shows, in one line.
+        draw: returns it; receives a mapping of experiments to their runs if it needs any.
+        experiments: names of those that it is drawn from; none for a figure of the models.
+        quick: draws a coarse form in seconds where ``draw`` takes minutes.
+        pushes: whether ``draw`` pushes the robot, and takes the physics engine to do it on.
+        rate: the signal that it shows of runs unless another is asked for, one of RATES, which
+            ``draw`` then takes as well; empty if it shows no pitch rate of runs.
+    """
+
+    title: str
+    draw: Callable[..., Figure]
+    experiments: tuple[str, ...] = ()
+    quick: Callable[..., Figure] | None = None
+    rate: str = ''
+    pushes: bool = False
+
+    @property
+    def of_robot(self) -> bool:
+        """Return whether it shows the simulated robot, and depends on the physics engine."""
+        return self.pushes or bool(self.experiments)
+
+
+LIFTS = ('lift_inclination',)
+GYRO_RATE = 'gyro_rate'  # as in the thesis
+TRUE_RATE = 'pitch_rate'  # where the gyro's steps hide what is shown
+ALL = 'all'
+FIGURES: dict[str, Drawing] = {
+    '3.4': Drawing('Toe and heel force of the support foot', standing.forces_over_time, LIFTS),
+    '3.5': Drawing('Toe and heel force against the inclination', standing.toe_and_heel, LIFTS),
+    '3.6': Drawing(
+        'Delta against the inclination, by stage of control', standing.stages, standing.EXPERIMENTS
+    ),
+    '3.8': Drawing('Lean of the bare pendulum (3.6)', balance.swing),
+    '3.9': Drawing('Critical inclination against the lean', balance.critical_inclination),
+    '3.10': Drawing(
+        'Delta against the inclination: (3.7), (3.11) and the robot',
+        balance.force_difference,
+        LIFTS,
+    ),
+    '3.11b': Drawing('Output of the servo against its error', balance.servo_characteristic),
+    '3.12': Drawing(
+        'Step response of the servo (3.11)', balance.servo_step, ('lift_stages',), rate=TRUE_RATE
+    ),
+    '3.13': Drawing(
+        'Largest pitch rate against the inclination',
+        balance.largest_overshoot,
+        standing.EXPERIMENTS,
+        rate=TRUE_RATE,
+    ),
+    '3.15': Drawing(
+        'Delta against the inclination, by ankle gain',
+        standing.gains,
+        (*standing.EXPERIMENTS, 'lift_gains'),
+    ),
+    '4.4': Drawing('V_out of the gyro: the carrier modulated by the rate', gyro.modulated),
+    '4.5': Drawing('Demodulated output of the gyro', gyro.demodulated),
+    '4.6': Drawing('Static characteristic of the gyro', gyro.static_characteristic),
+    '4.8': Drawing(
+        'Pitch rate under a lasting push, without control', pushes.rising_force, pushes=True
+    ),
+    '4.10': Drawing('Recovery from a push, with and without control', pushes.recovery),
+    '4.11': Drawing(
+        'Recovery of robot and model, with and without control',
+        push_robot.with_and_without_control,
+        pushes=True,
+    ),
+    '4.12': Drawing('Pushes from behind and from the front', pushes.both_directions, pushes=True),
+    '5.5': Drawing(
+        'Pitch rate of a whole walk', gaits.whole_walk, gaits.FINGERPRINT, rate=GYRO_RATE
+    ),
+    '5.6': Drawing(
+        'Gait-3 without control, and with ankle control',
+        gaits.without_and_with_ankle,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.7': Drawing(
+        'Gait-3 with ankle and hip control',
+        gaits.with_ankle_and_hip,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.8': Drawing(
+        'Spectra without control, and with ankle control',
+        spectra.without_and_with_ankle,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.9': Drawing(
+        'Spectra with ankle and hip control',
+        spectra.with_ankle_and_hip,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.10': Drawing(
+        'Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS, rate=GYRO_RATE
+    ),
+    '5.11': Drawing(
+        'Dominant frequencies against the inclination',
+        walking.dominant_frequencies,
+        gaits.EXPERIMENTS,
+        rate=GYRO_RATE,
+    ),
+    '5.12': Drawing(
+        'Spectra by ankle and hip gain',
+        spectra_compared.gains,
+        spectra_compared.GAINS,
+        rate=GYRO_RATE,
+    ),
+    '5.13': Drawing(
+        'Smooth and rubber soles, ankle control',
+        spectra_compared.ankle_on_soles,
+        ('walk_soles',),
+        rate=GYRO_RATE,
+    ),
+    '5.14': Drawing(
+        'Smooth and rubber soles, ankle and hip control',
+        spectra_compared.ankle_and_hip_on_soles,
+        ('walk_soles',),
+        rate=GYRO_RATE,
+    ),
+    'friction': Drawing('Largest inclination against the friction', balance.friction),
+    'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
+    'lines': Drawing('Origin of the spectral lines', lines.origin_of_lines, ('lines',)),
+    'push': Drawing('Largest push against the gain, models', pushes.largest),
+    'push_robot': Drawing(
+        'Largest push against the gain, robot and models',
+        push_robot.side_by_side,
+        quick=push_robot.for_one_duration,
+        pushes=True,
+    ),
+    'stages': Drawing('Staged control on tilting ground', stages.climb, ('stages',)),
+    'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
+}
+
+
+def drawing_of(number: str) -> Drawing:
+    """Return how a figure is drawn.
+
+    Raises:
+        StudyError: if there is no such figure.
+    """
+    if number not in FIGURES:
+        raise StudyError(f'figure: {number!r} is not known; accepted: {ALL}, {", ".join(FIGURES)}')
+    return FIGURES[number]
+
+
+def numbers_of(asked: Sequence[str]) -> list[str]:
+    """Return the figures that are asked for, each once.
+
+    Args:
+        asked: numbers; ``all`` is all figures, and a number such as 3.11 also those with a letter.
+
+    Raises:
+        StudyError: if there is no such figure.
+    """
+    found: dict[str, None] = {}
+    for number in asked:
+        parts = [each for each in FIGURES if each[:-1] == number and each[-1].isalpha()]
+        chosen = list(FIGURES) if number == ALL else [number] if number in FIGURES else parts
+        if not chosen:
+            drawing_of(number)  # which says what is known
+        found.update(dict.fromkeys(chosen))
+    return list(found)
+
+
+def paths(number: str, out: Path, engine: str = engines.DEFAULT) -> tuple[Path, Path]:
+    """Return the paths of a figure's PNG and CSV in a folder; another engine is in their names."""
+    name = f'figure_{number.replace(".", "_")}{suffix(number, engine)}'
+    return out / f'{name}.png', out / f'{name}.csv'
+
+
+def draw(
+    number: str,
+    out: Path,
+    runs: dict[str, Runs] | None = None,
+    fast: bool = False,
+    signal: str | None = None,
+    engine: str = engines.DEFAULT,
+) -> list[Path]:
+    """Draw a figure and write it as PNG and CSV.
+
+    Args:
+        number: the thesis's number of the figure, or the name of one that the thesis lacks.
+        out: the folder to write into; made if needed.
+        runs: by experiment, with those of the figure; None for a figure of the models.
+        fast: whether to draw the coarse form, if there is one.
+        signal: the pitch rate to show of runs, one of RATES; by default the drawing's own.
+        engine: physics engine of the runs, and of what is run for the drawing.
+
+    Returns:
+        The paths of the PNG and the CSV.
+
+    Raises:
+        StudyError: if there is no such figure or signal, or the folder cannot be written.
+    """
+    drawing = drawing_of(number)
+    if signal is not None and signal not in RATES:
+        raise StudyError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
+    image, points = paths(number, out, engine)
+    with styled():
+        function = drawing.quick if fast and drawing.quick else drawing.draw
+        needed = {name: (runs or {})[name] for name in drawing.experiments}
+        of_runs = [needed] if needed else []
+        own = {'engine': engine} if drawing.pushes else {}
+        figure = function(
+            *of_runs, *([RATES[signal or drawing.rate]] if drawing.rate else []), **own
+        )
+        if suffix(number, engine):
+            head(figure, f'{figure.get_suptitle()}; on {engine}')
+        try:
+            out.mkdir(parents=True, exist_ok=True)
+            write_points(figure, points)
+            save(figure, image)
+        except OSError as failure:
+            raise StudyError(
+                f'out: {str(out)!r} cannot be written ({failure.strerror}); '
+                'accepted: a directory that can'
+            ) from failure
+    return [image, points]
+
+
+def suffix(number: str, engine: str) -> str:
+    """Return what the files of a figure have in their names on another engine than the default."""
+    return f'_{engine}' if engine != engines.DEFAULT and drawing_of(number).of_robot else ''
+
+
+def run_experiments(
+    numbers: Iterable[str], fast: bool = False, engine: str = engines.DEFAULT
+) -> dict[str, Runs]:
+    """Return the runs that figures are drawn from, by experiment; those missing are run first.
+
+    Raises:
+        StudyError: if there is no such figure or engine.
+        RunError: if the computation could not go on; what is finished is kept.
+    """
+    if engine not in engines.LIBRARIES:
+        accepted = ' | '.join(engines.LIBRARIES)
+        raise StudyError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
+    needed = {name: None for number in numbers for name in drawing_of(number).experiments}
+    experiments.run_sweeps(experiments.sweeps_of([*needed], fast, engine), check_workers(None))
+    return experiments.runs_by_name(needed, experiments.root_of(engine), fast)

@@ -1,0 +1,139 @@
+"""The spectra of Gait-3 by inclination, chapter 5: Figures 5.8 to 5.10.
+
+A run that did not stay up has no spectrum. If none did, a panel shows the torso's pitch up to the
+falls.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from itertools import zip_longest
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from khr_report.plots.plot_style import head, panels, share_scale
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.experiments import Runs
+from khr_studies.measuring.published import walking
+from khr_studies.thesis_figures.gaits import Walk, name_of, walks_of
+from khr_studies.thesis_figures.records import GYRO, Rate, control, draw_seeds, spread
+from khr_studies.thesis_figures.spectrum_panels import (
+    PITCH,
+    ROBOT,
+    THESIS,
+    draw_phases,
+    draw_spectra,
+    finish_phases,
+    finish_spectrum,
+    label_pitch,
+    legend_of_marks,
+    mark_thesis,
+    pitch,
+)
+
+Draw = Callable[[Axes, Walk, Runs, Rate], None]
+Wanted = Callable[[Condition], bool]
+
+
+def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw the amplitude spectra of Gait-3 by inclination: without control, and with the ankle."""
+    return _per_inclination(
+        'Figure 5.8: spectra of Gait-3, without control (left) and with the ankle (right)',
+        '',
+        walks_of(runs),
+        [lambda of: of == walking(), lambda of: bool(of.ankle_gain and not of.hip_gain)],
+        _draw_amplitude,
+        rate,
+    )
+
+
+def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw the amplitude spectra of Gait-3 with ankle and hip control, by inclination."""
+    return _per_inclination(
+        'Figure 5.9: the spectrum of Gait-3 with ankle and hip, downhill ever steeper',
+        '',
+        walks_of(runs),
+        [lambda of: bool(of.hip_gain)],
+        _draw_amplitude,
+        rate,
+    )
+
+
+def phases(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw the phase of the lines of Gait-3 with at least a third of the largest amplitude."""
+    return _per_inclination(
+        'Figure 5.10: phase of the large lines of Gait-3 (at least 33 % of the largest)',
+        f'{rate.name}, a mark per seed',
+        walks_of(runs),
+        [lambda of: True],
+        _draw_phase,
+        rate,
+        across=3,
+    )
+
+
+def _per_inclination(
+    title: str,
+    how: str,
+    walks: Mapping[Walk, Runs],
+    columns: Sequence[Wanted],
+    draw: Draw,
+    rate: Rate,
+    across: int = 2,
+) -> Figure:
+    """Draw a panel per walk in which a seed stayed up, a column per kind of control if several."""
+    asked = {walk: group for walk, group in walks.items() if any(is_(walk[1]) for is_ in columns)}
+    stayed = {walk: group for walk, group in asked.items() if any(run.stayed_up for run in group)}
+    if not stayed:
+        figure = _none_up(asked)
+        head(figure, title, PITCH)
+        return figure
+    lists = [[walk for walk in stayed if wanted(walk[1])] for wanted in columns]
+    places = [walk for row in zip_longest(*lists) for walk in row] if len(lists) > 1 else lists[0]
+    figure, axes = panels(
+        *(name_of(walk) if walk else None for walk in places),
+        columns=across,
+        height=1.2 + 1.6 * -(-len(places) // across),
+    )
+    for axis, walk in zip(axes, filter(None, places), strict=True):
+        draw(axis, walk, stayed[walk], rate)
+    share_scale(axes)
+    figure.legend(loc='outside lower center', ncols=3, handles=legend_of_marks())
+    head(
+        figure,
+        title,
+        how or spread(stayed.values()),
+        _lost([walk for walk in asked if walk not in stayed]),
+    )
+    return figure
+
+
+def _draw_amplitude(axis: Axes, walk: Walk, group: Runs, rate: Rate) -> None:
+    draw_spectra(axis, group, 'robot', rate, color=ROBOT)
+    mark_thesis(axis, *walk, THESIS)
+    finish_spectrum(axis, rate)
+
+
+def _draw_phase(axis: Axes, walk: Walk, group: Runs, rate: Rate) -> None:
+    draw_phases(axis, group, 'robot', rate, color=ROBOT)
+    mark_thesis(axis, *walk, THESIS)
+    finish_phases(axis, rate)
+
+
+def _lost(walks: Sequence[Walk]) -> str:
+    """Name the walks in which no seed stayed up, by their gains."""
+    grounds = {
+        control(of): ' and '.join(f'{phi:g}°' for phi, other in walks if other == of)
+        for _, of in walks
+    }
+    named = ', '.join(f'{gains} at {slopes}' for gains, slopes in grounds.items())
+    return f'no seed stays up, so no spectrum: {named}' if named else ''
+
+
+def _none_up(walks: Mapping[Walk, Runs]) -> Figure:
+    figure, (axis,) = panels('all lost', height=4.6)
+    for number, (walk, group) in enumerate(walks.items()):
+        draw_seeds(axis, group, pitch, name_of(walk), color=f'C{number}')
+    label_pitch(axis, columns=3)
+    return figure

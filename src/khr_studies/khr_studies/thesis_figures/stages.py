@@ -1,0 +1,83 @@
+"""Staged control (chapter 3) on ground that tilts slowly under the standing robot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from khr_balance.stage import StageParameters
+from khr_bringup.recorded.run_signals import Array
+from khr_report.plots.plot_style import LOOKS, legend_above, panels
+from khr_studies.measuring.experiments import Run, Runs
+from khr_studies.thesis_figures.records import draw_seeds, grouped, record
+
+
+def climb(runs: dict[str, Runs]) -> Figure:
+    """Draw inclination, stage, forces and correction while the ground tilts."""
+    cases = grouped(runs['stages'], lambda run: str(run.point['case']))
+    figure, (slope, stage, difference, correction) = panels(
+        'inclination, true and read back',
+        'stage',
+        'force difference, of the sensors',
+        'ankle correction',
+        columns=2,
+        height=5.4,
+    )
+    for (case, group), (color, line) in zip(cases.items(), LOOKS, strict=False):
+        label = case + _where_it_fell(group)
+        look: dict[str, Any] = {'color': color, 'linestyle': line}
+        draw_seeds(slope, group, _read, f'read back, {case}', **look)
+        draw_seeds(stage, group, _stage, case, **look)
+        draw_seeds(difference, group, _difference, label, **look)
+        draw_seeds(correction, group, _correction, case, **look)
+    _draw_ground(slope, [run for group in cases.values() for run in group])
+    slope.set(ylabel='φ (°)')
+    stage.set(
+        yticks=[1, 2, 3], yticklabels=['1: none', '2: ankle', '3: ankle\nand hip'], ylim=(0.8, 3.2)
+    )
+    difference.set(ylabel='Δ = F_T − F_H (N)')
+    correction.set(ylabel='θ_A* − θ_A0 (°)')
+    for axis in (slope, stage, difference, correction):
+        axis.set(xlabel='time (s)')
+    legend_above(slope, columns=2)
+    legend_above(difference, columns=2)
+    figure.suptitle('Standing on ground that tilts, by stage of control; a cross is a fall')
+    return figure
+
+
+def _draw_ground(axis: Axes, runs: Runs) -> None:
+    """Draw the true inclination of the longest run, and the inclinations of the stages."""
+    longest = max(map(record, runs), key=lambda series: len(series.time))
+    axis.plot(longest.time, np.degrees(longest.inclination), label='true', color='0.2')
+    stages = runs[0].scenario.table(StageParameters)
+    for above in (stages.ankle_above_deg, stages.hip_above_deg):
+        axis.axhline(above, color='0.4', linewidth=0.8)
+
+
+def _where_it_fell(runs: Runs) -> str:
+    ends = [record(run).inclination[-1] for run in runs if run.fell]
+    who = 'falls' if len(ends) == len(runs) else f'{len(ends)} of {len(runs)} fall'
+    return f': {who} at {np.degrees(np.mean(ends)):.1f}°' if ends else ''
+
+
+def _read(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, np.degrees(series.read_inclination)
+
+
+def _stage(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, series.stage
+
+
+def _difference(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, series.foot_force @ np.array([1.0, -1.0, 1.0, -1.0])
+
+
+def _correction(run: Run) -> tuple[Array, Array]:
+    series = record(run)
+    return series.time, np.degrees(series.correction_of('ankle'))

@@ -1,0 +1,304 @@
+"""The leg lifts of chapter 3 on the simulated robot: Figures 3.4, 3.5, 3.6 and 3.15.
+
+Forces are the true ones under the support foot; the sensors measure them half a second later.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable, Mapping
+
+import matplotlib
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from khr_bringup.recorded.run_signals import Array
+from khr_models.pendulum import Pendulum, critical_inclination, static_force_difference
+from khr_models.standing.ankle_servo import controlled_lean
+from khr_models.thesis import FORCE_GAIN, INITIAL_LEAN
+from khr_report.plots.plot_style import (
+    LOOKS,
+    head,
+    legend_above,
+    legend_below,
+    panels,
+    share_scale,
+)
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.experiments import Run, Runs
+from khr_studies.measuring.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
+from khr_studies.push.study import stance
+from khr_studies.thesis_figures import records
+from khr_studies.thesis_figures.lifts import (
+    SIDES,
+    LiftTimes,
+    held_difference,
+    held_forces,
+    lift_of,
+    support_forces,
+)
+from khr_studies.thesis_figures.records import (
+    condition,
+    control,
+    draw_over_inclination,
+    draw_seeds,
+    grouped,
+    inclination_deg,
+    record,
+)
+
+ROBOT = Pendulum()
+EXPERIMENTS = ('lift_inclination', 'lift_stages')
+SHOWN_DEG = 3.8  # the thesis's inclination of Figure 3.4
+STAGES = (STAGE_1, STAGE_2, STAGE_3)
+SLOPE = 'inclination φ (°)'
+BOTH = ', both feet'
+DIFFERENCE = 'Δ = F_T − F_H (N)'
+
+
+def spread(groups: Iterable[Runs]) -> str:
+    """Say what is drawn over the inclination."""
+    return f'{records.spread(groups)}; x: a seed lost'
+
+
+def draw_own_difference(axis: Axes, run: Run) -> None:
+    """Draw (3.7) for a pendulum with the body of the simulated robot, without control."""
+    own = stance(
+        run.scenario.changed(
+            {
+                ('simulator', 'seed'): 0,
+                ('simulator', 'initial_tilt_deg'): 0.0,
+                ('simulator', 'inclination_deg'): 0.0,
+            }
+        )
+    )
+    lean = math.asin(own.ahead / own.pendulum.length)
+    edge = math.degrees(critical_inclination(own.pendulum, lean, 'exact'))
+    slope = np.linspace(0.0, edge, 77)
+    delta = static_force_difference(own.pendulum, np.full_like(slope, lean), np.radians(slope))
+    axis.plot(
+        slope,
+        delta,
+        color='black',
+        linestyle=(0, (5, 1, 1, 1, 1, 1)),
+        linewidth=1.0,
+        label="(3.7), the simulated robot's body held rigid",
+    )
+
+
+def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
+    """Draw toe and heel force of the support foot while the other leg is lifted and lowered."""
+    lifts = grouped(
+        (run for run in runs['lift_inclination'] if lift_of(run).support == 'left'),
+        inclination_deg,
+    )
+    figure, axes = panels(
+        f'toe and heel of the support foot, φ = {SHOWN_DEG:g}°',
+        'toe',
+        'heel',
+        columns=1,
+        height=6.6,
+    )
+    shown = lifts[SHOWN_DEG]
+    for name, parts, (color, line) in zip(
+        ('toe', 'heel', 'toe and heel'), ((0,), (1,), (0, 1)), LOOKS, strict=False
+    ):
+        draw_seeds(axes[0], shown, _force(*parts), name, color=color, linestyle=line)
+    for part, axis in enumerate(axes[1:]):
+        for phi, (color, line) in zip(STAGE_1_READ, LOOKS, strict=False):
+            name = f'φ = {phi:g}°'
+            draw_seeds(axis, lifts[phi], _force(part), name, color=color, linestyle=line)
+            draw_seeds(
+                axis,
+                [run for run in lifts[phi] if run.stayed_up],
+                _force_of_both(part),
+                f'{name}{BOTH}',
+                color=color,
+                linestyle=(0, (1, 2)),
+            )
+    for axis in axes:
+        _mark_parts(axis, lift_of(shown[0]))
+        axis.set(
+            xlabel='time from the start of the motion (s)',
+            ylabel='force (N)',
+            ylim=(-0.18 * ROBOT.weight, 1.3 * ROBOT.weight),
+        )
+        legend_above(axis, omit=BOTH)
+    head(
+        figure,
+        'Figure 3.4: toe and heel force of the support foot while the other leg lifts',
+        'a thin line per seed, true forces, no control',
+        'dotted: both feet together, which keep the order of φ; how they share the load depends on '
+        'where the lifted foot came down, and the grip of the soles holds it so, with and without '
+        'dry friction in the servos',
+    )
+    return figure
+
+
+def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
+    """Draw toe and heel force over the inclination, standing on each leg."""
+    figure, axes = panels('left leg', 'right leg')
+    for side, axis in zip(SIDES, axes, strict=True):
+        lifts = [run for run in runs['lift_inclination'] if lift_of(run).support == side]
+        for part, (name, (color, line)) in enumerate(zip(('toe', 'heel'), LOOKS, strict=False)):
+            draw_over_inclination(axis, lifts, _held(part), name, color=color, linestyle=line)
+        _mark_limit(axis, STAGE_1)
+        axis.set(xlabel=SLOPE, ylabel='force of the support foot (N)', ylim=(0.0, None))
+    legend_below(axes[0], 3)
+    share_scale(axes)
+    head(
+        figure,
+        'Figure 3.5: toe and heel force of the support foot over the inclination',
+        spread([runs['lift_inclination']]),
+        'no control',
+    )
+    return figure
+
+
+def stages(runs: Mapping[str, Runs]) -> Figure:
+    """Draw Delta over the inclination in the three stages of control, beside (3.7)."""
+    figure, (axis,) = panels('', height=5.0)
+    lifts = grouped(
+        (run for name in EXPERIMENTS for run in runs[name] if lift_of(run).support == 'left'),
+        condition,
+    )
+    for stage, (color, line) in zip(STAGES, LOOKS, strict=False):
+        draw_over_inclination(
+            axis,
+            lifts[stage],
+            held_difference,
+            f'robot, {control(stage)}',
+            color=color,
+            linestyle=line,
+        )
+        _mark_limit(axis, stage, color=color)
+    slope = np.linspace(0.0, thesis_limit(STAGE_2), 77)
+    _plot_model(axis, slope, 0.0, '0.3', "(3.7), thesis's pendulum, no control")
+    _plot_model(axis, slope, FORCE_GAIN, '0.6', "(3.7) and (3.13), thesis's pendulum, K_A = 12")
+    draw_own_difference(axis, lifts[STAGE_1][0])
+    axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
+    legend_below(axis, 2)
+    head(
+        figure,
+        'Figure 3.6: the toe-heel difference in the three stages of control',
+        spread(lifts.values()),
+    )
+    return figure
+
+
+def gains(runs: Mapping[str, Runs]) -> Figure:
+    """Draw Delta over the inclination for raised gains of the ankle loop."""
+    figure, (axis,) = panels('', height=4.0)
+    lifts = grouped(
+        (
+            run
+            for name in ('lift_inclination', 'lift_stages', 'lift_gains')
+            for run in runs[name]
+            if lift_of(run).support == 'left'
+        ),
+        condition,
+    )
+    tried = sorted((each for each in lifts if not each.hip_gain), key=lambda each: each.ankle_gain)
+    colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(tried)))
+    for each, color in zip(tried, colors, strict=True):
+        draw_over_inclination(
+            axis, lifts[each], held_difference, control(each), color=to_hex(color)
+        )
+    axis.axhline(ROBOT.weight, color='0.4', linewidth=0.8)
+    axis.annotate(
+        'm g',
+        (0.0, ROBOT.weight),
+        xytext=(0, 3),
+        textcoords='offset points',
+        fontsize=8,
+        color='0.3',
+    )
+    axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
+    legend_below(axis, 4)
+    head(
+        figure,
+        'Figure 3.15: the toe-heel difference for raised gains of its loop',
+        spread(lifts.values()),
+    )
+    return figure
+
+
+def thesis_limit(stage: Condition) -> float:
+    """Return the inclination that the thesis's robot reached in a stage, deg."""
+    return next(row.thesis_deg for row in LIMITS if row.condition == stage)
+
+
+def _force(*parts: int) -> Callable[[Run], tuple[Array, Array]]:
+    """Return a function from a run to time and the sum of its toe (0) and heel (1) force."""
+
+    def signal(run: Run) -> tuple[Array, Array]:
+        time, *forces = support_forces(run)
+        return time, np.sum([forces[part] for part in parts], axis=0)
+
+    return signal
+
+
+def _force_of_both(part: int) -> Callable[[Run], tuple[Array, Array]]:
+    """Return a function from a run to time and toe or heel force of both feet, after the lift."""
+
+    def signal(run: Run) -> tuple[Array, Array]:
+        series, lift = record(run), lift_of(run)
+        kept = series.time >= lift.down
+        force = series.contact_force[kept][:, [part, part + 2]].sum(axis=1)
+        return series.time[kept] - lift.start, force
+
+    return signal
+
+
+def _held(part: int) -> Callable[[Run], float]:
+    return lambda run: held_forces(run)[part]
+
+
+def _plot_model(axis: Axes, slope_deg: Array, gain: float, color: str, label: str) -> None:
+    lean = [
+        controlled_lean(ROBOT, gain, inclination=math.radians(phi), initial_lean=INITIAL_LEAN)
+        for phi in slope_deg
+    ]
+    delta = static_force_difference(ROBOT, np.array(lean), np.radians(slope_deg))
+    shown = delta <= ROBOT.weight
+    axis.plot(
+        slope_deg[shown], delta[shown], color=color, linestyle='-', linewidth=1.0, label=label
+    )
+
+
+def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
+    """Mark the fall of the thesis's robot: its limit, at the whole weight."""
+    limit = thesis_limit(stage)
+    axis.axvline(limit, color=color, linewidth=0.6, linestyle=':')
+    axis.plot(
+        [limit],
+        [ROBOT.weight],
+        color=color,
+        marker='D',
+        markerfacecolor='white',
+        linestyle='',
+        label=f'thesis, {control(stage)}: toe carries m g at {limit:g}°',
+    )
+
+
+def _mark_parts(axis: Axes, lift: LiftTimes) -> None:
+    """Shade the time on one leg and name the parts of the motion."""
+    axis.axvspan(lift.lifted - lift.start, lift.down - lift.start, color='0.95', zorder=0)
+    for begin, end, name in (
+        (lift.start, lift.lifted, 'shifts'),
+        (lift.lifted, lift.up, 'lifts'),
+        (lift.up, lift.lowered, 'on one leg'),
+        (lift.lowered, lift.down, 'lowers'),
+        (lift.down, lift.end, 'shifts back'),
+    ):
+        axis.annotate(
+            name,
+            ((begin + end) / 2.0 - lift.start, 0.0),
+            fontsize=7,
+            color='0.4',
+            ha='center',
+            va='bottom',
+            xycoords=('data', 'axes fraction'),
+        )

@@ -1,0 +1,1 @@
+"""What the hip's damping adds to the ankle's force control."""

@@ -1,0 +1,172 @@
+"""What the hip's damping is worth to a standing robot: page, data and picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import degrees, isnan, nan
+from pathlib import Path
+
+import numpy as np
+
+from khr_common.files import write_text
+from khr_report.page.document import Columns, Table, number, table
+from khr_report.page.template import page_text
+from khr_report.plots.plot_style import save
+from khr_studies.measuring.json_file import write_json
+from khr_studies.third_stage.figure import limits_picture, swing_picture
+from khr_studies.third_stage.study import (
+    ANKLE_GAIN,
+    HIP_GAIN,
+    THESIS,
+    WITHIN,
+    WORTH,
+    Edge,
+    Plane,
+    Point,
+    Setting,
+    edges,
+    loop_at,
+)
+
+
+def write(plane: Plane, out: Path) -> str:
+    """Write page, picture and data beside one another; return a summary of one line.
+
+    Raises:
+        KhrError, RunError, OSError: if a file cannot be written.
+    """
+    found = edges(plane)
+    pictures = out.with_suffix('.png'), out.with_name(f'{out.stem}_swing.png')
+    write_json(out.with_suffix('.json'), plane)
+    for draw, picture in zip((limits_picture, swing_picture), pictures, strict=True):
+        save(draw(plane, found), picture, dpi=200)
+    write_text(out, page(plane, found, *(picture.name for picture in pictures)))
+    return summary(plane)
+
+
+def summary(plane: Plane) -> str:
+    """Say where the hip is worth most."""
+    worth = plane.worth
+    time, scale = np.unravel_index(int(np.argmax(worth)), worth.shape)
+    near = plane.nearest
+    return (
+        f"the hip's rate is worth {worth.max():.1f} deg at {_place(plane.scales[scale], plane.times[time])}"
+        f'; nearest to the thesis: {_place(near.force_scale, near.time_constant)}'
+    )
+
+
+def page(plane: Plane, found: Sequence[Edge], limits_picture: str, swing_picture: str) -> str:
+    """Return the page; the pictures are files beside it."""
+    near, worth, without = plane.nearest, plane.worth, plane.limits(0.0)
+    held = worth >= WORTH
+    pair = [Setting(near.force_scale, near.time_constant, hip) for hip in (0.0, HIP_GAIN)]
+    limits = (plane.without.limit_deg, *(plane.at(each).limit_deg for each in pair))
+    moved = [
+        (e.with_hip - e.without_hip, e.predicted - e.without_hip)
+        for e in found
+        if e.with_hip and e.predicted and e.without_hip
+    ]
+    return page_text(
+        __name__,
+        plane=plane,
+        limits_picture=limits_picture,
+        swing_picture=swing_picture,
+        thesis=THESIS,
+        ankle_gain=ANKLE_GAIN,
+        least=WORTH,
+        within=WITHIN,
+        held=held,
+        others=(without > 0.0) & ~held,
+        toppled=(held & (without == 0.0)).sum(),
+        columns_off=max(
+            plane.columns_off(plane.times[row], plane.scales[column])
+            for row, column in np.argwhere(held)
+        )
+        if held.any()
+        else None,
+        with_rate=plane.limits(HIP_GAIN, offset=False),
+        worth=worth,
+        offset=plane.worth_of_offset,
+        nearest=_place(near.force_scale, near.time_constant),
+        limits=limits,
+        met=all(abs(limit - own) <= WITHIN for limit, own in zip(limits, THESIS, strict=True)),
+        checked=[point.limit_deg for point in plane.checks if point.setting in pair],
+        edges=table(found, EDGES),
+        rates=[edge.growth for edge in found if edge.growth is not None],
+        moved=np.mean(moved, axis=0) if moved else (nan, nan),
+        misses=[abs(e.with_hip - e.predicted) for e in found if e.with_hip and e.predicted],
+        grids=_grids(plane),
+        loops=_loops(plane),
+        checks=table(plane.checks, _checks(plane)),
+    )
+
+
+def _place(scale: float, time: float) -> str:
+    return f'{1e3 * scale:g} mV/N and {time:g} s'
+
+
+def _scale(value: float | None) -> str:
+    return number(None if value is None else 1e3 * value, 2)
+
+
+EDGES: Columns[Edge] = {
+    'time constant, s': lambda row: f'{row.time_constant:g}',
+    'edge without the hip, mV/N': lambda row: _scale(row.without_hip),
+    "model's growth there, 1/s": lambda row: number(row.growth, 2),
+    'edge with the hip, mV/N': lambda row: _scale(row.with_hip),
+    'predicted, mV/N': lambda row: _scale(row.predicted),
+}
+
+
+def _grids(plane: Plane) -> list[tuple[str, Table]]:
+    """Return the limits over the plane, by the part of the hip in them."""
+
+    def cell(point: Point) -> str:
+        rate = '-' if isnan(point.overshoot) else f'{degrees(point.overshoot):.0f}'
+        return f'{point.limit_deg:.1f} ({rate})'
+
+    def grid(hip: float, offset: bool) -> Table:
+        rows = (
+            (
+                f'{time:g}',
+                *(cell(plane.at(Setting(scale, time, hip, offset))) for scale in plane.scales),
+            )
+            for time in plane.times
+        )
+        return Table(('', *(f'{1e3 * scale:g}' for scale in plane.scales)), tuple(rows))
+
+    return [
+        ('K_H 0', grid(0.0, True)),
+        (f'K_H {HIP_GAIN:g}, the rate alone', grid(HIP_GAIN, False)),
+        (f'K_H {HIP_GAIN:g}, with the offset', grid(HIP_GAIN, True)),
+    ]
+
+
+def _loops(plane: Plane) -> Table:
+    """Return the model's swings at the point nearest to the thesis's limits."""
+    near = plane.nearest
+    rows = []
+    for feet, hip in ((2, 0.0), (2, HIP_GAIN), (1, 0.0), (1, HIP_GAIN)):
+        loop = loop_at(Setting(near.force_scale, near.time_constant, hip), feet)
+        rows.append(
+            (
+                str(feet),
+                f'{hip:g}',
+                f'{loop.frequency:.2f}',
+                f'{loop.damping_ratio:+.3f}',
+                f'{loop.growth:+.2f}',
+            )
+        )
+    return Table(('feet', 'K_H', 'swing, Hz', 'damping ratio', 'growth, 1/s'), tuple(rows))
+
+
+def _checks(plane: Plane) -> Columns[Point]:
+    return {
+        'force scale, mV/N': lambda row: f'{1e3 * row.setting.force_scale:g}',
+        'time constant, s': lambda row: f'{row.setting.time_constant:g}',
+        'K_H': lambda row: (
+            f'{row.setting.hip_gain:g}' + ('' if row.setting.offset else ', the rate alone')
+        ),
+        f'limit, deg ({plane.engine})': lambda row: f'{plane.at(row.setting).limit_deg:.1f}',
+        'limit, deg (the other)': lambda row: f'{row.limit_deg:.1f}',
+    }

@@ -1,0 +1,1 @@
+"""Gains for one scenario: slip against vibration."""

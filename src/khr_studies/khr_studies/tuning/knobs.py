@@ -1,0 +1,80 @@
+"""What a search for gains may turn: the gains, and where the gait carries the centre of mass."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from khr_bringup.node_registry import table_of
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import specifications
+
+Changes = dict[tuple[str, str], Any]
+
+
+@dataclass(frozen=True)
+class Knob:
+    """One number that is searched.
+
+    Attributes:
+        node, key: the parameter.
+        low, high: ends of the range.
+        step: to which it is rounded; what differs less is the same.
+        symbol: its name in pictures.
+    """
+
+    node: str
+    key: str
+    low: float
+    high: float
+    step: float
+    symbol: str
+
+    @property
+    def name(self) -> str:
+        """Return ``node.key``."""
+        return f'{self.node}.{self.key}'
+
+    @property
+    def is_gain(self) -> bool:
+        """Return whether 0 switches a controller off."""
+        return self.key == 'gain'
+
+    def at(self, share: float) -> float:
+        """Return the rounded value at a share of the range, 0 to 1."""
+        value = self.low + min(max(share, 0.0), 1.0) * (self.high - self.low)
+        return round(round(value / self.step) * self.step, 6)
+
+    def share(self, value: float) -> float:
+        """Return where in the range a value lies, 0 to 1."""
+        return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
+
+    def value_in(self, scenario: Scenario) -> float:
+        """Return its value in a scenario; 0 for the gain of a controller that is off."""
+        stated = scenario.of(self.node)
+        table = specifications(table_of(self.node))
+        if self.is_gain and not stated.get('enabled', table['enabled'].default):
+            return 0.0
+        return float(stated.get(self.key, table[self.key].default))
+
+
+GAINS = (
+    Knob('ankle_controller', 'gain', 0.0, 36.0, 0.5, 'K_A'),
+    Knob('hip_controller', 'gain', 0.0, 24.0, 0.5, 'K_H'),
+)
+PLACEMENT = (
+    Knob('gait', 'com_lifted', 0.0, 0.025, 0.0005, 'com_lifted'),
+    Knob('gait', 'com_touchdown', 0.01, 0.04, 0.0005, 'com_touchdown'),
+    Knob('gait', 'torso_pitch', 0.0, 0.15, 0.005, 'torso_pitch'),
+)
+
+
+def changes(knobs: Iterable[Knob], values: Sequence[float]) -> Changes:
+    """Return the parameters that values of knobs stand for, by (node, key)."""
+    found: Changes = {}
+    for knob, value in zip(knobs, values, strict=True):
+        found[knob.node, knob.key] = value
+        if knob.is_gain:
+            found[knob.node, 'enabled'] = value > 0.0
+    return found
