@@ -24,7 +24,7 @@ def stands(gain, force):
         },
         duration=5,
     )
-    return run.outcome.verdict != 'fell'
+    return run.outcome.stayed_up
 
 
 for gain in (0.0, 12.0, 24.0):

@@ -32,7 +32,7 @@ def main():
             GAINS.index(row['ankle_controller.gain']),
             SLOPES.index(row['simulator.inclination_deg']),
         )
-        held[place] = row['verdict'] != 'fell'
+        held[place] = row['stayed_up']
 
     figure, axes = plt.subplots(figsize=(6, 3.5), layout='constrained')
     axes.imshow(held, cmap='cividis', vmin=0, vmax=1, aspect='auto', origin='lower')
@@ -43,5 +43,5 @@ def main():
     print(options.out)
 
 
-if __name__ == '__main__':  # the workers import this file
+if __name__ == '__main__':
     main()

@@ -3,12 +3,13 @@ from xml.etree import ElementTree
 
 from setuptools import find_packages, setup
 
-package = 'khr_example_controller'
 manifest = ElementTree.parse('package.xml')
+package = manifest.findtext('name')
+stated = ('name', 'version', 'description', 'license', 'maintainer', 'url')
 setup(
-    name=package,
-    version=manifest.findtext('version'),
-    packages=find_packages(include=[package, f'{package}.*']),
+    **{key: manifest.findtext(key) for key in stated},
+    maintainer_email=manifest.find('maintainer').get('email'),
+    packages=find_packages(),
     data_files=[
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
@@ -19,9 +20,4 @@ setup(
     package_data={'': ['py.typed']},
     install_requires=['khr_common', 'khr_balance'],
     extras_require={'test': ['pytest']},
-    zip_safe=True,
-    maintainer=manifest.findtext('maintainer'),
-    maintainer_email=manifest.find('maintainer').get('email'),
-    description=manifest.findtext('description'),
-    license=manifest.findtext('license'),
 )

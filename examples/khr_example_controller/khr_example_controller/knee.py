@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_balance.board_units import rate_gain
 from khr_balance.feedback import FeedbackController, FeedbackParameters
 from khr_common import parameter
 from khr_common.block import NodeSpec, Signals
@@ -35,7 +34,7 @@ class KneeController(FeedbackController[KneeControllerParameters]):
     def law(self, time: float, signals: Signals) -> float:
         """Return what both knees bend beside their reference, rad."""
         rate = signals[GYRO][1] - self.parameters.dead_band
-        return rate_gain(self.parameters.gain) * max(rate, 0.0)
+        return self.rate_gain * max(rate, 0.0)
 
 
 KNEE_CONTROLLER = NodeSpec(

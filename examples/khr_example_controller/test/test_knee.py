@@ -1,11 +1,12 @@
 """The law of the knees: nothing below the dead band, in proportion above it, limited."""
 
+from dataclasses import replace
 from math import radians
 
 import pytest
-from khr_example_controller.knee import KneeController, KneeControllerParameters
 
 from khr_common.interfaces import GYRO
+from khr_example_controller.knee import KneeController, KneeControllerParameters
 
 ON = KneeControllerParameters(enabled=True, gain=6.0)
 
@@ -23,6 +24,7 @@ def test_nothing_below_the_dead_band(rate):
 def test_in_proportion_above_it():
     assert knees(0.3)[0] == pytest.approx(2.0 * knees(0.2)[0])
     assert knees(0.2)[0] > 0.0
+    assert knees(0.2, replace(ON, gain_unit=0.5))[0] == 0.5 * knees(0.2)[0]
 
 
 def test_limited_and_off():

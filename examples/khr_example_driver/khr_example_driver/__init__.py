@@ -1,0 +1,1 @@
+"""A driver that knows nothing of khr: its topics are all that joins them."""
