@@ -13,7 +13,9 @@ from typing import Any
 
 from khr_common.files import write_text
 from tests.benchmarks import (
+    bench_board,
     bench_commands,
+    bench_environment,
     bench_graph,
     bench_growth,
     bench_gyro_circuit,
@@ -22,8 +24,10 @@ from tests.benchmarks import (
     bench_sweeps,
     performance_page,
 )
+from tests.benchmarks.clock import log
 
-PARTS = ('graphs', 'period', 'swept', 'growth', 'commands')
+KEPT = Path('build') / 'benchmarks.json'  # where there is no page to write
+PARTS = ('graphs', 'board', 'period', 'swept', 'environments', 'growth', 'commands')
 
 
 def main() -> None:
@@ -40,14 +44,37 @@ def main() -> None:
         '--read', type=Path, help='JSON of an earlier page; without --only, nothing is measured'
     )
     options = parser.parse_args()
-    found = json.loads(options.read.read_text(encoding='utf-8')) if options.read else {}
-    for part in options.only if options.only != PARTS or not options.read else ():
+    found = _checked(parser, options)
+    data = options.write.with_suffix('.json') if options.write else KEPT
+    parts = options.only if options.only != PARTS or not options.read else ()
+    for number, part in enumerate(parts, 1):
+        left = ', '.join(parts[number:]) or 'nothing'
+        log(f'part {number} of {len(parts)}: {part}; then {left}')
         found[part] = _measured(part, options)
+        data.parent.mkdir(exist_ok=True)
+        write_text(data, json.dumps(found, indent=1) + '\n')  # whatever happens to the others
+        log(f'{part} is kept in {data}')
     text = performance_page.page(**found)
     print(text)
     if options.write:
         write_text(options.write, text)
-        write_text(options.write.with_suffix('.json'), json.dumps(found, indent=1) + '\n')
+        write_text(data, json.dumps(found, indent=1) + '\n')
+
+
+def _checked(parser: argparse.ArgumentParser, options: argparse.Namespace) -> dict[str, Any]:
+    """Refuse what is not accepted before anything runs; return what an earlier page measured."""
+    if options.repeats < 1:
+        parser.error(f'--repeats: {options.repeats} is not accepted; accepted: 1 or more')
+    if not 0.0 < options.growth < float('inf'):
+        parser.error(f'--growth: {options.growth:g} is not accepted; accepted: s above 0')
+    if options.write and not options.write.parent.is_dir():
+        parser.error(f'--write: {options.write.parent} is no folder; accepted: a file in one')
+    try:
+        found = json.loads(options.read.read_text(encoding='utf-8')) if options.read else {}
+        performance_page.page(**found)
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        parser.error(f'--read: {options.read}: {error}; accepted: what --write has written')
+    return found
 
 
 def _measured(part: str, options: argparse.Namespace) -> Any:
@@ -55,10 +82,14 @@ def _measured(part: str, options: argparse.Namespace) -> Any:
         print('## Models\n', bench_models.report(), sep='\n')
         print('\n## Gyro circuit\n', bench_gyro_circuit.report(), '', sep='\n')
         return bench_graph.measure(options.repeats)
+    if part == 'board':
+        return bench_board.measure(1)
     if part == 'period':
         return {engine: bench_period.measure(engine) for engine in ('bullet', 'mujoco')}
     if part == 'swept':
         return [bench_sweeps.measure() for _ in range(options.repeats)]
+    if part == 'environments':
+        return [bench_environment.measure() for _ in range(options.repeats)]
     if part == 'growth':
         return {
             engine: bench_growth.measure(engine, options.growth) for engine in ('bullet', 'mujoco')

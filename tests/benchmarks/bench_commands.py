@@ -23,7 +23,7 @@ class Command(NamedTuple):
     words: tuple[str, ...]
 
 
-_KHR = (sys.executable, '-m', 'khr_cli.command', 'reproduce')
+_KHR = (sys.executable, '-m', 'khr.cli.command', 'reproduce')
 COMMANDS = (
     Command('khr reproduce --fast --engine mujoco', 75.0, (*_KHR, '--fast', '--engine', 'mujoco')),
     Command('khr reproduce --engine mujoco', 600.0, (*_KHR, '--engine', 'mujoco')),

@@ -19,14 +19,14 @@ from types import SimpleNamespace
 
 import psutil
 
-from khr_bringup import scenario as scenarios
 from khr_bringup.offline import ControlLoop, run_offline
-from khr_bringup.scenario import Scenario
-from khr_sim.engines import bullet as engine
-from khr_sim.engines.bullet import bullet
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario
+from khr_sim.physics.engines import bullet as engine
+from khr_sim.physics.engines.bullet import bullet
+from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
-from khr_sim.truth import Truth
 from tests.benchmarks.clock import Numbers, clocks, factors, log
 from tests.support.runs import Bag, children
 
@@ -35,7 +35,7 @@ SECONDS = 6.0  # simulated
 SHORT = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
 SECOND_ENGINE = SHORT.changed({('simulator', 'engine'): 'mujoco'})
 REPEATS = 3
-KHR = [sys.executable, '-m', 'khr_cli.command', 'run']
+KHR = [sys.executable, '-m', 'khr.cli.command', 'run']
 
 
 @cache
@@ -84,7 +84,7 @@ def plain(motors: bool) -> Numbers:
         bullet.stepSimulation(client)
         states = bullet.getJointStates(body, joints, client)
     figures = factors(len(torques) * plant.parameters.physics_step, began)
-    plant.world.close()
+    plant.close()
     assert motors or [state[0] for state in states] == end
     return figures
 

@@ -11,9 +11,9 @@ import time
 import psutil
 
 from khr_analysis.outcome import Outcome
-from khr_bringup import scenario as scenarios
 from khr_bringup.offline import ControlLoop, run_offline
-from khr_sim.truth import Truth
+from khr_bringup.scenario import scenario as scenarios
+from khr_sim.physics.truth import Truth
 from tests.benchmarks.clock import Numbers, log
 
 PARTS = 0.0, 10.0, 60.0, 600.0, 1800.0, 3600.0  # simulated s; costs are compared between them

@@ -7,8 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from khr_sim.gyro_circuit.baseband import Baseband
-from khr_sim.gyro_circuit.carrier import simulate
+from khr_sim.sensors.gyro_circuit.baseband import Baseband
+from khr_sim.sensors.gyro_circuit.carrier import simulate
 
 DURATION = 2.0  # s of signal
 SAMPLES = 50_000

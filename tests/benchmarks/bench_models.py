@@ -9,20 +9,21 @@ from collections.abc import Callable
 
 import numpy as np
 
-from khr_analysis.models.ankle_servo import Pid, simulate_servo
-from khr_analysis.models.friction import SlidingFoot, simulate_sliding
-from khr_analysis.models.harmonics import GAIT_FREQUENCY, integrated_harmonics, series_harmonics
-from khr_analysis.models.identification import identify
-from khr_analysis.models.pendulum import Pendulum, critical_inclination, simulate
-from khr_analysis.models.push import largest_push, simulate_push
-from khr_analysis.models.servo_loop import (
+from khr_common.published import GAIT_FREQUENCY
+from khr_models.harmonics import integrated_harmonics, series_harmonics
+from khr_models.pendulum import Pendulum, critical_inclination, simulate
+from khr_models.servo.identification import identify
+from khr_models.servo.servo_loop import (
     Tone,
     gain_of_board,
     response_by_residues,
     response_by_simulation,
 )
-from khr_analysis.models.thesis import GAINS, PEAKS, identified_servo
-from khr_analysis.models.tipping import ForcePulse, PushLoop
+from khr_models.standing.ankle_servo import Pid, simulate_servo
+from khr_models.standing.friction import SlidingFoot, simulate_sliding
+from khr_models.standing.push import largest_push, simulate_push
+from khr_models.standing.tipping import ForcePulse, PushLoop
+from khr_models.thesis import GAINS, PEAKS, identified_servo
 
 REPEATS = 15
 ROBOT, TIME = Pendulum(), np.linspace(0.0, 5.0, 5001)

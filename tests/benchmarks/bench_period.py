@@ -11,12 +11,12 @@ from typing import Any
 from unittest.mock import patch
 
 from khr_analysis.outcome import OutcomeMonitor
-from khr_bringup import scenario as scenarios
 from khr_bringup.offline import ControlLoop, run_offline
-from khr_sim.engines import bullet as engine
-from khr_sim.engines.bullet import Bullet
+from khr_bringup.scenario import scenario as scenarios
+from khr_sim.physics.engines import bullet as engine
+from khr_sim.physics.engines.bullet import Bullet
+from khr_sim.physics.world import World
 from khr_sim.run_parameters import RunParameters
-from khr_sim.world import World
 from tests.benchmarks.clock import Numbers, log
 
 SCENARIO, SECONDS, ROUNDS = 'walk_0deg', 6.0, 5
@@ -69,7 +69,7 @@ def _round(name: str) -> Numbers:
             stack.enter_context(patch.object(engine, 'bullet', own))
             stack.enter_context(patch.object(Bullet, 'run', timed(AROUND, Bullet.run)))
         else:
-            from khr_sim.engines.mujoco import MuJoCo
+            from khr_sim.physics.engines.mujoco import MuJoCo
 
             stack.enter_context(patch.object(MuJoCo, 'run', timed(BOTH, MuJoCo.run)))
         seconds = run_offline(scenario, watch).time

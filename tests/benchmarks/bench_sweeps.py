@@ -15,15 +15,15 @@ from typing import Any
 
 import yaml
 
-from khr_bringup import scenario as scenarios
 from khr_bringup.offline import run_offline
+from khr_bringup.scenario import scenario as scenarios
 from tests.benchmarks.clock import Numbers, log
 
 SCENARIO, SECONDS = 'walk_0deg', 10.0
 FEW, MANY = 4, 20  # runs; between them a sweep's start cancels
 ONE, TWO, MUJOCO = '1 worker', '2 workers', '2 workers, MuJoCo'
 PLACE = 'in place'
-KHR = [sys.executable, '-m', 'khr_cli.command', 'sweep']
+KHR = [sys.executable, '-m', 'khr.cli.command', 'sweep']
 
 
 def changes(engine: str) -> dict[str, Any]:

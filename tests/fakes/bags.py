@@ -1,9 +1,12 @@
 """Bags with invented messages, of the types that a run records."""
 
+import json
+
 import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.recording import Recording
+from khr_common.figures import AFTER, CHANGED
 from khr_common.interfaces import SCENARIO
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
@@ -39,22 +42,36 @@ def change(node, name, value):
     )
 
 
-def push():
+def reported(node, name, value, after_ns):
+    """Return what a node says of a change of its parameters."""
+    values = {AFTER: str(after_ns), name: json.dumps(value)}
+    pairs = [TYPES['KeyValue'](key=key, value=text) for key, text in values.items()]
+    status = TYPES['DiagnosticStatus'](
+        level=0, name=f'{node[1:]}{CHANGED}', message='', hardware_id='', values=pairs
+    )
+    header = TYPES['Header'](stamp=TYPES['Time'](sec=0, nanosec=0), frame_id='')
+    return TYPES['DiagnosticArray'](header=header, status=[status])
+
+
+def push(at=0.0):
     vector = TYPES['Vector3'](x=1.0, y=0.0, z=0.0)
-    header = TYPES['Header'](stamp=TYPES['Time'](sec=0, nanosec=0), frame_id='odom')
+    stamp = TYPES['Time'](sec=0, nanosec=round(at * 1e9))
+    header = TYPES['Header'](stamp=stamp, frame_id='odom')
     return TYPES['WrenchStamped'](
         header=header, wrench=TYPES['Wrench'](force=vector, torque=vector)
     )
 
 
 def make_bag(folder, text, *messages):
-    """Write a bag with a scenario and (topic, message)s."""
+    """Write a bag with a scenario and (topic, message)s, or (topic, message, time in ns)s."""
     recording = Recording(folder / 'bag')
     if text is not None:
         recording.write_text(SCENARIO.name, text, 0)
-    for topic, message in messages:
+    for topic, message, *time in messages:
         if topic not in recording.counts:
             recording.add_topic(topic, message.__msgtype__)
-        recording.write(topic, bytes(STORE.serialize_cdr(message, message.__msgtype__)), 0)
+        recording.write(
+            topic, bytes(STORE.serialize_cdr(message, message.__msgtype__)), *(time or [0])
+        )
     recording.close()
     return folder

@@ -1,14 +1,20 @@
 """Benches whose measurements are invented: what the scoreboard makes of them is known."""
 
+from dataclasses import replace
+
 from khr_analysis.outcome import Outcome
+from khr_analysis.outcome_measures import Slides
 from khr_analysis.peaks import Peak
-from khr_experiments.critical import Attempt, Limit
-from khr_experiments.published import LIMITS, STAGE_1, WALKS
-from khr_experiments.scoreboard_runs import Bench, MeasuredLift, MeasuredWalk
+from khr_studies.measuring.bench import Bench, MeasuredLift, MeasuredWalk
+from khr_studies.measuring.critical import START
+from khr_studies.measuring.limit import Attempt, Limit
+from khr_studies.measuring.published import LIMITS, STAGE_1, WALKS
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
-    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, verdict == 'fell')
+    slides = Slides(0.001, slip, 0.002, 9)
+    fell = verdict == 'fell'
+    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, fell, slides)
 
 
 def walked(verdict='walked', *frequencies, **figures):
@@ -37,9 +43,10 @@ class Thesis(Bench):
     def submit(self, function, *arguments):
         self.asked.append((function, *arguments))
 
-    def limit(self, condition, start, seeds=None):
-        found = limits_of_thesis().get(condition, Limit((start / 2.0,), ()))
-        return Limit((2.0, 2.0), found.attempts) if condition == self.amiss else found
+    def limit(self, condition, seeds=None):
+        here = replace(condition, changes=())  # the other engine says the same
+        found = limits_of_thesis().get(here, Limit((START, START), ()))
+        return Limit((2.0, 2.0), found.attempts) if here == self.amiss else found
 
     def walks(self, condition, phi):
         row = next(
@@ -47,18 +54,13 @@ class Thesis(Bench):
             None,
         )
         if row is not None and row.survives is False:
-            return [walked('fell')] * 2
+            return [walked('fell')] * self.seeds
         gain = condition.ankle_gain + condition.hip_gain
         lines = [sum(one) / 2.0 for one in row.lines] if row else []
+        slide = 0.002 if condition.surface == 'rubber' else phi**7 / 6e8 * (1.0 - gain / 100.0)
         return [
-            walked(
-                'slipped',
-                2.0 + gain / 10.0,
-                *lines,
-                slip=0.05 - gain / 1e3,
-                vibration=gain / 100.0,
-            )
-        ] * 2
+            walked('slipped', *lines, 2.0 + gain / 10.0, slip=slide, vibration=gain / 100.0)
+        ] * self.seeds
 
     def lifts(self, condition, phi):
         share = phi / 6.4 if condition == STAGE_1 else phi / 12.0
@@ -70,7 +72,7 @@ class Thesis(Bench):
 class Opposite(Thesis):
     """A bench on which nothing agrees with the thesis."""
 
-    def limit(self, condition, start, seeds=None):
+    def limit(self, condition, seeds=None):
         return Limit((2.0, 2.0), ())
 
     def walks(self, condition, phi):
@@ -80,7 +82,7 @@ class Opposite(Thesis):
             walked(
                 'fell' if falls and phi != 6.99 else 'walked',
                 20.0 - gain,
-                slip=0.01 + gain / 1e4,
+                slip=0.02 + gain / 1e4 - phi / 1e3,
                 vibration=1.0 - gain / 100.0,
             )
         ] * 2

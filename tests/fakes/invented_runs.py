@@ -1,16 +1,16 @@
 """Runs of the shipped experiments whose signals are invented: what is drawn is known."""
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 
 import numpy as np
 
-from khr_balance.gait import Gait
-from khr_balance.gait_parameters import GaitParameters
-from khr_bringup.run_signals import Series
-from khr_experiments.experiments import Run, specification_of
-from khr_figures.registry import FIGURES
+from khr_balance.gaits.gait import Gait
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.run_signals import Series
 from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.experiments import Run, specification_of
+from khr_studies.thesis_figures.registry import FIGURES
 
 WEIGHT = 15.0  # N
 TONE = 4.0 / 2.31  # Hz, with RATE the pitch rate of every walk
@@ -29,6 +29,7 @@ class Invented:
     scenario: object
     series: Series
     fell = Run.fell
+    stayed_up = Run.stayed_up
 
 
 def difference(inclination_deg: float) -> float:
@@ -54,7 +55,7 @@ def signals(scenario, seed: int, end: float) -> Series:
         'slip': 0.01 * time,
         'time': time,
     }
-    names = Series.__dataclass_fields__
+    names = [each.name for each in fields(Series) if each.name != 'controllers']
     return Series(**{name: pairs.get(name, still) for name in names})
 
 
@@ -72,7 +73,11 @@ def invented(experiment: str, limit_deg: float) -> list[Invented]:
         if trial.seed < 2:
             fell = trial.scenario.table(RunParameters).inclination_deg > limit_deg
             end = FELL_AT + 0.5 if fell else length(trial.scenario.table(GaitParameters))
-            row = {'verdict': 'fell' if fell else 'walked', 'fell_at_s': FELL_AT if fell else None}
+            row = {
+                'verdict': 'fell' if fell else 'walked',
+                'stayed_up': not fell,
+                'fell_at_s': FELL_AT if fell else None,
+            }
             runs.append(
                 Invented(
                     trial.point,

@@ -1,7 +1,8 @@
 """Invented robots: candidates of a calibration whose limits follow from their constants."""
 
-from khr_experiments.calibration_objective import Candidate, cost_of
-from khr_experiments.calibration_plan import CalibrationPlan, FreeConstant, WantedLimit, WantedWalk
+from khr_studies.calibration.objective import Candidate, cost_of
+from khr_studies.calibration.plan import CalibrationPlan, FreeConstant
+from khr_studies.calibration.rows import WantedLimit, WantedWalk
 
 PLAN = CalibrationPlan(
     {

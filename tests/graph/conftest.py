@@ -1,10 +1,8 @@
 """Fixtures of real runs."""
 
-import signal
-
 import pytest
 
-from tests.support.runs import khr, start_khr
+from tests.support.runs import khr
 
 
 @pytest.fixture(scope='session')
@@ -24,19 +22,3 @@ def standing(tmp_path_factory):
         folder=folder,
         measured=True,
     )
-
-
-@pytest.fixture
-def in_background():
-    """Start runs that a test does not wait for; none is left behind."""
-    processes = []
-
-    def start(*arguments, measured=False):
-        processes.append(start_khr(*arguments, measured=measured))
-        return processes[-1]
-
-    yield start
-    for process in processes:
-        if process.poll() is None:
-            process.send_signal(signal.SIGTERM)
-            process.communicate(timeout=30)

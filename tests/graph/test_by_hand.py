@@ -8,11 +8,11 @@ import time
 
 import pytest
 
-from khr_bringup import scenario as scenarios
-from khr_bringup.graph import prepare
+from khr_bringup.graph.graph import prepare
+from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import registry
 from khr_bringup.offline import run_offline
-from khr_bringup.run_registry import registered
+from khr_bringup.scenario import scenario as scenarios
 
 PATIENCE = 60.0  # s of wall time
 FIRST = ['simulator']

@@ -10,9 +10,10 @@ from importlib.util import find_spec
 import psutil
 import pytest
 
+from khr_bringup.graph.run_registry import registered
 from khr_bringup.offline import run_offline
-from khr_bringup.run_registry import registered
-from khr_bringup.scenario import load
+from khr_bringup.scenario.scenario import load
+from tests.support.drivers import PENDULUM, install_example
 from tests.support.runs import Bag, wait_for
 
 pytestmark = [
@@ -34,7 +35,7 @@ arguments = [text.split(':=', 1) for text in sys.argv[1:]]
 included = IncludeLaunchDescription(
     PythonLaunchDescriptionSource(file), launch_arguments=arguments
 )
-service = LaunchService(noninteractive=True)
+service = LaunchService(argv=sys.argv[1:], noninteractive=True)
 service.include_launch_description(LaunchDescription([included]))
 sys.exit(service.run())
 """
@@ -74,7 +75,7 @@ class Launched:
         return psutil.Process(self.process.pid).children(recursive=True)
 
     def wait(self):
-        return self.process.wait(60.0)
+        return self.process.wait(110.0)
 
     def wait_until_recording(self):
         wait_for(
@@ -85,9 +86,11 @@ class Launched:
 
 @pytest.fixture
 def launched(tmp_path):
+    example = install_example(tmp_path / 'prefix')
     environment = {
         **os.environ,
-        'AMENT_PREFIX_PATH': sys.prefix,
+        **example,
+        'AMENT_PREFIX_PATH': f'{example["AMENT_PREFIX_PATH"]}:{sys.prefix}',
         'PATH': f'{sys.prefix}/bin:{os.environ["PATH"]}',  # of the nodes' python3
         'ROS_LOG_DIR': str(tmp_path),
     }
@@ -121,10 +124,47 @@ def test_a_launch_ends_by_itself_with_the_verdict(launched):
     assert len(Bag(launch.folder / 'bag')['/clock']) == 101
 
 
+@pytest.mark.parametrize('namespace', ['', 'lab/one'])
+def test_a_launch_runs_on_anybodys_driver(launched, namespace):
+    launch = launched(
+        scenario='stand_0deg',
+        driver=PENDULUM,
+        duration='3',
+        expect='upright',
+        namespace=namespace,
+        set='ankle_controller.enabled=true',
+    )
+    assert launch.wait() == 0, launch.text
+    assert 'stand_0deg: upright, ended by duration' in launch.text
+    assert 'judged_by sensors' in launch.text
+    assert 'trajectory hash none: nothing was simulated' in launch.text
+    bag, above = Bag(launch.folder / 'bag'), f'/{namespace}'.rstrip('/')
+    assert len(bag[f'{above}/ankle_controller/correction']) > 100
+    assert bag[f'{above}/spectrum']
+
+
+def test_an_argument_that_is_nearly_one_ends_the_launch(launched):
+    launch = launched(scenari='stand_0deg')
+    assert launch.wait() == 1
+    assert 'scenari: no such argument; did you mean scenario?' in launch.text
+
+
+def test_nodes_that_are_interrupted_alone_end_the_launch_whole(launched):
+    """As by a signal to the group of a launch in the background, which ignores it itself."""
+    launch = launched(scenario='stand_0deg', duration='600')
+    launch.wait_until_recording()
+    for child in launch.children:
+        child.send_signal(signal.SIGINT)
+    assert launch.wait() == 1
+    assert 'ended with 0' not in launch.text
+    assert 'SIGKILL' not in launch.text
+    assert Bag(launch.folder / 'bag')['/simulator/state'][-1][1].message == 'finished'
+
+
 def test_another_verdict_than_the_expected_one_is_a_failure(launched):
     launch = launched(scenario='stand_0deg', duration='0.5', expect='walked', record='false')
     assert launch.wait() == 1
-    assert 'expected walked, not stood' in launch.text
+    assert 'expected walked, the outcome is stood' in launch.text
 
 
 def test_a_node_that_dies_ends_the_launch(launched):

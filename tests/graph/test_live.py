@@ -13,6 +13,9 @@ import psutil
 import pytest
 import yaml
 
+from khr_bringup.changes import changes
+from khr_bringup.recorded.bags import read_messages
+from khr_common.interfaces import PARAMETER_EVENTS
 from tests.support.runs import (
     LONG,
     Bag,
@@ -56,7 +59,7 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     nodes = children(run).values()
     assert {os.sched_getscheduler(node.pid) for node in nodes} == {os.SCHED_BATCH}
     changed = khr('set', 'ankle_controller', 'gain', '18.0', '--domain', run.domain)
-    assert changed.code == 0, changed.err
+    assert changed.code == 0 and f'(domain {run.domain}, ' in changed.err
     value, _, meaning = changed.out.partition('  # ')
     assert value == 'ankle_controller.gain: 12.0 -> 18.0' and meaning.startswith('Gain K')
     pause(run.folder)  # what follows changes nothing
@@ -77,7 +80,14 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     absent = khr('get', 'knee', '--domain', run.domain, '--timeout', '0.2')
     assert absent.code == 2 and 'within 0.2 s; accepted: ' in absent.err
 
-    assert interrupt(run).code == 130
+    ended = interrupt(run)
+    assert ended.code == 130
+    (change,) = json.loads((run.folder / 'outcome.json').read_text())['changes']
+    assert (change['parameter'], change['value']) == ('ankle_controller.gain', 18.0)
+    (recorded,) = changes(read_messages(run.folder, [PARAMETER_EVENTS])[PARAMETER_EVENTS])
+    end = float(json.loads((run.folder / 'outcome.json').read_text())['time_s'])
+    assert 0.0 <= change['time_s'] <= recorded.time + 1.0 <= end + 1.0
+    assert 'changed while it ran: ankle_controller.gain to 18.0 at ' in ended.out
     bag = Bag(run.folder / 'bag')
     events = [
         (time_ns, each)
@@ -143,7 +153,7 @@ def test_a_silent_node_is_named(run):
     assert Bag(run.folder / 'bag')['/imu/data_raw']
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
 def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
     pids = [child.pid for child in children(run).values()]
     assert len(pids) == 10
@@ -167,6 +177,8 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
     unclear = khr('get', 'gait', folder=tmp_path)
     assert unclear.code == 2
     assert all(f', {tmp_path / name})' in unclear.err for name in 'ab'), unclear.err
+    listed = khr('list', folder=tmp_path).out
+    assert all(f'{tmp_path / name}' in listed for name in 'ab') and listed.count('stand_0deg') == 2
     for process in runs:
         process.send_signal(signal.SIGINT)
     for process in runs:
@@ -176,7 +188,7 @@ def test_two_runs_do_not_meet(in_background, tmp_path):
 
 def test_set_without_a_run_is_one_line(tmp_path):
     result = subprocess.run(
-        [sys.executable, '-m', 'khr_cli.command', 'set', 'gait', 'stride', '0.05'],
+        [sys.executable, '-m', 'khr.cli.command', 'set', 'gait', 'stride', '0.05'],
         env={**os.environ, 'XDG_RUNTIME_DIR': str(tmp_path)},
         capture_output=True,
         text=True,

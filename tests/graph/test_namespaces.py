@@ -7,21 +7,16 @@ import sys
 
 import pytest
 
-from khr_bringup import scenario as scenarios
-from khr_bringup.graph import prepare
-from khr_bringup.node_registry import registry
+from khr_bringup.graph.run_registry import registered
 from khr_bringup.offline import run_offline
-from khr_bringup.run_registry import registered
+from khr_bringup.scenario import scenario as scenarios
+from tests.support.namespaced import Robot, hash_in, python
 from tests.support.runs import Bag, call, wait_for, wait_until
 
 pytestmark = pytest.mark.slow
 ROBOTS = {'a': 'stand_0deg', 'b': 'walk_7.68deg_ka12'}
 DURATION, INSTANTS = 6.0, 401
 OF_THE_DOMAIN = {'/parameter_events', '/rosout', '/scenario'}
-
-
-def python(*arguments, **options):
-    return subprocess.Popen([sys.executable, '-m', *map(str, arguments)], text=True, **options)
 
 
 def change_a_threshold(namespace):
@@ -40,56 +35,32 @@ def change_a_threshold(namespace):
     rclpy.try_shutdown(context=context)
 
 
-class Robot:
-    """A run in a namespace: its nodes in one process, and who waits for its verdict."""
-
-    def __init__(self, namespace, folder):
-        scenario = scenarios.load(ROBOTS[namespace])
-        self.scenario = scenario.changed({('simulator', 'duration'): DURATION})
-        self.folder = folder
-        folder.mkdir()
-        prepared = prepare(self.scenario, folder, record=True)
-        file = folder / 'scenario.yaml'
-        file.write_text(prepared.to_yaml())
-        self.ros = ['--ros-args', '-r', f'__ns:=/{namespace}']
-        entries = [registry()[node].entry for node in prepared.nodes]
-        self.graph = python('khr_common.nodes.run', *entries, *self.ros, '--params-file', file)
-        self.verdict = python(
-            *('khr_bringup.verdict', file, '--out', folder, *self.ros),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-        )
-
-    def end(self):
-        """Wait for the verdict; end the nodes; return exit code, hash and errors."""
-        out, err = self.verdict.communicate(timeout=60)
-        self.graph.send_signal(signal.SIGINT)
-        self.graph.wait(30.0)
-        return self.verdict.returncode, out.rpartition('trajectory hash ')[2].strip(), err
-
-
 @pytest.fixture
 def robots(tmp_path, monkeypatch):
     with registered('two', tmp_path) as entry:
         own = {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path), 'KHR_RUN': ''}
         for key, value in own.items():
             monkeypatch.setenv(key, value)
-        found = {name: Robot(name, tmp_path / name) for name in ROBOTS}
+        found = {
+            name: Robot(
+                name,
+                scenarios.load(scenario).changed({('simulator', 'duration'): DURATION}),
+                tmp_path / name,
+            )
+            for name, scenario in ROBOTS.items()
+        }
         yield found
         for robot in found.values():
-            for process in (robot.graph, robot.verdict):
-                if process.poll() is None:
-                    process.kill()
-                    process.wait()
+            robot.kill()
 
 
 def test_two_robots_have_the_results_that_they_have_alone(robots):
     for name in robots:
         change_a_threshold(name)
     for name, robot in robots.items():
-        code, found, err = robot.end()
+        code, out, err = robot.end()
         assert code == 0, err
-        assert found == run_offline(robot.scenario).trajectory_hash
+        assert hash_in(out) == run_offline(robot.scenario).trajectory_hash
         bag = Bag(robot.folder / 'bag')
         assert len(bag[f'/{name}/clock']) == INSTANTS
         assert {topic for topic in bag if not topic.startswith(f'/{name}/')} <= OF_THE_DOMAIN
@@ -104,8 +75,9 @@ def test_a_second_source_ends_its_run_by_name_and_no_other(robots):
         code, _, err = robots['a'].end()
         assert code == 1
         assert 'imu/data_raw: published by a second node named gyro beside gyro' in err
-        code, found, err = robots['b'].end()
-        assert (code, found) == (0, run_offline(robots['b'].scenario).trajectory_hash), err
+        code, out, err = robots['b'].end()
+        expected = run_offline(robots['b'].scenario).trajectory_hash
+        assert (code, hash_in(out)) == (0, expected), err
     finally:
         stranger.send_signal(signal.SIGINT)
         stranger.wait(20.0)

@@ -1,9 +1,13 @@
 """What a node says of its parameters, and what it refuses when they are set."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 
+from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import registry
-from khr_bringup.run_registry import registered
 from khr_common import specifications
 from khr_common.nodes.spin import node_class
 
@@ -64,6 +68,20 @@ def test_what_would_fail_later_is_refused_when_it_is_set(nodes, values, reason):
     assert nodes['simulator'].parameters == before
 
 
+def test_what_is_fixed_during_a_run_says_so_and_changes_with_the_next(nodes):
+    gyro = nodes['gyro']
+    assert gyro.describe_parameter('seed').read_only
+    assert not gyro.describe_parameter('noise').read_only
+    refused = change(gyro, seed=5)
+    assert (
+        refused.reason == 'seed: fixed during a run; accepted: for the next one, by gyro/prepare'
+    )
+    gyro.prepare({'seed': 5})
+    assert gyro.begin()
+    assert gyro.parameters.seed == gyro.get_parameter('seed').value == 5
+    assert not change(gyro, seed=6).successful
+
+
 def test_what_is_accepted_reaches_the_node(nodes):
     assert change(nodes['simulator'], push_link='l_sole', push_point=[0.0, 0.1, 0.0]).successful
     assert nodes['simulator'].parameters.push_point == (0.0, 0.1, 0.0)
@@ -78,3 +96,21 @@ def test_latched_topics_keep_their_newest_entry_alone(nodes, flow):
                 assert publisher.qos_profile.depth == 1
                 latched.remove(publisher.topic_name.lstrip('/'))
         assert not latched
+
+
+def test_overrides_of_qos_are_refused_as_what_no_node_takes(tmp_path):
+    """ROS 2 would leave them out without a word: these nodes state their QoS themselves."""
+    name = 'qos_overrides./imu/data_raw.publisher.reliability'
+    ended = subprocess.run(
+        [
+            *(sys.executable, '-m', 'khr_common.nodes.run', 'khr_sim.node_specs:GYRO'),
+            *('--ros-args', '-p', f'{name}:=best_effort'),
+        ],
+        capture_output=True,
+        text=True,
+        env={**os.environ, 'ROS_LOG_DIR': str(tmp_path)},
+        timeout=60.0,
+        check=False,
+    )
+    assert ended.returncode == 2
+    assert f'{name}: no such parameter' in ended.stderr

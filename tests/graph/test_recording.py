@@ -13,9 +13,10 @@ import psutil
 import pytest
 
 from khr_analysis.nodes.recorder import RecorderNode
-from khr_balance.gait_parameters import GaitParameters
-from khr_bringup import scenario as scenarios
-from khr_bringup.run_registry import registered
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.graph.run_registry import registered
+from khr_bringup.node_registry import spec_of
+from khr_bringup.scenario import scenario as scenarios
 from khr_sim.robot import link_names
 from khr_sim.run_parameters import RunParameters
 from tests.support.runs import (
@@ -59,6 +60,13 @@ def bag(standing):
     return standing.bag()
 
 
+def test_a_run_is_for_its_user_alone(standing):
+    found = {path: path.stat().st_mode & 0o777 for path in standing.folder.glob('*/*')}
+    assert set(found.values()) == {0o600}
+    folders = [standing.folder, *(path.parent for path in found)]
+    assert {path.stat().st_mode & 0o777 for path in folders} == {0o700}
+
+
 @pytest.mark.parametrize('topic', EACH_PERIOD)
 def test_every_period_is_there_once(bag, topic):
     stamps = [stamp_ns(message) for _, message in bag[topic]]
@@ -92,7 +100,7 @@ def test_frames_are_a_tree_from_the_ground_to_every_link(bag):
         for _, message in bag[topic]:
             for each in message.transforms:
                 parents.setdefault(each.child_frame_id, each.header.frame_id)
-    assert set(parents) == {'base_link', *(set(link_names()) - {'base_link'})}
+    assert set(parents) == set(link_names())
     for link in link_names():
         while link != 'odom':
             link = parents[link]
@@ -243,6 +251,35 @@ def test_a_recorder_ends_though_others_never_fall_silent(tmp_path, monkeypatch, 
         assert recorder.wait(30.0) == 0
     assert '/chatter' not in Bag(tmp_path / 'bag')
     assert RecorderNode.patience < 4.0, 'a launch kills what takes longer'
+
+
+def test_a_second_clock_that_goes_back_begins_no_other_bag(tmp_path, monkeypatch):
+    """As of a bag that is played beside the run: its verdict names who publishes it."""
+    import rclpy
+    from rclpy.executors import SingleThreadedExecutor
+    from rosgraph_msgs.msg import Clock
+
+    with registered('clocks', tmp_path) as entry:
+        for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
+            monkeypatch.setenv(key, value)
+        rclpy.init(args=['--ros-args', '-p', f'folder:={tmp_path / "bag"}'])
+        try:
+            recorder = RecorderNode(spec_of('recorder'))
+            executor = SingleThreadedExecutor()
+            executor.add_node(recorder)
+            other = rclpy.create_node('other')
+            clocks = [other.create_publisher(Clock, 'clock', 10) for _ in range(2)]
+            wait_for(lambda: recorder.count_publishers('clock') == 2, 'both clocks')
+            wait_for(lambda: all(each.get_subscription_count() for each in clocks), 'the recorder')
+            for publisher, seconds in ((clocks[0], 2), (clocks[1], 1), (clocks[0], 3)):
+                message = Clock()
+                message.clock.sec = seconds
+                publisher.publish(message)
+            wait_for(lambda: executor.spin_once(0.05) or recorder.now_ns == 3 * 10**9, 'the end')
+            recorder.close()
+        finally:
+            rclpy.try_shutdown()
+    assert not (tmp_path / 'bag_2').exists()
 
 
 @contextmanager

@@ -3,8 +3,8 @@
 import pytest
 import yaml
 
-from khr_bringup.bags import read_messages
-from khr_bringup.scenario import load
+from khr_bringup.recorded.bags import read_messages
+from khr_bringup.scenario.scenario import load
 from khr_common.interfaces import SCENARIO
 from tests.support.runs import LONG, call, finish, joined, khr, wait_until, wait_until_running
 

@@ -7,7 +7,7 @@ from importlib.util import find_spec
 import pytest
 from rosbags.typesys import Stores, get_typestore
 
-from khr_bringup.run_registry import registered
+from khr_bringup.graph.run_registry import registered
 
 KIND = 'tf2_msgs/msg/TFMessage'
 HASH = get_typestore(Stores.ROS2_JAZZY).hash_rihs01(KIND)

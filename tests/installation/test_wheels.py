@@ -33,7 +33,7 @@ def built(tmp_path_factory):
     left = shutil.ignore_patterns('build', '*.egg-info', '__pycache__')
     for name in ('src', 'config'):
         shutil.copytree(ROOT / name, top / name, symlinks=True, ignore=left)
-    for name in ('pyproject.toml', 'requirements.in', 'README.md', 'LICENSE'):
+    for name in ('pyproject.toml', 'setup.py', 'requirements.in', 'README.md', 'LICENSE'):
         shutil.copy(ROOT / name, top)
     build = [*PIP, 'wheel', '--no-deps', '--no-build-isolation', '--no-index']
     run(*build, '-w', 'parts', *(f'./src/{name}' for name in PARTS), cwd=top)
@@ -66,6 +66,8 @@ def test_the_whole_is_its_parts(built):
     assert [wheel.name.split('-')[0] for wheel in parts] == PARTS
     assert [wheel.name.split('-')[0] for wheel in whole] == ['khr']
     assert modules(whole) == modules(parts)
+    templates = {path.relative_to(path.parents[2]) for path in ROOT.glob('src/*/*/*/*.j2')}
+    assert len(templates) > 5 and {*map(str, templates)} <= modules(whole)
     assert entries(whole) == entries(parts)
 
 

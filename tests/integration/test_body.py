@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance import joints
-from khr_balance.body import MASS, forward
+from khr_balance.gaits.body import MASS, forward
+from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_sim.robot import JOINTS, Robot
 
 ROBOT = Robot.load()
@@ -15,7 +16,9 @@ ROBOT = Robot.load()
 def test_joints_are_the_same():
     assert joints.JOINTS == JOINTS
     assert np.array(joints.LIMITS) == pytest.approx(ROBOT.limits(), abs=1e-5)
-    assert ROBOT.joints['l_knee'].velocity == joints.MAX_SPEED
+    moving = [ROBOT.joints[name] for name in JOINTS]
+    assert {joint.velocity for joint in moving} == {NO_LOAD_SPEED}
+    assert {joint.effort for joint in moving} == {STALL_TORQUE}
 
 
 @given(st.lists(st.floats(-1.0, 1.0), min_size=17, max_size=17))

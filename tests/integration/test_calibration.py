@@ -4,15 +4,18 @@ import subprocess
 
 import pytest
 
-from khr_experiments.calibration_search import read_journal
-from khr_experiments.ensemble_file import read_ensemble
+from khr_studies.calibration.journal import read_journal
+from khr_studies.measuring.ensemble_file import read_ensemble
 from tests.support.runs import KHR
 
 PLAN = """
+settings:
+  gait.hold_time: 0.2
+  gait.end_pause: 0.0
 constants:
   com_stance: {parameters: [gait.com_stance], range: [-0.009, -0.001], source: a test}
 limits:
-  - {motion: leg_lift, thesis_deg: 6.4, aim_deg: 6.4, tolerance_deg: 5.0}
+  - {motion: leg_lift, thesis_deg: 6.4, tolerance_deg: 5.0}
 """
 
 OPTIONS = [
@@ -27,6 +30,8 @@ OPTIONS = [
     '4',
     '--population',
     '4',
+    '--confirm',
+    '0',
     '--seeds',
     '1',
     '--workers',
@@ -35,6 +40,7 @@ OPTIONS = [
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(900)
 def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     (tmp_path / 'plan.yaml').write_text(PLAN)
 
@@ -45,17 +51,18 @@ def test_command_searches_goes_on_and_writes_all_files(tmp_path):
 
     first = calibrate('journal')
     assert first.returncode == 0, first.stderr
-    assert 'of 4 candidates' in first.stdout
+    assert 'of 16 candidates' in first.stdout
     head, robots = read_journal(tmp_path / 'journal')
-    assert head['engine'] == 'mujoco' and len(robots) == 4
-    low, high = sorted(robots, key=lambda robot: robot.constants['com_stance'])[::3]
+    assert head['engine'] == 'mujoco' and len(robots) == 16
+    robots = [each.robot for each in robots]
+    low, *_, high = sorted(robots, key=lambda robot: robot.constants['com_stance'])
     assert low.limit('stand, no control') > high.limit('stand, no control')
     members = read_ensemble(tmp_path / 'members.json')
     assert members[0].constants['gait.com_stance'] in {
         robot.constants['com_stance'] for robot in robots
     }
     lines = (tmp_path / 'journal').read_text().splitlines(keepends=True)
-    (tmp_path / 'cut').write_text(''.join(lines[:3]))
+    (tmp_path / 'cut').write_text(''.join(lines[:-2]))
     again = calibrate('cut')
     assert again.stdout == first.stdout
     assert sorted((tmp_path / 'cut').read_text().splitlines()) == sorted(map(str.strip, lines))

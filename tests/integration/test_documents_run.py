@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from typer.main import get_command
 
-from khr_cli.command import app
+from khr.cli.app import app
 from tests import ROOT
 from tests.support.runs import wait_for, wait_until_running
 
@@ -150,9 +150,10 @@ def test_verbs_and_options_are_those_of_the_command(path):
         if verb == 'VERB' or verb.startswith('-'):
             continue
         assert verb in verbs, verb
-        known = {
-            name for each in verbs[verb].params for name in (*each.opts, *each.secondary_opts)
-        }
+        command = verbs[verb]
+        if hasattr(command, 'commands') and words:  # a verb of verbs
+            verb, command = f'{verb} {words[0]}', command.commands[words[0]]
+        known = {name for each in command.params for name in (*each.opts, *each.secondary_opts)}
         asked = {word.partition('=')[0] for word in words if word.startswith('--')}
         assert asked <= known | {'--help'}, f'khr {verb}'
 

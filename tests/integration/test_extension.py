@@ -1,7 +1,9 @@
 """A controller from a package of its own: in the graph, in the twin, in sweeps, in the bag."""
 
+import base64
 import json
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -13,7 +15,7 @@ from pathlib import Path
 import pytest
 import yaml
 
-from khr_bringup import run_registry
+from khr_bringup.graph import run_registry
 from tests import ROOT
 from tests.support.runs import LONG, Bag, wait_for
 
@@ -66,7 +68,7 @@ def environment():
 
 def khr(python, *arguments, cwd=None):
     done = subprocess.run(
-        [python, '-m', 'khr_cli.command', *map(str, arguments)],
+        [python, '-m', 'khr.cli.command', *map(str, arguments)],
         capture_output=True,
         text=True,
         env=environment(),
@@ -107,8 +109,48 @@ def test_its_corrections_and_parameters_are_in_the_bag(python, recorded):
     assert khr(python, 'verify', folder).strip().endswith('same')
 
 
+WHERE_SHOWN = """
+import json, sys, khr
+from khr_report.run.overview import CORRECTIONS, panes_of
+from khr_view.controls import tunables
+from khr_view.model.charts import charts
+run = khr.load(sys.argv[1])
+lines = [line for pane in panes_of({'': run.signals}, [CORRECTIONS]) for line in pane.lines]
+print(json.dumps({
+    'signals': list(run.signals.controllers),
+    'table': run.table()['correction_knee'].to_pylist(),
+    'overview': [name for name, *_ in lines],
+    'chart': [line.label for chart in charts() for line in chart.lines],
+    'controls': [each.label for each in tunables()],
+}))
+"""
+
+
+def test_it_is_in_signals_charts_sliders_and_report(python, recorded):
+    folder, _ = recorded
+    printed = subprocess.run(
+        [python, '-c', WHERE_SHOWN, folder],
+        capture_output=True,
+        text=True,
+        env=environment(),
+        check=True,
+    ).stdout
+    shown = json.loads(printed)
+    assert shown['signals'] == ['ankle', 'hip', 'knee']
+    sent = [
+        message.position[0] for _, message in Bag(folder / 'bag')['/knee_controller/correction']
+    ]
+    assert shown['table'] == sent
+    assert 'knee' in shown['overview'] and 'knee' in shown['chart']
+    assert {'Knee control', 'Knee gain'} <= set(shown['controls'])
+    khr(python, 'report', folder)
+    table = re.search(r'data:text/csv;base64,([\w+/=]+)', (folder / 'report.html').read_text())
+    header = base64.b64decode(table[1]).decode().splitlines()[0]
+    assert 'correction_knee' in header.split(',')
+
+
 def test_its_gain_changes_while_it_runs(python, tmp_path):
-    own = [python, '-m', 'khr_cli.command']
+    own = [python, '-m', 'khr.cli.command']
     running = subprocess.Popen(
         [*own, 'run', SCENARIO, *LONG, '--no-record', '--out', tmp_path / 'run'],
         stdout=subprocess.PIPE,
@@ -136,7 +178,7 @@ def test_its_mistakes_are_named(python, tmp_path):
         [
             python,
             '-m',
-            'khr_cli.command',
+            'khr.cli.command',
             'run',
             SCENARIO,
             '--offline',
@@ -161,8 +203,8 @@ def test_it_can_be_swept(python, tmp_path):
         'scenario: walk_5deg_knee.yaml\nduration: 0.6\ngrid:\n  knee_controller.gain: [0.0, 30.0]\n'
     )
     khr(python, 'sweep', 'sweep.yaml', '--workers', '1', '--out', 'out', cwd=tmp_path)
-    listed = json.loads((tmp_path / 'out' / 'sweep.json').read_text())
-    assert 'knee_controller.gain' in json.dumps(listed)
+    listed = (tmp_path / 'out' / 'rows.jsonl').read_text().splitlines()
+    assert json.loads(listed[0])['axes'] == {'knee_controller.gain': [0.0, 30.0]}
 
 
 def test_its_own_tests_pass(python):
@@ -177,6 +219,58 @@ def test_its_own_tests_pass(python):
     assert done.returncode == 0, done.stdout
 
 
+TAIL = """
+from dataclasses import dataclass
+from khr_balance.feedback import FeedbackController, FeedbackParameters
+from khr_common.block import NodeSpec
+from khr_common.interfaces import GYRO, correction
+
+
+@dataclass(frozen=True)
+class TailParameters(FeedbackParameters):
+    pass
+
+
+class TailController(FeedbackController[TailParameters]):
+    subscribes = (GYRO,)
+    publishes = (correction('tail_controller', ('head_yaw',)),)
+
+    def law(self, time, signals):
+        return self.rate_gain * signals[GYRO][1]
+
+
+TAIL_CONTROLLER = NodeSpec('tail_controller', 'tail_controller', TailParameters, TailController)
+"""
+
+
+def test_three_files_are_enough(python, tmp_path):
+    source, site = tmp_path / 'source', tmp_path / 'site'
+    source.mkdir()
+    document = (ROOT / 'docs' / 'extending.md').read_text()
+    (source / 'pyproject.toml').write_text(re.search(r'```toml\n(.*?)```', document, re.S)[1])
+    (source / 'tail_controller.py').write_text(TAIL)
+    (source / 'nod.yaml').write_text(
+        '/**/tail_controller:\n  ros__parameters:\n    enabled: true\n'
+        '/**/gait:\n  ros__parameters:\n    motion: walk\n'
+    )
+    install = ['install', '--quiet', '--no-deps', '--no-build-isolation', '--target', site, source]
+    subprocess.run([sys.executable, '-m', 'pip', *map(str, install)], check=True)
+    hashes = []
+    for way in ('--offline', '--one-process'):
+        options = ['--duration', '1.5', '--out', tmp_path / way.strip('-')]
+        done = subprocess.run(
+            [python, '-m', 'khr.cli.command', 'run', source / 'nod.yaml', *options, way],
+            capture_output=True,
+            text=True,
+            env=environment() | {'PYTHONPATH': str(site)},
+            cwd=tmp_path,
+            check=False,
+        )
+        assert done.returncode == 0, done.stdout + done.stderr
+        hashes.append(done.stdout.splitlines()[-1])
+    assert hashes[0] == hashes[1]
+
+
 def test_a_scenario_without_it_is_untouched(python, tmp_path):
     text = khr(
         python, 'run', 'walk_0deg', '--duration', 0.3, '--offline', '--out', tmp_path / 'with'
@@ -185,7 +279,7 @@ def test_a_scenario_without_it_is_untouched(python, tmp_path):
         [
             sys.executable,
             '-m',
-            'khr_cli.command',
+            'khr.cli.command',
             'run',
             'walk_0deg',
             '--duration',

@@ -7,14 +7,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from khr_bringup.scenario import load
+from khr_bringup.scenario.scenario import load
 from khr_common import KhrError, RunError
-from khr_common.rotation import matrix, pitched
-from khr_report.film import render_run
-from khr_report.film_overlay import LEFT, RIGHT, VERDICTS, Overlay, control_of
-from khr_report.film_scene import Look, PosedScene, frames, scenario_of
-from khr_report.film_shadow import Shadow
-from khr_sim.camera import Camera
+from khr_common.maths.rotation import matrix, pitched
+from khr_report.film.film import render_run
+from khr_report.film.overlay import LEFT, RIGHT, VERDICTS, Overlay, control_of
+from khr_report.film.scene import Look, PosedScene, frames, scenario_of
+from khr_report.film.shadow import Shadow
+from khr_sim.physics.camera import Camera
 from khr_sim.robot import Robot
 
 SMALL = (96, 80, 20.0)
@@ -180,7 +180,7 @@ def test_name_with_degrees_keeps_them(tmp_path):
     ('run', 'word'),
     [
         ('runs/nosuch', 'no such run or scenario'),
-        ('walk_8.88', r'no such run or scenario; did you mean walk_8\.88deg_ka12\?'),
+        ('walk_8.88', r'no such run or scenario; did you mean walk_8\.88deg_ka12 or walk_8\.88'),
         ('.', r'no scenario\.yaml in it'),
     ],
 )

@@ -2,10 +2,10 @@
 
 import pytest
 
-from khr_report.reproduction_page import write_index
+from khr_studies.reproduction.page import write_index
 from tests.fakes.benches import Opposite
+from tests.fakes.reproductions import reproduction
 from tests.support.browser import browser_page
-from tests.unit.khr_report.test_page import reproduction
 
 CELLS = """rows => rows.filter(row => row.offsetParent).map(row => [...row.children].map(cell => {
     const box = cell.getBoundingClientRect();

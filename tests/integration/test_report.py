@@ -14,16 +14,16 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from khr.cli import command
 from khr_balance.ankle import AnkleControllerParameters
-from khr_bringup.bags import read_messages, read_what_is_left
-from khr_bringup.code_version import code_version, library_versions
-from khr_bringup.run_signals import run_with_series, series_of_bag
-from khr_bringup.scenario import load
-from khr_cli import command
+from khr_bringup.code_version import code_version, surroundings
+from khr_bringup.recorded.bags import read_messages, read_what_is_left
+from khr_bringup.recorded.run_signals import run_with_series, series_of_bag
+from khr_bringup.scenario.scenario import load
 from khr_common import KhrError
 from khr_common.interfaces import PUSHED
-from khr_report.run_contents import find
-from khr_report.run_page import OUTCOME, report
+from khr_report.run.contents import find
+from khr_report.run.page import OUTCOME, report
 from tests.fakes.bags import change, make_bag, push, state
 from tests.support.pages import check_alone
 from tests.support.runs import khr
@@ -119,7 +119,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     assert not re.search(r'recorder\.(folder|scenario_file)', differs)
     assert 'none recorded' in page.text
     assert f'khr code {VERSION} {VERSION}' in page.text
-    for name, number in {'Python': python_version(), **library_versions('bullet')}.items():
+    for name, number in {'Python': python_version(), **surroundings('bullet')}.items():
         assert f'{name} {number} {number}' in page.text
     assert 'not recorded' not in page.text and '"khr report" wrote this page' in page.text
     assert {'scenario.yaml', 'outcome.json', 'overview.png'} <= set(page.links)
@@ -143,11 +143,11 @@ def test_the_bag_alone_will_do(recorded, tmp_path):
 def test_changes_while_it_ran_are_listed(tmp_path):
     scenario = load('stand_0deg').changed({('simulator', 'duration'): 0.3})
     event = change('/ankle_controller', 'gain', 18.0)
-    event.stamp.sec = 2
+    event.stamp.sec = 1_800_000_000  # of the system's clock: the bag has the simulated time
     folder = make_bag(
         tmp_path / 'run',
         scenario.to_yaml(),
-        ('/parameter_events', event),
+        ('/parameter_events', event, 2_000_000_000),
         ('/simulator/push', push()),
         ('/simulator/state', state(end='duration')),
     )
@@ -205,6 +205,10 @@ def test_page_without_signals_shows_outcome_and_parameters(offline, tmp_path):
         ('outcome.json', None, 'outcome.json is missing'),
         ('outcome.json', '{"verdict": ', 'outcome.json cannot be read'),
         ('outcome.json', '3', 'outcome.json holds no outcome'),
+        *(
+            ('outcome.json', f'{{"verdict": "stood", "vibration_rad_s": {value}}}', 'is no number')
+            for value in ('true', '"abc"', '[1]', '{}', '1e999', 'null')
+        ),
     ],
 )
 def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, text, says):
@@ -215,6 +219,19 @@ def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, te
     found = find(folder)
     assert any(says in note and '\n' not in note for note in found.notes)
     assert found.scenario or found.outcome
+
+
+def test_a_number_that_is_none_is_a_note_and_what_was_changed_is_shown(offline, tmp_path):
+    folder = copy(offline, tmp_path / 'run')
+    outcome = json.loads((folder / 'outcome.json').read_text()) | {
+        'vibration_rad_s': True,
+        'trajectory_hash': '',
+        'changes': [{'time_s': 1.5, 'parameter': 'gait.stride', 'value': 0.25}, 3, {'time_s': []}],
+    }
+    (folder / 'outcome.json').write_text(json.dumps(outcome))
+    text = check_alone(report(folder, None, None)).text
+    assert 'vibration_rad_s: True is no number' in text
+    assert '1.500 gait.stride 0.25' in text
 
 
 def test_page_of_a_scenario_alone(offline, tmp_path):
@@ -238,11 +255,12 @@ def test_truncated_bag_gives_the_signals_before_the_cut(recorded, tmp_path, shar
     left, whole = found.series, series_of_bag(recorded)
     count = len(left.time)
     assert 0.8 * share < count / len(whole.time) <= 1.0
-    for each in fields(whole):
-        values, true = getattr(left, each.name), getattr(whole, each.name)[:count]
+    assert left.controllers == whole.controllers
+    for name, values in left.arrays.items():
+        true = whole.arrays[name][:count]
         known = ~np.isnan(values)
-        assert known[:-40].all(), each.name  # the topics do not stop at the same instant
-        np.testing.assert_array_equal(values[known], true[known], each.name)
+        assert known[:-40].all(), name  # the topics do not stop at the same instant
+        np.testing.assert_array_equal(values[known], true[known], name)
 
 
 def test_page_of_a_truncated_bag_warns(recorded, tmp_path, capsys):

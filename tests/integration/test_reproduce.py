@@ -7,25 +7,26 @@ import subprocess
 import pytest
 
 from khr_common import KhrError
-from khr_experiments.findings import Findings
-from khr_experiments.json_file import read_json
-from khr_experiments.published import LIMITS, TRENDS, WALKS
-from khr_experiments.scoreboard_rows import Scoreboard
-from khr_figures.registry import FIGURES, paths
-from khr_report.findings_page import findings_markdown
-from khr_report.reproduce import Computed, reproduce
-from khr_report.scoreboard_page import scoreboard_markdown
-from khr_report.wanted import MAP, SCOREBOARD, wanted
+from khr_studies.measuring.json_file import read_json
+from khr_studies.measuring.published import LIMITS, TRENDS, WALKS
+from khr_studies.reproduction.findings import Findings
+from khr_studies.reproduction.findings_page import findings_markdown
+from khr_studies.reproduction.reproduce import Computed, reproduce
+from khr_studies.reproduction.wanted import MAP, SCOREBOARD, wanted
+from khr_studies.scoreboard.page import scoreboard_markdown
+from khr_studies.scoreboard.rows import Scoreboard
+from khr_studies.thesis_figures.registry import FIGURES, paths
 from tests.support.runs import KHR
 
+ENGINE = 'mujoco'  # the quicker one
 PATIENCE = 900.0  # s, on a machine that does other work as well
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(PATIENCE)]
 
 
 def khr(place, *arguments):
-    """Reproduce in the quick form, on the quicker engine."""
+    """Reproduce in the quick form."""
     return subprocess.run(
-        [*KHR, 'reproduce', '--fast', '--engine', 'mujoco', *arguments],
+        [*KHR, 'reproduce', '--fast', '--engine', ENGINE, *arguments],
         cwd=place,
         text=True,
         capture_output=True,
@@ -61,7 +62,7 @@ def test_it_succeeds_and_prints_the_page_and_the_time(done):
 
 @pytest.mark.parametrize('number', FIGURES)
 def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
-    image, table = paths(number, place / 'report' / 'figures')
+    image, table = paths(number, place / 'report' / 'figures', ENGINE)
     assert image.stat().st_size > 10_000
     content = rows(table)
     assert len(content) > 2
@@ -137,4 +138,4 @@ def test_an_evaluation_that_fails_does_not_lose_the_page():
 def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(KhrError, match=r'--out: .*file'):
-        reproduce(tmp_path / 'file' / 'report', '3.8', fast=True)
+        reproduce(wanted('3.8', fast=True), tmp_path / 'file' / 'report')

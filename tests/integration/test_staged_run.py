@@ -9,12 +9,12 @@ import pytest
 
 from khr_balance.stage import StageParameters
 from khr_bringup.errors import BringupError
-from khr_bringup.run_signals import run_with_series
-from khr_bringup.scenario import load
-from khr_experiments.experiments import Run
-from khr_figures.registry import draw
-from khr_sim.foot_force import FootForceParameters
+from khr_bringup.recorded.run_signals import run_with_series
+from khr_bringup.scenario.scenario import load
 from khr_sim.parameters import SimulatorParameters
+from khr_sim.sensors.foot_force import FootForceParameters
+from khr_studies.measuring.experiments import Run
+from khr_studies.thesis_figures.registry import draw
 
 TILTING = 'stand_tilting_staged'
 SETTLED = 2.0  # s, four time constants of the sensors

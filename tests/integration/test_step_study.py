@@ -4,9 +4,9 @@ from dataclasses import replace
 
 import pytest
 
-from khr_experiments.critical import workers
-from khr_experiments.engine_comparison import ENGINES, STEPS, STUDIED, on
-from khr_experiments.scoreboard_runs import Bench
+from khr_studies.engines.study import ENGINES, STEPS, STUDIED, on
+from khr_studies.measuring.bench import Bench
+from khr_sweeps.pool import local_pool
 
 SEEDS, TOLERANCE, MOST = 3, 0.1, 0.2  # the last two in deg
 
@@ -16,10 +16,10 @@ SEEDS, TOLERANCE, MOST = 3, 0.1, 0.2  # the last two in deg
 @pytest.mark.parametrize('engine', ENGINES)
 def test_half_the_step_moves_no_limit(engine):
     """Single seeds move by what their last bisections scatter; the mean of some stays."""
-    with workers(2) as pool:
+    with local_pool(2) as pool:
         bench = Bench(pool, SEEDS, TOLERANCE)
         coarse, fine = (
-            bench.limit(replace(STUDIED, changes=on(engine, changes)), 7.8)
+            bench.limit(replace(STUDIED, changes=on(engine, changes)))
             for changes in ((), STEPS['step 0.5 ms'])
         )
     assert fine.mean == pytest.approx(coarse.mean, abs=MOST)

@@ -1,126 +1,33 @@
-"""Sweeps on real workers: local processes and a Dask cluster, with deaths on the way."""
+"""Sweeps on the workers of a Dask scheduler, with deaths on the way."""
 
 import json
-import os
-import signal
+import shutil
 import socket
+import ssl
 import subprocess
 import sys
-import time
-from collections import Counter
+from contextlib import suppress
 from dataclasses import dataclass
-from functools import partial
+from pathlib import Path
+from threading import Thread
 
-import numpy as np
-import psutil
 import pytest
 from distributed import Client
+from distributed.security import Security
 
-from khr_bringup.run_signals import Series, run_with_series
-from khr_common import KhrError, RunError
-from khr_experiments.experiments import runs_of
+from khr.cli.verbs.options import scheduler_of
+from khr_common import KhrError
 from khr_sweeps import cluster
-from khr_sweeps.folder import JOURNAL, read_results, series_path
-from khr_sweeps.reading import load
-from tests.support import runs
+from khr_sweeps.cluster import Scheduler, open_pool
+from tests.support.certificates import make_certificates
 from tests.support.runs import KHR
-
-PATIENCE = 60.0  # s
-STARTING = 20.0  # s to start the command on a loaded machine
-wait_for = partial(runs.wait_for, seconds=PATIENCE)
-
-
-def khr(*arguments):
-    return subprocess.run(
-        [*KHR, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE, check=False
-    )
-
-
-def written(folder, count):
-    journal = folder / JOURNAL
-    return journal.is_file() and journal.read_bytes().count(b'\n') >= count
-
-
-@pytest.fixture
-def start():
-    """Start processes that do not outlive the test."""
-    processes = []
-
-    def start(*arguments):
-        processes.append(
-            subprocess.Popen(
-                list(map(str, arguments)),
-                stdout=subprocess.PIPE,
-                stderr=subprocess.PIPE,
-                text=True,
-            )
-        )
-        return processes[-1]
-
-    yield start
-    for process in processes:
-        process.kill()
-        process.communicate(timeout=PATIENCE)
-
-
-def specification(folder, count, duration):
-    file = folder / 'small.yaml'
-    file.write_text(
-        f'scenario: stand_0deg\nduration: {duration}\nseeds: {count // 2}\n'
-        'set:\n  simulator.initial_tilt_deg: 0.5\nkeep: series\n'
-        'grid:\n  simulator.inclination_deg: [0.0, 5.0]\n'
-    )
-    return file
-
-
-def check_complete(file, folder):
-    """Every run of the sweep is there once, with the trajectory that it has offline."""
-    rows = read_results(folder / 'results.parquet').to_pylist()
-    version = json.loads((folder / 'sweep.json').read_text())['version']
-    trials = {trial.id: trial for trial in load(file).trials(version)}
-    assert Counter(row['id'] for row in rows) == Counter(trials.keys())
-    for row in (rows[0], rows[-1]):
-        offline, series = run_with_series(trials[row['id']].scenario)
-        assert row['trajectory_hash'] == offline.trajectory_hash
-        kept = Series.load(series_path(folder, row['id']))
-        assert np.array_equal(kept.pitch, series.pitch.astype(np.float32))
-    check_signals(folder)
-
-
-def check_signals(folder):
-    """Whatever is in the journal has its signals, whole."""
-    for run in runs_of(folder):
-        assert run.series.time[-1] == pytest.approx(run.row['time_s'])
-
-
-@pytest.mark.slow
-def test_a_sweep_killed_midway_goes_on_without_losing_or_repeating_a_run(tmp_path, start):
-    file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
-    command = (*KHR, 'sweep', file, '--out', folder, '--workers', 2)
-    first = start(*command)
-    wait_for(lambda: written(folder, 2) or first.poll() is not None, 'the second run')
-    children = psutil.Process(first.pid).children(recursive=True)
-    first.kill()
-    assert 'Traceback' not in first.communicate()[1]
-    _, alive = psutil.wait_procs(children, timeout=PATIENCE)
-    assert not alive, 'workers outlived their sweep'
-    check_signals(folder)
-    kept = (folder / JOURNAL).read_bytes()
-    assert 2 <= kept.count(b'\n') < 12
-    again = khr(*command[len(KHR) :])
-    assert (again.returncode, again.stderr) == (0, '')
-    assert '12 of 12' in again.stdout
-    assert (folder / JOURNAL).read_bytes().startswith(kept[: kept.rfind(b'\n') + 1])
-    check_complete(file, folder)
-    file.write_text(file.read_text().replace('5.0', '6.0'))
-    refused = khr(*command[len(KHR) :])
-    assert refused.returncode == 2
-    assert 'other axes' in refused.stderr and refused.stderr.count('\n') == 1
+from tests.support.sweeps import PATIENCE, check_complete, khr, specification, wait_for, written
 
 
 @dataclass
 class Cluster:
     address: str
+    tls: Path
     scheduler: subprocess.Popen
     workers: dict[str, subprocess.Popen]
 
@@ -128,6 +35,11 @@ class Cluster:
 @pytest.fixture
 def dask(tmp_path, start):
     """A scheduler and two workers, as a user would start them on three machines."""
+    tls = make_certificates(tmp_path)
+    shown = [
+        *('--tls-ca-file', tls / 'ca.pem', '--tls-cert', tls / 'cert.pem'),
+        *('--tls-key', tls / 'key.pem', '--dashboard-address', '127.0.0.1:0'),
+    ]
     command, contact = (sys.executable, '-m', 'dask'), tmp_path / 'scheduler.json'
     scheduler = start(
         *command,
@@ -136,8 +48,9 @@ def dask(tmp_path, start):
         '127.0.0.1',
         '--port',
         0,
-        '--no-dashboard',
-        '--no-jupyter',
+        '--protocol',
+        'tls',
+        *shown,
         '--scheduler-file',
         contact,
     )
@@ -147,6 +60,7 @@ def dask(tmp_path, start):
     )['address']
     return Cluster(
         address,
+        tls,
         scheduler,
         {
             name: start(
@@ -156,7 +70,7 @@ def dask(tmp_path, start):
                 '--no-nanny',
                 '--nthreads',
                 1,
-                '--no-dashboard',
+                *shown,
                 '--name',
                 name,
                 '--local-directory',
@@ -167,16 +81,28 @@ def dask(tmp_path, start):
     )
 
 
+def joined(dask):
+    return '--scheduler', dask.address, '--tls', dask.tls
+
+
+def security_of(tls):
+    files = {
+        f'tls_{what}': str(tls / f'{name}.pem')
+        for what, name in (('ca_file', 'ca'), ('client_cert', 'cert'), ('client_key', 'key'))
+    }
+    return Security(**files, require_encryption=True)
+
+
 @pytest.mark.slow
 def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
     file, folder = specification(tmp_path, 24, 0.3), tmp_path / 'out'
-    with Client(dask.address, timeout=PATIENCE) as client:
+    with Client(dask.address, timeout=PATIENCE, security=security_of(dask.tls)) as client:
         client.wait_for_workers(2, timeout=PATIENCE)
         names = {
             each['name']: where
             for where, each in client.scheduler_info(n_workers=-1)['workers'].items()
         }
-        command = start(*KHR, 'sweep', file, '--out', folder, '--scheduler', dask.address)
+        command = start(*KHR, 'sweep', file, '--out', folder, *joined(dask))
         wait_for(
             lambda: written(folder, 4) and client.processing()[names['first']],
             'a run on the first worker',
@@ -192,7 +118,7 @@ def test_a_worker_killed_midway_loses_nothing(tmp_path, start, dask):
 @pytest.mark.slow
 def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_path, start, dask):
     file, folder = specification(tmp_path, 12, 0.6), tmp_path / 'out'
-    command = start(*KHR, 'sweep', file, '--out', folder, '--scheduler', dask.address)
+    command = start(*KHR, 'sweep', file, '--out', folder, *joined(dask))
     wait_for(lambda: written(folder, 1) or command.poll() is not None, 'the first run')
     dask.scheduler.kill()
     _, err = command.communicate(timeout=PATIENCE)
@@ -203,87 +129,76 @@ def test_a_scheduler_that_dies_is_one_line_and_the_sweep_goes_on_elsewhere(tmp_p
     check_complete(file, folder)
 
 
-def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
-    file, folder = specification(tmp_path, 200, 0.6), tmp_path / 'out'
-    command = subprocess.Popen(
-        [*KHR, 'sweep', str(file), '--out', str(folder), '--workers', '1'],
-        text=True,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-        # whoever started the tests in the background had SIGINT ignored; a terminal has not
-        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
-    )
-    wait_for(lambda: written(folder, 1) or command.poll() is not None, 'the first run')
-    os.killpg(command.pid, signal.SIGINT)  # as a terminal does: the workers get it too
-    out, err = command.communicate(timeout=PATIENCE)
-    assert command.returncode == 130
-    assert 'Traceback' not in err and ' of 200' in out
-    check_signals(folder)
-    assert 1 <= read_results(folder / 'results.parquet').num_rows < 200
+@pytest.fixture(scope='module')
+def tls(tmp_path_factory):
+    return make_certificates(tmp_path_factory.mktemp('credentials'))
 
 
-def test_no_scheduler_is_one_line_soon(tmp_path):
-    began = time.monotonic()
-    result = khr(
-        'sweep',
-        specification(tmp_path, 2, 0.3),
-        '--out',
-        tmp_path / 'out',
-        '--scheduler',
-        'tcp://127.0.0.1:9',
-    )
-    assert time.monotonic() - began < cluster.CONNECT_TIMEOUT + STARTING
-    assert result.returncode == 2
-    assert "'tcp://127.0.0.1:9'" in result.stderr and result.stderr.count('\n') == 1
+def refusal(*given, **options):
+    with pytest.raises(KhrError) as refused, open_pool(1, Scheduler(*given, **options)):
+        pytest.fail('connected to nobody')
+    assert '\n' not in str(refused.value)
+    return str(refused.value)
 
 
 @pytest.mark.parametrize(
     'address',
-    ['nonsense', 'tcp://', 'tcp://127.0.0.1', 'tcp://:1', 'tcp://h:x', 'udp://127.0.0.1:9', ''],
+    ['nonsense', 'tcp://', 'tcp://127.0.0.1', 'tcp://:1', 'tcp://h:x', 'tls://127.0.0.1:9', ''],
 )
 def test_what_is_no_address_is_refused(address):
-    with pytest.raises(KhrError) as refusal, cluster.connected(1, address):
-        pytest.fail('connected to nobody')
-    assert repr(address) in str(refusal.value) and '\n' not in str(refusal.value)
+    said = refusal(address, unauthenticated=True)
+    assert repr(address) in said and 'tcp://HOST:PORT' in said
 
 
-def test_a_stranger_behind_the_port_is_refused_soon():
-    began = time.monotonic()
+def test_a_scheduler_that_anybody_can_use_is_refused_unless_asked_for():
+    said = refusal('tcp://127.0.0.1:9')
+    assert 'whoever reaches its port runs code' in said and '--tls' in said
+    assert 'no scheduler answers' in refusal('tcp://127.0.0.1:9', unauthenticated=True)
+
+
+def test_nobody_behind_the_port_is_one_line(tls):
+    assert 'no scheduler answers' in refusal('tls://127.0.0.1:9', tls)
+    assert 'tls://HOST:PORT' in refusal('tcp://127.0.0.1:9', tls)
+
+
+@pytest.mark.parametrize('protected', [False, True])
+def test_a_stranger_behind_the_port_is_refused_soon(tls, protected, monkeypatch):
+    monkeypatch.setattr(cluster, 'CONNECT_TIMEOUT', 0.2)
     with socket.create_server(('127.0.0.1', 0)) as mute:
-        address = f'tcp://127.0.0.1:{mute.getsockname()[1]}'
-        with pytest.raises(KhrError, match=address), cluster.connected(1, address):
-            pytest.fail('connected to a stranger')
-    assert time.monotonic() - began < cluster.CONNECT_TIMEOUT + STARTING
+        place = f'127.0.0.1:{mute.getsockname()[1]}'
+        how = (f'tls://{place}', tls) if protected else (f'tcp://{place}', None, True)
+        assert place in refusal(*how)
 
 
-@pytest.fixture(scope='module')
-def client():
-    with Client(
-        processes=False, n_workers=1, threads_per_worker=2, dashboard_address=None
-    ) as client:
-        yield client
+def test_credentials_must_be_there_and_closed_to_others(tls, tmp_path):
+    assert 'No such file' in refusal('tls://127.0.0.1:9', tmp_path)
+    mine = shutil.copytree(tls, tmp_path / 'tls')
+    (mine / 'key.pem').chmod(0o644)
+    assert 'mode 644' in refusal('tls://127.0.0.1:9', mine)
 
 
-def test_only_a_window_of_the_tasks_is_ever_handed_out(client):
-    taken, done, largest = 0, 0, 0
+def test_credentials_of_another_authority_do_not_get_in(tls, tmp_path):
+    """The other side shows a certificate as well, and asks for one."""
+    other = make_certificates(tmp_path)
+    context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
+    context.load_cert_chain(other / 'cert.pem', other / 'key.pem')
+    with socket.create_server(('127.0.0.1', 0)) as server:
 
-    def tasks():
-        nonlocal taken
-        for number in range(500):
-            taken += 1
-            yield f'window-{number}', number
+        def serve():
+            with (
+                suppress(OSError),
+                context.wrap_socket(server.accept()[0], server_side=True) as one,
+            ):
+                one.send(b'welcome')
 
-    results = {}
-    for batch in cluster.compute(client, abs, tasks()):
-        done += len(batch)
-        largest = max(largest, taken - done)
-        results |= batch
-    assert results == {f'window-{number}': number for number in range(500)}
-    assert largest <= cluster.LEAST_AHEAD
+        thread = Thread(target=serve)
+        thread.start()
+        said = refusal(f'tls://127.0.0.1:{server.getsockname()[1]}', tls)
+        thread.join()
+    assert 'CERTIFICATE_VERIFY_FAILED' in said
 
 
-def test_an_error_of_a_worker_is_one_line(client):
-    with pytest.raises(RunError) as failure:
-        list(cluster.compute(client, int, [('bad', 'no\nnumber')]))
-    assert 'ValueError' in str(failure.value) and '\n' not in str(failure.value)
+@pytest.mark.parametrize('options', [['--tls', '.'], ['--unauthenticated']])
+def test_protection_without_a_scheduler_is_refused(options):
+    with pytest.raises(KhrError, match=f'{options[0]}.*without --scheduler'):
+        scheduler_of(None, Path('.') if '--tls' in options else None, '--tls' not in options)

@@ -4,11 +4,11 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from khr_balance.gait import Gait
-from khr_balance.gait_parameters import GaitParameters
+from khr_balance.gaits.gait import Gait
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import build
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.world import World
+from khr_sim.physics.world import World
 
 PERIOD = SimulatorParameters().control_period
 

@@ -17,10 +17,10 @@ from tests.mutation.session import Session
 
 MODULES = (
     'khr_sim.servo',
-    'khr_sim.gyro',
+    'khr_sim.sensors.gyro',
     'khr_balance.ankle',
-    'khr_analysis.cycle_spectrum',
-    'khr_analysis.models.tipping',
+    'khr_studies.peak_origin.cycle_spectrum',
+    'khr_models.standing.tipping',
 )
 
 

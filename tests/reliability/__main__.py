@@ -21,9 +21,10 @@ from typing import NamedTuple
 import psutil
 
 from khr_common.files import write_text
-from khr_common.markdown import table
+from khr_common.text.markdown import table
 from tests import ROOT
-from tests.reliability.cases import HARMS, NO_OTHER_MACHINE, Case, attempt, cases
+from tests.reliability.cases import HARMS, NO_OTHER_MACHINE, attempt, cases
+from tests.reliability.harmed_run import Case
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
 LOOK = 1.0  # s of wall time over which their use is measured
@@ -59,7 +60,7 @@ def main() -> int:
     """Do what is left of a campaign, write its table; return 1 if anything fell short."""
     parser = argparse.ArgumentParser(prog='python -m tests.reliability', description=__doc__)
     parser.add_argument('--seed', type=int, default=0)
-    parser.add_argument('--kills', type=int, default=200, help='processes killed')
+    parser.add_argument('--kills', type=int, default=300, help='processes killed')
     parser.add_argument('--soak', type=int, default=3600, help='simulated s of each long run')
     parser.add_argument('--only', default='', help='kinds that begin so')
     parser.add_argument(

@@ -17,7 +17,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
-from khr_cli import command
+from khr.cli import command
 from tests.reliability.mutants import LONGEST_LINE, NASTY
 from tests.support.runs import KHR
 

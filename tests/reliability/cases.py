@@ -4,148 +4,38 @@ from __future__ import annotations
 
 import os
 import random
-import re
 import shutil
 import signal
 import subprocess
 import sys
 import time
 from contextlib import suppress
-from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from tempfile import TemporaryDirectory, mkdtemp
+from tempfile import mkdtemp
 
 import numpy as np
 import psutil
 
-from khr_bringup import scenario as scenarios
-from khr_bringup.run_registry import running
+from khr_bringup.graph.run_registry import running
+from khr_bringup.scenario import scenario as scenarios
 from tests import ROOT
+from tests.reliability.board_cases import BOARD_HARMS, board_cases
+from tests.reliability.harmed_run import (
+    FIGURES,
+    LIMIT,
+    PHASES,
+    SCENARIO,
+    SECONDS,
+    Case,
+    Run,
+    right_hash,
+)
+from tests.reliability.more_harms import MORE, more_cases
 from tests.reliability.netns import why_not
-from tests.support.runs import KHR, children
+from tests.support.runs import KHR
 
-SCENARIO = 'stand_0deg'
-PHASES = ('start', 'run', 'end')
-GONE = 5.0  # s of wall time within which nothing of a run is left
-LIMIT = 150.0  # s of wall time for a case: 30 for a hang to be noticed, on a loaded machine
-SECONDS = 3.0  # simulated, of the runs that are harmed
 LONGEST_LINE = 600
-FIGURES = 'figures'  # in the folder of a case: what it measured, in a line
 TRIES = 5  # runs until a process is killed before it has ended by itself
-
-
-@dataclass(frozen=True)
-class Case:
-    """One harm: of a kind, to somebody, at some time."""
-
-    kind: str
-    mode: str = '--processes'
-    victim: str = ''
-    phase: str = ''
-    seed: int = 0
-
-    @property
-    def name(self) -> str:
-        """Return what tells the case from all others."""
-        return ' '.join(map(str, (self.kind, self.mode, self.victim, self.phase, self.seed)))
-
-
-class Run:
-    """A run that is being harmed, with all that must hold at its end."""
-
-    def __init__(self, folder: Path, mode: str, seconds: float = SECONDS, *more: str) -> None:
-        self.folder, self.faults = folder, list[str]()
-        self.process = subprocess.Popen(
-            [*KHR, 'run', SCENARIO, mode, '--duration', str(seconds), '--out', str(folder), *more],
-            stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-            env={**os.environ, 'COLUMNS': '1000'},
-        )  # fmt: skip
-        self.seen: dict[int, psutil.Process] = {}
-
-    def look(self) -> dict[str, psutil.Process]:
-        """Return the processes of the run by node, and remember them."""
-        found = {}
-        with suppress(psutil.Error):
-            found = children(self.process)
-        self.seen |= {each.pid: each for each in found.values()}
-        return found
-
-    def reach(self, phase: str, chance: random.Random, victim: str = '') -> None:
-        """Wait for a phase of the run, and some random time in it."""
-        log = self.folder / 'log'
-        conditions = {
-            'start': lambda: victim in self.look() or (not victim and log.is_dir()),
-            'run': lambda: (self.folder / 'bag').is_dir() and self._simulating(),
-            'end': lambda: (self.folder / 'bag').is_dir() and self._simulating(),
-        }
-        end = time.monotonic() + 60.0
-        while not conditions[phase]() and time.monotonic() < end and self.process.poll() is None:
-            self.look()
-            time.sleep(0.01)  # polls
-        self.look()
-        time.sleep(chance.uniform(*{'start': (0, 1), 'run': (0, 0.5), 'end': (0, 1.5)}[phase]))
-
-    def _simulating(self) -> bool:
-        bag = self.folder / 'bag'
-        return any(file.stat().st_size > 100_000 for file in bag.glob('*.mcap'))
-
-    def kill(self, name: str) -> bool:
-        """Kill a process of the run; return whether it still lived."""
-        with suppress(psutil.Error, KeyError):
-            victim = self.look()[name]
-            lived = victim.status() != psutil.STATUS_ZOMBIE
-            victim.kill()
-            return lived
-        return False
-
-    def finish(self, codes: set[int], says: str = '') -> list[str]:
-        """Wait for the end; return all that fell short of what must hold."""
-        try:
-            out, err = self.process.communicate(timeout=LIMIT)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            out, err = self.process.communicate()
-            self.faults.append(f'did not end within {LIMIT:g} s')
-        self._left()
-        code = self.process.returncode
-        if code not in codes:
-            self.faults.append(f'exit {code}: {err.strip()[-300:]}')
-        if says and code == 1 and not re.search(says, err):
-            self.faults.append(f'does not say {says}: {err.strip()[-300:]}')
-        self._texts({'stderr': err, **self._logs()})
-        found = re.search(r'trajectory hash ([0-9a-f]{64})', out)
-        if code == 0 and (not found or found[1] != right_hash()):
-            self.faults.append('exit 0 with another trajectory')
-        return self.faults
-
-    def _left(self) -> None:
-        _, alive = psutil.wait_procs(list(self.seen.values()), timeout=GONE)
-        if alive:
-            self.faults.append(f'{len(alive)} processes left after {GONE:g} s')
-        for each in alive:
-            each.kill()
-
-    def _logs(self) -> dict[str, str]:
-        return {
-            path.name: path.read_text(errors='replace') for path in self.folder.glob('log/*.log')
-        }
-
-    def _texts(self, texts: dict[str, str]) -> None:
-        for name, text in texts.items():
-            if 'Traceback' in text or 'terminate called' in text:
-                self.faults.append(f'{name}: {text.strip().splitlines()[-1][:200]}')
-
-
-@cache
-def right_hash() -> str:
-    """Return the hash of the run that is harmed, from one that is not."""
-    with TemporaryDirectory() as folder:
-        ended = subprocess.run(
-            [*KHR, 'run', SCENARIO, '--offline', '--duration', str(SECONDS), '--out', folder],
-            capture_output=True, text=True, check=True,
-        )  # fmt: skip
-    return ended.stdout.split()[-1]
 
 
 def kill(case: Case, folder: Path) -> list[str]:
@@ -192,7 +82,7 @@ def interrupt(case: Case, folder: Path) -> list[str]:
     run.reach(case.phase, random.Random(case.name))
     run.process.send_signal(signal.Signals[case.victim])
     return run.finish(
-        {'start': {0, 130, 1, -2, -15}, 'run': {0, 130}, 'end': {0, 130, 1}}[case.phase]
+        {'start': {0, 130, 1, -1, -2, -15}, 'run': {0, 130}, 'end': {0, 130, 1}}[case.phase]
     )
 
 
@@ -238,6 +128,8 @@ def environment(case: Case, folder: Path) -> list[str]:
         'memory limit 300 MB': (['sh', '-c', 'ulimit -v 300000; exec "$@"', 'sh', *command], {}, {1}),
         'memory limit 900 MB': (['sh', '-c', 'ulimit -v 900000; exec "$@"', 'sh', *command], {}, {0, 1}),
         'file size limit': (['sh', '-c', 'ulimit -f 8; exec "$@"', 'sh', *command], {}, {1}),
+        '24 descriptors': (['sh', '-c', 'ulimit -n 24; exec "$@"', 'sh', *command], {}, {0, 1}),
+        '500 processes': (['sh', '-c', 'ulimit -u 500; exec "$@"', 'sh', *command], {}, {0, 1}),
         'C locale': (command, {'LC_ALL': 'C', 'PYTHONUTF8': '0'}, {0}),
     }[case.victim]  # fmt: skip
     env = {**os.environ, **{k: v for k, v in changed.items() if v}}
@@ -346,14 +238,16 @@ HARMS = {
     'SIGKILL of a process': kill,
     'SIGSTOP of a process': stop,
     'SIGKILL of khr': parent,
-    'SIGINT, SIGTERM to khr': interrupt,
+    'SIGINT, SIGTERM, SIGHUP to khr': interrupt,
     'full disk': disk,
     'two users': users,
     'environment': environment,
     'mutated files, 500 each': fuzz,
     'damaged runs, 50 each': damage,
-    'tests of traffic, network, hangs': tested,
+    'tests of traffic, users, network, hangs': tested,
     'soak': soak,
+    **BOARD_HARMS,
+    **MORE,
 }
 
 
@@ -371,23 +265,31 @@ def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
     found += [Case('SIGSTOP of a process', mode, node, '', seed) for mode, node in victims]
     found += [Case('SIGKILL of khr', mode, '', phase, seed + n)
               for mode in both for phase in PHASES[:2] for n in range(max(1, kills // 50))]  # fmt: skip
-    found += [Case('SIGINT, SIGTERM to khr', mode, name, phase, seed)
-              for mode in both for name in ('SIGINT', 'SIGTERM') for phase in PHASES]  # fmt: skip
+    found += [Case('SIGINT, SIGTERM, SIGHUP to khr', mode, name, phase, seed)
+              for mode in both for name in ('SIGINT', 'SIGTERM', 'SIGHUP') for phase in PHASES]  # fmt: skip
     found += [Case('full disk', mode, '', '', size) for mode in both for size in (4, 40, 400)]
     found += [Case('two users', mode) for mode in both]
     found += [
         Case('environment', mode, name)
         for mode in both
         for name in ('no HOME', 'read-only folder', 'memory limit 300 MB', 'memory limit 900 MB',
-                     'file size limit', 'C locale')
+                     'file size limit', 'C locale', '24 descriptors', '500 processes')
     ]  # fmt: skip
-    found += [Case('mutated files, 500 each', '', '', '', seed + n) for n in range(10)]
+    found += [Case('mutated files, 500 each', '', '', '', seed + n) for n in range(20)]
     found += [Case('damaged runs, 50 each', '', '', '', seed + n) for n in range(6)]
     found += [
-        Case('tests of traffic, network, hangs', '', f'tests/reliability/{name}.py')
-        for name in ('test_traffic', 'test_no_hang', 'test_closed')
+        Case('tests of traffic, users, network, hangs', '', f'tests/reliability/{name}.py')
+        for name in (
+            'test_traffic',
+            'test_no_hang',
+            'test_closed',
+            'test_other_user',
+            'test_workers_elsewhere',
+        )
     ]
+    found += more_cases(seed)
     found += [Case('soak', mode, '', '', soak_seconds) for mode in both]
+    found += [Case(*each) for each in board_cases(seed)]
     chance.shuffle(found)
     return found
 

@@ -10,25 +10,19 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from khr_bringup import scenario as scenarios
-from khr_experiments.experiments import shipped
-from tests.reliability.mutants import mutants, try_change, try_file
+from tests.reliability.mutants import mutants, seeds, try_change, try_file
 
 LIMIT = 20  # s for a file: what is bounded takes far less, on a loaded machine too
 
 
 def faults(count: int, seed: int) -> list[str]:
-    """Return what went wrong with so many mutants: of scenarios, of sweeps, of changes."""
-    files = {
-        'scenario': [path.read_bytes() for path in scenarios.shipped()]
-        + [scenarios.load('walk_9.7deg_ka12_kh13').to_yaml().encode()],
-        'sweep': [path.read_bytes() for path in shipped().values()],
-    }
-    found = []
+    """Return what went wrong with so many mutants: of each kind of file, and of changes."""
+    kinds, found = seeds(), []
+    each = -(-count // (len(kinds) + 1))
     with TemporaryDirectory() as folder:
         path = Path(folder) / 'mutant.yaml'
-        for kind, seeds in files.items():
-            for number, content in enumerate(mutants(seeds, 2 * count // 5, seed)):
+        for kind, good in kinds.items():
+            for number, content in enumerate(mutants(good, each, seed)):
                 path.write_bytes(content)
                 found += _named(f'{kind} {number}', _limited(lambda k=kind: try_file(path, k)))
         changes = [
@@ -36,7 +30,7 @@ def faults(count: int, seed: int) -> list[str]:
             b'simulator.push_point=[0, 0, 0.1]',
             b'gait.motion=walk',
         ]
-        for number, content in enumerate(mutants(changes, count // 5, seed)):
+        for number, content in enumerate(mutants(changes, each, seed)):
             text = content.decode('utf-8', 'surrogateescape')
             found += _named(f'change {number}', _limited(lambda t=text: try_change(t)))
     return found

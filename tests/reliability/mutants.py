@@ -2,13 +2,26 @@
 
 from __future__ import annotations
 
+import io
 import random
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import redirect_stderr
+from importlib.resources import files
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
-from khr_bringup import scenario as scenarios
+from khr_bringup.scenario import scenario as scenarios
 from khr_common import KhrError
-from khr_sweeps.reading import load as load_sweep
+from khr_hardware.joint_map import JointMap
+from khr_sim.robot import Robot
+from khr_studies.calibration.plan import read_plan
+from khr_studies.measuring.ensemble_file import SHIPPED_ENSEMBLE, read_ensemble
+from khr_studies.measuring.experiments import shipped
+from khr_studies.measuring.json_file import read_json
+from khr_studies.third_stage.study import Plane
+from khr_sweeps.reading import load_sweep
+from khr_sweeps.results.store import Store, read_store
+from tests import ROOT
 
 LONGEST_LINE = 2000  # characters of a refusal: a file's name, what is quoted, what is accepted
 NASTY = (
@@ -56,10 +69,7 @@ def _mutant(content: bytes, chance: random.Random) -> bytes:
 def try_file(path: Path, kind: str) -> str:
     """Read a file as what it claims to be; return what is wrong with the way it is refused."""
     try:
-        if kind == 'sweep':
-            load_sweep(path)
-        else:
-            scenarios.load(str(path)).to_yaml()
+        READERS[kind](path)
     except KhrError as error:
         return _fault(str(error))
     except Exception as error:  # what this looks for
@@ -80,3 +90,49 @@ def try_change(text: str) -> str:
 
 def _fault(text: str) -> str:
     return '' if len(text) < LONGEST_LINE and '\n' not in text else f'a long refusal: {text[:99]}'
+
+
+def _results(path: Path) -> None:
+    """Read results of which every line that is believed is as it was written."""
+    with redirect_stderr(io.StringIO()):
+        _, kept = read_store(path, dict)
+    assert all(entry in RESULTS for entry in kept), 'a changed line is believed'
+
+
+def results() -> bytes:
+    """Return a file of results as a sweep or a search leaves it."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / 'rows.jsonl'
+        with Store(path, {'of': 'a study'}, dict) as store:
+            store.add(RESULTS)
+        return path.read_bytes()
+
+
+RESULTS = [{'id': f'{n}', 'verdict': 'walked', 'limit_deg': n / 7} for n in range(20)]
+# What khr reads of what others may have written, by what it is.
+READERS: dict[str, Callable[[Path], object]] = {
+    'scenario': lambda path: scenarios.load(str(path)).to_yaml(),
+    'sweep': load_sweep,
+    'calibration': read_plan,
+    'ensemble': read_ensemble,
+    'study': lambda path: read_json(path, Plane),
+    'joint map': lambda path: JointMap.load(str(path)),
+    'description': lambda path: Robot(path.read_text(errors='replace')),
+    'results': _results,
+}
+
+
+def seeds() -> dict[str, list[bytes]]:
+    """Return good files of each kind."""
+    config, maps = files('khr_bringup') / 'config', files('khr_hardware') / 'maps'
+    return {
+        'scenario': [path.read_bytes() for path in scenarios.shipped()]
+        + [scenarios.load('walk_9.7deg_ka12_kh13').to_yaml().encode()],
+        'sweep': [path.read_bytes() for path in shipped().values()],
+        'calibration': [(config / 'calibration.yaml').read_bytes()],
+        'ensemble': [SHIPPED_ENSEMBLE.read_bytes()],
+        'study': [(ROOT / 'docs' / 'stage3.json').read_bytes()],
+        'joint map': [(maps / 'khr3hv.yaml').read_bytes()],
+        'description': [(files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_bytes()],
+        'results': [results()],
+    }

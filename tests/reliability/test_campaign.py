@@ -6,10 +6,11 @@ import sys
 
 import pytest
 
-from khr_bringup import scenario as scenarios
+from khr_bringup.scenario import scenario as scenarios
 from tests import ROOT
 from tests.reliability.__main__ import Result, page
-from tests.reliability.cases import HARMS, PHASES, SCENARIO, cases, growth
+from tests.reliability.cases import HARMS, cases, growth
+from tests.reliability.harmed_run import PHASES, SCENARIO
 
 
 def campaign(folder, *arguments):

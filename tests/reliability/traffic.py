@@ -5,8 +5,8 @@ from contextlib import suppress
 
 from rclpy._rclpy_pybind11 import RCLError
 
-from khr_bringup import scenario as scenarios
 from khr_bringup.node_registry import registry
+from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import JOINT_STATE, PUSH, READY, Topic
 from khr_common.nodes.messages import message_class, serialized
 from khr_common.nodes.node import DATA, LATCHED
@@ -44,7 +44,7 @@ def read(scenario: str) -> set[str]:
 
 def shared(topic: Topic) -> bool:
     """Return whether a second source of a topic does not end the run."""
-    return topic.kind == JOINT_STATE or topic.name in (READY.name, PUSH.name, '/diagnostics')
+    return topic.of_run or topic.name in (READY.name, PUSH.name, '/diagnostics')
 
 
 def messages(topic: Topic) -> list[bytes]:

@@ -1,9 +1,11 @@
 """A real browser without a screen, which finds no other host, and viewers without a browser."""
 
+import re
 import shutil
 import socket
 import threading
 from contextlib import contextmanager, suppress
+from pathlib import Path
 
 import msgspec
 import pytest
@@ -46,6 +48,24 @@ def slider(page, label):
 def row(page, label, holds):
     """Return the row of a control: what holds its label and one of these elements."""
     return page.locator(f'xpath=//label[.="{label}"]/ancestor::*[.//{holds}][1]')
+
+
+def choose(page, label, option):
+    """Choose an option of a dropdown."""
+    row(page, label, 'input').locator('input').first.click()
+    page.get_by_role('option', name=option, exact=True).click()
+
+
+def saved(page, name):
+    """Click what saves a file, and return the file's name and content."""
+    with page.expect_download() as download:
+        page.get_by_text(name, exact=True).click()
+    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+
+
+def chart(page, title):
+    """Return a chart by how its title begins."""
+    return page.locator('.uplot', has=page.locator('.u-title', has_text=re.compile(f'^{title}')))
 
 
 def free_port():

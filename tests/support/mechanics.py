@@ -4,7 +4,7 @@ from math import cos, sin
 
 import numpy as np
 
-from khr_common.rotation import matrix
+from khr_common.maths.rotation import matrix
 from khr_sim.robot import JOINTS
 
 

@@ -21,7 +21,7 @@ from rosbags.typesys import Stores, get_typestore
 from tests import ROOT
 
 STORE = get_typestore(Stores.ROS2_JAZZY)
-KHR = [sys.executable, '-m', 'khr_cli.command']
+KHR = [sys.executable, '-m', 'khr.cli.command']
 # Longer than any test waits, and in lockstep no faster than leaves the test some of the machine.
 LONG = ('--duration', '600', '--set', 'simulator.pace=2')
 
@@ -150,7 +150,7 @@ def joined(folder):
     """Wait for the run of a folder, join its domain, and yield a node there."""
     import rclpy
 
-    from khr_bringup.run_registry import running
+    from khr_bringup.graph.run_registry import running
 
     entry = wait_for(
         lambda: next((entry for entry in running() if entry.folder == str(folder)), None),
@@ -181,7 +181,7 @@ def wait_until(node, seconds):
             reached.set_result(True)
 
     subscription = node.create_subscription(Clock, 'clock', on_clock, 10)
-    rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=40.0)
+    rclpy.spin_until_future_complete(node, reached, executor=executor, timeout_sec=80.0)
     assert reached.done()
     node.destroy_subscription(subscription)
 
@@ -192,10 +192,10 @@ def call(node, kind, name, request):
     from rclpy.executors import SingleThreadedExecutor
 
     service = node.create_client(kind, name)
-    assert service.wait_for_service(20.0)
+    assert service.wait_for_service(60.0)
     executor = SingleThreadedExecutor(context=node.context)
     future = service.call_async(request)
-    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=20.0)
+    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=60.0)
     assert future.done()
     return future.result()
 

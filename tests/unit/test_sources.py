@@ -5,19 +5,17 @@ from collections import defaultdict
 
 import pytest
 
+from khr_bringup.code_version import SOURCES
+from khr_studies.measuring.study_version import sources_of_study
 from tests import ROOT
 
 PACKAGES = sorted(path for path in (ROOT / 'src').glob('khr*') if (path / 'setup.py').is_file())
-LARGEST = 5000  # lines of a package
+
+KEEPING = ('scoreboard', 'third_stage', 'tuning')  # studies that keep what they measure
 
 
 def sources(package):
     return sorted(package.rglob('*.py'))
-
-
-@pytest.mark.parametrize('package', PACKAGES, ids=lambda path: path.name)
-def test_a_package_stays_small(package):
-    assert sum(len(path.read_text().splitlines()) for path in sources(package)) <= LARGEST
 
 
 def test_no_two_classes_share_a_name():
@@ -28,3 +26,22 @@ def test_no_two_classes_share_a_name():
                 places[node.name].append(str(path.relative_to(ROOT)))
     assert len(places) > 100
     assert {name: files for name, files in places.items() if len(files) > 1} == {}
+
+
+def test_no_test_imports_another():
+    """What several tests use lies in tests/fakes and tests/support."""
+    shared = ('tests.fakes', 'tests.support')
+    for path in (ROOT / 'tests').glob('*/**/*.py'):
+        for node in ast.walk(ast.parse(path.read_text())):
+            module = node.module or '' if isinstance(node, ast.ImportFrom) else ''
+            if module.startswith('tests.') and not module.startswith(shared):
+                name = module.rpartition('.')[2]
+                assert not name.startswith(('test_', 'conftest')), path
+
+
+@pytest.mark.parametrize(
+    ('package', 'pattern'),
+    [*SOURCES, *{each: None for study in KEEPING for each in sources_of_study(study)}],
+)
+def test_code_that_decides_a_result_is_where_its_version_looks_for_it(package, pattern):
+    assert list((ROOT / 'src' / package / package).glob(pattern))

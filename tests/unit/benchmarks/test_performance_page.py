@@ -6,12 +6,13 @@ import sys
 import pytest
 
 from tests.benchmarks import __main__ as benchmarks
+from tests.benchmarks import bench_board, bench_period
+from tests.benchmarks import bench_environment as environment
 from tests.benchmarks import bench_graph as graph
-from tests.benchmarks import bench_period
 from tests.benchmarks import bench_sweeps as sweeps
 from tests.benchmarks.bench_commands import COMMANDS
 from tests.benchmarks.clock import FACTORS
-from tests.benchmarks.performance_page import GOALS, SWEEP_GOALS, page
+from tests.benchmarks.performance_page import ENVIRONMENT_GOALS, GOALS, SWEEP_GOALS, page
 
 GROWTH = {'bullet': [{'until_s': 10.0, 'ms per simulated s': 87.25, 'MiB': 230.0}]}
 
@@ -54,6 +55,26 @@ def test_a_command_that_takes_too_long_misses_its_goal():
     assert '| `khr reproduce --engine mujoco` | 600 | 600 | met |' in text
 
 
+def test_runs_on_a_board_say_how_many_periods_were_late():
+    run = {'robot': 'walked', 'twin': 'walked', 'periods': 800, 'late': 0.5, 'others': 0.2}
+    run |= dict.fromkeys(bench_board.FIGURES, 1.25)
+    text = page(board={'walk_0deg': {'one process': [run, run | {'late': 1.5, 'robot': 'fell'}]}})
+    assert '| walk_0deg | one process | fell walked | walked | 1.0 % of 800 | 1.25 |' in text
+
+
+def test_environments_are_compared_with_the_twin_and_with_one_alone(monkeypatch):
+    monkeypatch.setattr(environment, 'SECONDS', 0.6)
+    found = environment.measure()
+    alone = found[environment.named(environment.ALONE, 'mujoco')]
+    said = verdicts(page(environments=[found]))
+    assert len(said) == len(ENVIRONMENT_GOALS)
+    for case, says in ((0.96, 'met'), (0.94, '**missed**')):
+        slower = {clock: case * value for clock, value in alone.items()}
+        twin = environment.named(environment.TWIN, 'mujoco')
+        text = page(environments=[found | {twin: alone, 'environment, mujoco': slower}])
+        assert verdicts(text)['environment, mujoco', twin, 'computing'] == says
+
+
 def test_a_control_period_is_shared_out():
     text = page(runs(10.0), sweep(1.0), GROWTH, period={'bullet': {'steps': 75.0, 'rest': 25.0}})
     assert '| bullet | steps | 75 | 75% |' in text
@@ -91,3 +112,40 @@ def test_the_page_is_written_again_from_its_data(tmp_path, monkeypatch, capsys):
     )
     assert json.loads(out.with_suffix('.json').read_text()) == found
     assert out.read_text() in capsys.readouterr().out
+
+
+def test_a_part_alone_gives_its_part_of_the_page():
+    assert '## Sweeps' in page(swept=sweep(0.5)) and '## Growth' not in page(swept=sweep(0.5))
+    assert '## Real time' in page(graphs=runs(9.5)) and '## Sweeps' not in page(graphs=runs(9.5))
+
+
+def test_what_was_measured_is_kept_when_a_later_part_fails(tmp_path, monkeypatch, capsys):
+    def fail():
+        raise RuntimeError('no')
+
+    out = tmp_path / 'page.md'
+    monkeypatch.setattr(benchmarks.bench_sweeps, 'measure', lambda: sweep(0.5)[0])
+    monkeypatch.setattr(benchmarks.bench_commands, 'measure', fail)
+    given = ['bench', '--repeats', '1', '--only', 'swept', 'commands', '--write', str(out)]
+    monkeypatch.setattr(sys, 'argv', given)
+    with pytest.raises(RuntimeError):
+        benchmarks.main()
+    assert json.loads(out.with_suffix('.json').read_text()) == {'swept': sweep(0.5)}
+    assert 'then commands' in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    'given',
+    [
+        ('--repeats', '0'),
+        ('--growth', '-1'),
+        ('--write', '/no/such/page.md'),
+        ('--read', '/no/such.json'),
+    ],
+)
+def test_options_are_refused_before_anything_is_measured(given, monkeypatch, capsys):
+    monkeypatch.setattr(benchmarks, '_measured', lambda *_: pytest.fail('it measured'))
+    monkeypatch.setattr(sys, 'argv', ['bench', *given])
+    with pytest.raises(SystemExit):
+        benchmarks.main()
+    assert f'{given[0]}: ' in capsys.readouterr().err.splitlines()[-1]

@@ -2,14 +2,12 @@
 
 import subprocess
 
-import gymnasium
 import numpy as np
 import pytest
-from gymnasium.utils.env_checker import check_env
 
 import khr
-from khr_bringup import scenario as scenarios
 from khr_bringup.offline import run_offline
+from khr_bringup.scenario import scenario as scenarios
 from tests.support.runs import KHR
 
 SHORT = {'simulator.duration': 1.5}
@@ -28,11 +26,59 @@ def test_a_run_is_that_of_the_twin(walk):
     assert walk.outcome.time == pytest.approx(5.01) and 'walk_7.68deg_ka12' in repr(walk)
 
 
+def test_progress_is_shown_where_it_is_asked_for(capsys, monkeypatch):
+    monkeypatch.setenv('FORCE_COLOR', '1')  # as on a terminal
+    quiet = khr.run('stand_0deg', duration=0.3)
+    assert capsys.readouterr() == ('', '')
+    shown = khr.run('stand_0deg', duration=0.3, progress=True)
+    assert quiet.trajectory_hash == shown.trajectory_hash
+    said = capsys.readouterr()
+    assert 'offline' in said.err and not said.out
+
+
 def test_a_table_has_every_signal_by_name(walk):
     table = walk.table()
     assert table.num_rows == len(walk.signals.time) == 335
     np.testing.assert_array_equal(table['contact_force_r_heel'], walk.signals.contact_force[:, 3])
     np.testing.assert_array_equal(table['correction_ankle'], walk.signals.correction[:, 0])
+
+
+def test_what_the_command_says_in_degrees_is_there_in_degrees(walk):
+    table, outcome = walk.table(), walk.outcome
+    for name, unit in (('pitch', 'deg'), ('gyro_rate', 'deg_s'), ('correction_hip', 'deg')):
+        np.testing.assert_allclose(table[f'{name}_{unit}'], np.degrees(table[name]))
+    assert walk.quantities['largest_pitch_deg'] == f'{outcome.largest_pitch_deg:.2f}'
+    assert outcome.vibration_deg_s == pytest.approx(np.degrees(outcome.vibration))
+    found = khr.spectrum(walk)
+    np.testing.assert_allclose(found.amplitude_deg, np.degrees(found.amplitude))
+    assert f'{found.peaks[0].frequency:.2f} Hz {found.peaks[0].amplitude_deg:.2f} deg/s' in repr(
+        found
+    )
+
+
+def test_a_notebook_shows_a_run_as_the_command_prints_it_and_its_picture(walk):
+    shown = walk._repr_html_()
+    for text in (
+        walk.outcome.verdict,
+        'largest pitch, deg',
+        walk.trajectory_hash,
+        walk.scenario.title,
+    ):
+        assert text in shown
+    figure = walk.plot()
+    assert len(figure.axes) == 4 and figure._repr_png_().startswith(b'\x89PNG')
+
+
+def test_tuned_gains_are_a_scenario_and_kept_in_the_folder_asked_for(tmp_path, capfd):
+    found = khr.tune(
+        'stand_0deg', set=SHORT, engine='mujoco', seeds=1, candidates=8, workers=1, out=tmp_path
+    )
+    assert capfd.readouterr() == ('', '')
+    ankle = found.scenario.values['ankle_controller']
+    assert ankle['gain'] == found.values['ankle_controller.gain']
+    kept = khr.run(tmp_path / 'stand_0deg_tuned.yaml')
+    assert kept.outcome == khr.run(found.scenario).outcome
+    assert 'stand_0deg' in repr(found) and len(repr(found)) < 200
 
 
 def test_a_recorded_run_is_read_back_as_it_was(tmp_path):
@@ -59,14 +105,16 @@ def test_a_spectrum_is_of_the_gyro_over_whole_cycles(walk):
     )
 
 
-def test_a_limit_is_between_survival_and_fall():
-    found = khr.critical('leg_lift', seeds=1, tolerance=2.0, set={'simulator.engine': 'mujoco'})
+def test_a_limit_is_between_survival_and_fall_and_found_without_a_word(capfd):
+    found = khr.critical('leg_lift', seeds=1, tolerance=0.8, engine='mujoco')
+    assert capfd.readouterr() == ('', '')
     up = [one.inclination_deg for one in found.attempts if one.stayed_up]
     assert (
         max(up)
         < found.mean
         < min(one.inclination_deg for one in found.attempts if not one.stayed_up)
     )
+    assert repr(found) == f'Limit({found.mean:.2f} deg, seeds {found.mean:.2f} deg)'
 
 
 def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
@@ -100,6 +148,16 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
         (lambda: khr.critical('fly'), 'motion'),
         (lambda: khr.sweep('walk_0deg', {'nobody.at_home': [1]}), 'nobody'),
         (lambda: khr.env('nowhere'), 'nowhere'),
+        (lambda: khr.run(), 'scenario is missing'),
+        (lambda: khr.run('walk_0deg', 3), '3 is not accepted'),
+        (lambda: khr.run(3), 'a valid string . a path . an instance of Scenario'),
+        (lambda: khr.run('walk_0deg', gain=12), "'gain'.*accepted: scenario, set"),
+        (lambda: khr.run('walk_0deg', duration='long'), "duration: 'long'"),
+        (lambda: khr.run('walk_0deg', engine='ode'), 'bullet . mujoco'),
+        (lambda: khr.critical(seeds=0), '^seeds: 0'),
+        (lambda: khr.sweep('walk_0deg', {'simulator.seed': 3}), 'a list of values'),
+        (lambda: khr.tune('walk_0deg', workers=0), '^workers: 0'),
+        (lambda: khr.stage3(scales=[]), 'scales'),
     ],
 )
 def test_a_mistake_is_one_line(call, says):
@@ -113,48 +171,10 @@ def test_a_signal_that_is_no_rate_is_refused(walk):
         khr.spectrum(walk, 'distance')
 
 
-def test_the_environment_is_one_that_gymnasium_accepts():
-    environment = khr.env('stand_0deg', set=SHORT)
-    check_env(environment, skip_render_check=True)
-    environment.close()
-
-
-def play(environment, policy):
-    observation, info = environment.reset()
-    total, over = 0.0, False
-    while not over:
-        observation, reward, fell, cut, info = environment.step(policy(observation))
-        total, over = total + reward, fell or cut
-    return total, fell, info['outcome']
-
-
-def test_an_episode_without_corrections_is_the_run_without_control():
-    changes = {'simulator.duration': 4, 'simulator.inclination_deg': 3}
-    environment = khr.env('walk_7.68deg_ka12', set=changes)
-    total, fell, outcome = play(environment, lambda _: np.zeros(2))
-    alone = khr.run('walk_7.68deg_ka12', set=changes | {'ankle_controller.enabled': False})
-    assert not fell and total == pytest.approx(alone.outcome.time)
-    assert environment.trajectory_hash == alone.trajectory_hash and outcome == alone.outcome
-    play(environment, lambda _: np.zeros(2))
-    assert environment.trajectory_hash == alone.trajectory_hash, 'an episode can be played again'
-
-
-def test_a_policy_moves_the_robot_and_a_fall_ends_the_episode():
-    environment = khr.env('stand_0deg', set={'simulator.duration': 9})
-    total, fell, outcome = play(environment, lambda _: np.array([0.5, 0.5]))
-    assert fell and total == pytest.approx(outcome.fell_at, abs=0.02) and total < 9.0
-
-
-def test_seeds_change_an_episode_and_repeat_it():
-    environment: gymnasium.Env = khr.env(
-        'stand_0deg', set=SHORT | {'simulator.initial_tilt_deg': 1}
-    )
-    first, _ = environment.reset(seed=1)
-    hashes = {}
-    for seed in (1, 2, 1):
-        environment.reset(seed=seed)
-        for _ in range(5):
-            environment.step(np.zeros(2))
-        hashes.setdefault(seed, set()).add(environment.trajectory_hash)
-    assert len(hashes[1]) == len(hashes[2]) == 1 and hashes[1] != hashes[2]
-    assert first.shape == (7,)
+@pytest.mark.parametrize(
+    ('settings', 'says'),
+    [({'window': 'hanning'}, r'rectangular \| hann'), ({'foo': 1}, 'foo: no such parameter')],
+)
+def test_a_setting_that_the_analyser_does_not_have_is_refused(walk, settings, says):
+    with pytest.raises(khr.KhrError, match=says):
+        khr.spectrum(walk, **settings)

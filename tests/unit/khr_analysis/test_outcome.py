@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
+from khr_analysis.outcome_measures import Slides
 from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 PERIOD_NS = 15_000_000
@@ -109,6 +110,51 @@ def test_sliding_of_the_stance_foot_adds_up_over_the_steps(slide, verdict):
     assert outcome.slip_distance == pytest.approx(8 * slide * 19.5 / 20, abs=1e-9)
     assert outcome.largest_slip == pytest.approx(slide * 19.5 / 20, abs=1e-9)
     assert outcome.verdict == verdict
+
+
+def stance(seen, slide, count=20):
+    """Yield both soles sliding, each under half the load."""
+    for part in np.linspace(0.0, slide, count):
+        feet = tuple((x + float(part), y, z) for x, y, z in seen.feet)
+        yield replace(seen, feet=feet, load=(7.0, 7.0))
+
+
+def test_slides_of_the_steps_are_told_from_those_of_the_stance_before_and_after():
+    walked = list(walk(slide=0.008))
+    start = list(stance(walked[0], -0.03))[::-1]
+    outcome = judged([*start, *walked, *stance(walked[-1], 0.01)])[-1]
+    assert outcome.slides.before == pytest.approx(0.015)
+    assert outcome.slides.after == pytest.approx(0.005)
+    assert outcome.slides.steps == 8
+    assert outcome.slides.per_step == pytest.approx(0.008 * 19.5 / 20)
+    assert outcome.largest_slip > outcome.slides.per_step, 'it counts the stance as well'
+
+
+def test_slide_per_step_is_the_mean_of_net_ways_and_a_walk_that_holds_has_none():
+    assert judged(walk())[-1].slides == Slides(0.0, 0.0, 0.0, 8)
+    first = list(walk(steps=4, slide=0.002))
+    gone = first[-1].feet[0][0]
+    second = [
+        replace(seen, feet=tuple((x + gone, y, z) for x, y, z in seen.feet))
+        for seen in walk(steps=4, slide=0.004)
+    ]
+    assert judged([*first, *second])[-1].slides.per_step == pytest.approx(0.003 * 19.5 / 20)
+
+
+def test_foot_that_bounces_has_taken_no_step():
+    still, bounces = Seen(load=(7.0, 7.0)), Seen(load=(0.0, 14.0))
+    run = [*[still] * 9, *[bounces] * 16, *[still] * 9]
+    assert judged(run)[-1].slides == Slides()
+    assert judged([*[still] * 9, *[bounces] * 17, *[still] * 9])[-1].slides.steps == 1
+    bouncing = list(walk(slide=0.008))
+    for at in (30, 31):  # of the first step's landing foot, under way in the second
+        bouncing[at] = replace(bouncing[at], load=(0.0, 0.0001))
+    assert judged(bouncing)[-1].slides.steps == 8
+
+
+def test_run_without_a_step_slid_before_it():
+    slides = judged(stance(Seen(), 0.02))[-1].slides
+    assert (slides.before, slides.steps, slides.after) == (pytest.approx(0.01), 0, 0.0)
 
 
 def test_sliding_down_without_a_step_is_a_slip_and_no_walk():

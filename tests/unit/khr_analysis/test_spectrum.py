@@ -261,6 +261,37 @@ def test_stamps_may_round():
     assert analyser.reason == ''
 
 
+@given(seed=st.integers(0, 2**32 - 1), origin=st.floats(-1.0, 1.0), drift=st.floats(-0.001, 0.001))
+def test_stamps_that_jitter_and_drift_change_nothing(seed, origin, drift):
+    """A third of a period either way, as of a driver that stamps late; 0.1 % is a bad clock."""
+    jitter = np.random.default_rng(seed).uniform(-PERIOD / 3.0, PERIOD / 3.0, 600)
+    analyser, plain = (SpectrumAnalyser(FftAnalyserParameters()) for _ in range(2))
+    for k, value in enumerate(np.sin(np.arange(600.0))):
+        found = analyser.add(origin + k * PERIOD * (1.0 + drift) + jitter[k], value)
+        expected = plain.add(k * PERIOD, value)
+        assert (found is None) == (expected is None)
+        assert found is None or np.array_equal(found.amplitude, expected.amplitude)
+    assert analyser.reason == ''
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_a_sample_that_is_missing_now_and_then_is_bridged(seed):
+    """A gait's third harmonic still reads true, within what one sample in twenty can change."""
+    draw = np.random.default_rng(seed)
+    tone = 0.4 * np.sin(tau * 3 * LINE * np.arange(600) * PERIOD)
+    analyser, spectra, lost = SpectrumAnalyser(FftAnalyserParameters()), [], False
+    for k, value in enumerate(tone):
+        lost = k > 0 and not lost and draw.random() < 0.05
+        if not lost:
+            spectra.append(analyser.add(k * PERIOD, value))
+    assert analyser.reason == ''
+    found = [result for result in spectra if result is not None]
+    assert len(found) > 20
+    for result in found:
+        assert result.peaks[0].frequency == pytest.approx(3 * LINE, abs=0.01)
+        assert result.peaks[0].amplitude == pytest.approx(0.4, rel=0.02)
+
+
 def test_a_shorter_window_keeps_the_latest_samples():
     signal = np.sin(np.arange(SIZE + 1))
     analyser = SpectrumAnalyser(FftAnalyserParameters(rate=66.6))

@@ -111,3 +111,19 @@ def test_source_changes_at_runtime():
     by_rate = corrected(controller, **sensed)
     controller.configure(FORCE)
     assert corrected(controller, **sensed) != by_rate
+
+
+@given(st.floats(-1.0, 1.0), st.floats(0.0, 20.0), st.floats(-5.0, 5.0))
+def test_an_offset_behind_the_amplifier_leans_whatever_the_gain(rate, gain, lean_deg):
+    own = replace(GYRO, gain=gain, reference_offset=0.0, limit_deg=60.0)
+    without = corrected(AnkleController(own), rate=rate)
+    with_lean = corrected(AnkleController(replace(own, lean_deg=lean_deg)), rate=rate)
+    assert with_lean - without == pytest.approx(radians(lean_deg), abs=1e-12)
+
+
+@given(st.floats(0.0, 1.0))
+def test_the_correction_is_raised_in_a_straight_line(share):
+    own = replace(GYRO, start_ramp=0.6)
+    whole = corrected(AnkleController(GYRO), 0.6, rate=0.3)
+    assert corrected(AnkleController(own), 0.6 * share, rate=0.3) == pytest.approx(share * whole)
+    assert corrected(AnkleController(own), 7.0, rate=0.3) == whole

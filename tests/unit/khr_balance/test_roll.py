@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from khr_balance.errors import BalanceError
 from khr_balance.roll import RollController, RollControllerParameters
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario import load
+from khr_bringup.scenario.scenario import load
 from khr_common.interfaces import GYRO
 
 ON = RollControllerParameters(enabled=True, gain=12.0)

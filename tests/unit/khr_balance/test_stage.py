@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
-from khr_balance.body import forward
 from khr_balance.errors import BalanceError
-from khr_balance.gait import Gait
-from khr_balance.gait_parameters import GaitParameters
+from khr_balance.gaits.body import forward
+from khr_balance.gaits.gait import Gait
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.joints import INDEX
 from khr_balance.stage import Stage, StageParameters, StagePolicy, read_inclination

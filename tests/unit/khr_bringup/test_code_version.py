@@ -1,5 +1,7 @@
 """Tests of the version of the code that a trajectory comes from."""
 
+import pytest
+
 from khr_bringup import code_version
 
 
@@ -19,3 +21,8 @@ def test_version_changes_with_the_code_and_not_with_its_place_or_its_nodes(tmp_p
         digests.append(code_version.code_version.__wrapped__())
     assert digests[0] == digests[1]
     assert len(set(digests)) == 3, 'code and description of the robot both count'
+
+
+@pytest.mark.parametrize('source', code_version.SOURCES, ids='/'.join)
+def test_every_source_of_a_trajectory_is_there(source):
+    assert list(code_version._sources(*source))

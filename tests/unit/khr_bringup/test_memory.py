@@ -6,7 +6,7 @@ import tracemalloc
 import pytest
 
 from khr_analysis.recording import Recording
-from khr_bringup.bags import Samples, read_messages
+from khr_bringup.recorded.bags import Samples, read_messages
 from khr_common.interfaces import GYRO
 
 INSTANTS = 20_000

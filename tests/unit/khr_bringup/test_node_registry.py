@@ -6,8 +6,11 @@ import sys
 
 import pytest
 
+from khr_analysis.recorded_topics import OF_EVERY_RUN
+from khr_bringup.code_version import version_in, version_of
 from khr_bringup.node_registry import node_of, registry, table_of
-from khr_common.interfaces import OF_EVERY_RUN, REGIONS
+from khr_bringup.scenario.scenario import load
+from khr_common.interfaces import REGIONS
 
 GOOD = """
 from dataclasses import dataclass
@@ -34,18 +37,18 @@ SPEC = NodeSpec('foreign', 'foreign', Table, Foreign)
 """
 
 
-def listed(folder, module, entry='foreign = foreign:SPEC'):
-    """Run khr with a foreign package that has one entry point."""
+def listed(folder, module, entry='foreign = foreign:SPEC', arguments=('scenarios',)):
+    """Run khr with a foreign package of one module that has one entry point."""
     (folder / 'foreign.py').write_text(module)
     information = folder / 'foreign-1.0.dist-info'
     information.mkdir()
     (information / 'METADATA').write_text('Metadata-Version: 2.1\nName: foreign\nVersion: 1.0\n')
     (information / 'entry_points.txt').write_text(f'[khr.nodes]\n{entry}\n')
     return subprocess.run(
-        [sys.executable, '-m', 'khr_cli.command', 'scenarios'],
+        [sys.executable, '-m', 'khr.cli.command', *map(str, arguments)],
         capture_output=True,
         text=True,
-        env={**os.environ, 'PYTHONPATH': str(folder)},
+        env={**os.environ, 'PYTHONPATH': os.pathsep.join([str(folder), *sys.path])},
         check=False,
     )
 
@@ -53,6 +56,17 @@ def listed(folder, module, entry='foreign = foreign:SPEC'):
 def test_a_node_that_fits_in_changes_nothing_for_the_others(tmp_path):
     done = listed(tmp_path, GOOD)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_node_of_one_module_takes_part_in_runs_and_in_their_code_version(tmp_path):
+    codes = []
+    for name, module in (('one', GOOD), ('two', GOOD + '# changed')):
+        (tmp_path / name).mkdir()
+        run = ['run', 'stand_0deg', '--offline', '--duration', 0.1, '--out', tmp_path / name / 'x']
+        done = listed(tmp_path / name, module, arguments=run)
+        assert done.returncode == 0, done.stderr
+        codes.append(version_in((tmp_path / name / 'x' / 'scenario.yaml').read_text()))
+    assert len({*codes, version_of(load('stand_0deg'))}) == 3
 
 
 @pytest.mark.parametrize(
@@ -112,6 +126,10 @@ def test_nodes_are_in_the_order_in_which_data_flows():
         ('stage', 'ankle_controller'),
     ):
         assert names.index(before) < names.index(after)
+
+
+def test_the_nodes_of_this_project_are_its_own():
+    assert all(node.own for node in registry().values())
 
 
 def test_tables_and_names_find_each_other():

@@ -7,18 +7,10 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import (
-    ANGLE,
-    BACK_EMF,
-    COMMAND,
-    NO_LOAD_SPEED,
-    RATE,
-    STALL_TORQUE,
-    Servos,
-    stretches,
-)
+from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, stretches
 
 CARRIED = Robot.load().joint_inertia()
 SMOOTH = SimulatorParameters(servo_friction=0.0, stiffness_per_stretch=0.235)
@@ -214,3 +206,64 @@ def test_takes_changed_parameters_without_losing_its_state():
     assert (servos.state == before).all()
     torque = [servos.update(ZERO + 0.1, ZERO, ZERO) for _ in range(3000)][-1]
     assert torque[KNEE] == pytest.approx(0.1 * 2.35 * 40.0 / 42.35, rel=1e-6)
+
+
+@pytest.mark.parametrize('derivative_time', [0.01, 2.0 / 69.0])
+def test_the_derivative_term_damps_as_a_second_order_system(derivative_time):
+    """A rotor that carries nothing obeys J a" + (loss + K_D) a' + K a = K c."""
+    parameters = replace(
+        SMOOTH, derivative_time=derivative_time, gear_stiffness=1.0, gear_damping=0.0,
+        backlash_deg=3.0, physics_step=0.0001, control_period=0.01,
+    )  # fmt: skip
+    servos = Servos(parameters, CARRIED)
+    servos.reset(ZERO, ZERO)
+    target = 0.01  # inside the backlash
+    servos.state[COMMAND] = target  # a goal that does not jump
+    for _ in range(300):
+        servos.update(ZERO + target, ZERO, ZERO)
+    stiffness = parameters.stiffness_per_stretch * 75
+    braking, inertia = BACK_EMF + derivative_time * stiffness, parameters.rotor_inertia
+    roots = np.roots([inertia, braking, stiffness]).astype(complex)
+    weights = np.linalg.solve([[1.0, 1.0], roots], [-target, 0.0])
+    exact = target + (weights * np.exp(roots * 0.03)).sum().real
+    assert servos.state[ANGLE, KNEE] == pytest.approx(exact, rel=5e-3)
+
+
+def test_a_ramp_is_followed_with_the_lag_of_what_is_not_its_derivative():
+    """K (c - a) = loss c' while both turn: the derivative term takes no part in the lag."""
+    lags = []
+    for derivative_time in (0.0, 2.0 / 69.0):
+        parameters = replace(SMOOTH, derivative_time=derivative_time, backlash_deg=3.0)
+        servos, speed = Servos(parameters, CARRIED), 0.02
+        servos.reset(ZERO, ZERO)
+        for step in range(1, 1001):
+            servos.update(ZERO + speed * 0.001 * step, ZERO, ZERO)
+        lags.append(speed * 1.001 - servos.state[ANGLE, KNEE])  # a step later, as the angle is
+    stiffness = SMOOTH.stiffness_per_stretch * 75
+    assert lags == pytest.approx([BACK_EMF * 0.02 / stiffness] * 2, rel=1e-2)
+
+
+def test_the_ankles_have_a_gear_stiffness_of_their_own():
+    parameters = replace(SMOOTH, gear_stiffness_ankle=18.0)
+    ankle = JOINTS.index('l_ankle_pitch')
+    stretch = parameters.stiffness_per_stretch * parameters.stretch_ankle_pitch
+    torque = settled(parameters, ZERO + 0.02, ZERO)
+    assert torque[ankle] == pytest.approx(0.02 * stretch * 18.0 / (stretch + 18.0), rel=1e-6)
+    assert torque[KNEE] == settled(SMOOTH, ZERO + 0.02, ZERO)[KNEE]
+
+
+def test_the_compiled_law_is_the_plain_one_bit_for_bit():
+    rng = np.random.default_rng(0)
+    parameters = replace(
+        SMOOTH, derivative_time=0.029, gear_stiffness_ankle=18.0, backlash_deg=0.5,
+        servo_friction=0.1,
+    )  # fmt: skip
+    for model in ('stretch', 'pid'):
+        plain, compiled = (
+            Servos(replace(parameters, servo_model=model), CARRIED) for _ in range(2)
+        )
+        plain._law = plain._law.py_func
+        for _ in range(100):
+            given = rng.normal(size=(3, len(JOINTS))) * 0.1
+            assert (plain.update(*given) == compiled.update(*given)).all()
+        assert (plain.state == compiled.state).all()

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from khr_common.interfaces import BODY, TORSO
 from khr_sim.errors import SimError
 from khr_sim.robot import JOINTS, Robot
 from tests.fakes.postures import STRAIGHT, crouch
@@ -59,6 +60,14 @@ def faults_of_joint(robot, joint):
         yield 'axis'
 
 
+def test_the_root_has_no_mass_of_which_kdl_would_warn():
+    (root,) = set(ROBOT.links) - {joint.child for joint in ROBOT.joints.values()}
+    assert root == BODY
+    assert ROBOT.links[root].mass == 0.0
+    assert ROBOT.links[TORSO].mass > 0.4
+    assert (ROBOT.poses(STRAIGHT)[TORSO] == np.eye(4)).all()
+
+
 def test_nothing_is_wrong_with_it():
     assert faults(ROBOT) == []
 
@@ -109,6 +118,8 @@ def test_a_wrong_edit_is_found_by_name(inside, old, new, fault):
         ('<robot>', 'well-formed'),
         (ROBOT.urdf.replace('"l_knee"', '"left_knee"'), 'l_knee'),
         (ROBOT.urdf.replace('<mass value="0.0149"/>', ''), 'head'),
+        (ROBOT.urdf.replace(' ixy="', ' iyx="', 1), 'ixy missing'),
+        (ROBOT.urdf.replace('ixy="', 'ixy="x', 1), 'could not convert'),
     ],
 )
 def test_no_robot_of_ours_is_refused_in_one_line(text, says):

@@ -6,8 +6,8 @@ from hypothesis import strategies as st
 
 from khr_common import KhrError
 from khr_sweeps import runner
-from khr_sweeps.folder import Folder, read_results
-from khr_sweeps.reading import parse
+from khr_sweeps.reading import parse_sweep
+from khr_sweeps.results.folder import Folder, read_results
 from khr_sweeps.trial import RESULTS
 
 INCLINATION, GAIN = 'simulator.inclination_deg', 'ankle_controller.gain'
@@ -19,7 +19,7 @@ grid:
   simulator.inclination_deg: {start: 0.0, stop: 7.0, step: 0.5}
   ankle_controller.gain: [6.0, 12.0]
 """
-SWEEP = parse(TEXT, 'mine.yaml')
+SWEEP = parse_sweep(TEXT, 'mine.yaml')
 VALUES = SWEEP.axes[INCLINATION].values
 LARGEST = 4  # runs of a line: 2**4 - 1 values
 
@@ -33,40 +33,37 @@ def test_each_line_is_bisected_to_its_limit(limits):
     limit = dict(
         zip([(gain, seed) for gain in (6.0, 12.0) for seed in (0, 1)], limits, strict=True)
     )
-    verdicts, survived, fallen = {}, {}, {}
-    while due := list(SWEEP.due('v', verdicts)):
-        assert SWEEP.left('v', verdicts) >= len(due)
+    finished, stayed, lost = {}, {}, {}
+    while due := list(SWEEP.due('v', finished)):
+        assert SWEEP.left('v', finished) >= len(due)
         assert len({line_of(trial) for trial in due}) == len(due)
         for trial in due:
-            here, falls = (
-                trial.point[INCLINATION],
-                trial.point[INCLINATION] > limit[line_of(trial)],
-            )
-            verdicts[trial.id] = 'fell' if falls else 'walked'
-            (fallen if falls else survived).setdefault(line_of(trial), []).append(here)
-    assert SWEEP.left('v', verdicts) == 0
-    assert len(verdicts) <= LARGEST * len(limit)
+            here = trial.point[INCLINATION]
+            up = finished[trial.id] = here <= limit[line_of(trial)]
+            (stayed if up else lost).setdefault(line_of(trial), []).append(here)
+    assert SWEEP.left('v', finished) == 0
+    assert len(finished) <= LARGEST * len(limit)
     for line, edge in limit.items():
-        assert max(survived.get(line, [VALUES[0]])) == max(
+        assert max(stayed.get(line, [VALUES[0]])) == max(
             [value for value in VALUES if value <= edge], default=VALUES[0]
         )
-        assert min(fallen.get(line, [VALUES[-1]])) == min(
+        assert min(lost.get(line, [VALUES[-1]])) == min(
             [value for value in VALUES if value > edge], default=VALUES[-1]
         )
 
 
 def test_without_a_bisection_all_is_due_at_once():
-    whole = parse(TEXT.replace('bisect: simulator.inclination_deg\n', ''), 'mine.yaml')
+    whole = parse_sweep(TEXT.replace('bisect: simulator.inclination_deg\n', ''), 'mine.yaml')
     every = list(whole.trials('v'))
     assert [trial.id for trial in whole.due('v', {})] == [trial.id for trial in every]
-    assert whole.left('v', {every[0].id: 'fell'}) == len(every) - 1
+    assert whole.left('v', {every[0].id: False}) == len(every) - 1
 
 
 def results(trial):
-    """Return the row of an invented run: it falls beyond 3 deg, with gain 12 beyond 5."""
+    """Return the row of an invented run: it is lost beyond 3 deg, with gain 12 beyond 5."""
     limit = 3.0 if trial.point[GAIN] == 6.0 else 5.0
-    falls = trial.point[INCLINATION] > limit
-    return {**dict.fromkeys(RESULTS), 'verdict': 'fell' if falls else 'walked'}
+    up = trial.point[INCLINATION] <= limit
+    return {**dict.fromkeys(RESULTS), 'verdict': 'slipped', 'stayed_up': up}
 
 
 @pytest.fixture
@@ -74,7 +71,7 @@ def computed(monkeypatch):
     """Compute invented runs in this process; return what was run, and which runs to lose."""
     done, lost = [], set()
 
-    def compute(client, function, tasks):
+    def compute(pool, function, tasks):
         for run, trial in tasks:
             done.append(trial)
             bad = trial.point[INCLINATION] in lost
@@ -97,8 +94,8 @@ def test_rounds_go_on_until_every_limit_is_found_and_resume(computed, tmp_path):
     table = read_results(tmp_path / 'sweep').to_pylist()
     for gain, limit in ((6.0, 3.0), (12.0, 5.0)):
         some = [row for row in table if row[GAIN] == gain]
-        assert max(row[INCLINATION] for row in some if row['verdict'] != 'fell') == limit
-        assert min(row[INCLINATION] for row in some if row['verdict'] == 'fell') == limit + 0.5
+        assert max(row[INCLINATION] for row in some if row['stayed_up']) == limit
+        assert min(row[INCLINATION] for row in some if not row['stayed_up']) == limit + 0.5
     assert sweep_into(tmp_path / 'sweep') == []
 
 
@@ -129,5 +126,5 @@ def test_a_run_whose_workers_die_ends_its_line_and_is_tried_by_the_next_command(
 )
 def test_only_an_axis_of_numbers_is_bisected(text, says):
     with pytest.raises(KhrError, match=r'mine\.yaml: bisect') as refusal:
-        parse(text, 'mine.yaml')
+        parse_sweep(text, 'mine.yaml')
     assert says in str(refusal.value) and '\n' not in str(refusal.value)

@@ -1,5 +1,6 @@
 """What a sweep is, what it leaves, and that nothing is lost or done twice."""
 
+import copy
 import json
 import threading
 from itertools import islice
@@ -16,13 +17,14 @@ from khr_balance.hip import HipControllerParameters
 from khr_bringup.code_version import code_version
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
-from khr_sim.foot_force import FootForceParameters
-from khr_sim.gyro import GyroParameters
 from khr_sim.run_parameters import RunParameters
-from khr_sweeps.folder import JOURNAL, PARQUET, Folder, discard_other, read_results
-from khr_sweeps.reading import load, parse
+from khr_sim.sensors.foot_force import FootForceParameters
+from khr_sim.sensors.gyro import GyroParameters
+from khr_sweeps.reading import load_sweep, parse_sweep, sweep_from
+from khr_sweeps.results.folder import JOURNAL, PARQUET, Folder, read_results, request_of
+from khr_sweeps.results.store import Store
 from khr_sweeps.specification import scenario_at
-from khr_sweeps.sweep import sweep
+from khr_sweeps.sweep import run_sweep
 from khr_sweeps.trial import RESULTS, complete, identity, run_trial
 
 HEAD = 'scenario: stand_0deg\n'
@@ -32,7 +34,7 @@ RANDOM = 'random:\n  ankle_controller.gain: {low: 0.0, high: 20.0}\n'
 
 
 def trials(text, version='v'):
-    return list(parse(text, 'mine.yaml').trials(version))
+    return list(parse_sweep(text, 'mine.yaml').trials(version))
 
 
 def axis(values):
@@ -72,7 +74,7 @@ def test_a_grid_is_every_combination_with_every_seed_once(inclinations, gains, s
 @settings(max_examples=50)
 def test_a_stepped_axis_holds_both_ends_and_no_rounding_errors(start, step, count):
     stop = start + step * (count - 1)
-    sweep = parse(
+    sweep = parse_sweep(
         f'{HEAD}grid:\n  monitor.walk_distance: {{start: {0.01 + start / 1000}, '
         f'stop: {0.01 + stop / 1000}, step: {step / 1000}}}\n',
         'mine.yaml',
@@ -137,10 +139,13 @@ def test_cases_that_come_to_the_same_are_runs_of_their_own():
 
 def test_the_fast_form_replaces_what_stands_above():
     text = HEAD + TILT + GRID + 'seeds: 3\nfast: {seeds: 1, grid: {gyro.adc: [true]}}\n'
-    whole, fast = (parse(text, 'mine.yaml', fast) for fast in (False, True))
+    whole, fast = (parse_sweep(text, 'mine.yaml', fast) for fast in (False, True))
     assert (whole.count, fast.count) == (6, 1)
     assert list(fast.axes) == ['gyro.adc'] and fast.name == 'mine'
-    assert parse(HEAD + GRID, 'mine.yaml', True).record() == parse(HEAD + GRID, 'a').record()
+    assert (
+        parse_sweep(HEAD + GRID, 'mine.yaml', True).record()
+        == parse_sweep(HEAD + GRID, 'a').record()
+    )
 
 
 @given(
@@ -156,7 +161,7 @@ def test_the_record_names_each_run_s_scenario(names, with_cases, with_grid, seed
         + 'cases: {a: {}, b: {simulator.control_period: 0.02}}\n' * with_cases
         + 'grid: {ankle_controller.gain: [6.0, 12.0], simulator.surface: [pads]}\n' * with_grid
     )
-    sweep = parse(text, 'mine.yaml')
+    sweep = parse_sweep(text, 'mine.yaml')
     record = json.loads(json.dumps(sweep.record()))
     for trial in sweep.trials('v'):
         again = scenario_at(record, trial.point, trial.seed)
@@ -256,36 +261,89 @@ def test_without_seeds_the_scenario_s_own_count():
 )
 def test_mistakes_are_named(text, says):
     with pytest.raises(KhrError) as refusal:
-        parse(text, 'mine.yaml')
+        parse_sweep(text, 'mine.yaml')
     message = str(refusal.value)
     assert message.startswith('mine.yaml: ') and '\n' not in message
     for word in says:
         assert word in message
 
 
+KEYS = st.sampled_from(
+    ['scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep', 'bisect',
+     'fast', 'low', 'high', 'start', 'stop', 'step', 'a', 'ankle_controller.gain', 'gait.motion',
+     'simulator.initial_tilt_deg', 'simulator.pushes', 'gyro.seed', 'simulator.', '.', '']
+)  # fmt: skip
+SCALARS = st.one_of(
+    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8), KEYS,
+    st.sampled_from(['walk_3deg', 'series', 'walk', 2**70, -1, 0, 1, 3.0, 1e-300]),
+)  # fmt: skip
+DATA = st.recursive(
+    SCALARS,
+    lambda inner: (
+        st.lists(inner, max_size=3) | st.dictionaries(st.one_of(KEYS, SCALARS), inner, max_size=4)
+    ),
+    max_leaves=8,
+)
+GOOD = {
+    'scenario': 'walk_3deg',
+    'seeds': 2,
+    'set': {'simulator.initial_tilt_deg': 0.5},
+    'cases': {'a': {'gait.cycles': 2}},
+    'grid': {'ankle_controller.gain': {'start': 1.0, 'stop': 3.0, 'step': 1.0}},
+    'bisect': 'ankle_controller.gain',
+    'fast': {'seeds': 1},
+}
+
+
+@given(st.data())
+@settings(max_examples=300, deadline=None)
+def test_mutated_data_is_a_sweep_or_one_line(data):
+    """One place of a good specification, at any depth, holds something else."""
+    given = copy.deepcopy(GOOD)
+    at = given
+    while True:
+        key = data.draw(st.sampled_from(sorted(at)) | KEYS)
+        if not isinstance(at.get(key), dict) or data.draw(st.booleans()):
+            break
+        at = at[key]
+    at[key] = data.draw(DATA)
+    try:
+        first = next(sweep_from(given, 'mine').trials('v'))
+    except KhrError as refusal:
+        assert str(refusal).startswith('mine') and '\n' not in str(refusal)
+        assert len(str(refusal)) < 2000
+    else:
+        assert first.scenario.name
+
+
+def test_data_and_text_give_the_same_sweep():
+    text = yaml.safe_dump(GOOD)
+    assert sweep_from(GOOD, 'mine').record() == parse_sweep(text, 'mine').record()
+
+
 def test_values_that_do_not_go_together_are_refused_before_anything_runs(tmp_path):
     file = tmp_path / 'mine.yaml'
     file.write_text(HEAD + 'grid:\n  simulator.physics_step: [0.001, 0.0007]\n')
     with pytest.raises(KhrError, match=r'mine.yaml: simulator: physics_step: 0.0007'):
-        sweep(file, tmp_path / 'out')
+        run_sweep(load_sweep(file), tmp_path / 'out')
     assert not (tmp_path / 'out').exists()
 
 
 @pytest.mark.parametrize('workers', [0, -1])
 def test_a_senseless_number_of_workers_is_refused(tmp_path, workers):
-    with pytest.raises(KhrError, match=f'--workers: {workers}.*from 1'):
-        sweep(tmp_path / 'mine.yaml', tmp_path, workers)
+    with pytest.raises(KhrError, match=rf'--workers: {workers} .*integer in \[1, '):
+        run_sweep(parse_sweep(HEAD + GRID, 'mine.yaml'), tmp_path, workers)
 
 
 def test_shipped_sweeps_are_accepted(shipped_sweeps):
     for path in shipped_sweeps:
-        first = next(load(path).trials('v'))
+        first = next(load_sweep(path).trials('v'))
         assert first.scenario.name
 
 
 @pytest.fixture
 def shipped_sweeps():
-    from khr_bringup.scenario import CONFIG
+    from khr_bringup.scenario.scenario import CONFIG
 
     files = sorted((CONFIG / 'sweeps').glob('*.yaml'))
     assert files
@@ -373,10 +431,11 @@ def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, 
     content = (path / JOURNAL).read_bytes()
     cut = data.draw(st.integers(0, len(content)))
     (path / JOURNAL).write_bytes(content[:cut])
-    whole = content[:cut].count(b'\n')
-    assert read_results(path).to_pylist() == [row_of(n) for n in range(whole)]
+    whole = max(content[:cut].count(b'\n') - 1, 0)
+    if b'\n' in content[:cut]:
+        assert read_results(path).to_pylist() == [row_of(n) for n in range(whole)]
     with Folder(path, REQUEST) as folder:
-        assert folder.finished() == {f'run {n}' for n in range(whole)}
+        assert set(folder.finished()) == {f'run {n}' for n in range(whole)}
         folder.append(map(row_of, range(whole, count)))
         folder.export()
     assert (path / JOURNAL).read_bytes() == content
@@ -425,21 +484,58 @@ def test_a_place_that_is_no_folder_is_refused(tmp_path):
         Folder(tmp_path / 'file', REQUEST)
 
 
-def test_another_sweep_can_be_discarded_and_nothing_else(tmp_path):
-    assert not discard_other(tmp_path / 'absent', REQUEST)
+def test_another_sweep_can_be_replaced_and_nothing_else(tmp_path):
     (tmp_path / 'letter.txt').write_text('dear')
-    assert not discard_other(tmp_path, REQUEST)
+    with pytest.raises(KhrError, match='something else'):
+        Folder(tmp_path, REQUEST, replace=True)
     path = tmp_path / 'sweep'
-    with Folder(path, REQUEST) as folder:
+    with Folder(path, REQUEST, replace=True) as folder:
+        assert not folder.replaced
         folder.append([row_of(1)])
         folder.export()
         (path / 'series').mkdir()
         (path / 'series' / 'run 1.npz').write_bytes(b'')
         with pytest.raises(KhrError, match='being written'):
-            discard_other(path, REQUEST | {'seeds': 3})
-    assert not discard_other(path, REQUEST)
-    assert discard_other(path, REQUEST | {'seeds': 3})
-    assert list(path.iterdir()) == []
+            Folder(path, REQUEST | {'seeds': 3}, replace=True)
+    with Folder(path, REQUEST, replace=True) as folder:
+        assert not folder.replaced and folder.finished()
+    with Folder(path, REQUEST | {'seeds': 3}, replace=True) as folder:
+        assert folder.replaced and not folder.finished()
+    assert [each.name for each in path.iterdir()] == [JOURNAL]
+
+
+@pytest.mark.parametrize('name', ['sweep.json', '.9-results.parquet', 'sweep.json.part', JOURNAL])
+def test_what_a_killed_command_began_is_taken_over(tmp_path, name):
+    (tmp_path / name).write_bytes(b'')
+    with Folder(tmp_path, REQUEST) as folder:
+        folder.append([row_of(1)])
+    assert read_results(tmp_path).num_rows == 1
+
+
+@pytest.mark.parametrize(
+    'change',
+    [{'verdict': 3}, {'seed': '1'}, {'simulator.pushes': [1]}, {'distance_m': 'far'}, {'x': 1}],
+)
+def test_a_row_of_other_types_is_left_out_and_run_again(tmp_path, capsys, change):
+    with Store(tmp_path / JOURNAL, REQUEST, dict) as store:  # its checksum is right
+        store.add([row_of(1) | change, row_of(2)])
+    with Folder(tmp_path, REQUEST) as folder:
+        assert set(folder.finished()) == {'run 2'}
+    assert 'line 2\n' in capsys.readouterr().err
+
+
+def test_results_of_a_version_without_a_column_are_refused(tmp_path):
+    row = row_of(1)
+    with Folder(tmp_path / 'new', REQUEST) as folder:
+        folder.append([row])
+        table = pyarrow.parquet.read_table(folder.export())
+    del row['stayed_up']
+    with Store(tmp_path / JOURNAL, REQUEST, dict) as store:
+        store.add([row])
+    with pytest.raises(KhrError, match=r"lack the column 'stayed_up'; accepted: .* repeat"):
+        read_results(tmp_path)
+    with pytest.raises(KhrError, match="lack the column 'stayed_up'"):
+        request_of(table.drop_columns(['stayed_up']))
 
 
 def test_two_writers_do_not_share_a_folder(tmp_path):
@@ -461,7 +557,7 @@ def test_a_folder_that_another_command_writes_can_be_waited_for(tmp_path, capsys
 
     def wait():
         with Folder(path, REQUEST, wait=True) as folder:
-            found.append(folder.finished())
+            found.append(set(folder.finished()))
 
     with Folder(path, REQUEST) as folder:
         waiting = threading.Thread(target=wait)

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from khr_bringup.node_registry import table_of
 from khr_common.nodes.ros_parameters import describe
 from khr_common.parameters import specifications
-from khr_view.controls import TUNABLES, WATCHED, Pending, Tunable, control
+from khr_view.controls import WATCHED, Pending, Tunable, control, tunables
 
 
-@pytest.mark.parametrize('tunable', TUNABLES, ids=lambda each: f'{each.node}.{each.name}')
+@pytest.mark.parametrize('tunable', tunables(), ids=lambda each: f'{each.node}.{each.name}')
 def test_range_unit_and_meaning_are_the_table_s(tunable):
     specification = specifications(table_of(tunable.node))[tunable.name]
     found = control(tunable, describe(specification), specification.default)
@@ -26,13 +26,25 @@ def test_range_unit_and_meaning_are_the_table_s(tunable):
         assert found.maximum == min(specification.maximum, tunable.most)
 
 
+def test_every_controller_can_be_switched_and_its_gain_changed():
+    labels = [each.label for each in tunables() if each.group == 'Feedback']
+    assert labels == [
+        'Ankle control',
+        'Ankle gain K_A',
+        'Hip control',
+        'Hip gain K_H',
+        'Roll control',
+        'Roll gain',
+    ]
+
+
 def test_what_is_watched_exists():
     for watched in WATCHED:
         assert watched.name in specifications(table_of(watched.node))
 
 
 def test_a_slider_reaches_the_value_that_is_there():
-    tunable = next(each for each in TUNABLES if each.name == 'pace')
+    tunable = next(each for each in tunables() if each.name == 'pace')
     specification = specifications(table_of('simulator'))['pace']
     assert control(tunable, describe(specification), 50.0).maximum == 50.0
 

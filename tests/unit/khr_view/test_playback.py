@@ -3,9 +3,10 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_view.events import Play, Seek, Speed, Step
+from khr_view.model.again import PAUSE
+from khr_view.model.events import Loop, Play, Seek, Speed, Step
+from khr_view.model.status import Status
 from khr_view.playback import Player, side_by_side
-from khr_view.status import Status
 
 SECONDS = st.floats(-100.0, 100.0, allow_nan=False)
 EVENTS = st.one_of(
@@ -13,6 +14,7 @@ EVENTS = st.one_of(
     st.builds(Seek, SECONDS),
     st.builds(Step, st.integers(-5, 5)),
     st.builds(Speed, st.floats(0.01, 10.0)),
+    st.builds(Loop, st.booleans()),
 )
 
 
@@ -28,14 +30,28 @@ def test_the_time_stays_within_the_run(steps):
 
 
 def test_it_plays_at_its_speed_stops_at_the_end_and_begins_again():
-    player = Player(end=2.0, period=0.5)
+    player = Player(end=2.0, period=0.5, loop=False)
     player.take(Speed(0.5))
     player.advance(1.0)
     assert player.now == 0.5 and player.playing
     player.advance(10.0)
+    player.advance(0.1)
     assert player.now == 2.0 and not player.playing
     player.take(Play(True))
     assert player.now == 0.0 and player.playing
+
+
+def test_a_loop_shows_the_end_for_a_while_and_begins_again():
+    player = Player(end=2.0, period=0.5)
+    player.advance(10.0)
+    player.advance(PAUSE / 2)
+    assert player.now == 2.0 and player.playing
+    player.advance(PAUSE / 2)
+    assert player.now == 0.0 and player.playing
+    player.advance(10.0)
+    player.take(Loop(False))
+    player.advance(PAUSE)
+    assert player.now == 2.0 and not player.playing
 
 
 def test_a_step_halts_it_and_goes_one_period():

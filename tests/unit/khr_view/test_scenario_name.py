@@ -2,7 +2,7 @@
 
 import pytest
 
-from khr_bringup.scenario import load, shipped
+from khr_bringup.scenario.scenario import load, shipped
 from khr_view.scenario_name import scenario_name
 
 
@@ -11,10 +11,10 @@ def test_a_scenario_as_run_has_the_name_of_its_file(path, tmp_path):
     file = tmp_path / 'scenario.yaml'
     changed = load(str(path)).changed({('simulator', 'seed'): 3})
     file.write_text(changed.to_yaml())
-    assert scenario_name(file) == path.stem
+    assert scenario_name(file.read_text()) == path.stem
 
 
 def test_one_that_is_not_shipped_has_its_title(tmp_path):
     file = tmp_path / 'scenario.yaml'
     file.write_text('# On ice\n/**/gait: {ros__parameters: {motion: walk}}\n')
-    assert scenario_name(file) == 'On ice'
+    assert scenario_name(file.read_text()) == 'On ice'

@@ -1,0 +1,91 @@
+"""Time the Gymnasium environment: against the twin, and one on each core through ``make_vec``.
+
+``python -m tests.benchmarks.bench_environment``
+"""
+
+from __future__ import annotations
+
+import os
+
+import gymnasium
+import numpy as np
+
+import khr
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario import scenario as scenarios
+from tests.benchmarks.clock import WALL, Numbers, clocks, factors, log
+
+SCENARIO, SECONDS = 'walk_0deg', 10.0
+ENGINES = ('bullet', 'mujoco')
+PERIOD = 0.015  # s
+BEGUN = 20  # steps before the clock starts
+TWIN, ALONE, EACH = 'offline twin', 'environment', 'environment on each core, through make_vec'
+
+
+def named(case: str, engine: str) -> str:
+    """Return the name of a case on an engine."""
+    return f'{case}, {engine}'
+
+
+def measure() -> dict[str, Numbers]:
+    """Return simulated time by wall and by computing time of each case, of one environment."""
+    found = {}
+    for engine in ENGINES:
+        log(f'environment: {engine}')
+        found |= {
+            named(TWIN, engine): _twin(engine),
+            named(ALONE, engine): _alone(engine),
+            named(EACH, engine): _each(engine),
+        }
+    return found
+
+
+def _twin(engine: str) -> Numbers:
+    began: list[tuple[float, float]] = []
+    changes = {('simulator', 'engine'): engine, ('simulator', 'duration'): SECONDS}
+    seconds = run_offline(
+        scenarios.load(SCENARIO).changed(changes), lambda *_: began or began.append(clocks())
+    ).time
+    return factors(seconds, began[0])
+
+
+def _alone(engine: str) -> Numbers:
+    steps, still = round(SECONDS / PERIOD), np.zeros(2, np.float32)
+    with khr.env(SCENARIO, engine=engine) as environment:
+        environment.reset(seed=0)
+        for _ in range(BEGUN):
+            environment.step(still)
+        began = clocks()
+        for _ in range(steps):
+            environment.step(still)
+        return factors(SECONDS, began)
+
+
+def _each(engine: str) -> Numbers:
+    """Return simulated by wall time of each of as many environments as there are cores."""
+    cores = len(os.sched_getaffinity(0))
+    environments = gymnasium.make_vec(
+        'khr/Walk-v0', cores, vectorization_mode='async', scenario=SCENARIO, engine=engine
+    )
+    still = np.zeros((cores, 2), np.float32)
+    try:
+        environments.reset(seed=0)
+        for _ in range(BEGUN):
+            environments.step(still)
+        began = clocks()
+        for _ in range(round(SECONDS / PERIOD)):
+            environments.step(still)
+        return {WALL: factors(SECONDS, began)[WALL]}
+    finally:
+        environments.close()
+
+
+def main() -> None:
+    """Measure once and print."""
+    for case, found in measure().items():
+        speeds = ', '.join(f'{found[clock]:.1f} ({clock})' for clock in found)
+        print(f'{case:50}{speeds}')
+
+
+if __name__ == '__main__':
+    main()

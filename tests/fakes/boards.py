@@ -1,0 +1,72 @@
+"""Virtual boards with nothing but servos on a table behind them."""
+
+from dataclasses import replace
+from math import radians
+
+from khr_common.interfaces import JOINTS
+from khr_hardware.client import Client
+from khr_hardware.driver import BoardDriver
+from khr_hardware.joint_map import JointMap
+from khr_hardware.parameters import BoardParameters
+from khr_hardware.protocol.memory import FREE
+from khr_hardware.virtual.board import Setup, VirtualBoard
+from khr_hardware.virtual.loopback import Loopback
+from khr_hardware.virtual.robot import TableServos
+
+TRIMS = {0: 0, 2: -1350, 3: 1350, 12: 20, 13: -20, 18: -600, 19: 600}
+AD = {0: 450, 1: 512, 2: 100}
+MAP = JointMap.load()
+STANCE = [0.0] * 17
+for _side in 'lr':
+    STANCE[JOINTS.index(f'{_side}_knee')] = radians(34.0)
+    STANCE[JOINTS.index(f'{_side}_hip_pitch')] = radians(-17.0)
+PARAMETERS = BoardParameters()
+
+
+def bench_board(**changes):
+    """Return a board of seven servos, each at its trimmed centre, and a gyro on AD1."""
+    bench = TableServos({ics: 7500 + trim for ics, trim in TRIMS.items()}, AD)
+    return VirtualBoard(bench, Setup(TRIMS, ad_references={1: 512}, **changes))
+
+
+class Rig:
+    """A driver, its board and 17 servos on a table."""
+
+    def __init__(self, retries=0, joint_map=MAP, **changes):
+        servos = {servo.ics: 7500 + servo.trim for servo in MAP.servos.values()}
+        self.board = VirtualBoard(
+            TableServos(servos, {0: 455, 1: 512}), Setup(MAP.trims, 0x809B, {1: 512})
+        )
+        self.port = Loopback(self.board)
+        self.client = Client(self.port, retries=retries)
+        self._changes = changes
+        self.driver = BoardDriver(self.client, joint_map, self.parameters())
+
+    def parameters(self, **changes):
+        return replace(PARAMETERS, **(self._changes | changes))
+
+    def period(self, reference=STANCE, corrections=()):
+        self.driver.step(reference, corrections)
+        self.board.cycle()
+        self.driver.measure()
+
+    def run(self, reference=STANCE):
+        self.driver.start()
+        while self.driver.state == 'ramping':
+            self.period(reference)
+        return self
+
+    def break_line(self, command=None):
+        def lose(reply):
+            return b'' if command in (None, reply[1]) else reply
+
+        self.port.tamper = lose
+
+    @property
+    def targets(self):
+        """The joint angles that the servos are sent, rad; None of a free one."""
+        return [
+            None if self.board.sent[servo.ics] == FREE
+            else servo.angle(self.board.sent[servo.ics] - servo.trim)
+            for servo in MAP.servos.values()
+        ]  # fmt: skip

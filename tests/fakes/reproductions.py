@@ -1,0 +1,104 @@
+"""Invented reproductions of the thesis, with figures, maps, runs and findings."""
+
+from dataclasses import replace
+from itertools import count
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from khr_analysis.outcome import RIDES
+from khr_bringup.scenario.scenario import load
+from khr_studies.measuring.experiments import Run
+from khr_studies.peak_origin.study import PeakOrigin
+from khr_studies.reproduction.findings import Findings
+from khr_studies.reproduction.results import FigureResult, Reproduction
+from khr_studies.scoreboard.study import compare
+from khr_studies.stability_map.best_gain import BestGains, Cell, SoleEffect, SurvivalLimit
+from tests.fakes.benches import Thesis
+
+HASH = '0123456789abcdef' * 4
+CELL = Cell(5.0, 15.0, 3, 2, 1, 0.125, 0.02)
+SOLES = SoleEffect(
+    (5.0, 7.0),
+    (CELL, CELL),
+    (replace(CELL, y=0.8), None),
+    (SurvivalLimit(0.18, 7.0, 6.5, None), SurvivalLimit(0.8, None, None, None)),
+    5.0,
+    None,
+    1.0,
+)
+EMPTY = Findings(None, (), (), (), (), {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
+
+
+def figure(folder, number, experiments=(), error=''):
+    folder.mkdir(parents=True, exist_ok=True)
+    image, points = folder / f'{number}.png', folder / f'{number}.csv'
+    if not error:
+        picture = Figure(figsize=(1.0, 1.0))
+        picture.text(0.1, 0.5, number)
+        picture.savefig(image)
+        points.write_text(f'panel,{number}\n')
+    return FigureResult(
+        number,
+        f'The picture of {number}',
+        image,
+        points,
+        f'khr figure {number}',
+        experiments,
+        1.0,
+        error,
+    )
+
+
+TIMES = count(1.0, 0.125)  # no two runs take as long
+
+
+def run(name, seed, verdict='walked', slip=0.01, **changes):
+    scenario = load(name).changed(
+        {tuple(key.split('__')): value for key, value in changes.items()}
+    )
+    row = {
+        'verdict': verdict,
+        'stayed_up': verdict != 'fell' and slip <= RIDES,
+        'fell_at_s': 4.25 if verdict == 'fell' else None,
+        'time_s': 13.6,
+        'largest_slip_m': slip,
+        'vibration_rad_s': 0.1,
+        'trajectory_hash': f'{HASH}{seed}',
+        'wall_time_s': next(TIMES),
+        'error': None,
+    }
+    return Run({'scenario': name, **changes}, seed, row, scenario, Path('absent'))
+
+
+def findings(bench=None, **changes):
+    made = {
+        'scoreboard': compare(bench or Thesis()),
+        'peaks': (PeakOrigin(2.58, 'K_A 12', 'gait line 6: the gait', 'high'),),
+        'maps': {'map_a': BestGains('K_A', (CELL,), (9.0,)), 'map_b': SOLES},
+        'figures': 3,
+        'runs': 2,
+        'run_seconds': 754.0,
+        'fast': False,
+        'command': 'khr reproduce',
+        'versions': {'code': 'abcdef', 'numpy': '2.0'},
+    }
+    return replace(EMPTY, **(made | changes))
+
+
+def reproduction(folder, bench=None, **changes):
+    made = {
+        'figures': [
+            figure(folder / 'figures', '3.8'),
+            figure(folder / 'elsewhere', '5.9', ('a',)),
+            figure(folder, 'friction'),
+            figure(folder, '4.4', error='the <circuit> does not converge'),
+        ],
+        'maps': [figure(folder / 'figures', 'map_a'), figure(folder / 'figures', 'map_b')],
+        'runs': {'a': [run('walk_3deg', 0), run('walk_3deg', 1, 'fell')]},
+        'seeds': {'a': 2},
+        'seconds': 754.0,
+        'findings': findings(bench),
+        'peaks': None,
+    }
+    return Reproduction(**(made | changes))

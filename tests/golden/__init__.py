@@ -1,0 +1,48 @@
+"""Trajectory hashes that every x86-64 processor gives: ``python -m tests.golden`` compares them.
+
+``--write`` renews them, which a change of a trajectory needs; its commit says so. A run is of a
+scenario's first seconds: chaos makes of one bit that differs another trajectory within two.
+"""
+
+import json
+from pathlib import Path
+
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.scenario import load
+
+FILE = Path(__file__).with_name('hashes.json')
+ENGINES = ('bullet', 'mujoco')
+SCENARIOS = {  # simulated s
+    'walk_0deg': 2.0,
+    'walk_8.88deg_ka12': 2.0,
+    'walk_9.7deg_ka12_kh13': 2.0,
+    'lift_8.88deg_ka12_kh13': 2.0,
+    'push_behind': 2.0,
+    'stand_tilting_staged': 2.0,
+}
+EMULATED = ('walk_8.88deg_ka12', 0.6)  # an emulator takes some 15 s for it
+
+
+def measure(scenario, engine, seconds):
+    """Return the trajectory hash of a scenario's first seconds."""
+    changes = {('simulator', 'engine'): engine, ('simulator', 'duration'): seconds}
+    return run_offline(load(scenario).changed(changes)).trajectory_hash
+
+
+def measure_all():
+    """Return all hashes by scenario, seconds and engine."""
+    runs = [*SCENARIOS.items(), EMULATED]
+    return {
+        key(scenario, seconds, engine): measure(scenario, engine, seconds)
+        for scenario, seconds in runs
+        for engine in ENGINES
+    }
+
+
+def key(scenario, seconds, engine):
+    return f'{scenario}, {seconds:g} s, {engine}'
+
+
+def expected():
+    """Return the hashes that are kept."""
+    return json.loads(FILE.read_text())

@@ -1,0 +1,184 @@
+"""The graph on a driver in the simulator's place: the example, whole and with bad manners."""
+
+import json
+from math import tau
+
+import numpy as np
+import pytest
+import yaml
+
+from khr_balance.ankle import ANKLE_CONTROLLER
+from khr_bringup.graph.run_registry import registered
+from khr_bringup.scenario.driver import driver_of
+from khr_bringup.scenario.scenario import load
+from khr_common.interfaces import FOOT_FORCES, GYRO
+from tests.support.drivers import PATIENT, PENDULUM, ROUGH
+from tests.support.namespaced import Robot
+from tests.support.runs import Bag, khr, stamp_ns
+
+pytestmark = pytest.mark.slow
+SHAKEN = 3.0  # Hz, by the example
+BEGUN = 20  # periods: a recorder may miss the first instants, a driver none of the answers
+
+
+@pytest.fixture(scope='module')
+def driven(stand_on):
+    return stand_on(PENDULUM)
+
+
+@pytest.fixture(scope='module')
+def roughly_driven(stand_on):
+    return stand_on(ROUGH)
+
+
+def test_what_the_driver_publishes_itself_is_left_out(driven):
+    scenario = yaml.safe_load((driven.folder / 'scenario.yaml').read_text())
+    nodes = {name.removeprefix('/**/') for name in scenario}
+    assert {'gait', 'ankle_controller', 'monitor', 'recorder', 'transforms', 'course'} <= nodes
+    assert not {'gyro', 'foot_force'} & nodes
+    assert (driven.folder / 'log' / 'pendulum.log').exists()
+
+
+def test_what_has_no_truth_says_so(driven):
+    outcome = json.loads((driven.folder / 'outcome.json').read_text())
+    assert (outcome['verdict'], outcome['judged_by']) == ('upright', 'sensors')
+    assert 'distance_m' not in outcome
+    assert driven.hash == 'none: nothing was simulated'
+    assert f'on {PENDULUM}' in driven.out
+
+
+def test_a_run_on_a_driver_begins_and_ends_by_its_clock(driven):
+    """Whenever the recorder has found the driver."""
+    bag = driven.bag()
+    states = [message for _, message in bag['/simulator/state']]
+    assert [state.message for state in states][-2:] == ['running', 'finished']
+    values = {pair.key: pair.value for pair in states[-1].values}
+    assert values['time_ns'] == '4005000000'  # the first instant that is not before the end
+    stamps = [stamp_ns(message) for _, message in bag['/clock']]
+    assert stamps == list(range(stamps[0], stamps[-1] + 1, 15_000_000))
+    assert len(bag['/imu/data_raw']) > 100
+
+
+def test_corrections_answer_what_the_driver_measured(driven):
+    """As the same law does without a graph, bit for bit."""
+    scenario = load('stand_0deg').changed({('ankle_controller', 'enabled'): True})
+    check_corrections(driven.bag(), scenario)
+
+
+def test_the_spectrum_is_that_of_the_driver(driven):
+    assert strongest(driven.bag())[0] == pytest.approx(SHAKEN, abs=0.05)
+
+
+def test_a_report_shows_what_there_is_and_there_is_nothing_to_verify(driven):
+    report = khr('report', driven.folder)
+    assert (report.code, report.err) == (0, '')
+    verified = khr('verify', driven.folder)
+    assert verified.code != 0
+    assert 'nothing was simulated: it ran on a driver' in verified.err
+
+
+def test_system_time_jitter_and_lost_samples_change_neither_spectrum_nor_corrections(
+    roughly_driven, driven
+):
+    scenario = load('stand_0deg').changed({('ankle_controller', 'enabled'): True})
+    bag = roughly_driven.bag()
+    first = min(stamp_ns(message) for _, message in bag['/ankle_controller/correction'])
+    assert first > 10**18
+    check_corrections(bag, scenario)
+    for each in (bag, driven.bag()):
+        frequency, amplitude = strongest(each)
+        assert frequency == pytest.approx(SHAKEN, abs=0.05)
+        assert amplitude == pytest.approx(fitted(each, frequency), rel=0.05)
+
+
+def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
+    log = (roughly_driven.folder / 'log' / 'graph.log').read_text()
+    assert log.count('window emptied') <= 1
+
+
+def test_a_driver_runs_in_a_namespace(with_example, tmp_path, monkeypatch):
+    scenario = load('stand_0deg').changed(
+        {('ankle_controller', 'enabled'): True, ('simulator', 'duration'): 3.0}
+    )
+    with registered('namespace', tmp_path) as entry:
+        own = {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path), 'KHR_RUN': ''}
+        for key, value in own.items():
+            monkeypatch.setenv(key, value)
+        robot = Robot(
+            'lab/one', scenario.driven_by(driver_of(PENDULUM, '--driver')), tmp_path / 'run'
+        )
+        try:
+            code, out, err = robot.end()
+        finally:
+            robot.kill()
+    assert code == 0, err
+    assert 'upright, ended by duration' in out
+    bag = Bag(robot.folder / 'bag')
+    check_corrections(bag, scenario, above='/lab/one')
+    assert bag['/lab/one/spectrum']
+
+
+def test_in_lockstep_every_instant_is_answered_and_a_run_repeats_bit_for_bit(stand_on):
+    """Whatever the computer does beside it: once with a process for each node."""
+    lockstep = ('--set', 'simulator.sync=lockstep')
+    first, second = (
+        instants(stand_on(PATIENT, *lockstep, *more).bag()) for more in ((), ('--processes',))
+    )
+    due = [15_000_000 * number for number in range(BEGUN, 267)]
+    assert all(list(stamps) == due for stamps in first.values())
+    assert first == second
+
+
+def instants(bag):
+    """Return joints and answers at each instant from when all nodes have met, by topic."""
+    topics = ('joint_states', 'joint_reference', 'ankle_controller/correction')
+    return {
+        f'/{topic}': {
+            stamp_ns(message): message.position.tolist()
+            for _, message in bag[f'/{topic}']
+            if BEGUN * 15_000_000 <= stamp_ns(message) <= 4e9
+        }
+        for topic in topics
+    }
+
+
+def strongest(bag):
+    """Return frequency and amplitude of the strongest peak, at the end."""
+    peak = {pair.key: pair.value for pair in bag['/spectrum/peaks'][-1][1].status[0].values}
+    return float(peak['frequency_hz']), float(peak['amplitude_rad_s'])
+
+
+def fitted(bag, frequency):
+    """Return the amplitude of a tone in the rates of the last spectrum's window, by fit."""
+    end = stamp_ns(bag['/spectrum/peaks'][-1][1])
+    rates = {stamp: numbers[1] for stamp, numbers in samples_of(bag, GYRO).items()}
+    times = np.array([(stamp - end) / 1e9 for stamp in rates])
+    within = (times > -2.31) & (times <= 0.0)
+    turn, values = tau * frequency * times[within], np.array(list(rates.values()))[within]
+    waves = np.column_stack([np.cos(turn), np.sin(turn), np.ones(turn.size)])
+    found, *_ = np.linalg.lstsq(waves, values, rcond=None)
+    return float(np.hypot(*found[:2]))
+
+
+def check_corrections(bag, scenario, above=''):
+    """Compare each with what the same law makes of the samples, from its first answer on."""
+    block = ANKLE_CONTROLLER.block(scenario.table(ANKLE_CONTROLLER.table))
+    samples = {topic: samples_of(bag, topic, above) for topic in (GYRO, *FOOT_FORCES)}
+    answered = bag[f'{above}/ankle_controller/correction']
+    answers = {stamp_ns(m): m.position.tolist() for _, m in answered}
+    whole = [stamp for stamp in samples[GYRO] if all(stamp in each for each in samples.values())]
+    assert len(set(answers) & set(whole)) > 100
+    begun = min(answers)
+    for stamp in sorted(stamp for stamp in whole if stamp >= begun):
+        signals = {topic: numbers[stamp] for topic, numbers in samples.items()}
+        expected = list(block.update((stamp - begun) / 1e9, signals)[0])
+        if stamp in answers:
+            assert answers[stamp] == expected
+
+
+def samples_of(bag, topic, above=''):
+    def numbers(message):
+        vector = message.angular_velocity if topic == GYRO else message.wrench.force
+        return vector.x, vector.y, vector.z
+
+    return {stamp_ns(message): numbers(message) for _, message in bag[f'{above}/{topic.name}']}

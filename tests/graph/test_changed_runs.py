@@ -1,0 +1,86 @@
+"""A run that was changed and pushed from outside is repeated from its bag with all that."""
+
+import random
+import signal
+
+import pytest
+
+from tests.support.runs import LONG, Bag, call, finish, joined, khr, wait_for, wait_until
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(400)]
+
+CHANGES = (
+    ('ankle_controller', 'gain', 9.0),
+    ('hip_controller', 'gain', 6.5),
+    ('simulator', 'inclination_deg', 1.0),
+    ('gyro', 'noise', 0.02),
+    ('simulator', 'friction', 0.2),
+    ('ankle_controller', 'gain', 14.0),
+    ('monitor', 'step_slip', 0.02),
+)
+
+
+def set_to(node, of, name, value):
+    from rcl_interfaces.srv import SetParameters
+    from rclpy.parameter import Parameter
+
+    request = SetParameters.Request(parameters=[Parameter(name, value=value).to_parameter_msg()])
+    (result,) = call(node, SetParameters, f'{of}/set_parameters', request).results
+    assert result.successful, result.reason
+
+
+@pytest.mark.parametrize('mode', ['--one-process', '--processes'])
+def test_a_run_with_changes_and_pushes_verifies(in_background, tmp_path, mode):
+    from geometry_msgs.msg import WrenchStamped
+
+    folder, chance = tmp_path / 'run', random.Random(mode)
+    process = in_background(
+        *('run', 'stand_0deg', mode, *LONG, '--out', folder),
+        *('--set', 'ankle_controller.enabled=true', '--set', 'hip_controller.enabled=true'),
+    )
+    with joined(folder) as node:
+        publisher = node.create_publisher(WrenchStamped, 'push', 10)
+        wait_for(lambda: publisher.get_subscription_count() > 0, 'the simulator')
+        wait_until(node, seconds=0.3)
+        for of, name, value in CHANGES:
+            push = WrenchStamped()
+            push.header.frame_id = chance.choice(('odom', 'l_foot'))
+            push.wrench.force.x = chance.uniform(-2.0, 2.0)
+            publisher.publish(push)
+            set_to(node, of, name, value)
+        file = folder / 'bag' / 'bag.mcap'
+        wait_for(lambda: b'monitor: parameters' in file.read_bytes(), 'the last change')
+    process.send_signal(signal.SIGINT)
+    ended = finish(process, folder)
+    assert ended.code == 130, ended.err
+    pushes = len(Bag(folder / 'bag')['/simulator/push'])
+    verified = khr('verify', folder)
+    assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
+    lines = verified.out.splitlines()
+    for of, name, value in CHANGES:
+        assert any(line.startswith(f'changed {of}.{name} to {value} after t = ') for line in lines)
+    assert sum(line.startswith('pushed t=') for line in lines) == pushes > 0
+
+
+def test_a_change_of_the_run_before_a_reset_is_not_forgotten(in_background, tmp_path):
+    from std_srvs.srv import Trigger
+
+    folder = tmp_path / 'run'
+    process = in_background(
+        *('run', 'stand_0deg', '--one-process', *LONG, '--out', folder),
+        *('--set', 'ankle_controller.enabled=true'),
+    )
+    with joined(folder) as node:
+        wait_until(node, seconds=0.3)
+        set_to(node, 'ankle_controller', 'gain', 9.0)
+        assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
+        wait_for((folder / 'bag_2').is_dir, 'the next run')
+        wait_until(node, seconds=0.3)
+    process.send_signal(signal.SIGINT)
+    ended = finish(process, folder)
+    assert ended.code == 130, ended.err
+    verified = khr('verify', folder / 'bag')
+    assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
+    verified = khr('verify', folder)
+    assert verified.code == 2
+    assert 'not in the bag: ankle_controller.gain was set to 9.0' in verified.err

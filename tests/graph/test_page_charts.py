@@ -1,0 +1,195 @@
+"""The charts of a live page, and how it looks, in a real browser; one walk, then halted."""
+
+import csv
+import io
+import re
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.support.browser import browser_page, chart, free_port, saved, slider
+from tests.support.runs import joined, start_khr, wait_for, wait_until
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+DRAWN = 'window.__viserTestpoints.uplots'  # viser's own, for tests
+VERMILION = (213, 94, 0)
+DELTA = 'Delta, toes less heels'
+
+
+@pytest.fixture(scope='module')
+def page(tmp_path_factory):
+    """A walk whose first spectrum has come, halted."""
+    folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
+    process = start_khr('view', 'walk_3deg', '--no-browser', '--port', port, '--out', folder)
+    try:
+        with joined(folder) as node:
+            wait_until(node, seconds=0.0)
+        with browser_page() as (page, _):
+            page.goto(f'http://127.0.0.1:{port}/')
+            slider(page, 'Ankle gain K_A').wait_for()
+            page.get_by_text(re.compile('^gait, n = ')).first.wait_for()
+            page.get_by_role('button', name='Pause').click()
+            page.get_by_text(re.compile('^paused at')).wait_for()
+            yield page
+    finally:
+        process.terminate()
+        process.communicate(timeout=60)
+
+
+def drawn(page, title, what):
+    """Return what JavaScript says of the uPlot chart whose title begins like this."""
+    return page.evaluate(
+        f"""title => {{
+            const found = Object.values({DRAWN}).map((each) => each.chart)
+                .find((each) => each.title.textContent.startsWith(title));
+            return found && (({what})(found));
+        }}""".replace('each.title.textContent', "each.root.querySelector('.u-title').textContent"),
+        title,
+    )
+
+
+def choose(page, label, shown):
+    """Show or hide a chart by its checkbox, among those that are folded away at first."""
+    box = page.get_by_role('checkbox', name=label, exact=True)
+    if not box.is_visible():
+        page.get_by_text('Choose', exact=True).click()
+    box.set_checked(shown)
+
+
+@pytest.mark.parametrize(
+    'title', ['Spectrum', 'Pitch rate', 'Foot forces', 'Delta', 'Corrections']
+)
+def test_every_axis_has_ticks_and_every_chart_its_units(page, title):
+    for axis in (0, 1):
+
+        def ticks(axis=axis):
+            found = drawn(page, title, f'chart => chart.axes[{axis}]._values') or []
+            return len([text for text in found if text]) >= 3
+
+        wait_for(ticks, f'three ticks on axis {axis} of {title}')
+    assert re.search('deg/s|N|deg', chart(page, title).locator('.u-title').inner_text())
+
+
+def test_the_cursor_shows_the_values_of_one_time_in_all_charts(page):
+    chart(page, 'Foot forces').locator('.u-over').hover()
+    of_forces = chart(page, 'Foot forces').locator('.u-legend .u-value').all_inner_texts()
+    of_rate = chart(page, 'Pitch rate').locator('.u-legend .u-value').all_inner_texts()
+    assert len(of_forces) == 5 and len(of_rate) == 2
+    assert of_forces[0] == of_rate[0]
+    assert all(re.fullmatch(r'-?[\d.,]+', text) for text in of_forces + of_rate)
+
+
+def test_a_drag_zooms_and_a_double_click_shows_all(page):
+    over = chart(page, 'Pitch rate').locator('.u-over')
+    box = over.bounding_box()
+    middle = box['y'] + box['height'] / 2
+    span = 'chart => chart.scales.x.max - chart.scales.x.min'
+    whole = drawn(page, 'Pitch rate', span)
+    page.mouse.move(box['x'] + 0.4 * box['width'], middle)
+    page.mouse.down()
+    page.mouse.move(box['x'] + 0.6 * box['width'], middle, steps=5)
+    page.mouse.up()
+    assert drawn(page, 'Pitch rate', span) == pytest.approx(0.2 * whole, rel=0.1)
+    over.dblclick()
+    wait_for(lambda: drawn(page, 'Pitch rate', span) == pytest.approx(whole), 'the whole')
+
+
+def test_a_reader_chooses_the_charts_and_saves_what_is_chosen(page):
+    choose(page, 'Joint ankle pitch', True)
+    choose(page, 'Slip so far', True)
+    choose(page, DELTA, False)
+    chart(page, 'Joint ankle pitch').wait_for()
+    chart(page, 'Slip so far').wait_for()
+    chart(page, DELTA).wait_for(state='detached')
+    samples = drawn(page, 'Joint ankle pitch', 'chart => chart.data[1].length')
+
+    def columns():
+        name, table = saved(page, 'Signals as CSV')
+        assert name == 'signals.csv'
+        return list(csv.reader(io.StringIO(table.decode())))
+
+    table = wait_for(lambda: len((found := columns())[0]) == 12 and found, 'chosen columns')
+    head, *rows = table
+    assert head[0] == 'time, s' and 'Joint ankle pitch left, deg' in head
+    assert not any(name.startswith(DELTA) for name in head)
+    assert len(rows) == pytest.approx(samples, abs=10), (
+        'the newest of one have come, of another not'
+    )
+    times = np.array([float(line[0]) for line in rows])
+    assert np.diff(times) == pytest.approx(0.015)
+    choose(page, DELTA, True)
+    choose(page, 'Spectrum', False)
+    chart(page, 'Spectrum').wait_for(state='detached')
+    choose(page, 'Spectrum', True)
+    chart(page, 'Spectrum').wait_for()
+
+
+def test_the_spectrum_is_saved_with_its_peaks_named_in_the_page(page):
+    name, table = saved(page, 'Spectrum as CSV')
+    assert name == 'spectrum.csv'
+    head, *rows = csv.reader(io.StringIO(table.decode()))
+    assert head == ['frequency, Hz', 'pitch rate, deg/s']
+    largest = max(float(amplitude) for _, amplitude in rows)
+    assert largest > 1.0
+    assert page.get_by_text(re.compile(r'^(gait, n = \d+|loop or slip, n = [\d.]+)$')).count() > 1
+
+
+def test_the_charts_are_saved_as_they_are_shown(page):
+    name, content = saved(page, 'Charts as PNG')
+    assert name == 'charts.png'
+    picture = Image.open(io.BytesIO(content)).convert('RGB')
+    count = page.locator('.uplot:visible').count()
+    assert picture.height > 100 * count and picture.width > 250
+    assert pixels(picture, VERMILION) > 50, 'the right foot'
+
+
+def test_forces_and_support_can_be_hidden(page):
+    """The robot stands still meanwhile: nothing else changes in the picture."""
+    box = page.get_by_role('checkbox', name='Forces and support')
+    shown = middle_of(page)
+    box.uncheck()
+    wait_for(lambda: changed(shown, middle_of(page)) > 100, 'a robot without them')
+    hidden = middle_of(page)
+    box.check()
+    wait_for(lambda: changed(hidden, middle_of(page)) > 100, 'a robot with them')
+
+
+def test_the_page_becomes_dark_and_pale_again(page):
+    scheme = "document.documentElement.getAttribute('data-mantine-color-scheme')"
+    box = page.get_by_role('checkbox', name='Dark')
+    box.check()
+    wait_for(lambda: page.evaluate(scheme) == 'dark', 'the dark page')
+    box.uncheck()
+    wait_for(lambda: page.evaluate(scheme) == 'light', 'the pale page')
+
+
+def test_a_camera_that_does_not_follow_lets_the_robot_walk_away(page):
+    before = torso(page)
+    page.get_by_role('checkbox', name='Follow the robot').uncheck()
+    page.get_by_role('button', name='Go on').click()
+    wait_for(lambda: abs(torso(page) - before) > 30, 'the robot elsewhere')
+    page.get_by_role('checkbox', name='Follow the robot').check()
+    wait_for(lambda: abs(torso(page) - before) < 30, 'the robot in the middle')
+
+
+def changed(before, now):
+    """Count the pixels that are of another colour than before."""
+    return int((np.abs(np.asarray(before, int) - np.asarray(now, int)).max(axis=2) > 40).sum())
+
+
+def pixels(picture, color, tolerance=40):
+    far = np.abs(np.asarray(picture, dtype=int) - color).max(axis=2)
+    return int((far <= tolerance).sum())
+
+
+def torso(page):
+    """Return where the torso is in the scene, in px from its left."""
+    red, green, blue = np.moveaxis(np.asarray(middle_of(page), dtype=int), 2, 0)
+    _, columns = np.nonzero((blue > 90) & (blue > 2 * red) & (blue > 1.6 * green))
+    return float(np.median(columns)) if len(columns) else float('inf')
+
+
+def middle_of(page):
+    clip = {'x': 370, 'y': 0, 'width': 680, 'height': 850}
+    return Image.open(io.BytesIO(page.screenshot(clip=clip))).convert('RGB')

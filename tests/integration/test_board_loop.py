@@ -1,0 +1,128 @@
+"""The loop on the board: a scenario's gains, written and taken back; what the board cannot do."""
+
+import json
+
+import pytest
+from typer.testing import CliRunner
+
+from khr.cli.verbs.board import board_verbs
+from khr_bringup.board_loop import loop_of
+from khr_bringup.errors import BringupError
+from khr_bringup.offline import ControlLoop, run_offline
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.virtual_robot import virtual_board
+from khr_hardware.client import Client
+from khr_hardware.deployment import BoardLoop, deploy, held, undo
+from khr_hardware.errors import HardwareError
+from khr_hardware.joint_map import JointMap
+from khr_hardware.protocol.memory import Mixing
+from khr_hardware.virtual.loopback import Loopback
+from tests.support.served import served
+
+MAP = JointMap.load()
+WALK = scenarios.load('walk_6.99deg_ka12')
+PERIODS = 80
+
+
+@pytest.fixture
+def rig():
+    scenario = WALK.set_to(['simulator.engine=mujoco'])
+    board, robot = virtual_board(scenario, MAP, on_ground=True)
+    yield board, robot, Client(Loopback(board))
+    robot.close()
+
+
+def test_the_gains_of_a_scenario_are_whole_numbers_of_the_board():
+    both = loop_of(scenarios.load('walk_9.7deg_ka12_kh13'), MAP)
+    assert both == BoardLoop(
+        {'l_ankle_pitch': 12, 'r_ankle_pitch': 12, 'l_hip_pitch': 13, 'r_hip_pitch': 13}, -5
+    )
+
+
+@pytest.mark.parametrize(
+    ('changes', 'says'),
+    [
+        (['ankle_controller.gain=12.5'], 'ratio of 12.500'),
+        (['ankle_controller.source=force'], 'gyro: a servo has two mixings'),
+        (['ankle_controller.lean_deg=1.0'], 'lean_deg: 1.0 cannot be done'),
+        (['ankle_controller.enabled=false'], 'no controller is enabled'),
+        (
+            ['hip_controller.enabled=true', 'hip_controller.reference_offset=0.5'],
+            'reference_offset of ankle_controller and hip_controller differ',
+        ),
+    ],
+)
+def test_what_the_board_cannot_do_is_refused_in_a_line(changes, says):
+    with pytest.raises(BringupError, match=rf'\A[^\n]*{says}[^\n]*\Z'):
+        loop_of(WALK.set_to(changes), MAP)
+
+
+def test_the_deployed_loop_walks_the_twins_trajectory(rig):
+    """The twin with the offset that the board has, in whole steps."""
+    board, robot, client = rig
+    loop = loop_of(WALK, MAP)
+    twin = run_offline(
+        WALK.set_to(
+            [
+                'simulator.engine=mujoco',
+                f'simulator.duration={PERIODS * 0.015}',
+                f'ankle_controller.reference_offset={loop.offset * MAP.gyro.step!r}',
+            ]
+        )
+    )
+    deploy(client, MAP, loop, wait=lambda _: None)
+    blocks = ControlLoop(WALK)
+    for period in range(PERIODS):
+        client.move(MAP.positions(blocks.reference(max(0, period - 1) * 0.015)))
+        board.cycle()
+    assert robot.trajectory_hash == twin.trajectory_hash
+
+
+def test_undo_restores_what_was_there(rig):
+    board, _, client = rig
+    client.set_mixing(18, 0, Mixing.of_ad(3, -7))
+    client.set_ad_reference(1, 500)
+    before = bytes(board.ram)
+    loop = loop_of(WALK, MAP)
+    data = json.loads(json.dumps(held(client, MAP, loop)))
+    deploy(client, MAP, loop, wait=lambda _: None)
+    assert board.record(18).mixings[0] == Mixing.of_ad(1, 12)
+    assert board.record(19).mixings[0] == Mixing.of_ad(1, -12)
+    undo(client, data)
+    assert bytes(board.ram) == before
+
+
+@pytest.mark.parametrize('data', [None, {}, {'channel': 1, 'reference': 0, 'mixings': {'18': 1}}])
+def test_an_undo_of_something_else_writes_nothing(rig, data):
+    board, _, client = rig
+    before = bytes(board.ram)
+    with pytest.raises(HardwareError, match='accepted: what khr board deploy wrote'):
+        undo(client, data)
+    assert bytes(board.ram) == before
+
+
+def test_a_robot_that_moves_is_not_deployed_to(rig):
+    board, robot, client = rig
+    turning = iter(range(0, 200, 2))
+    robot.sense = lambda: {1: 512 + next(turning)}
+    port = client._port
+    port.tamper = lambda reply: (board.sample(), reply)[1]
+    with pytest.raises(HardwareError, match='a robot at rest'):
+        deploy(client, MAP, loop_of(WALK, MAP), wait=lambda _: None)
+    assert not board.record(18).mixings[0].active
+
+
+def test_the_verbs_deploy_and_undo(rig, tmp_path, monkeypatch):
+    board, _, _ = rig
+    monkeypatch.setattr('khr_hardware.deployment.PAUSE', 0.0)
+    before, file = bytes(board.ram[0x90:]), tmp_path / 'before.json'
+    with served(board, tmp_path, stepped=True) as (_, link):
+        words = ['deploy', 'walk_6.99deg_ka12', link, '--before', str(file)]
+        shown = CliRunner().invoke(board_verbs(), words)
+        assert shown.exit_code == 0, shown.output
+        assert 'l_ankle_pitch   12 counts' in shown.output
+        assert board.record(19).mixings[0].factor == -12
+        assert CliRunner().invoke(board_verbs(), words).exception is not None  # the file is there
+        assert CliRunner().invoke(board_verbs(), [*words, '--undo']).exit_code == 0
+        assert not file.exists()
+    assert bytes(board.ram[0x90:]) == before

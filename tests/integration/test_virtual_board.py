@@ -1,0 +1,175 @@
+"""The simulated robot behind the virtual board: exact in steps, put down from its stand."""
+
+import signal
+import subprocess
+import sys
+
+import pytest
+from typer.testing import CliRunner
+
+from khr.cli.verbs.board import board_verbs
+from khr_bringup.offline import ControlLoop, run_offline
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.virtual_robot import virtual_board
+from khr_hardware.client import Client, connect
+from khr_hardware.errors import BoardError, PortError
+from khr_hardware.inspection import hold_pose, inspect
+from khr_hardware.joint_map import COUNT, JointMap
+from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address
+from khr_hardware.virtual.loopback import Loopback
+from khr_sim.robot import JOINTS
+from tests import ROOT
+from tests.support.board_film import stand_and_squat
+from tests.support.served import served
+
+PERIODS = 100
+OFFSET = 5  # AD steps, in place of the 5.2 that the scenarios ask for: the board has integers
+MAP = JointMap.load()
+
+
+@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
+def test_the_loop_on_the_board_is_the_twins_count_for_count(engine):
+    """Up to the board's own rounding of the offset, which is an AD step, nothing is rounded."""
+    scenario = scenarios.load('walk_6.99deg_ka12').set_to(
+        [
+            f'simulator.engine={engine}',
+            f'simulator.duration={PERIODS * 0.015}',
+            f'ankle_controller.reference_offset={-OFFSET * MAP.gyro.step!r}',
+        ]
+    )
+    twin = run_offline(scenario)
+    board, robot = virtual_board(scenario, MAP, on_ground=True)
+    client, loop = Client(Loopback(board)), ControlLoop(scenario)
+    client.set_ad_reference(MAP.gyro.channel, 512 - OFFSET)
+    client.set_mixing(18, 0, Mixing.of_ad(MAP.gyro.channel, 12))
+    client.set_mixing(19, 0, Mixing.of_ad(MAP.gyro.channel, -12))
+    mixed = set()
+    for period in range(PERIODS):
+        reference = MAP.positions(loop.reference(max(0, period - 1) * 0.015))
+        client.move(reference)
+        board.cycle()
+        mixed.add(board.sent[18] - reference[18] - board.record(18).trim)
+    assert robot.trajectory_hash == twin.trajectory_hash
+    assert len(mixed) > 3 and all(counts % 12 == 0 for counts in mixed)
+    robot.close()
+
+
+@pytest.fixture(scope='module')
+def scenario():
+    return scenarios.load('stand_0deg').set_to(['simulator.engine=mujoco'])
+
+
+def test_it_is_put_down_when_it_has_taken_its_stance_and_stands(scenario):
+    board, robot = virtual_board(scenario, MAP)
+    client = Client(Loopback(board))
+    for _ in range(5):
+        board.cycle()
+    assert not robot.on_ground and inspect(client, MAP).pose(MAP) == [0.0] * len(JOINTS)
+    hold_pose(client, MAP)
+    board.cycle()
+    client.move(MAP.positions(robot.stance), 30)
+    for _ in range(30):
+        assert not robot.on_ground
+        board.cycle()
+    for _ in range(100):
+        board.cycle()
+    assert robot.on_ground and robot.outcome.verdict == 'stood' and robot.time > 1.0
+    pose = inspect(client, MAP).pose(MAP)
+    errors = [abs(have - want) for have, want in zip(pose, robot.stance, strict=True)]
+    assert COUNT / 2 < max(errors) < 0.1  # it sags under its load
+    robot.close()
+
+
+def test_a_robot_that_is_set_free_falls_and_its_servos_are_read_all_the_same(scenario):
+    board, robot = virtual_board(scenario, MAP, on_ground=True)
+    client = Client(Loopback(board))
+    for _ in range(20):
+        board.cycle()
+    assert robot.outcome.verdict == 'stood'
+    client.free(MAP.numbers)
+    for _ in range(150):
+        board.cycle()
+    assert robot.outcome.verdict == 'fell' and board.sent[18] == FREE
+    assert inspect(client, MAP).pose(MAP)[JOINTS.index('l_knee')] > 0.1
+    robot.close()
+
+
+def test_softer_servos_sag_more(scenario):
+    sag = {}
+    for stretch in (30, 90):
+        board, robot = virtual_board(scenario, MAP, on_ground=True)
+        robot.stiffen(dict.fromkeys(MAP.numbers, stretch))
+        for _ in range(100):
+            board.cycle()
+        knee = inspect(Client(Loopback(board)), MAP).pose(MAP)[JOINTS.index('l_knee')]
+        sag[stretch] = abs(knee - robot.stance[JOINTS.index('l_knee')])
+        robot.close()
+    assert sag[30] > 1.5 * sag[90]
+
+
+def test_a_pose_that_lacks_a_servo_is_no_pose(scenario):
+    board, robot = virtual_board(scenario, MAP)
+    client = Client(Loopback(board))
+    client.write_ram(0x44 + 2 * 18, b'\xff\xff')
+    with pytest.raises(BoardError, match='l_ankle_pitch'):
+        hold_pose(client, MAP)
+    board.cycle()
+    assert all(position == FREE for position in board.sent.values())
+    robot.close()
+
+
+@pytest.mark.slow
+def test_software_that_nobody_here_wrote_makes_it_stand_and_squat(scenario, tmp_path):
+    """The unmodified rcb4 client moves the simulated robot, in real time."""
+    board, robot = virtual_board(scenario, MAP)
+    with served(board, tmp_path) as (_, link):
+        heights = stand_and_squat(link, robot, bends=(0.0, 0.35, 0.0))
+    assert robot.outcome.verdict == 'stood'
+    assert heights[1] < heights[0] - 0.01 and abs(heights[2] - heights[0]) < 0.005
+    robot.close()
+
+
+def khr(*words):
+    return CliRunner().invoke(board_verbs(), [*map(str, words)])
+
+
+def test_the_verbs_look_hold_and_free(scenario, tmp_path):
+    board, robot = virtual_board(scenario, MAP)
+    with served(board, tmp_path) as (_, link):
+        found = khr('probe', link)
+        assert found.exit_code == 0, found.output
+        assert '17 of 17' in found.output and 'CB-4 V1.0 090715' in found.output
+        assert 'trim' not in found.output and 'mixing' not in found.output
+        own, _ = connect(link)
+        own.set_mixing(18, 0, Mixing.of_ad(1, 12))
+        own.write_ram(record_address(16) + TRIM, b'\x05\x00')
+        own.close()
+        found = khr('probe', link).output
+        assert 'l_ankle_pitch: 0x4024 x 12' in found
+        assert 'l_knee: 5 on the board, -1780 in the map' in found
+        assert khr('hold', link).output == '17 servos hold where they were\n'
+        shown = khr('pose', link).output
+        assert shown.count('7500') >= 16 and 'free' not in shown
+        assert khr('free', link).exit_code == 0
+        assert khr('pose', link).output.count('free') == 17
+    gone = khr('probe', link)
+    assert isinstance(gone.exception, PortError) and 'accepted' in str(gone.exception)
+    robot.close()
+
+
+@pytest.mark.slow
+def test_a_board_is_served_until_it_is_stopped(tmp_path):
+    link = tmp_path / 'rcb4'
+    command = [sys.executable, '-m', 'khr.cli.command', 'board', 'serve', 'stand_0deg', '--ground']
+    with subprocess.Popen(
+        [*command, '--link', link, '--set', 'simulator.engine=mujoco'], cwd=ROOT,
+        stdout=subprocess.PIPE, text=True,
+    ) as process:  # fmt: skip
+        assert 'stands on the ground' in process.stdout.readline()
+        client, _ = connect(str(link), timeout=1.0)
+        assert inspect(client, MAP).missing(MAP) == []
+        client.close()
+        process.send_signal(signal.SIGTERM)
+        said = process.stdout.read()
+    assert process.returncode == 0 and 'stood after' in said and 'trajectory hash' in said
+    assert not link.is_symlink()

@@ -1,0 +1,158 @@
+"""A robot that slides down the board without falling has not stayed up, whoever is asked."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import khr
+import khr_studies.third_stage.study as third_stage
+from khr_bringup import offline
+from khr_bringup.recorded.run_signals import run_with_series
+from khr_studies.calibration.ensemble import lost_on_level
+from khr_studies.calibration.objective import ENDS, FALL, Candidate, Task, measure_robot, walk_cost
+from khr_studies.calibration.plan import CalibrationPlan
+from khr_studies.calibration.rows import WantedLimit, WantedWalk
+from khr_studies.engines import study as engines
+from khr_studies.errors import StudyError
+from khr_studies.measuring import bench, critical
+from khr_studies.measuring.bench import MeasuredLift, share_up
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.consistency import said_of_runs
+from khr_studies.measuring.experiments import Run
+from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.published import PublishedWalk
+from khr_studies.peak_origin.study import lost_of, walks_of
+from khr_studies.reproduction.findings import compare_tilting, tally
+from khr_studies.scoreboard.walk_rows import walk_row
+from khr_studies.stability_map.best_gain import INCLINATION, cells_of
+from khr_studies.stability_map.study import stability_map
+from khr_studies.thesis_figures.spectrum_panels import spectrum_of
+from khr_studies.tuning import study as tuning
+from khr_sweeps.reading import parse_sweep
+from khr_sweeps.results.folder import Folder, read_results
+from khr_sweeps.trial import run_trial
+
+PHI, GAIN = 7.0, 'ankle_controller.gain'
+SLICK = Condition(
+    'walk', 12.0, changes=((('simulator', 'friction'), 0.08), (('gait', 'cycles'), 3))
+)
+SCENARIO = SLICK.scenario(PHI, 0)
+WALK = WantedWalk(0.0, slip_mm=(0.0, 1e6))
+PLAN = CalibrationPlan({}, (WantedLimit('walk', 7.0, 7.0),), (WALK,))
+SWEEP = parse_sweep(
+    f'scenario: walk_6.99deg_ka12\nbisect: {INCLINATION}\n'
+    f'grid:\n  {INCLINATION}: [5.0, 6.0, 7.0]\n  {GAIN}: [12.0]\n',
+    'slick.yaml',
+)
+
+
+@pytest.fixture(scope='module')
+def slide(tmp_path_factory):
+    """Return the result of the one run, the file of its signals, what a watcher of it sees."""
+    seen, run_offline = [], offline.run_offline
+
+    def watched(scenario, watch):
+        return run_offline(scenario, lambda *instant: (seen.append(instant), watch(*instant)))
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(offline, 'run_offline', watched)
+        result, series = run_with_series(SCENARIO)
+    kept = tmp_path_factory.mktemp('slide') / 'series.npz'
+    series.save(kept)
+    return result, kept, seen
+
+
+@pytest.fixture
+def asked(slide, monkeypatch):
+    """Let every run be this one; return its row in a sweep, and the run as an experiment's."""
+    result, kept, seen = slide
+
+    def again(scenario, watch=None):
+        for instant in seen if watch else ():
+            watch(*instant)
+        return result
+
+    for module in (offline, critical, tuning, engines):
+        monkeypatch.setattr(module, 'run_offline', again)
+    trial = next(iter(SWEEP.trials('v')))
+    monkeypatch.setattr('khr_sweeps.trial.code_version', lambda: 'v')
+    row, _ = run_trial(trial)
+    return row, Run({INCLINATION: PHI, GAIN: 12.0}, 0, row, SCENARIO, kept)
+
+
+def test_the_robot_slides_far_and_does_not_fall(slide):
+    outcome = slide[0].outcome
+    assert outcome.verdict == 'slipped' and outcome.largest_slip > 1.0
+    assert not outcome.stayed_up and outcome.lasted(9.0) == 1.0
+    assert replace(outcome, largest_slip=0.056).stayed_up
+    assert not replace(outcome, largest_slip=0.0, verdict='fell').stayed_up
+
+
+def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
+    limit, attempts = critical.limit_of_seed(SLICK, 0, PHI, 0.8)
+    assert limit == critical.ENDS[0] and Limit((PHI,), tuple(attempts)).highest == ()
+    walk = bench.walk(SLICK, PHI, 0)
+    assert not walk.stayed_up and share_up([walk]) == 0.0 and walk.peaks == ()
+    row = walk_row(PublishedWalk(PHI, SLICK, 'walks'), [walk, walk])
+    assert (row.lost, row.passed, row.slide_mm) == (2, False, None)
+    assert walk_row(PublishedWalk(PHI, SLICK, 'falls', survives=False), [walk, walk]).passed
+
+
+def test_calibration_ensemble_and_tuning_say_so(asked, slide):
+    robot = measure_robot(Task(PLAN, {}, (), 1, hopeless=1e9))
+    assert robot.limit(PLAN.fitted[0].condition.title) == ENDS[0]
+    cost = walk_cost(WALK, slide[0].outcome)
+    assert cost == FALL
+    assert lost_on_level(PLAN, Candidate({}, walks={WALK.title: [cost]}))
+    tried = tuning.attempt(SCENARIO)
+    assert not tried.stayed_up and tuning.Tuned((), ((tried,),)).up == 0.0
+
+
+def test_sweep_bisection_and_maps_say_so(asked, tmp_path):
+    row, run = asked
+    assert row['stayed_up'] is False
+    trials = list(SWEEP.trials('v'))
+    (next_one,) = SWEEP.due('v', {trials[1].id: row['stayed_up']})
+    assert next_one is not trials[2] and next_one.point[INCLINATION] == 5.0
+    with Folder(tmp_path, {'version': 'v', **SWEEP.record()}) as folder:
+        folder.append([{'id': each.id, **each.point, 'seed': None, **row} for each in trials])
+    counted = stability_map(read_results(tmp_path), INCLINATION, GAIN)
+    assert (
+        counted.of('up').sum() == counted.of('slipped').sum() == 0
+        and counted.of('runs').sum() == 3
+    )
+    (cell,) = cells_of([run], INCLINATION, GAIN)
+    assert (cell.runs, cell.up, cell.slipped, cell.vibration) == (1, 0, 0, None)
+
+
+def test_third_stage_and_engines_say_so(asked, slide, monkeypatch):
+    lifted = MeasuredLift(slide[0].outcome, 1.0, 1.0, 0.1)
+    monkeypatch.setattr(third_stage, 'lift', lambda *_: lifted)
+    assert third_stage.climb(third_stage.Setting(0.0, 0.5, 0.0), 'bullet', 0).limit_deg == 0.0
+    changes = ((('gait', 'cycles'), 3),)
+    assert engines.measure_scenario('walk_6.99deg_ka12', changes).verdict == 'rode down'
+
+
+def test_pages_and_figures_say_so(asked):
+    _, run = asked
+    assert [one.stayed_up for one in said_of_runs({'slick': [run]})] == [False]
+    assert tally([run]).lost == 1 and not tally([run]).stays
+    tilting = run.scenario.set_to(['simulator.inclination_rate_deg_s=0.1', 'stage.mode=auto'])
+    (compared,) = compare_tilting([replace(run, scenario=tilting)])
+    assert not compared.stays
+    assert spectrum_of(run) is None
+    assert lost_of([run]) == ' (1 of 1)'
+    with pytest.raises(StudyError, match='no walk stayed up'):
+        walks_of([run])
+
+
+def test_the_gymnasium_environment_ends_the_episode():
+    steps, over = 0, False
+    with khr.env(SCENARIO) as environment:
+        environment.reset()
+        while not over:
+            _, _, over, cut, info = environment.step(np.zeros(2))
+            assert not cut and (info['reward_alive'] > 0.0) is not over
+            steps += 1
+    assert info['outcome'].verdict != 'fell' and 0.056 < info['outcome'].largest_slip < 0.07

@@ -1,0 +1,178 @@
+"""More of what runs and studies must withstand: terminals, intruders, floods, false results."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import psutil
+
+from khr_bringup.graph.run_registry import RunEntry, running
+from tests import ROOT
+from tests.reliability.harmed_run import FIGURES, GONE, LIMIT, PHASES, Case, Run
+from tests.support.runs import KHR
+
+BOTH = ('--processes', '--one-process')
+STUDIES = {
+    'film': ['film', 'stand_0deg'],
+    'reproduce': ['reproduce', '--fast', '--workers', '2'],
+    'sweep': ['sweep', str(ROOT / 'config' / 'sweeps' / 'walk_random.yaml'), '--workers', '2'],
+}
+SWEEP = """
+scenario: stand_0deg
+set:
+  simulator.duration: 0.3
+  simulator.initial_tilt_deg: 0.3
+seeds: 4
+grid:
+  ankle_controller.gain: [3.0, 6.0, 9.0]
+"""
+
+
+def group(case: Case, folder: Path) -> list[str]:
+    """Press Ctrl-C in the terminal of a run: all its processes receive it."""
+    run = Run(folder / 'run', case.mode)
+    run.reach(case.phase, random.Random(case.name))
+    with suppress(ProcessLookupError):
+        os.killpg(run.process.pid, signal.SIGINT)
+    return run.finish({0, 130, 1, -2} if case.phase == 'start' else {0, 130, 1})
+
+
+def halt(case: Case, folder: Path) -> list[str]:
+    """Stop khr itself for some seconds: its run goes on, and the result is right."""
+    run = Run(folder / 'run', case.mode)
+    run.reach('start', random.Random(case.name))
+    run.process.send_signal(signal.SIGSTOP)
+    time.sleep(case.seed)  # how long it is stopped: the harm itself
+    run.process.send_signal(signal.SIGCONT)
+    return run.finish({0})
+
+
+def simulator(case: Case, folder: Path) -> list[str]:
+    """Start a second simulator in the domain of a run: the run ends by its name."""
+    run = Run(folder / 'run', case.mode, 600.0)
+    run.reach('run', random.Random(case.name))
+    entry = _entry(run)
+    second = subprocess.Popen(
+        [sys.executable, '-m', 'khr_common.nodes.run', 'khr_sim.node_specs:SIMULATOR'],
+        env={**os.environ, **entry.environment()} if entry else None,
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    )  # fmt: skip
+    try:
+        return run.finish({1}, 'published by .*simulator')
+    finally:
+        second.kill()
+        second.wait()
+
+
+def flood(case: Case, folder: Path) -> list[str]:
+    """Change a parameter 500 times a second, or call 220 services at once: it verifies after."""
+    run = Run(folder / 'run', case.mode, 600.0, '--set', 'simulator.pace=2')
+    run.reach('run', random.Random(case.name))
+    entry = _entry(run)
+    hammered = subprocess.run(
+        [sys.executable, '-m', 'tests.reliability.hammer', case.victim],
+        cwd=ROOT, env={**os.environ, **entry.environment()} if entry else None,
+        capture_output=True, text=True, check=False, timeout=LIMIT,
+    )  # fmt: skip
+    run.process.send_signal(signal.SIGINT)
+    faults = run.finish({130})
+    if hammered.returncode != 0:
+        faults.append(f'hammer: {hammered.stderr[-300:]}')
+    (folder / FIGURES).write_text(f'{case.mode} {case.victim}: {hammered.stdout.strip()}')
+    verified = subprocess.run(
+        [*KHR, 'verify', str(folder / 'run')], capture_output=True, text=True, check=False
+    )
+    if verified.returncode != 0:
+        faults.append(f'verify: exit {verified.returncode}: {verified.stderr[-300:]}')
+    return faults
+
+
+def study(case: Case, folder: Path) -> list[str]:
+    """Interrupt or kill a command that computes for long: nothing of it goes on, no traceback."""
+    process = subprocess.Popen(
+        [*KHR, *STUDIES[case.victim], '--out', str(folder / 'out')], cwd=folder,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+    )  # fmt: skip
+    time.sleep(random.Random(case.name).uniform(1.0, 20.0))  # when it is harmed
+    seen = []
+    with suppress(psutil.Error):
+        seen = psutil.Process(process.pid).children(recursive=True)
+    process.send_signal(signal.Signals[case.phase])
+    try:
+        _, err = process.communicate(timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return [f'did not end within {LIMIT:g} s']
+    _, alive = psutil.wait_procs(seen, timeout=GONE)
+    faults = [f'{len(alive)} processes left after {GONE:g} s'] if alive else []
+    for each in alive:
+        each.kill()
+    if 'Traceback' in err:
+        faults.append(f'a traceback: {err.strip().splitlines()[-1][:200]}')
+    return faults
+
+
+def poison(case: Case, folder: Path) -> list[str]:
+    """Change results of a finished sweep: what is changed is named and computed again."""
+    (folder / 'sweep.yaml').write_text(SWEEP)
+    command = [*KHR, 'sweep', str(folder / 'sweep.yaml'), '--workers', '1', '--out']
+    good, out = folder / 'good', folder / 'out'
+    subprocess.run([*command, str(good)], check=True, capture_output=True)
+    rows = (good / 'rows.jsonl').read_bytes()
+    shutil.copytree(good, out)
+    chance = random.Random(case.name)
+    content = bytearray(rows)
+    for _ in range(3):
+        content[chance.randrange(rows.index(b'\n') + 1, len(content))] = chance.randrange(32, 127)
+    (out / 'rows.jsonl').write_bytes(content)
+    again = subprocess.run([*command, str(out)], capture_output=True, text=True, check=False)
+    faults = [] if again.returncode == 0 else [f'exit {again.returncode}: {again.stderr[-300:]}']
+    if _rows(out) != _rows(good):
+        faults.append('other results than before')
+    if 'Traceback' in again.stderr:
+        faults.append(f'a traceback: {again.stderr.strip().splitlines()[-1][:200]}')
+    return faults
+
+
+def _rows(folder: Path) -> dict[str, object]:
+    """Return the trajectory hashes of a sweep by the ids of its runs."""
+    lines = (folder / 'rows.jsonl').read_text().splitlines()[1:]
+    return {row['id']: row.get('trajectory_hash') for row in map(json.loads, lines)}
+
+
+def _entry(run: Run) -> RunEntry | None:
+    return next((each for each in running() if each.folder == str(run.folder)), None)
+
+
+MORE = {
+    'Ctrl-C of the process group': group,
+    'SIGSTOP of khr': halt,
+    'a second simulator': simulator,
+    '500 changes a second, 220 calls at once': flood,
+    'film, sweep, reproduction stopped': study,
+    'results changed': poison,
+}
+
+
+def more_cases(seed: int) -> list[Case]:
+    """Return the cases of these harms."""
+    return [
+        *(Case('Ctrl-C of the process group', mode, '', phase, seed)
+          for mode in BOTH for phase in PHASES),
+        *(Case('SIGSTOP of khr', mode, '', '', seconds) for mode in BOTH for seconds in (1, 5, 20)),
+        *(Case('a second simulator', mode, '', '', seed) for mode in BOTH),
+        *(Case('500 changes a second, 220 calls at once', mode, victim, '', seed)
+          for mode in BOTH for victim in ('changes', 'calls')),
+        *(Case('film, sweep, reproduction stopped', '', victim, number, seed + n)
+          for victim in STUDIES for number in ('SIGINT', 'SIGTERM', 'SIGKILL') for n in range(2)),
+        *(Case('results changed', '', '', '', seed + n) for n in range(3)),
+    ]  # fmt: skip

@@ -1,0 +1,125 @@
+"""Another user of this machine joins a run: each way in of the table in docs/security.md."""
+
+import json
+import os
+import subprocess
+import sys
+from contextlib import contextmanager, suppress
+from importlib.resources import files
+
+import pytest
+
+from khr_bringup.graph.run_registry import running
+from khr_common.interfaces import CLOCK, JOINT_REFERENCE
+from tests import ROOT
+from tests.support.runs import LONG, finish, khr, wait_for, wait_until_running
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.timeout(400),
+    pytest.mark.skipif(os.getuid() != 0, reason='to act as another user takes root'),
+]
+SECRET = 'what only its owner may read'
+FIXED = {'folder', 'scenario_file', 'topics', 'extra_topics'}
+
+
+@contextmanager
+def nobody(folder, *words):
+    """Start what the user ``nobody`` tries on the run of a folder."""
+    (entry,) = (each for each in running() if each.folder == str(folder))
+    # Shared memory is closed to another user, who leaves it out and has the loopback.
+    head, users, rest = (
+        files('khr_bringup').joinpath('fastdds.xml').read_text().partition('<userTransports>')
+    )
+    own = folder.parent / 'profile.xml'
+    shared = '<transport_id>shared_memory</transport_id>'
+    own.write_text(head + users + rest.replace(shared, '', 1))
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'tests.reliability.other_user', *map(str, words)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        cwd=ROOT,
+        env={**os.environ, **entry.environment(), 'FASTRTPS_DEFAULT_PROFILES_FILE': str(own)},
+    )
+    try:
+        yield process
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def tries(folder, *words):
+    """Return what came of all that ``nobody`` tried."""
+    with nobody(folder, *words) as process:
+        out, err = process.communicate(timeout=300)
+    assert process.returncode == 0, err
+    found = json.loads(out)
+    assert found.pop('user') != 0
+    return found
+
+
+def test_no_path_of_a_message_is_read_or_written(in_background, tmp_path):
+    secret, place, folder = tmp_path / 'secret', tmp_path / 'place', tmp_path / 'run'
+    secret.write_text(SECRET)
+    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
+    wait_until_running(folder)
+    found = tries(folder, 'paths', place, secret)
+    for name, parameter in (
+        ('reads', 'scenario_file'),
+        ('writes', 'folder'),
+        ('imports', 'topics'),
+    ):
+        accepted, reason = found[name]
+        assert not accepted and reason.startswith(f'{parameter}: fixed'), found
+    assert found['text'][0] and found['reset'], 'what names no place may be asked for'
+
+    def next_bag():
+        with suppress(OSError):
+            return b'in its own words' in b''.join(
+                file.read_bytes() for file in (folder / 'bag_2').iterdir()
+            )
+
+    wait_for(next_bag, 'the bag of the next run')
+    process.terminate()
+    ended = finish(process, folder)
+    assert 'Traceback' not in ended.err
+    assert {path.name for path in tmp_path.iterdir()} == {'secret', 'run', 'profile.xml'}
+    for path in folder.glob('bag*/*'):
+        assert SECRET.encode() not in path.read_bytes()
+        assert path.stat().st_mode & 0o777 == 0o600
+
+
+def test_what_another_user_changes_is_kept_and_repeated(in_background, tmp_path):
+    """Each parameter of each node, pause and switch; and garbage wherever many may send."""
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
+    wait_until_running(folder)
+    found = tries(folder, 'services')
+    assert not any(found['same'][f'recorder.{name}'][0] for name in FIXED)
+    assert found['same']['ankle_controller.gain'][0] and found['gain'][0]
+    assert (found['pause'], found['resume']) == ('paused', 'running')
+    assert not found['no scenario'][0], 'a path is no text of a scenario'
+    sent = tries(folder, 'topics')
+    assert sent.pop('clock') and all(sent.values()) and 'push' in sent
+    process.terminate()
+    ended = finish(process, folder)
+    assert ended.code == 130 and 'Traceback' not in ended.err
+    assert 'joint_reference: refused' in ended.err and 'intruder' in ended.err
+    changes = json.loads((folder / 'outcome.json').read_text())['changes']
+    assert [each['value'] for each in changes] == [3.5]
+    verified = khr('verify', folder)
+    assert verified.code == 0, verified.out + verified.err
+
+
+@pytest.mark.parametrize('topic', [CLOCK, JOINT_REFERENCE], ids=lambda topic: topic.name)
+def test_who_publishes_in_a_node_s_place_ends_the_run_by_name(in_background, tmp_path, topic):
+    """With the identity of the run too, which whoever listens can read."""
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
+    wait_until_running(folder)
+    with nobody(folder, topic.name):
+        ended = finish(process, folder)
+    assert ended.code == 1
+    assert f'{topic.name}: ' in ended.err and 'intruder' in ended.err, ended.err
+    assert 'Traceback' not in ended.err

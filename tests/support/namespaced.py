@@ -1,0 +1,63 @@
+"""A robot in a namespace of a domain that others share, as a launch file starts one."""
+
+import os
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+from khr_bringup.graph.graph import prepare
+from khr_bringup.node_registry import registry
+
+
+def python(*arguments, **options):
+    return subprocess.Popen([sys.executable, '-m', *map(str, arguments)], text=True, **options)
+
+
+class Robot:
+    """A run in a namespace: its nodes in one process, its driver, and who waits for its verdict.
+
+    It lives in the domain of this process's environment.
+    """
+
+    def __init__(self, namespace, scenario, folder):
+        self.scenario, self.folder = scenario, folder
+        folder.mkdir()
+        prepared = prepare(scenario, folder, record=True)
+        file = folder / 'scenario.yaml'
+        file.write_text(prepared.to_yaml())
+        self.ros = ['--ros-args', '-r', f'__ns:=/{namespace}']
+        entries = [registry()[node].entry for node in prepared.nodes]
+        self.graph = python('khr_common.nodes.run', *entries, *self.ros, '--params-file', file)
+        self.others = []
+        driven = []
+        if scenario.driver is not None:
+            # its python3 is the one that has ROS, also where this environment is not activated
+            path = f'{Path(sys.executable).parent}{os.pathsep}{os.environ["PATH"]}'
+            driver = [scenario.driver.path, *self.ros]
+            self.others.append(subprocess.Popen(driver, env={**os.environ, 'PATH': path}))
+            driven = ['--driver', scenario.driver.label]
+        self.verdict = python(
+            *('khr_bringup.graph.verdict', file, '--out', folder, *driven, *self.ros),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+        )
+
+    def end(self):
+        """Wait for the verdict; end the nodes; return exit code, output and errors."""
+        out, err = self.verdict.communicate(timeout=90)
+        for process in (self.graph, *self.others):
+            process.send_signal(signal.SIGINT)
+            process.wait(30.0)
+        return self.verdict.returncode, out, err
+
+    def kill(self):
+        """End what is left."""
+        for process in (self.graph, self.verdict, *self.others):
+            if process.poll() is None:
+                process.kill()
+                process.wait()
+
+
+def hash_in(out):
+    return out.rpartition('trajectory hash ')[2].strip()

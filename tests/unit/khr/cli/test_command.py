@@ -1,0 +1,314 @@
+"""The command line: mistakes are one line on stderr and exit code 2, and start nothing."""
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+from importlib.metadata import version
+from math import degrees
+from pathlib import Path
+
+import pytest
+
+from khr.cli import command
+from khr_bringup.scenario import scenario as scenarios
+from khr_common import RunError
+
+ASCII = {'LC_ALL': 'C', 'PYTHONUTF8': '0', 'PYTHONCOERCECLOCALE': '0'}
+
+
+def khr(monkeypatch, capsys, *arguments):
+    monkeypatch.setattr('sys.argv', ['khr', *map(str, arguments)])
+    with pytest.raises(SystemExit) as leave:
+        command.main()
+    captured = capsys.readouterr()
+    return leave.value.code, captured.out, captured.err
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'says'),
+    [
+        (['run', 'nowhere.yaml'], ['nowhere.yaml', 'no such scenario', 'khr scenarios']),
+        (['view', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
+        (['film', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
+        (['run', 'walk_0deg', '--set', 'gait.stroll=1'], ['gait', 'stroll', 'motion']),
+        (['run', 'walk_0deg', '--set', 'walker.stride=1'], ['walker', 'simulator']),
+        (['run', 'walk_0deg', '--set', 'gait.stride=9'], ['stride', '9.0', '[0, 0.1] m']),
+        (['run', 'walk_0deg', '--set', 'stride'], ['stride', 'node.parameter=value']),
+        (['run', 'walk_0deg', '--expect', 'flown'], ['flown', 'walked | stood']),
+        (['run', 'walk_0deg', '--expect', 'realtime'], ['--expect', 'sync=realtime']),
+        *(
+            (['run', 'walk_0deg', '--offline', *words], [f'{words[0]}: ', '--offline'])
+            for words in (
+                ['--realtime'],
+                ['--view'],
+                ['--one-process'],
+                ['--processes'],
+                ['--domain', '7'],
+                ['--network'],
+            )
+        ),
+        (['verify', 'nowhere'], ['nowhere: not there', 'folder of a run']),
+        (['get', 'gait', '--timeout', '0'], ['--timeout', '0.1', 'khr get --help']),
+        (['run', 'walk_0deg', '--duration', '-1'], ['duration', '-1.0']),
+        (['run', 'walk_0deg', '--domain', '900'], ['--domain', '900', '1 to 99']),
+        (['set', 'gait', 'stride', '{'], ['gait.stride', 'YAML']),
+        (['figure', '9.9'], ['9.9', '3.8']),
+        (
+            ['reproduce', '--only', '3.8,9.9'],
+            ['--only', '9.9', '3.8', 'map_walk_ka', 'scoreboard'],
+        ),
+        (['reproduce', '--workers', '0'], ['--workers', '0']),
+        (['critical', '--ka', 'much'], ['--ka', 'number', 'khr critical --help']),
+        (['run', 'walk_0deg', '--fly'], ['--fly', 'khr run --help']),
+        (['run', 'walk_0deg', 'walk_3deg'], ['walk_3deg', 'khr run --help']),
+        (['fly'], ['fly', 'khr --help']),
+    ],
+)
+def test_mistakes(monkeypatch, capsys, tmp_path, arguments, says):
+    monkeypatch.chdir(tmp_path)
+    code, out, err = khr(monkeypatch, capsys, *arguments)
+    assert code == 2
+    assert out == ''
+    lines = [line for line in err.strip().splitlines() if line.startswith('khr: ')]
+    assert len(lines) == 1
+    for word in says:
+        assert word in lines[0]
+    assert not (tmp_path / 'runs').exists()
+
+
+def test_a_run_of_nothing_lists_the_scenarios(monkeypatch, capsys):
+    code, out, err = khr(monkeypatch, capsys, 'run')
+    assert code == 2 and 'walk_7.68deg_ka12' in out
+    assert err == 'khr: run: no scenario given; accepted: one of these, or a scenario file\n'
+
+
+def test_the_version_is_that_of_the_package(monkeypatch, capsys):
+    assert khr(monkeypatch, capsys, '--version')[:2] == (0, f'khr {version("khr")}\n')
+
+
+def test_the_shell_completes_scenarios():
+    ended = subprocess.run(
+        ['khr'], executable=Path(sys.executable).with_name('khr'), capture_output=True, text=True,
+        check=False, env={**os.environ, '_KHR_COMPLETE': 'complete_bash',
+                          'COMP_WORDS': 'khr run walk_7', 'COMP_CWORD': '2'},
+    )  # fmt: skip
+    assert ended.stdout.split() == ['walk_7.68deg_ka12'], ended.stderr
+
+
+def test_out_folder_must_be_new_or_empty(monkeypatch, capsys, tmp_path):
+    (tmp_path / 'mine.txt').write_text('keep me')
+    code, _, err = khr(monkeypatch, capsys, 'run', 'walk_0deg', '--out', tmp_path)
+    assert code == 2
+    assert '--out' in err
+    assert (tmp_path / 'mine.txt').read_text() == 'keep me'
+
+
+def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
+    code, out, err = khr(
+        monkeypatch,
+        capsys,
+        'run',
+        'stand_0deg',
+        '--offline',
+        '--duration',
+        '0.3',
+        '--out',
+        tmp_path / 'run',
+        '--expect',
+        'fell',
+    )
+    assert code == 1
+    assert 'expected fell, the outcome is stood' in err
+    assert out.strip().splitlines()[-1].startswith('trajectory hash ')
+
+
+def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
+    monkeypatch.setenv('COLUMNS', '80')
+    folder = tmp_path / ('a[b]' * 20)
+    title = f'{scenarios.load("stand_0deg").title}, simulator.friction=0.3'
+    command_line = ['run', 'stand_0deg', '--set', 'simulator.friction=0.3']
+    code, out, _ = khr(
+        monkeypatch, capsys, *command_line, '--offline', '--duration', 0.3, '--out', folder
+    )
+    assert code == 0
+    assert (folder / 'scenario.yaml').read_text().startswith(f'# {title}\n')
+    lines = out.splitlines()
+    outcome = json.loads((folder / 'outcome.json').read_text())
+    rows = dict(cells for line in lines if len(cells := re.findall('│ (.*?) +(?=│)', line)) == 2)
+    assert rows['vibration, deg/s'] == f'{degrees(float(outcome["vibration_rad_s"])):.2f}'
+    assert rows['judged until, s'] == outcome['time_s']
+    assert lines[0] == title and lines[-2] == f'folder {folder}'
+
+
+def test_the_folder_of_a_run_is_named_whole(monkeypatch, capsys, tmp_path):
+    def stop(*_, **__):
+        raise RunError('stopped')
+
+    monkeypatch.setenv('COLUMNS', '80')
+    monkeypatch.setattr('khr_bringup.graph.graph.run_graph', stop)
+    folder = tmp_path / ('long' * 20)
+    code, _, err = khr(monkeypatch, capsys, 'run', 'stand_0deg', '--out', folder)
+    assert code == 1
+    assert err.splitlines()[0].endswith(f'  folder {folder}')
+
+
+@pytest.mark.parametrize(
+    'words', [['--port', '99999'], ['--host', '192.0.2.1'], ['--host', 'nowhere.invalid']]
+)
+def test_a_page_that_cannot_be_served_is_refused_before_there_is_a_folder(
+    monkeypatch, capsys, tmp_path, words
+):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = khr(monkeypatch, capsys, 'view', 'stand_0deg', '--no-browser', *words)
+    assert code == 2
+    assert err.startswith(f'khr: {words[0]}: ') and err.count('\n') == 1
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ('settings', 'warning'),
+    [
+        (
+            ['hip_controller.gain=13', 'hip_controller.staged=false'],
+            'khr: --set hip_controller.gain, staged: no effect while hip_controller.enabled is '
+            'false; to switch it on: --set hip_controller.enabled=true\n',
+        ),
+        (['hip_controller.gain=13', 'hip_controller.enabled=true'], ''),
+        (['hip_controller.enabled=false'], ''),
+        (['ankle_controller.gain=13', 'gait.cycles=2'], ''),
+    ],
+)
+def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys, settings, warning):
+    monkeypatch.setattr('khr.cli.run.run_scenario', lambda *_: 0)
+    changes = [word for text in settings for word in ('--set', text)]
+    for verb in ('run', 'view'):
+        code, _, err = khr(monkeypatch, capsys, verb, 'walk_8.88deg_ka12', *changes)
+        assert (code, err) == (0, warning)
+
+
+def test_critical_points_out_a_gain_of_a_controller_that_is_off(monkeypatch, capsys):
+    monkeypatch.setattr('khr_studies.measuring.critical.measure_limit', lambda *_: None)
+    monkeypatch.setattr('khr_studies.measuring.limit_text.limit_text', lambda *_: '')
+    setting = ('--set', 'ankle_controller.gain=12')
+    assert 'no effect' in khr(monkeypatch, capsys, 'critical', '--ka', '0', *setting)[2]
+    assert khr(monkeypatch, capsys, 'critical', '--ka', '6', *setting)[2] == ''
+
+
+@pytest.mark.parametrize(('arguments', 'expected'), [([], 2), (['--help'], 0)])
+def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
+    code, out, err = khr(monkeypatch, capsys, *arguments)
+    assert code == expected
+    assert 'scenarios' in out
+    assert err == ''
+
+
+@pytest.mark.parametrize(
+    ('verb', 'says'),
+    [
+        ('run', ['the whole motion by default, and with 0', 'the highest free one by default']),
+        ('view', ['the highest free one by default, whatever ROS_DOMAIN_ID says']),
+        ('set', ['the only one by default, or as ROS_DOMAIN_ID']),
+    ],
+)
+def test_the_help_says_what_is_done_without_an_option(monkeypatch, capsys, verb, says):
+    monkeypatch.setenv('COLUMNS', '300')
+    _, out, _ = khr(monkeypatch, capsys, verb, '--help')
+    for words in says:
+        assert words in out
+
+
+def test_interruption_is_exit_code_130(monkeypatch, capsys):
+    def interrupt(_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(scenarios, 'load', interrupt)
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out, err) == (130, '', '')
+
+
+@pytest.mark.parametrize(
+    ('body', 'code', 'says'),
+    [
+        *(
+            (f'import os\nos.kill(os.getpid(), {int(number)})\n', 130, 'khr: interrupted\n')
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+        ),
+        ('raise MemoryError', 1, 'khr: out of memory; accepted: a larger limit (ulimit -v)\n'),
+        ('raise ImportError("lib\\nx")', 1, 'khr: ImportError: lib x\n'),
+    ],
+)
+def test_what_goes_wrong_in_the_imports_is_one_line(tmp_path, body, code, says):
+    (tmp_path / 'typer.py').write_text(body)
+    environment = {**os.environ, 'PYTHONPATH': os.pathsep.join([str(tmp_path), *sys.path])}
+    done = subprocess.run(
+        [sys.executable, '-m', 'khr.cli.command', 'scenarios'],
+        capture_output=True,
+        text=True,
+        env=environment,
+        check=False,
+    )
+    assert (done.returncode, done.stdout, done.stderr) == (code, '', says)
+
+
+@pytest.mark.parametrize(
+    ('words', 'locale'),
+    [
+        (['run', 'stand_0deg', '--offline', '--out', b'a\xff'], {}),
+        (['run', 'stand_0deg', '--out', 'aü'], ASCII),
+        (['run', b'a\xff'], ASCII),
+        (['run', 'stand_0deg', '--set', b'gait.motion=\xff'], {}),
+        (['report', b'a\xff'], {}),
+    ],
+)
+def test_a_path_of_other_bytes_is_refused_in_one_line(tmp_path, words, locale):
+    done = subprocess.run(
+        [sys.executable, '-m', 'khr.cli.command', *words],
+        capture_output=True,
+        cwd=tmp_path,
+        env={**os.environ, **locale},
+        check=False,
+    )
+    assert (done.returncode, done.stdout) == (2, b''), done.stderr
+    assert done.stderr.startswith(b'khr: ') and done.stderr.count(b'\n') == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr(scenarios, 'load', lambda _: (tmp_path / 'gone').read_text())
+    code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
+    assert (code, out) == (2, '')
+    assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"
+
+
+@pytest.mark.parametrize('columns', ['80', '200'])
+def test_scenarios_lists_all(monkeypatch, capsys, columns):
+    monkeypatch.setenv('COLUMNS', columns)
+    code, out, _ = khr(monkeypatch, capsys, 'scenarios')
+    assert code == 0
+    for name in (
+        'walk_7.68deg_ka12',
+        'lift_3.8deg',
+        'push_behind',
+        'walk_9.7deg_ka12_kh12_rubber',
+    ):
+        assert name in out
+
+
+def test_impossible_gait_is_refused_before_anything_starts(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = khr(
+        monkeypatch,
+        capsys,
+        'run',
+        'walk_0deg',
+        '--set',
+        'gait.hip_height=0.13',
+        '--set',
+        'gait.stride=0.1',
+    )
+    assert code == 2
+    assert 'gait' in err or 'leg' in err
+    assert not (tmp_path / 'runs').exists()

@@ -1,0 +1,185 @@
+"""The environment is one that Gymnasium and its users accept, and its episodes are runs."""
+
+import subprocess
+import sys
+import warnings
+
+import gymnasium
+import numpy as np
+import psutil
+import pytest
+from gymnasium.utils.env_checker import check_env
+from gymnasium.wrappers import FrameStackObservation
+
+import khr
+
+FAST = {'simulator.engine': 'mujoco'}
+SHORT = FAST | {'simulator.duration': 0.6}
+PUSH = 't=0.1 duration=0.1 link=base_link frame=odom force=8,0,0 point=0,0,0.05'
+
+
+def play(environment, policy=lambda _: np.zeros(2), **reset):
+    """Play an episode; return the sum of its rewards, whether it fell, and its last info."""
+    observation, info = environment.reset(**reset)
+    total, over = 0.0, False
+    while not over:
+        observation, reward, fell, cut, info = environment.step(policy(observation))
+        assert environment.observation_space.contains(observation)
+        total, over = total + reward, fell or cut
+    return total, fell, info
+
+
+@pytest.mark.parametrize('order', ['gymnasium, khr', 'khr, gymnasium'])
+def test_names_are_registered_in_whatever_order_of_imports(order):
+    code = f'import {order}; print("khr/Walk-v0" in gymnasium.registry, "khr/Balance-v0" in gymnasium.registry)'
+    done = subprocess.run([sys.executable, '-c', code], capture_output=True, text=True)
+    assert done.stdout.split() == ['True', 'True'], done.stderr
+
+
+def test_khr_does_not_import_gymnasium_for_those_who_do_not_use_it():
+    code = 'import khr, sys; khr.scenarios(); print("gymnasium" in sys.modules)'
+    assert subprocess.check_output([sys.executable, '-c', code], text=True) == 'False\n'
+
+
+def test_gymnasium_accepts_it_without_a_warning():
+    with warnings.catch_warnings():
+        warnings.simplefilter('error')
+        environment = gymnasium.make('khr/Walk-v0', set=SHORT)
+        # Its check of rendering would open the engine's window, which asks for a screen.
+        check_env(environment.unwrapped, skip_render_check=True)
+    environment.close()
+
+
+def test_an_episode_without_corrections_is_the_run_without_control():
+    changes = FAST | {'simulator.duration': 2, 'simulator.inclination_deg': 3}
+    environment = khr.env('walk_7.68deg_ka12', set=changes)
+    _, fell, info = play(environment, seed=5)
+    alone = khr.run('walk_7.68deg_ka12', set=changes | {'ankle_controller.enabled': False}, seed=5)
+    assert not fell and environment.trajectory_hash == alone.trajectory_hash
+    assert info['outcome'] == alone.outcome and info['distance'] == alone.outcome.distance
+    play(environment, seed=5)
+    assert environment.trajectory_hash == alone.trajectory_hash, 'an episode can be played again'
+
+
+@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
+def test_every_reset_begins_an_episode_of_its_own_and_a_seed_repeats_the_series(engine):
+    environment = khr.env('stand_0deg', set={'simulator.engine': engine, 'gyro.noise': 0.01})
+
+    def series(seed):
+        seen = []
+        for index in range(3):
+            environment.reset(seed=seed if index == 0 else None)
+            observation, *_ = environment.step(np.zeros(2))
+            seen.append(tuple(observation.tolist()))
+        return seen
+
+    first = series(1)
+    assert len(set(first)) == 3 and series(1) == first and series(2) != first
+    environment.close()
+
+
+def test_options_are_of_one_episode_alone():
+    environment = khr.env('stand_0deg', set=SHORT)
+    hashes = {}
+    for name, options in {
+        'plain': {}, 'slope': {'inclination_deg': 4.0}, 'rubber': {'surface': 'rubber', 'push': PUSH},
+        'pushed': {'push': [PUSH]}, 'robot': {'robot': 3}, 'again': {},
+    }.items():  # fmt: skip
+        play(environment, seed=2, options=options)
+        hashes[name] = environment.trajectory_hash
+    assert hashes.pop('again') == hashes['plain']
+    assert len(set(hashes.values())) == len(hashes)
+    environment.reset(options={'seed': 7})
+    assert environment.scenario.values['simulator']['seed'] == 7
+
+
+def test_the_reward_is_the_sum_of_its_named_terms():
+    environment = khr.env('stand_0deg', set=SHORT, weights={'effort': -2.0})
+    environment.reset(seed=0)
+    _, reward, _, _, info = environment.step(np.array([1.0, -1.0]))
+    terms = {name: value for name, value in info.items() if name.startswith('reward_')}
+    assert set(terms) == {'reward_alive', 'reward_pitch_rate', 'reward_effort'}
+    assert reward == pytest.approx(sum(terms.values()))
+    assert terms['reward_effort'] == pytest.approx(-2.0 * 2.0 * 0.015)
+    _, fell, info = play(
+        khr.env('stand_0deg', set=FAST, weights={'pitch_rate': 0.0}), lambda _: np.ones(2)
+    )
+    assert fell and info['fell']
+
+
+def test_observations_are_named_and_what_they_say():
+    environment = khr.env('walk_0deg', set=SHORT | {'foot_force.time_constant': 0.02})
+    environment.reset(seed=0)
+    for _ in range(30):
+        observation, *_ = environment.step(np.array([0.05, -0.1]))
+    seen = dict(zip(environment.names, observation.tolist(), strict=True))
+    assert (seen['correction_ankle'], seen['correction_hip']) == pytest.approx((0.05, -0.1))
+    assert seen['phase_sine'] ** 2 + seen['phase_cosine'] ** 2 == pytest.approx(1.0)
+    forces = sum(value for name, value in seen.items() if name.startswith('force_'))
+    assert forces == pytest.approx(1.5 * 9.81, rel=0.2)
+    assert abs(seen['angle_l_knee']) > 0.3
+    stacked = FrameStackObservation(environment, 3)
+    assert stacked.reset(seed=0)[0].shape == (3, len(environment.names))
+
+
+def test_a_picture_shows_the_robot():
+    environment = khr.env('stand_0deg', set=SHORT, render_mode='rgb_array')
+    environment.reset(seed=0)
+    picture = environment.render()
+    assert picture.shape == (480, 640, 3) and picture.dtype == np.uint8 and picture.std() > 10
+    environment.close()
+
+
+@pytest.mark.parametrize('mode', ['sync', 'async'])
+def test_several_at_once_are_independent(mode):
+    environments = gymnasium.make_vec('khr/Walk-v0', 2, vectorization_mode=mode, set=SHORT)
+    first, _ = environments.reset(seed=[4, 4])
+    assert (first[0] == first[1]).all()
+    for _ in range(20):
+        seen, rewards, *_ = environments.step(np.array([[0.0, 0.0], [1.0, 1.0]]))
+    environments.close()
+    assert (seen[0] != seen[1]).any() and rewards.shape == (2,)
+    alone = khr.env('walk_7.68deg_ka12', set=SHORT)
+    alone.reset(seed=4)
+    for _ in range(20):
+        expected, *_ = alone.step(np.zeros(2))
+    np.testing.assert_array_equal(seen[0], expected)
+
+
+@pytest.mark.slow
+def test_memory_stays_flat_over_many_resets():
+    environment = khr.env('stand_0deg', set=SHORT)
+    sizes = []
+    for _ in range(3):
+        for _ in range(100):
+            environment.reset()
+            environment.step(np.zeros(2))
+        sizes.append(psutil.Process().memory_info().rss)
+    assert sizes[2] - sizes[0] < 4e6, 'less than 20 kB a reset'
+
+
+@pytest.mark.parametrize(
+    ('call', 'says'),
+    [
+        (lambda: khr.env('nowhere'), 'nowhere'),
+        (lambda: khr.env('stand_0deg', render_mode='ansi'), r'rgb_array \| human'),
+        (lambda: khr.env('stand_0deg', weights={'height': 1.0}), r'alive \| pitch_rate \| effort'),
+        (lambda: khr.env('stand_0deg').step(np.zeros(2)), 'after reset'),
+        (lambda: started().step(np.array([np.nan, 0.0])), '2 finite numbers'),
+        (lambda: started().step(np.zeros(3)), '2 finite numbers'),
+        (lambda: started(robot=99), r'integer in \[0, \d+\]'),
+        (lambda: started(slope=3), r'options: .slope.*inclination_deg'),
+        (lambda: started(inclination_deg='steep'), 'inclination_deg'),
+        (lambda: started(push='hard'), 'push'),
+    ],
+)
+def test_a_mistake_is_one_line(call, says):
+    with pytest.raises(khr.KhrError, match=says) as caught:
+        call()
+    assert '\n' not in str(caught.value)
+
+
+def started(**options):
+    environment = khr.env('stand_0deg', set=SHORT)
+    environment.reset(options=options)
+    return environment

@@ -1,0 +1,91 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_balance import joints
+from khr_balance.errors import BalanceError
+from khr_balance.gaits.body import MASS, forward
+from khr_balance.gaits.kinematics import leg_angles, sole_normal
+from tests.fakes.postures import mirrored
+
+SIDE = st.sampled_from(joints.SIDES)
+ROLL, PITCH, KNEE = st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(0.01, 2.2)
+
+
+def posture(side, leg):
+    angles = np.zeros(len(joints.JOINTS))
+    first = joints.INDEX[f'{side}_hip_roll']
+    angles[first : first + 5] = leg
+    return angles
+
+
+@given(SIDE, ROLL, PITCH, KNEE, st.floats(-0.5, 0.5), st.floats(-0.5, 0.5))
+def test_inverse_undoes_forward(side, hip_roll, swing, knee, sole_pitch, ankle_roll):
+    hip_pitch = swing - knee / 2.0
+    leg = [hip_roll, hip_pitch, knee, sole_pitch - hip_pitch - knee, ankle_roll]
+    body = forward(posture(side, leg))
+    found = leg_angles(side, body.sole_position[side], body.sole_rotation[side][:, 2])
+    assert found == pytest.approx(leg, abs=1e-7)
+
+
+@given(
+    SIDE,
+    st.floats(-0.06, 0.06),
+    st.floats(-0.03, 0.05),
+    st.floats(-0.225, -0.17),
+    st.floats(-0.3, 0.3),
+    st.floats(-0.2, 0.2),
+)
+def test_forward_undoes_inverse(side, x, outward, z, pitch, roll):
+    sole = np.array([x, (0.042 + outward) * (1.0 if side == 'l' else -1.0), z])
+    normal = sole_normal(pitch, roll)
+    try:
+        leg = leg_angles(side, sole, normal)
+    except BalanceError:
+        return
+    body = forward(posture(side, leg))
+    assert body.sole_position[side] == pytest.approx(sole, abs=1e-9)
+    assert body.sole_rotation[side][:, 2] == pytest.approx(normal, abs=1e-9)
+
+
+@given(st.lists(st.floats(-0.5, 0.5), min_size=17, max_size=17))
+def test_body_is_mirror_symmetric(angles):
+    one, other = forward(angles), forward(mirrored(np.array(angles)))
+    flip = np.array([1.0, -1.0, 1.0])
+    assert other.centre_of_mass == pytest.approx(flip * one.centre_of_mass, abs=1e-12)
+    assert other.sole_position['r'] == pytest.approx(flip * one.sole_position['l'], abs=1e-12)
+
+
+def test_zero_posture_is_that_of_the_facts():
+    body = forward(np.zeros(17))
+    assert pytest.approx(1.5, abs=2e-3) == MASS
+    assert body.sole_position['l'] == pytest.approx([0.0, 0.042, -0.233], abs=1e-12)
+    assert 0.233 + body.centre_of_mass[2] == pytest.approx(0.208, abs=0.003)
+
+
+def test_many_soles_are_solved_as_one_by_one():
+    soles = np.array([[0.0, 0.042, -0.22], [0.03, 0.05, -0.2], [-0.02, 0.03, -0.19]])
+    normals = sole_normal([0.0, 0.1, -0.1], [0.05, 0.0, -0.05])
+    together = leg_angles('l', soles, normals)
+    for sole, normal, leg in zip(soles, normals, together, strict=True):
+        assert leg_angles('l', sole, normal) == pytest.approx(leg, abs=1e-15)
+
+
+def test_a_leg_too_short_is_named_with_its_distance():
+    soles = np.array([[0.0, -0.042, -0.22], [0.0, -0.042, -0.24]])
+    with pytest.raises(BalanceError, match=r'right leg: .* 137\.0 mm .* up to 130\.0 mm') as info:
+        leg_angles('r', soles, sole_normal([0.0, 0.0], 0.0))
+    assert info.value.index == 1
+    assert '\n' not in str(info.value)
+
+
+def test_a_sole_inside_the_hip_is_refused():
+    with pytest.raises(BalanceError, match='left leg'):
+        leg_angles('l', [0.0, 0.017, 0.0], [0.0, 0.0, 1.0])
+
+
+def test_limits_of_the_right_mirror_those_of_the_left():
+    limits = dict(zip(joints.JOINTS, joints.LIMITS, strict=True))
+    assert limits['r_hip_roll'] == tuple(-angle for angle in reversed(limits['l_hip_roll']))
+    assert limits['r_knee'] == limits['l_knee']

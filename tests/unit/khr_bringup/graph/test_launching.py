@@ -1,0 +1,125 @@
+"""The arguments of the launch file: accepted or refused before anything starts."""
+
+import re
+
+import pytest
+import yaml
+
+from khr_bringup.errors import BringupError
+from khr_bringup.graph.launching import ARGUMENTS, arrange, check_names
+from khr_bringup.scenario import scenario as scenarios
+from khr_sim.run_parameters import RunParameters
+from tests import ROOT
+from tests.support.drivers import PENDULUM, install_example
+
+DEFAULTS = {name: default for name, (default, _) in ARGUMENTS.items()}
+
+
+def test_a_launch_lasts_as_long_as_the_motion(tmp_path):
+    launch = arrange({**DEFAULTS, 'out': str(tmp_path / 'run')})
+    assert launch.folder == tmp_path / 'run'
+    assert {name for _, name in launch.nodes} >= {'simulator', 'gait', 'recorder', 'monitor'}
+    table = scenarios.load(str(launch.parameters)).table(RunParameters)
+    assert table.duration > 5.0
+    assert 'recorder' in table.listeners
+
+
+def test_arguments_reach_the_nodes(tmp_path):
+    given = {
+        'scenario': 'stand_0deg',
+        'duration': '3',
+        'sync': 'realtime',
+        'realtime_factor': '0.5',
+        'seed': '7',
+        'record': 'False',
+        'out': str(tmp_path),
+        'set': 'simulator.push_point=[0.0,0.0,0.1],hip_controller.enabled=true',
+        'expect': 'stood',
+    }
+    launch = arrange({**DEFAULTS, **given})
+    assert (launch.scenario, launch.expect, launch.rviz) == ('stand_0deg', 'stood', False)
+    assert 'recorder' not in {name for _, name in launch.nodes}
+    assert 'hip_controller' in {name for _, name in launch.nodes}
+    document = yaml.safe_load(launch.parameters.read_text())
+    simulator = document['/**/simulator']['ros__parameters']
+    assert simulator['duration'] == 3.0
+    assert simulator['sync'] == 'realtime'
+    assert simulator['realtime_factor'] == 0.5
+    assert simulator['push_point'] == [0.0, 0.0, 0.1]
+    assert document['/**/gyro']['ros__parameters']['seed'] == 7
+
+
+@pytest.mark.parametrize(
+    ('name', 'value', 'says'),
+    [
+        ('scenario', 'nowhere', 'no such scenario'),
+        ('duration', 'long', 'duration'),
+        ('sync', 'often', 'lockstep | realtime'),
+        ('seed', '-1', 'seed'),
+        ('set', 'gait.stroll=1', 'stroll'),
+        ('set', 'gait', 'node.parameter=value'),
+        ('expect', 'flown', 'walked | stood'),
+        ('record', 'maybe', 'true | false'),
+        ('rviz', '1', 'true | false'),
+    ],
+)
+def test_mistakes_are_one_line(tmp_path, name, value, says):
+    with pytest.raises(BringupError, match=re.escape(says)) as refusal:
+        arrange({**DEFAULTS, 'out': str(tmp_path / 'run'), name: value})
+    assert '\n' not in str(refusal.value)
+    assert not (tmp_path / 'run').exists()
+
+
+def test_a_folder_that_holds_something_is_left_alone(tmp_path):
+    (tmp_path / 'mine.txt').write_text('keep me')
+    with pytest.raises(BringupError, match='holds something'):
+        arrange({**DEFAULTS, 'out': str(tmp_path)})
+
+
+def test_the_launch_file_declares_these_arguments():
+    text = (ROOT / 'src/khr_bringup/launch/balance.launch.py').read_text()
+    assert 'in ARGUMENTS.items()' in text
+
+
+def test_an_argument_that_is_nearly_one_is_refused():
+    with pytest.raises(BringupError, match=r'scenari: no such argument; did you mean scenario\?'):
+        check_names([*ARGUMENTS, 'scenari'], ['scenari'])
+
+
+def test_an_argument_of_the_command_line_that_is_none_is_named():
+    assert check_names([*ARGUMENTS, 'robot_name', 'colour'], ['scenario', 'colour']) == ['colour']
+
+
+def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeypatch):
+    monkeypatch.setenv('AMENT_PREFIX_PATH', install_example(tmp_path)['AMENT_PREFIX_PATH'])
+    given = {'scenario': 'stand_0deg', 'driver': PENDULUM, 'out': str(tmp_path / 'run')}
+    launch = arrange({**DEFAULTS, **given})
+    assert launch.driver.path == tmp_path / 'lib' / PENDULUM
+    names = {name for _, name in launch.nodes}
+    assert 'course' in names
+    assert not names & {'simulator', 'gyro', 'foot_force'}
+
+
+def test_parameters_for_no_driver_are_refused(tmp_path):
+    with pytest.raises(BringupError, match='no executable of another package drives'):
+        arrange({**DEFAULTS, 'driver_params': 'file.yaml', 'out': str(tmp_path)})
+
+
+def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
+    given = {
+        'scenario': 'walk_6.99deg_ka12',
+        'board': '/dev/ttyUSB7',
+        'set': 'board.mixing=board',
+        'out': str(tmp_path / 'run'),
+    }
+    launch = arrange({**DEFAULTS, **given})
+    assert ('khr_hardware', 'board') in launch.nodes
+    assert not {name for _, name in launch.nodes} & {'simulator', 'gyro', 'ankle_controller'}
+    board = yaml.safe_load(launch.parameters.read_text())['/**/board']['ros__parameters']
+    assert (board['port'], board['ankle_ratio'], board['answers']) == (
+        '/dev/ttyUSB7',
+        12,
+        ['gait'],
+    )
+    with pytest.raises(BringupError, match='board: not with driver'):
+        arrange({**DEFAULTS, **given, 'driver': PENDULUM})

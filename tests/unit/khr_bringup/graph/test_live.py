@@ -1,0 +1,63 @@
+"""Parameters of a running graph, as they are shown and read back."""
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_bringup.errors import BringupError
+from khr_bringup.graph.live import LiveParameter, check_change
+from khr_bringup.scenario.scenario import parse_value
+
+SCALARS = (
+    st.booleans()
+    | st.integers(-(2**63) + 1, 2**63 - 1)
+    | st.floats(allow_nan=False)
+    | st.text(st.characters(codec='utf-8', categories=('L', 'N', 'P', 'S', 'Zs')))
+)
+
+
+@pytest.mark.parametrize(
+    ('node', 'name', 'value'),
+    [
+        ('simulator', 'friction', 1e-05),
+        ('simulator', 'push_link', ''),
+        ('simulator', 'push_link', 'true'),
+        ('simulator', 'push_point', [0.0, 1e-05, -3.0]),
+        ('ankle_controller', 'enabled', True),
+        ('another_node', 'label', 'true'),
+        ('another_node', 'label', 'a, b: [c] # d'),
+        ('another_node', 'labels', ['', '1', 'no']),
+        ('another_node', 'path', 'a long one ' * 30),
+    ],
+)
+def test_what_is_shown_can_be_set(node, name, value):
+    again = parse_value(node, name, LiveParameter(name, value, '').shown)
+    assert (again, type(again)) == (value, type(value))
+
+
+@given(SCALARS | st.lists(SCALARS))
+def test_whatever_is_shown_is_one_line_of_yaml(value):
+    shown = LiveParameter('name', value, '').shown
+    assert '\n' not in shown
+    assert yaml.safe_load(f'name: {shown}  # its meaning') == {'name': value}
+
+
+def test_what_a_node_would_refuse_is_refused_in_our_own_words():
+    gain, seed = LiveParameter('gain', 12.0, ''), LiveParameter('seed', 0, '', fixed=True)
+    check_change('ankle_controller', gain, 18.0)
+    check_change('another_node', gain, 900.0)
+    check_change('simulator', LiveParameter('use_sim_time', False, ''), True)
+    with pytest.raises(BringupError) as refusal:
+        check_change('ankle_controller', gain, 900.0)
+    assert str(refusal.value) == (
+        'ankle_controller: gain: 900.0 is not accepted; accepted: float in [0, 60]'
+    )
+    with pytest.raises(BringupError) as refusal:
+        check_change('simulator', seed, 3)
+    assert str(refusal.value) == (
+        'simulator: seed: 3 is not accepted: fixed at 0 while it runs; accepted: '
+        'khr run --set simulator.seed=VALUE, or khr switch'
+    )
+    with pytest.raises(BringupError, match=r'khr run --set simulator\.sync=VALUE$'):
+        check_change('simulator', LiveParameter('sync', 'lockstep', '', fixed=True), 'realtime')

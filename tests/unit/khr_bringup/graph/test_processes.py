@@ -1,0 +1,133 @@
+"""Children: none outlives its parent, each exit code counts, and what fails to load is a line."""
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import textwrap
+from contextlib import nullcontext
+
+import psutil
+import pytest
+
+from khr_bringup.graph import processes
+from khr_bringup.graph.processes import Processes, unhurried
+from tests.support.runs import wait_for
+
+PARENT = """
+    import signal, sys
+    from pathlib import Path
+    from khr_bringup.graph.processes import Processes
+    children = Processes({}, Path(sys.argv[1]))
+    children.start_module('waiting', 'tests.fakes.waiting', [])
+    if sys.argv[2] == 'at once':
+        children._children['waiting'].send_signal(signal.SIGSTOP)
+    print(children._children['waiting'].pid, flush=True)
+    input()
+"""
+
+
+@pytest.mark.parametrize('state', ['running', 'stopped', 'at once'])
+def test_a_child_dies_with_its_killed_parent(tmp_path, state):
+    parent = subprocess.Popen(
+        [sys.executable, '-c', textwrap.dedent(PARENT), str(tmp_path), state],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    )
+    child = psutil.Process(int(parent.stdout.readline()))
+    if state != 'at once':  # as it appears: its interpreter has not begun
+        wait_for_line(tmp_path, 'waiting')
+    if state == 'stopped':
+        child.suspend()
+    parent.kill()
+    parent.communicate()
+    assert psutil.wait_procs([child], timeout=20)[0] == [child]
+
+
+def test_the_unhurried_wait_for_a_core_and_so_do_those_that_they_start():
+    schedulers = [os.sched_getscheduler(0)]
+    for context in (unhurried(), nullcontext()):
+        with context, subprocess.Popen(['sleep', '60']) as child:
+            schedulers.append(os.sched_getscheduler(child.pid))
+            child.kill()
+    assert schedulers == [os.SCHED_OTHER, os.SCHED_BATCH, os.SCHED_OTHER]
+
+
+def started(tmp_path, module, *arguments):
+    children = Processes({}, tmp_path)
+    children.start_module('recorder', module, list(arguments))
+    return children
+
+
+def test_who_ends_badly_when_stopped_is_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting', '3')
+    wait_for_line(tmp_path)
+    assert children.stop() == 'recorder ended with 3: stopped'
+
+
+def test_who_is_killed_while_stopping_is_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting')
+    wait_for_line(tmp_path)
+    os.kill(children._children['recorder'].pid, signal.SIGKILL)
+    assert children.stop() == 'recorder was killed by SIGKILL: ready'
+
+
+def test_who_had_closed_and_was_not_let_go_is_not_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting')
+    wait_for_line(tmp_path)
+    os.kill(children._children['recorder'].pid, signal.SIGALRM)
+    assert children.stop() is None
+
+
+def test_who_ends_after_its_folder_was_removed_is_named_all_the_same(tmp_path):
+    children = started(tmp_path / 'run' / 'log', 'tests.fakes.waiting')
+    wait_for_line(tmp_path / 'run' / 'log')
+    shutil.rmtree(tmp_path / 'run')
+    os.kill(children._children['recorder'].pid, signal.SIGKILL)
+    assert children.stop() == 'recorder was killed by SIGKILL'
+
+
+def test_what_a_run_writes_is_for_its_user_alone(tmp_path):
+    children = started(tmp_path / 'log', 'tests.fakes.waiting', '0')
+    wait_for_line(tmp_path / 'log')
+    assert children.stop() is None
+    found = [tmp_path / 'log', *(tmp_path / 'log').iterdir()]
+    assert [oct(path.stat().st_mode & 0o777) for path in found] == ['0o700', '0o600']
+
+
+def test_who_is_frozen_for_long_is_named_and_who_goes_on_in_time_is_not(tmp_path, monkeypatch):
+    monkeypatch.setattr(processes, 'FROZEN', 0.3)
+    children = started(tmp_path, 'tests.fakes.waiting', '0')
+    wait_for_line(tmp_path)
+    child = psutil.Process(children._children['recorder'].pid)
+    child.suspend()
+    assert children.ended() is None
+    child.resume()
+    wait_for(lambda: child.status() != psutil.STATUS_STOPPED, 'life')
+    assert children.ended() is None
+    child.suspend()
+    assert wait_for(children.ended, 'word of it') == (
+        'recorder has been stopped by a signal for 0.3 s'
+    )
+    child.resume()
+    assert children.stop() is None
+
+
+def test_who_ends_well_is_not_named(tmp_path):
+    children = started(tmp_path, 'tests.fakes.waiting', '0')
+    wait_for_line(tmp_path)
+    assert children.stop() is None
+
+
+def test_a_module_that_does_not_load_is_one_line(tmp_path):
+    children = started(tmp_path, 'tests.fakes.no_such_module')
+    children._children['recorder'].wait()
+    assert children.ended().startswith('recorder ended with 1: tests.fakes.no_such_module: Imp')
+    assert len((tmp_path / 'recorder.log').read_text().splitlines()) == 1
+
+
+def wait_for_line(folder, name='recorder'):
+    with (folder / f'{name}.log').open() as log:
+        while 'ready' not in log.read():
+            log.seek(0)

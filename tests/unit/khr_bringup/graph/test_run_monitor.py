@@ -1,0 +1,98 @@
+"""When a run is over: every listener has acknowledged its last instant, and it has been judged."""
+
+import time
+from dataclasses import replace
+
+import pytest
+from diagnostic_msgs.msg import DiagnosticArray
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_bringup.graph.following import PATIENCE, _unfinished
+from khr_bringup.graph.run_monitor import View
+from khr_common.nodes.messages import status
+from khr_common.run_identity import MalformedError
+
+END = 12_000_000_000
+VIEW = View(
+    state='finished',
+    state_values={'time_ns': str(END), 'end': 'duration'},
+    final=True,
+    listeners=('monitor', 'recorder'),
+    received={'monitor': END, 'recorder': 7_170_000_000},
+)
+
+
+def long_ago():
+    return time.monotonic() - PATIENCE - 1.0
+
+
+def test_a_listener_that_is_behind_is_waited_for_and_then_named():
+    assert not VIEW.over
+    assert _unfinished(replace(VIEW, news=time.monotonic())) is None
+    text = _unfinished(replace(VIEW, news=long_ago()))
+    assert text == 'the run ended, but not all of it was received: recorder up to t = 7.170 s'
+
+
+def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():
+    complete = replace(VIEW, received=dict.fromkeys(VIEW.listeners, END))
+    assert complete.over
+    unjudged = replace(complete, final=False, news=long_ago())
+    assert not unjudged.over
+    assert _unfinished(unjudged) == 'the monitor did not judge the run'
+
+
+def test_a_run_that_goes_on_is_not_over():
+    assert not replace(VIEW, state='running').over
+    assert _unfinished(replace(VIEW, state='running', news=long_ago())) is None
+
+
+FIGURES = ('time', 'real_time_factor', 'pitch_rate', 'peak', 'time_ns', 'run', 'final', 'sync')
+QUANTITIES = ('time_s', 'distance_m', 'largest_pitch_deg', 'vibration_rad_s', 'periods', 'end')
+texts = st.sampled_from(['', 'nan', '-', '1e999', '3', '-0.5', '9' * 5000]) | st.text()
+values = st.dictionaries(st.sampled_from([*FIGURES, *QUANTITIES]) | st.text(), texts)
+
+
+@given(st.sampled_from(['monitor', 'simulator', 'x']), texts, values)
+def test_whatever_a_message_says_is_taken_or_refused(name, message, values):
+    view = View()
+    for action in (
+        lambda: view.take_diagnostics(DiagnosticArray(status=[status(name, message, values)])),
+        lambda: view.take_state(status(name, message, values), ''),
+        lambda: view.take_outcome(status(name, message, values), ''),
+    ):
+        try:
+            action()
+        except MalformedError as error:
+            view.refuse(str(error))
+    assert len(view.progress.state) <= 200 and view.progress.state.isprintable()
+    assert not view.judged
+    assert sum(view.refused.values()) == sum(
+        int(line.split('; ')[-1].split()[0]) for line in view.complaints[len(view.warnings) :]
+    )
+
+
+def test_a_report_without_a_time_is_refused_and_counted():
+    """One of these ended a run with a traceback."""
+    view, figures = View(), {'time': '', 'real_time_factor': '1', 'pitch_rate': '0'}
+    for _ in range(3):
+        with pytest.raises(MalformedError, match='time is not a number') as refusal:
+            view.take_diagnostics(DiagnosticArray(status=[status('monitor', '', figures)]))
+        view.refuse(f'diagnostics: refused: {refusal.value}')
+    assert view.complaints == ['diagnostics: refused: time is not a number; 3 messages']
+
+
+def test_pauses_do_not_count_and_a_run_that_begins_anew_counts_from_its_beginning(monkeypatch):
+    view = View()
+    for now, state in (
+        (0.0, 'waiting'),
+        (10.0, 'running'),
+        (14.0, 'paused'),
+        (99.0, 'running'),
+        (101.0, 'finished'),
+    ):
+        monkeypatch.setattr(time, 'monotonic', lambda now=now: now)
+        view.take_state(status('simulator', state, {'run': '', 'time_ns': '0'}), '')
+    assert (view.started, view.ran) == (10.0, 6.0)
+    view.take_state(status('simulator', 'waiting', {'run': '', 'time_ns': '0'}), '')
+    assert (view.started, view.ran) == (10.0, 0.0)

@@ -1,0 +1,121 @@
+"""Bags that were cut while they were written: what is whole is kept, all readers open it again."""
+
+import shutil
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from rosbags.highlevel import AnyReader
+from rosbags.interfaces import QosDurability
+
+from khr_analysis.recording import FLUSH_PERIOD, Recording, numbered
+from khr_bringup.errors import BringupError
+from khr_bringup.recorded.bags import bag_of
+from khr_bringup.recorded.recover import recover
+from tests.fakes.bags import STORE, TYPES
+
+PERIOD = 15_000_000
+COUNT = 300  # messages, 4.5 s
+
+
+def clock(time_ns):
+    stamp = TYPES['Time'](sec=time_ns // 10**9, nanosec=time_ns % 10**9)
+    message = TYPES['Clock'](clock=stamp)
+    return bytes(STORE.serialize_cdr(message, message.__msgtype__))
+
+
+def begin(folder):
+    """Write a bag as far as a recorder gets that is killed."""
+    recording = Recording(folder)
+    recording.write_text('/scenario', 'a: b', 0)
+    recording.add_topic('/clock', 'rosgraph_msgs/msg/Clock')
+    for number in range(COUNT):
+        recording.write('/clock', clock(number * PERIOD), number * PERIOD)
+    return recording
+
+
+@pytest.fixture(scope='module')
+def killed(tmp_path_factory):
+    """Give the run folder of a recorder that was killed, and of one that was not."""
+    folder = tmp_path_factory.mktemp('run')
+    recording = begin(folder / 'bag')
+    shutil.copytree(folder / 'bag', folder / 'cut' / 'bag')
+    recording.close()
+    return folder / 'cut', folder
+
+
+def times(bag):
+    with AnyReader([bag]) as reader:
+        return [
+            time_ns for connection, time_ns, _ in reader.messages() if connection.topic == '/clock'
+        ]
+
+
+def test_at_most_a_simulated_second_is_lost(killed, tmp_path):
+    run = shutil.copytree(killed[0], tmp_path / 'run')
+    found = recover(run)
+    assert found.seconds > COUNT * PERIOD / 1e9 - FLUSH_PERIOD / 1e9 - 0.015
+    assert found.messages == len(times(run / 'bag')) + 1
+    assert times(run / 'bag') == [number * PERIOD for number in range(found.messages - 1)]
+    assert list((run / 'bag').glob('*.mcap')) == [run / 'bag' / 'bag.mcap']
+    with AnyReader([run / 'bag']) as reader:
+        latched = {
+            connection.topic
+            for connection in reader.connections
+            if connection.ext.offered_qos_profiles[0].durability == QosDurability.TRANSIENT_LOCAL
+        }
+    assert latched == {'/scenario'}
+
+
+def test_the_cut_bag_is_kept_and_not_recovered_twice(killed, tmp_path):
+    run = shutil.copytree(killed[0], tmp_path / 'run')
+    before = (run / 'bag' / 'bag.mcap').read_bytes()
+    recover(run)
+    assert (run / 'bag.cut' / 'bag.mcap').read_bytes() == before
+    assert recover(run) is None, 'it is whole now'
+    shutil.rmtree(run / 'bag')
+    shutil.copytree(run / 'bag.cut', run / 'bag')
+    with pytest.raises(BringupError, match=r'bag\.cut: exists'):
+        recover(run)
+
+
+def test_a_whole_bag_is_left_alone(killed, tmp_path):
+    run = shutil.copytree(killed[1], tmp_path / 'run')
+    before = (run / 'bag' / 'bag.mcap').read_bytes()
+    assert recover(run / 'bag') is None
+    assert (run / 'bag' / 'bag.mcap').read_bytes() == before
+
+
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
+@given(share=st.floats(0.02, 1.0))
+def test_wherever_it_is_cut_a_beginning_is_left(killed, tmp_path_factory, share):
+    run = shutil.copytree(killed[0], tmp_path_factory.mktemp('cut') / 'run')
+    file = run / 'bag' / 'bag.mcap'
+    content = file.read_bytes()
+    file.write_bytes(content[: int(share * len(content))])
+    try:
+        recover(run)
+    except BringupError as error:
+        assert 'no whole message' in str(error)
+        assert file.read_bytes() == content[: int(share * len(content))]
+        return
+    found = times(run / 'bag')
+    assert found == [number * PERIOD for number in range(len(found))]
+
+
+@pytest.mark.parametrize('name', ['', 'bag'])
+def test_what_is_no_bag_is_one_line(tmp_path, name):
+    (tmp_path / 'bag').mkdir()
+    with pytest.raises(BringupError, match='0 MCAP files; accepted'):
+        recover(tmp_path / name)
+    assert [path.name for path in tmp_path.iterdir()] == ['bag']
+
+
+def test_the_bag_of_a_run_is_the_newest(tmp_path):
+    assert bag_of(tmp_path) == tmp_path
+    for run in (1, 2, 10):
+        numbered(str(tmp_path / 'bag'), run).mkdir()
+        assert bag_of(tmp_path) == numbered(str(tmp_path / 'bag'), run)
+    (tmp_path / 'bag.cut').mkdir()
+    assert bag_of(tmp_path).name == 'bag_10'
+    assert bag_of(tmp_path / 'bag_2').name == 'bag_2'

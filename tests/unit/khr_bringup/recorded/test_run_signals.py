@@ -1,0 +1,112 @@
+"""The signals of a run against the run itself."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from khr_bringup.errors import BringupError
+from khr_bringup.offline import run_offline
+from khr_bringup.recorded.run_signals import Series, run_with_series, series_of, topics
+from khr_bringup.scenario.scenario import load
+from khr_common.interfaces import BOARD_CORRECTION, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
+
+WEIGHT = 1.5 * 9.81  # N
+
+
+@pytest.fixture(scope='module')
+def standing():
+    scenario = load('lift_3.8deg').changed({('simulator', 'duration'): 3.0})
+    return scenario, *run_with_series(scenario)
+
+
+def test_looking_does_not_change_the_run(standing):
+    scenario, result, series = standing
+    assert result.trajectory_hash == run_offline(scenario).trajectory_hash
+    assert series.time[0] == 0.0
+    assert series.time[-1] == result.time
+    np.testing.assert_allclose(np.diff(series.time), 0.015, atol=1e-9)
+
+
+def test_signals_describe_what_the_robot_does(standing):
+    _, _, series = standing
+    assert series.inclination[0] == 0.0  # the board is level at the start, then tilted
+    assert np.degrees(series.inclination[-1]) == pytest.approx(3.8)
+    # The robot leans with the board, and its rate is the slope of its pitch.
+    assert np.degrees(series.pitch[-1] - series.pitch[10]) == pytest.approx(3.8, abs=0.5)
+    np.testing.assert_allclose(
+        np.cumsum(series.pitch_rate[11:]) * 0.015, series.pitch[11:] - series.pitch[10], atol=2e-3
+    )
+    late = series.time > 2.5
+    weight = WEIGHT * np.cos(series.inclination[late])
+    np.testing.assert_allclose(series.contact_force[late].sum(axis=1), weight, rtol=0.02)
+    np.testing.assert_allclose(series.foot_force[late].sum(axis=1), weight, rtol=0.05)
+    assert not series.correction.any()
+    assert series.slip[-1] < 0.002
+
+
+def test_signals_survive_being_written(standing, tmp_path: Path):
+    _, _, series = standing
+    series.save(tmp_path / 'run.npz')
+    read = Series.load(tmp_path / 'run.npz')
+    np.testing.assert_allclose(read.contact_force, series.contact_force, rtol=1e-6, atol=1e-6)
+    np.testing.assert_allclose(read.time, series.time, rtol=1e-6)
+    assert [path.name for path in tmp_path.iterdir()] == ['run.npz']
+    whole = (tmp_path / 'run.npz').read_bytes()
+    for damaged in (b'', b'torn', whole[: len(whole) // 2]):
+        (tmp_path / 'run.npz').write_bytes(damaged)
+        with pytest.raises(BringupError, match=r'run\.npz: not the signals of a run'):
+            Series.load(tmp_path / 'run.npz')
+
+
+def test_what_a_bag_lacks_is_nan():
+    messages = {topic: [] for topic in topics()}
+    messages[TRUE_RATE] = [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]
+    read = series_of(messages)
+    assert (read.pitch_rate == 1.0).all()
+    for lacking in (read.inclination, read.pitch, read.slip, read.foot_force):
+        assert np.isnan(lacking).all()
+    assert read.foot_force.shape == (2, 4)
+
+
+def test_what_the_board_adds_by_itself_stands_for_the_controllers():
+    messages = {topic: [] for topic in topics()}
+    messages[BOARD_CORRECTION] = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
+    read = series_of(messages)
+    assert (read.correction_of('ankle') == 0.1).all()
+    assert (read.correction_of('hip') == 0.2).all()
+
+
+def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
+    times = [0, 15_000_000, 30_000_000]
+    upright, rate = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0), (0.0, 0.1, 0.0)
+    messages = {topic: [] for topic in topics()}
+    messages[TRUE_RATE] = [
+        (time, (0.0, np.nan, 0.0) if time == times[1] else rate) for time in times
+    ]
+    messages[TRUE_POSE] = [(time, upright) for time in times]
+    messages[TRUE_SOLES] = [
+        (time, (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0))
+        for time in times
+    ]
+    for topic in TRUE_FORCES:
+        messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
+    read = series_of(messages)
+    np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
+    np.testing.assert_array_equal(read.pitch, 0.0)
+
+
+def test_a_further_controller_has_a_column_of_its_own(tmp_path):
+    on = {('roll_controller', key): value for key, value in (('enabled', True), ('gain', 12.0))}
+    scenario = load('walk_3deg').changed({('simulator', 'duration'): 1.5, **on})
+    _, series = run_with_series(scenario)
+    assert series.controllers == ('ankle', 'hip', 'roll')
+    roll = series.correction_of('roll')
+    assert roll.any() and not series.correction_of('ankle').any()
+    assert (series.columns['correction_roll'] == roll).all()
+    assert np.isnan(series.correction_of('knee')).all()
+    series.save(tmp_path / 'run.npz')
+    read = Series.load(tmp_path / 'run.npz')
+    assert read.controllers == series.controllers
+    np.testing.assert_allclose(read.correction_of('roll'), roll, rtol=1e-6)
+    assert read.during(read.time < 1.0).correction.shape[1] == 3

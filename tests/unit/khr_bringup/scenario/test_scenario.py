@@ -1,0 +1,233 @@
+"""Scenario files: those shipped are sound, and a mistake is one line with what is accepted."""
+
+import numpy as np
+import pytest
+import yaml
+
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_balance.stage import StageParameters
+from khr_bringup.errors import BringupError
+from khr_bringup.node_registry import registry, table_of
+from khr_bringup.scenario import scenario as scenarios
+from khr_common import KhrError, specifications
+from khr_sim.run_parameters import RunParameters
+
+GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
+
+
+@pytest.mark.parametrize('path', scenarios.shipped(), ids=lambda path: path.stem)
+def test_shipped_scenarios_are_accepted_and_titled(path):
+    scenario = scenarios.load(str(path))
+    assert scenario.title
+    for node in registry():
+        scenario.table(table_of(node))
+
+
+def test_names_agree_with_the_files():
+    for path in scenarios.shipped():
+        scenario = scenarios.load(path.stem)
+        words = path.stem.split('_')
+        simulator = scenario.table(RunParameters)
+        for word in words:
+            if word.endswith('deg'):
+                assert simulator.inclination_deg == float(word.removesuffix('deg'))
+            if word.startswith('ka'):
+                assert scenario.table(AnkleControllerParameters).gain == float(word[2:])
+            if word.startswith('kh'):
+                assert scenario.table(HipControllerParameters).gain == float(word[2:])
+        staged = 'staged' in words
+        assert (scenario.table(StageParameters).mode != 'none') == staged
+        assert scenario.table(AnkleControllerParameters).enabled == (
+            'ka' in path.stem or staged or 'push' in path.stem
+        )
+        assert scenario.table(HipControllerParameters).enabled == ('_kh' in path.stem or staged)
+        assert (simulator.surface == 'rubber') == ('rubber' in words or 'push' in words)
+
+
+def test_whole_scenario_reads_back_the_same():
+    scenario = scenarios.load('walk_9.7deg_ka12_kh13')
+    text = scenario.to_yaml()
+    again = scenarios.parse(text, 'again.yaml', scenario.name)
+    assert all(again.of(node) == again.of(node) | scenario.of(node) for node in registry())
+    assert again.to_yaml() == text
+    assert again.title == scenario.title
+
+
+def test_keys_without_a_namespace_are_read_too():
+    scenario = scenarios.load('walk_0deg')
+    text = scenario.to_yaml()
+    assert text.count('/**/') == len(scenario.nodes)
+    again = scenarios.parse(text.replace('/**/', ''), 'again.yaml', scenario.name)
+    assert again.to_yaml() == scenario.to_yaml()
+
+
+def test_defaults_file_holds_the_defaults_of_the_tables():
+    document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
+    assert set(document) == {f'/**/{node}' for node in registry()}
+    defaults = scenarios.load(str(scenarios.CONFIG / 'defaults.yaml'))
+    for node in registry():
+        assert defaults.table(table_of(node)) == table_of(node)()
+
+
+@pytest.mark.parametrize(
+    ('text', 'says'),
+    [
+        ('gaite:\n  ros__parameters:\n    motion: walk\n', ['gaite', 'no such node', 'gait']),
+        ('gait:\n  ros__parameters:\n    stroll: walk\n', ['gait', 'stroll', 'motion']),
+        ('gait:\n  ros__parameters:\n    motion: run\n', ['motion', "'run'", 'walk']),
+        ('simulator:\n  ros__parameters:\n    inclination_deg: 7\n', ['inclination_deg', '7.0']),
+        ('simulator:\n  ros__parameters:\n    inclination_deg: 70.0\n', ['70.0', '[-30, 30] deg']),
+        (
+            'simulator:\n  ros__parameters:\n    inclination_deg: .nan\n',
+            ['inclination_deg', 'nan'],
+        ),
+        (
+            'simulator:\n  ros__parameters:\n    inclination_deg: .inf\n',
+            ['inclination_deg', 'inf'],
+        ),
+        (
+            'simulator:\n  ros__parameters:\n    control_period: 0.012\n',
+            ['control_period', '0.015'],
+        ),
+        ('gait:\n  motion: walk\n', ['gait', 'ros__parameters']),
+        ('gait:\n  ros__parameters: walk\n', ['gait', 'mapping']),
+        ('walk\n', ['parameter file']),
+        ('gait: [\n', ['line 2', 'YAML']),
+        (GOOD + GOOD, ['line 4', "'gait' is given twice"]),
+        (GOOD + '    motion: walk\n', ['line 4', "'motion' is given twice"]),
+    ],
+)
+def test_mistakes_are_named(tmp_path, text, says):
+    path = tmp_path / 'mine.yaml'
+    path.write_text(text)
+    with pytest.raises(KhrError) as refusal:
+        scenarios.load(str(path))
+    message = str(refusal.value)
+    assert str(path) in message
+    assert '\n' not in message
+    for word in says:
+        assert word in message
+
+
+OF_888 = 'walk_8.88deg_ka12 or walk_8.88deg_ka12_rubber or walk_8.88deg_ka18'
+
+
+@pytest.mark.parametrize(
+    ('name', 'near'),
+    [
+        ('walk_8deg', OF_888),
+        ('walk_8.88', OF_888),
+        ('config/scenarios/walk_9.7deg_ka18_x.yaml', 'walk_9.7deg_ka18'),
+        ('wlak_3deg', 'walk_3deg'),
+        ('', None),
+        ('nowhere', None),
+        ('x' * 10_000, None),
+    ],
+)
+def test_unknown_scenario_says_which_was_meant_and_what_lists_all(name, near):
+    with pytest.raises(KhrError) as refusal:
+        scenarios.load(name)
+    assert 'no such scenario; ' in str(refusal.value) and '"khr scenarios"' in str(refusal.value)
+    assert ('did you mean' in str(refusal.value)) == (near is not None)
+    assert near is None or f'did you mean {near}?' in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ('text', 'says'),
+    [
+        ('ankle_controller.gain', 'node.parameter=value'),
+        ('ankle_controller.gian=3', 'gian'),
+        ('ankle.gain=3', 'ankle'),
+        ('ankle_controller.gain=-3', '-3.0'),
+        ('ankle_controller.gain={', 'YAML'),
+    ],
+)
+def test_changes_are_checked(text, says):
+    with pytest.raises(KhrError) as refusal:
+        scenarios.load('walk_0deg').changed(scenarios.changes_of([text]))
+    assert says in str(refusal.value)
+
+
+def test_change_takes_an_integer_for_a_float():
+    changed = scenarios.load('walk_0deg').changed(
+        scenarios.changes_of(['ankle_controller.gain=18'])
+    )
+    assert changed.table(AnkleControllerParameters).gain == 18.0
+
+
+def test_what_was_set_stands_in_the_title_and_reads_back():
+    scenario = scenarios.load('walk_8.88deg_ka12')
+    changed = scenario.set_to(['ankle_controller.enabled=false', 'simulator.pushes=[\n]'])
+    assert changed.values['ankle_controller']['enabled'] is False
+    assert changed.values['simulator']['pushes'] == []
+    assert changed.title == (
+        f'{scenario.title}, ankle_controller.enabled=false, simulator.pushes=[ ]'
+    )
+    assert scenarios.parse(changed.to_yaml(), 'again.yaml', 'again').title == changed.title
+    assert scenario.set_to([]) == scenario
+    many = scenario.set_to([f'gait.cycles={number}' for number in range(1, 40)])
+    assert scenarios.parse(many.to_yaml(), 'again.yaml', 'again').title == many.title
+
+
+def test_all_nodes_share_the_control_period():
+    changed = scenarios.load('walk_0deg').changed(
+        scenarios.changes_of(['simulator.control_period=0.02'])
+    )
+    again = scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')
+    for scenario in (changed, again):
+        for node in ('simulator', 'gyro', 'foot_force', 'fft_analyser', 'monitor'):
+            assert scenario.table(table_of(node)).control_period == 0.02
+
+
+def test_all_nodes_share_the_seed_unless_one_has_its_own():
+    scenario = scenarios.load('walk_0deg').changed(scenarios.changes_of(['simulator.seed=7']))
+    seeded = [name for name in registry() if 'seed' in specifications(table_of(name))]
+    assert {'simulator', 'gyro', 'foot_force'} <= set(seeded)
+    assert {scenario.table(table_of(node)).seed for node in seeded} == {7}
+    own = scenario.changed(scenarios.changes_of(['gyro.seed=3']))
+    assert own.table(table_of('gyro')).seed == 3
+
+
+@pytest.mark.parametrize(('inclination_deg', 'start'), [(0.0, 2.0), (7.6, 5.8), (-3.0, 3.5)])
+def test_a_leg_lift_starts_when_the_board_has_been_tilted(inclination_deg, start):
+    lift = scenarios.load('lift_0deg').changed({('simulator', 'inclination_deg'): inclination_deg})
+    assert lift.table(table_of('gait')).start_delay == start
+    stated = lift.changed({('gait', 'start_delay'): 1.25})
+    assert stated.table(table_of('gait')).start_delay == 1.25
+    on_the_slope = lift.changed({('simulator', 'level_start'): False})
+    assert on_the_slope.table(table_of('gait')).start_delay == table_of('gait')().start_delay
+
+
+@pytest.mark.parametrize('period', [2.1, 2.4, 3.0])
+def test_the_spectrum_follows_the_period_of_the_gait(period):
+    """In a window of one cycle a gait of even lines has no odd ones."""
+    walk = scenarios.load('walk_0deg').changed({('gait', 'cycle_period'): period})
+    analyser = walk.table(FftAnalyserParameters)
+    assert analyser.window_length == period
+    time = np.arange(analyser.size) * analyser.control_period
+    found = spectrum(sum(np.cos(2 * np.pi * n * time / period) for n in (2, 4, 6)), analyser)
+    assert found.amplitude[1:9:2].max() < 0.01
+    assert [peak.label for peak in found.peaks if peak.label == 'f_0'] == ['f_0']
+    for controller in ('ankle_controller', 'hip_controller'):
+        assert walk.table(table_of(controller)).reference_frequency == 4.0 / period
+    own = walk.changed({('fft_analyser', 'window_length'): 4.8})
+    assert own.table(FftAnalyserParameters).window_length == 4.8
+    assert scenarios.load('walk_0deg').table(FftAnalyserParameters) == FftAnalyserParameters()
+
+
+def test_nodes_of_a_run_are_those_that_it_needs():
+    assert 'stage' not in scenarios.load('walk_0deg').nodes
+    assert 'stage' in scenarios.load('stand_tilting_staged').nodes
+    assert scenarios.load('walk_0deg').answers == ['gait', 'ankle_controller', 'hip_controller']
+
+
+def test_a_node_is_described_once():
+    text = '/**/gait: {ros__parameters: {motion: walk}}\ngait: {ros__parameters: {motion: stand}}'
+    with pytest.raises(BringupError, match=r'mine\.yaml: gait: given twice'):
+        scenarios.parse(text, 'mine.yaml', 'mine')
+
+
+def test_a_scenario_has_the_name_of_its_file():
+    assert scenarios.load('walk_8.88deg_ka18').name == 'walk_8.88deg_ka18'

@@ -1,0 +1,53 @@
+"""The folder of a run: one run has it, and it is left alone if none began."""
+
+from concurrent.futures import ThreadPoolExecutor
+from threading import Barrier
+
+import pytest
+
+from khr_bringup.errors import BringupError
+from khr_bringup.run_folder import SCENARIO, claim, claimed
+
+RIVALS = 8
+
+
+def test_of_runs_that_want_a_folder_at_once_one_has_it(tmp_path):
+    for attempt in range(20):
+        folder, gate = tmp_path / f'{attempt}', Barrier(RIVALS)
+
+        def want(folder=folder, gate=gate):
+            gate.wait()
+            try:
+                return claim(folder, '--out')
+            except BringupError as error:
+                assert 'taken by another run' in str(error) or 'holds something' in str(error)
+
+        with ThreadPoolExecutor(RIVALS) as pool:
+            found = [each.result() for each in [pool.submit(want) for _ in range(RIVALS)]]
+        assert [each for each in found if each] == [folder]
+
+
+def test_an_empty_folder_that_another_run_takes_meanwhile_is_refused(tmp_path, monkeypatch):
+    # Both have looked and found nothing; the file of the other comes between look and claim.
+    monkeypatch.setattr('khr_bringup.run_folder.any', lambda _: False, raising=False)
+    claim(tmp_path, 'out')
+    with pytest.raises(BringupError, match=r'out: .* has been taken by another run'):
+        claim(tmp_path, 'out')
+
+
+def test_nothing_is_left_of_a_run_that_did_not_begin(tmp_path):
+    with pytest.raises(KeyError), claimed(tmp_path / 'new', 'walk'):
+        raise KeyError
+    assert not list(tmp_path.iterdir())
+    (tmp_path / 'empty').mkdir()
+    with pytest.raises(KeyError), claimed(tmp_path / 'empty', 'walk'):
+        raise KeyError
+    assert not list((tmp_path / 'empty').iterdir())
+
+
+def test_a_run_that_began_keeps_its_folder(tmp_path):
+    with pytest.raises(KeyError), claimed(tmp_path / 'new', 'walk') as folder:
+        (folder / SCENARIO).write_text('as run')
+        raise KeyError
+    assert (tmp_path / 'new' / SCENARIO).read_text() == 'as run'
+    assert (tmp_path / 'new').stat().st_mode & 0o777 == 0o700

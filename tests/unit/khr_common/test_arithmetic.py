@@ -1,0 +1,67 @@
+"""The environment that makes results independent of the processor reaches every process."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from site import getsitepackages
+
+import pytest
+
+from khr_common import arithmetic
+from khr_common.arithmetic import CHOICE, NATIVE, NO_FMA, PORTABLE, SETTINGS, TUNABLES
+from tests import ROOT
+
+IN_FORCE = 'from khr_common.arithmetic import in_force; print(in_force())'
+
+
+def started(*command, **own):
+    """Return what a process prints that is started without the settings."""
+    kept = {
+        name: value
+        for name, value in os.environ.items()
+        if name not in (*SETTINGS, '_ROS_WHEELS_BOOTSTRAP_COMPLETE')
+    }
+    return subprocess.run(
+        command, env=kept | own, capture_output=True, text=True, check=True
+    ).stdout.strip()
+
+
+@pytest.mark.skipif(
+    not any((Path(place) / 'khr_arithmetic.pth').is_file() for place in getsitepackages()),
+    reason='the packages are not installed by pip, which brings a .pth file',
+)
+def test_python_is_started_anew_in_portable_arithmetic():
+    assert started(sys.executable, '-c', IN_FORCE) == PORTABLE
+
+
+def test_whoever_asks_for_it_has_the_processor_s_own_and_is_told():
+    native = {CHOICE: NATIVE}
+    code = f'{IN_FORCE}; from khr_common.arithmetic import warning; print(warning())'
+    found, told = started(sys.executable, '-c', code, **native).splitlines()
+    if found == PORTABLE:
+        pytest.skip('this processor has no other arithmetic')
+    assert found.startswith(NATIVE)
+    assert told.startswith(f'arithmetic is {found}') and CHOICE in told
+
+
+def test_an_entry_point_starts_its_program_anew_where_nothing_did_before():
+    """As in an overlay: no site, so no .pth file."""
+    code = f'from khr_common.arithmetic import enter; enter(); {IN_FORCE}'
+    path = os.pathsep.join(sys.path)
+    assert started(sys.executable, '-S', '-c', code, PYTHONPATH=path) == PORTABLE
+
+
+@pytest.mark.parametrize('tunables', ['glibc.malloc.arena_max=2', NO_FMA])
+def test_what_somebody_has_chosen_stays(monkeypatch, tunables):
+    for name, value in {**SETTINGS, 'OPENBLAS_CORETYPE': 'Haswell', TUNABLES: tunables}.items():
+        monkeypatch.setenv(name, value)
+    expected = {} if tunables == NO_FMA else {TUNABLES: f'{tunables}:{NO_FMA}'}
+    assert arithmetic._missing() == expected
+
+
+def test_a_sourced_workspace_has_the_same_settings():
+    lines = (ROOT / 'src/khr_common/hook/arithmetic.dsv').read_text().splitlines()
+    kinds, names, values = zip(*(line.split(';') for line in lines), strict=True)
+    assert dict(zip(names, values, strict=True)) == SETTINGS
+    assert set(kinds) == {'set-if-unset'}

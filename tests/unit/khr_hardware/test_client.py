@@ -1,0 +1,185 @@
+"""The client gives a value that the board holds, or an error; it never waits without an end."""
+
+from random import Random
+
+import pytest
+
+from khr_hardware.client import FENCES, RETRIES, Client
+from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
+from khr_hardware.protocol import memory
+from khr_hardware.protocol.frames import refusal
+from khr_hardware.protocol.memory import Config, Mixing
+from khr_hardware.virtual.loopback import Loopback
+from tests.fakes.boards import TRIMS, bench_board
+
+STREAMS = 10_000
+
+
+class Spoiler:
+    """Spoil replies as a bad line does, in ways that its checks can tell."""
+
+    def __init__(self, seed, share):
+        self.random, self.share = Random(seed), share
+        self.late = b''
+        self.spoilt = 0
+
+    def __call__(self, reply):
+        arriving, self.late = self.late, b''
+        if self.random.random() > self.share:
+            return arriving + reply
+        self.spoilt += 1
+        kind = self.random.choice(['byte', 'lost', 'cut', 'more', 'twice', 'late', 'nck', 'none'])
+        place = self.random.randrange(len(reply))
+        if kind == 'byte':
+            wrong = reply[place] ^ self.random.randrange(1, 256)
+            reply = reply[:place] + bytes([wrong]) + reply[place + 1 :]
+        elif kind == 'lost':
+            reply = reply[:place] + reply[place + 1 :]
+        elif kind == 'cut':
+            reply = reply[:place]
+        elif kind == 'more':
+            reply = reply[:place] + self.random.randbytes(1) + reply[place:]
+        elif kind == 'twice':
+            reply = reply + reply
+        elif kind == 'late':
+            reply, self.late = b'', reply
+        elif kind == 'nck':
+            reply = refusal(reply[1]).encode()
+        else:
+            reply = b''
+        return arriving + reply
+
+
+def test_ten_thousand_corrupted_streams_give_no_wrong_value():
+    """Each stream is some reads of known words over a line that spoils a part of the replies."""
+    board = bench_board()
+    rng = Random(1)
+    board.ram[0x100:0x200] = rng.randbytes(0x100)
+    good = failed = spoilt = 0
+    for seed in range(STREAMS):
+        spoiler = Spoiler(seed, share=rng.choice([0.2, 0.5, 0.9]))
+        client = Client(Loopback(board, spoiler))
+        for _ in range(3):
+            address, size = rng.randrange(0x100, 0x180), rng.choice([2, 8, 22, 126])
+            try:
+                found = client.read_ram(address, size)
+            except BoardError as error:
+                assert '\n' not in str(error)
+                failed += 1
+            else:
+                assert found == board.ram[address : address + size], seed
+                good += 1
+        spoilt += spoiler.spoilt
+        attempts = (RETRIES + 1) * client.counts.exchanges
+        assert client.counts.retries <= attempts
+    assert min(good, failed, spoilt) > STREAMS / 20
+
+
+def test_a_reply_that_comes_late_is_never_taken_for_another():
+    """The two reads are alike but for their address: only the fence tells their replies."""
+    board = bench_board()
+    late = []
+
+    def hold_back(reply):
+        if not late:
+            late.append(reply)
+            return b''
+        held, late[0] = late[0], b''
+        return held + reply
+
+    board.ram[0x100:0x104] = b'abcd'
+    client = Client(Loopback(board, hold_back), retries=0)
+    with pytest.raises(NoReplyError):
+        client.read_ram(0x100, 2)
+    assert client.read_ram(0x102, 2) == b'cd'
+    assert client.counts.timeouts == 1 and client.counts.stray == 5
+
+
+def test_after_a_silence_the_first_thing_is_a_fence():
+    board = bench_board()
+    queue, silent = [], [True]
+
+    def hold_back(reply):
+        queue.append(reply)
+        if silent[0]:
+            return b''
+        held = b''.join(queue)
+        queue.clear()
+        return held
+
+    board.ram[0x100:0x104] = b'abcd'
+    client = Client(Loopback(board, hold_back))
+    with pytest.raises(NoReplyError, match='does not answer'):
+        client.read_ram(0x100, 2)
+    assert len(queue) == 1 + FENCES
+    silent[0] = False
+    assert client.read_ram(0x102, 2) == b'cd'
+
+
+def test_a_refusal_is_tried_again_and_then_an_error():
+    refusing = [RETRIES]
+
+    def busy(reply):
+        if refusing[0] > 0:
+            refusing[0] -= 1
+            return refusal(reply[1]).encode()
+        return reply
+
+    client = Client(Loopback(bench_board(), busy))
+    assert client.ad()[0] == 450
+    assert client.counts.refused == client.counts.retries == RETRIES
+    refusing[0] = RETRIES + 1
+    with pytest.raises(RefusedError):
+        client.ad()
+
+
+@pytest.mark.parametrize(
+    ('spoil', 'counted'),
+    [
+        (lambda reply: b'', 'timeouts'),
+        (lambda reply: reply[:-1], 'short'),
+        (lambda reply: b'\x09' + reply[1:], 'size'),
+        (lambda reply: reply[:-1] + bytes([reply[-1] ^ 1]), 'checksum'),
+        (lambda reply: bytes([4, 0xFD, 6, 0x07]), 'command'),
+        (lambda reply: reply + b'\x00', 'stray'),
+    ],
+)
+def test_each_kind_of_error_is_counted(spoil, counted):
+    client = Client(Loopback(bench_board(), spoil), retries=0)
+    with pytest.raises((NoReplyError, BadReplyError)):
+        client.set_config(Config(0x8091))
+    assert int(client.counts.figures()[counted]) >= 1
+    assert int(client.counts.figures()['failed']) >= 1
+
+
+def test_a_port_that_is_gone_stays_gone():
+    port = Loopback(bench_board())
+    client = Client(port)
+    client.acknowledge()
+    port.close()
+    with pytest.raises(PortError, match='gone'):
+        client.ad()
+    with pytest.raises(PortError, match='gone'):
+        client.free([0])
+    assert client.closed
+
+
+def test_the_client_reads_and_writes_the_memory():
+    board = bench_board()
+    client = Client(Loopback(board))
+    assert client.version() == memory.VERSION
+    assert client.config() == Config(0x8091)
+    assert client.assigned() == sorted(TRIMS)
+    assert client.ad_references()[1] == 512 and client.ad()[:3] == (450, 0, 100)
+    client.set_ad_reference(2, 90)
+    assert client.ad()[2] == 10
+    assert client.measured(18) == 7500 and client.record(18).trim == -600
+    client.set_mixing(18, 1, Mixing.of_ad(1, -12))
+    assert board.record(18).mixings[1].factor == -12
+    client.move({18: 7600, 19: 7400})
+    board.cycle()
+    assert client.measured(18) == 7600 and board.sent[19] == 7400 + 600
+    client.free([18])
+    board.cycle()
+    assert board.sent[18] == memory.FREE
+    assert client.read_ram(0, 255) == bytes(board.ram[:255])

@@ -1,0 +1,238 @@
+"""The driver of the real robot: when it moves, how fast, and what it does when something fails."""
+
+from math import nan, radians
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from khr_common.interfaces import JOINTS
+from khr_hardware.client import Client
+from khr_hardware.driver import NO_LOAD_SPEED, READS, WRITES
+from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.joint_map import COUNT, JointMap
+from khr_hardware.protocol.frames import refusal
+from khr_hardware.protocol.memory import Mixing
+from tests.fakes.boards import STANCE, Rig
+
+MAP = JointMap.load()
+PERIOD = 0.015
+
+
+@pytest.fixture
+def rig():
+    found = Rig()
+    Client(found.port).set_mixing(18, 0, Mixing.of_ad(1, 12))
+    found.driver.connect()
+    return found
+
+
+def test_connecting_moves_nothing_keeps_trims_and_stops_program_and_mixings(rig):
+    for _ in range(5):
+        rig.period()
+    assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+    assert not rig.board.config.program and not rig.board.config.jumps
+    assert rig.board.config.ics
+    assert {ics: rig.board.record(ics).trim for ics in MAP.numbers} == MAP.trims
+    assert not rig.board.record(18).mixings[0].active
+
+
+def test_a_missing_servo_is_named_and_nothing_is_written():
+    rig = Rig()
+    rig.board.ram[0x44 + 36 : 0x44 + 38] = b'\xff\xff'
+    with pytest.raises(BoardError, match='l_ankle_pitch'):
+        rig.driver.connect()
+    assert rig.driver.state == 'disconnected' and rig.board.config.program
+
+
+@settings(max_examples=4)
+@given(st.lists(st.floats(0, 1), min_size=17, max_size=17), st.sampled_from([30.0, 60.0]))
+def test_the_ramp_begins_where_the_robot_is_and_keeps_its_speed(shares, speed):
+    low, high = ([radians(90) * (servo.limits[i] > 0) - radians(90) * (servo.limits[i] < 0)
+                  for servo in MAP.servos.values()] for i in (0, 1))  # fmt: skip
+    goal = [
+        0.98 * min(max(a + share * (b - a), servo.limits[0]), servo.limits[1])
+        for a, b, share, servo in zip(low, high, shares, MAP.servos.values(), strict=True)
+    ]
+    rig = Rig(ramp_speed_deg_s=speed, torque_time=3600.0)
+    rig.driver.connect()
+    rig.driver.start()
+    rig.board.cycle()
+    assert rig.targets == [0.0] * 17
+    before, fastest = rig.targets, 0.0
+    while rig.driver.state == 'ramping':
+        rig.period(goal)
+        fastest = max(fastest, *(abs(a - b) for a, b in zip(rig.targets, before, strict=True)))
+        before = rig.targets
+    assert fastest <= radians(speed) * PERIOD + 1.01 * COUNT
+    assert rig.targets == pytest.approx(goal, abs=0.51 * COUNT)
+
+
+def test_it_starts_only_from_within_its_limits_and_with_a_battery():
+    rig = Rig()
+    rig.board.robot.positions[16] = 7500 - 1780 - 300
+    rig.board.sample()
+    rig.driver.connect()
+    with pytest.raises(HardwareError, match=r'l_knee: -10\.1 deg'):
+        rig.driver.start()
+    assert rig.driver.state == 'idle'
+    rig = Rig()
+    rig.board.robot.ad[0] = 380
+    rig.board.sample()
+    rig.driver.connect()
+    with pytest.raises(HardwareError, match=r'battery: 9\.28 V'):
+        rig.driver.start()
+    with pytest.raises(HardwareError, match='hold: not while idle'):
+        rig.driver.hold()
+
+
+def test_corrections_are_added_and_no_target_leaves_its_limits_or_outruns_its_servo(rig):
+    rig.run()
+    knee = JOINTS.index('l_knee')
+    rig.period(STANCE, [{'l_knee': 0.05}, {'l_knee': 0.02}])
+    assert rig.targets[knee] == pytest.approx(STANCE[knee] + 0.07, abs=COUNT)
+    before = rig.targets[knee]
+    rig.period(STANCE, [{'l_knee': 9.0}])
+    assert rig.targets[knee] - before <= NO_LOAD_SPEED * PERIOD + COUNT
+    for _ in range(200):
+        rig.period(STANCE, [{'l_knee': 9.0}])
+    assert rig.targets[knee] == pytest.approx(radians(150.0), abs=COUNT)
+    held = rig.targets
+    rig.period([nan] * 17)
+    assert rig.targets == held
+
+
+def test_without_a_reference_it_holds_and_goes_on_when_there_is_one(rig):
+    rig.run()
+    for _ in range(10):
+        rig.period(None)
+    assert rig.driver.starved and rig.driver.state == 'running'
+    assert rig.targets == pytest.approx(STANCE, abs=COUNT)
+    rig.period([0.0] * 17)
+    assert not rig.driver.starved and rig.targets != pytest.approx(STANCE, abs=COUNT)
+
+
+def test_hold_keeps_the_target_and_start_ramps_on(rig):
+    rig.run()
+    rig.driver.hold()
+    for _ in range(5):
+        rig.period([0.0] * 17)
+    assert rig.targets == pytest.approx(STANCE, abs=COUNT)
+    rig.run([0.0] * 17)
+    assert rig.targets == [0.0] * 17
+
+
+def test_free_wins_over_everything(rig):
+    rig.run()
+    rig.driver.free()
+    for _ in range(5):
+        rig.period()
+    assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+
+
+def test_failed_writes_are_a_fault_that_only_free_leaves(rig):
+    rig.run()
+    rig.break_line(0x10)
+    for _ in range(WRITES):
+        assert rig.driver.state == 'running'
+        rig.period()
+    assert rig.driver.state == 'fault' and 'writes failed' in rig.driver.reason
+    assert rig.targets == pytest.approx(STANCE, abs=COUNT)  # the servos keep their last target
+    with pytest.raises(HardwareError, match='not while fault'):
+        rig.driver.start()
+    with pytest.raises(BoardError):
+        rig.driver.free()
+    rig.port.tamper = lambda reply: reply
+    rig.driver.free()
+    rig.board.cycle()
+    assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+
+
+def test_failed_reads_are_a_fault_after_more_of_them(rig):
+    rig.run()
+    rig.break_line(0x00)
+    for _ in range(READS):
+        assert rig.driver.state == 'running'
+        rig.period()
+    assert rig.driver.state == 'fault' and 'reads failed' in rig.driver.reason
+
+
+def test_a_board_that_starts_anew_is_a_fault(rig):
+    rig.run()
+    rig.board.power_on()
+    for _ in range(5):
+        rig.period()
+    assert rig.driver.state == 'fault' and 'started anew' in rig.driver.reason
+
+
+def test_refusals_now_and_then_are_lived_through():
+    rig = Rig(retries=1)
+    rig.driver.connect()
+    rig.run()
+    count = 0
+
+    def refuse_each_fifth(reply):
+        nonlocal count
+        count += 1
+        return refusal(reply[1]).encode() if count % 5 == 0 else reply
+
+    rig.port.tamper = refuse_each_fifth
+    for _ in range(100):
+        rig.period()
+    assert rig.driver.state == 'running'
+
+
+def test_a_line_that_is_gone_is_a_fault_at_once(rig):
+    rig.run()
+    rig.port.close()
+    rig.driver.step(STANCE)
+    assert rig.driver.state == 'fault' and 'gone' in rig.driver.reason
+    rig.driver.leave()
+
+
+@pytest.mark.parametrize(('at_exit', 'freed'), [('free', True), ('hold', False)])
+def test_leaving_frees_or_holds(at_exit, freed):
+    rig = Rig(at_exit=at_exit)
+    rig.driver.connect()
+    rig.run().driver.leave()
+    rig.board.cycle()
+    assert (rig.targets == [None] * 17) == freed
+
+
+def test_a_low_battery_ends_it_after_half_a_second(rig):
+    rig.run()
+    rig.board.robot.ad[0] = 380
+    for _ in range(20):
+        rig.period()
+    assert rig.driver.state == 'running'
+    for _ in range(30):
+        rig.period()
+    assert rig.driver.state == 'fault' and 'battery at 9.28 V' in rig.driver.reason
+    assert rig.targets == [None] * 17
+
+
+def test_time_with_torque_is_limited():
+    rig = Rig(torque_time=2.0)
+    rig.driver.connect()
+    rig.driver.start()
+    for _ in range(300):
+        rig.period()
+    assert rig.driver.state == 'fault' and 'with torque' in rig.driver.reason
+    assert rig.targets == [None] * 17
+
+
+def test_a_dry_run_gives_no_servo_torque():
+    rig = Rig(dry_run=True)
+    rig.driver.connect()
+    rig.run()
+    for _ in range(10):
+        rig.period()
+    assert rig.driver.state == 'running' and rig.targets == [None] * 17
+
+
+def test_every_position_is_read_in_turn(rig):
+    rig.run()
+    for _ in range(5):
+        rig.period()
+    assert rig.driver.pose == pytest.approx(STANCE, abs=COUNT)
+    assert rig.driver.battery == pytest.approx(11.1, abs=0.02)

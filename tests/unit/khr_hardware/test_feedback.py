@@ -1,0 +1,123 @@
+"""The loop that the board closes by itself, while the driver drives the robot."""
+
+from dataclasses import replace
+
+import pytest
+
+from khr_common.interfaces import BOARD_CORRECTION
+from khr_hardware.errors import HardwareError
+from khr_hardware.feedback import AT_REST, PARTS, PAUSE
+from khr_hardware.joint_map import COUNT, JointMap
+from khr_hardware.protocol.frames import refusal
+from tests.fakes.boards import STANCE, Rig
+
+MAP = JointMap.load()
+SERVOS = [MAP.servos[joint] for joint in BOARD_CORRECTION.names]
+
+
+@pytest.fixture
+def rig():
+    """A driver whose board is to mix, hanging still for long enough to know its gyro at rest."""
+    found = Rig(mixing='board', ankle_ratio=12, hip_ratio=3, ad_offset=-5)
+    found.board.robot.ad[1] = 515
+    found.board.sample()
+    found.driver.connect()
+    for _ in range(AT_REST):
+        found.period()
+    return found
+
+
+def ratios(rig):
+    mixings = [rig.board.record(servo.ics).mixings[0] for servo in SERVOS]
+    return [mixing.factor if mixing.active else 0 for mixing in mixings]
+
+
+def test_ratios_rise_in_parts_before_the_run_and_have_the_signs_of_the_servos(rig):
+    seen = []
+    rig.driver.start()
+    while rig.driver.state == 'ramping':
+        rig.period()
+        if not seen or ratios(rig) != seen[-1]:
+            seen.append(ratios(rig))
+    assert seen[-1] == [12, -12, -3, 3]
+    assert [factors[0] for factors in seen] == sorted(factors[0] for factors in seen)
+    assert {factors[0] for factors in seen} == {0, 3, 6, 9, 12}
+    assert rig.board.robot.cycles * 0.015 > PARTS * PAUSE - PAUSE
+
+
+def test_the_reference_is_the_voltage_at_rest_and_the_offset(rig):
+    rig.run()
+    assert rig.client.ad_references()[1] == 515 - 5
+    assert rig.driver.pitch_rate == pytest.approx(0.0)
+    rig.board.robot.ad[1] = 523
+    rig.period()
+    assert rig.driver.pitch_rate == pytest.approx(8 * MAP.gyro.step)
+
+
+def test_what_the_board_adds_is_what_the_driver_reports(rig):
+    rig.run()
+    rig.board.robot.ad[1] = 520
+    for _ in range(3):
+        rig.period()
+    correction = dict(
+        zip(BOARD_CORRECTION.names, rig.driver.feedback.correction(rig.driver.ad), strict=True)
+    )
+    assert (
+        correction['l_ankle_pitch']
+        == correction['r_ankle_pitch']
+        == pytest.approx(12 * (520 - 510) * COUNT)
+    )
+    moved = dict(zip(MAP.servos, rig.targets, strict=True))
+    wanted = dict(zip(MAP.servos, STANCE, strict=True))
+    for joint, angle in correction.items():
+        assert moved[joint] - wanted[joint] == pytest.approx(angle, abs=COUNT)
+
+
+@pytest.mark.parametrize('end', ['hold', 'free', 'leave'])
+def test_the_loop_is_taken_back_when_the_robot_holds_or_is_free(rig, end):
+    rig.run()
+    getattr(rig.driver, end)()
+    assert ratios(rig) == [0, 0, 0, 0]
+
+
+def test_another_ratio_is_taken_while_it_runs(rig):
+    rig.run()
+    rig.driver.parameters = rig.parameters(ankle_ratio=4)
+    for _ in range(200):
+        rig.period()
+    assert ratios(rig) == [4, -4, -3, 3]
+
+
+def test_a_robot_that_moves_is_not_started(rig):
+    for steps in range(AT_REST):
+        rig.board.robot.ad[1] = 515 + steps
+        rig.period()
+    with pytest.raises(HardwareError, match=r'515 to 53\d steps; accepted: a robot at rest'):
+        rig.driver.start()
+    assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+
+
+def test_a_robot_that_was_not_looked_at_for_long_enough_is_not_started():
+    rig = Rig(mixing='board', ankle_ratio=12)
+    rig.driver.connect()
+    with pytest.raises(HardwareError, match='0 times; accepted: 20'):
+        rig.driver.start()
+
+
+def test_a_board_that_takes_no_mixing_is_a_fault(rig):
+    rig.driver.start()
+    refuse = rig.board.answer
+
+    def answer(frame):
+        mixing = frame.body[:1] == b'\x02' and len(frame.body) == 7
+        return refusal(frame.command) if mixing else refuse(frame)
+
+    rig.board.answer = answer
+    for _ in range(200):
+        rig.period()
+    assert rig.driver.state == 'fault' and 'feedback could not be written' in rig.driver.reason
+
+
+def test_without_a_gyro_the_board_closes_no_loop():
+    with pytest.raises(HardwareError, match='no gyro'):
+        Rig(mixing='board', joint_map=replace(MAP, gyro=None))

@@ -1,0 +1,160 @@
+"""The frames of the maker's references, byte for byte."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_hardware.errors import BadReplyError, HardwareError
+from khr_hardware.protocol import commands, memory
+from khr_hardware.protocol.frames import Packet, Splitter, acknowledged, decode, refusal
+from khr_hardware.protocol.memory import Config, Mixing, ServoRecord
+from tests.fakes.boards import bench_board
+
+NEUTRAL = dict.fromkeys([0, 2, 3, 4, 5, 8, 9, *range(12, 22)], 7500)
+FRAMES = {  # command: its bytes on the wire
+    'acknowledge': (commands.ACKNOWLEDGE, '04 fe 06 08'),
+    'version': (commands.VERSION, '03 fd 00'),
+    'all AD': (commands.read_ram(0x0022, 22), '0a 00 20 00 00 00 22 00 16 62'),
+    'servos': (
+        commands.move_servos(NEUTRAL, 1),
+        '2b 10 3d f3 3f 00 00 01' + ' 4c 1d' * 17 + ' a4',
+    ),
+    'mixing of ICS 18': (
+        commands.write_ram(0x0206, Mixing.of_ad(1, 12).encode()),
+        '0a 00 02 06 02 00 24 40 0c 84',
+    ),
+    'free one': (commands.move_servo(18, 0x8000, 1), '07 0f 12 01 00 80 a9'),
+    'stretch': (
+        commands.set_servos(commands.ServoParameter.STRETCH, {1: 60, 0: 30}),
+        '0b 12 03 00 00 00 00 01 1e 3c 7b',
+    ),
+    'each': (
+        commands.move_servos_each({2: (5, 7500), 0: (1, 0x8000)}),
+        '0e 11 05 00 00 00 00 01 00 80 05 4c 1d 13',
+    ),
+    'ROM': (commands.read_rom(0x05DC, 2), '0b 00 23 00 00 00 dc 05 00 02 11'),
+    'call': (commands.call(0x0B80), '07 0c 80 0b 00 00 9e'),
+    'record': (commands.read_record(18, 4, 2), '0a 00 21 00 00 00 04 12 02 43'),
+}
+
+
+@pytest.mark.parametrize('name', FRAMES)
+def test_a_command_is_these_bytes(name):
+    frame, expected = FRAMES[name]
+    assert frame.encode() == bytes.fromhex(expected)
+    assert decode(bytes.fromhex(expected)) == frame
+
+
+@pytest.mark.parametrize(
+    ('request_', 'reply'),
+    [
+        ('04 fe 06 08', '04 fe 06 08'),
+        ('03 fe 01', '04 fe 06 08'),
+        ('0a 00 02 06 02 00 24 40 0c 84', '04 00 06 0a'),
+        ('07 0f 12 01 00 80 a9', '04 0f 06 19'),
+        ('0b 10 05 00 00 00 00 01 4c 1d 8a', '04 10 15 29'),  # one position for two servos
+        ('07 0c 80 0b 00 00 9e', '04 0c 15 25'),  # programs in ROM are not run
+        ('03 77 7a', '04 77 15 90'),
+    ],
+)
+def test_the_virtual_board_replies_with_these_bytes(request_, reply):
+    found = bench_board().answer(decode(bytes.fromhex(request_)))
+    assert found.encode() == bytes.fromhex(reply)
+
+
+def test_version_and_ad_of_the_virtual_board():
+    board = bench_board()
+    version = board.answer(commands.VERSION).encode()
+    assert version[:2] == b'\x23\xfd' and len(version) == 0x23
+    assert version[2:-1] == b'CB-4 V1.0' + b' ' * 6 + b'090715' + b' ' * 10 + b'\xc7'
+    values = board.answer(commands.read_ram(memory.AD_VALUES, 22)).encode()
+    assert values[:2] == b'\x19\x00' and len(values) == 0x19
+
+
+@given(st.integers(0, 255), st.binary(max_size=200))
+def test_a_frame_reads_back(command, body):
+    frame = Packet(command, body)
+    assert decode(frame.encode()) == frame
+
+
+@given(st.integers(0, 255), st.binary(max_size=100), st.data())
+def test_one_wrong_byte_is_always_told(command, body, data):
+    whole = bytearray(Packet(command, body).encode())
+    place = data.draw(st.integers(0, len(whole) - 1))
+    whole[place] ^= data.draw(st.integers(1, 255))
+    with pytest.raises(BadReplyError):
+        decode(bytes(whole))
+
+
+@given(st.lists(st.binary(max_size=60), max_size=5), st.data())
+def test_a_stream_cut_anywhere_holds_the_same_frames(bodies, data):
+    frames = [Packet(0x00, body) for body in bodies]
+    stream = b''.join(frame.encode() for frame in frames)
+    splitter, found = Splitter(), []
+    while stream:
+        cut = data.draw(st.integers(1, len(stream)))
+        found += splitter.feed(stream[:cut])
+        stream = stream[cut:]
+    assert found == frames and not splitter.pending and not splitter.dropped
+
+
+def test_frames_are_found_behind_rubbish():
+    splitter = Splitter()
+    assert splitter.feed(b'\xff\x00\x02\x01' + acknowledged(0xFE).encode()) == [acknowledged(0xFE)]
+    assert splitter.dropped == 4
+    assert refusal(0x10).refused and not acknowledged(0x10).refused
+
+
+@pytest.mark.parametrize(
+    'ask',
+    [
+        lambda: commands.read_ram(0, 127),
+        lambda: commands.read_ram(0, 1),
+        lambda: commands.read_ram(0x048F, 2),
+        lambda: commands.write_ram(0, b'\0' * 122),
+        lambda: commands.move_servos({35: 7500}),
+        lambda: commands.move_servos({0: -1}),
+        lambda: commands.move_servo(0, 7500, 0),
+        lambda: commands.set_servos(commands.ServoParameter.SPEED, {0: 128}),
+        lambda: Mixing.of_ad(11, 1),
+        lambda: Mixing.of_ad(1, 128),
+        lambda: Mixing.of_ad(1, 1.5),
+        lambda: Config(0).with_cycle(0.012),
+    ],
+)
+def test_what_the_board_cannot_take_is_refused_in_a_line(ask):
+    with pytest.raises(HardwareError, match=r'\A[^\n]*accepted: [^\n]*\Z'):
+        ask()
+
+
+def test_the_configuration_of_the_makers_project():
+    config = Config(0x809B)
+    assert (config.ics, config.program, config.messages, config.jumps) == (True, True, False, True)
+    assert (config.cycle, config.baud, config.ics_code) == (0.015, 1_250_000, 0)
+    assert config.quiet() == Config(0x8091)
+    assert config.with_cycle(0.020) == Config(0x80AB)
+
+
+@given(
+    st.integers(0, 255), st.integers(0, 255), st.integers(-(2**15), 2**15 - 1),
+    st.lists(st.integers(0, 2**16 - 1), min_size=4, max_size=4),
+    st.lists(st.integers(0, 255), min_size=4, max_size=4),
+)  # fmt: skip
+def test_a_record_reads_back(kind, number, trim, words, small):
+    mixings = (Mixing(words[3], small[2]), Mixing(0x4024, small[3]))
+    record = ServoRecord(
+        kind, number, trim, words[0], words[1], small[0], words[2], small[1], 7, mixings
+    )
+    assert ServoRecord.decode(record.encode()) == record
+    assert len(record.encode()) == memory.RECORD_SIZE
+
+
+@given(st.integers(0, 10), st.integers(-127, 127))
+def test_a_mixing_of_an_ad_channel_reads_back(channel, factor):
+    mixing = Mixing.of_ad(channel, factor)
+    assert (mixing.ad_channel, mixing.factor, mixing.active) == (channel, factor, factor != 0)
+
+
+def test_mixings_of_the_makers_project_read_ad_channels():
+    assert Mixing(0x4026, 9).ad_channel == 2 and Mixing(0x4024, 8).ad_channel == 1
+    assert Mixing(0x8012, 1).ad_channel is None and Mixing(memory.NO_SOURCE, 9).ad_channel is None

@@ -1,0 +1,99 @@
+"""Identification of the servo: round trips, and honest uncertainty."""
+
+import numpy as np
+import pytest
+from hypothesis import assume, given, settings
+from hypothesis import strategies as st
+
+from khr_models.errors import ModelError
+from khr_models.servo.identification import identify
+from khr_models.servo.servo_loop import ServoLoop, gain_of_board
+
+GAINS = (gain_of_board(12.0), gain_of_board(18.0))
+
+
+@settings(max_examples=50)
+@given(
+    st.floats(5.0, 100.0),
+    st.floats(0.2, 0.95),
+    st.floats(0.1, 0.9),
+    st.floats(0.05, 0.9),
+    st.sampled_from(['published', 'physical']),
+)
+def test_a_known_servo_is_found_again_and_predicted(natural, ratio1, share, middle, form):
+    inertia, ratio2 = 0.141, ratio1 * share
+    per_gain = natural**2 if form == 'physical' else 1.0 / inertia
+    edge = 2.0 if form == 'physical' else 1.0  # B_f/J at which it stops ringing, per natural
+    rate = edge * natural * ratio1 * 1.05  # B/J, a little above B_f/J at the first gain
+    gains = tuple((rate - edge * natural * ratio) / per_gain for ratio in (ratio1, ratio2))
+    between = gains[0] + middle * (gains[1] - gains[0])
+    assume(gains[1] - gains[0] > 1e-6)
+
+    def peak(gain):
+        return ServoLoop(
+            inertia, rate * inertia, natural**2 * inertia, gain, form
+        ).ringing_frequency
+
+    found = identify(
+        gains, (peak(gains[0]), peak(gains[1])), uncertainty=0.0, form=form, inertia=inertia
+    )
+    assert found.stiffness == pytest.approx(natural**2, rel=1e-6)
+    assert found.damping == pytest.approx(rate, rel=1e-6)
+    assert found.predict(between).frequency == pytest.approx(peak(between), rel=1e-6)
+    assert found.loop(between).ringing_frequency == pytest.approx(peak(between), rel=1e-6)
+
+
+def test_the_thesis_s_peaks_predict_a_third_with_an_uncertainty():
+    found = identify(GAINS, (2.58, 4.74))
+    assert found.predict(GAINS[0]).frequency == pytest.approx(2.58)
+    third = found.predict(gain_of_board(15.0))
+    assert third.frequency == pytest.approx(4.0, abs=0.01)
+    assert third.low < third.frequency < third.high
+    assert 0.05 < third.deviation < 0.2
+    assert found.explained == 1.0
+
+
+def test_the_deviation_of_a_measured_peak_is_that_of_its_uniform_uncertainty():
+    found = identify(GAINS, (2.58, 4.74), uncertainty=0.1)
+    assert found.predict(GAINS[0]).deviation == pytest.approx(0.1 / np.sqrt(3.0), rel=0.05)
+
+
+def test_the_deviation_agrees_with_first_order_propagation():
+    half = 0.02
+    found = identify(GAINS, (2.58, 4.74), uncertainty=half)
+    step = 1e-4
+    slopes = [
+        (
+            identify(GAINS, up, uncertainty=0.0).stiffness
+            - identify(GAINS, down, uncertainty=0.0).stiffness
+        )
+        / (2.0 * step)
+        for up, down in (
+            ((2.58 + step, 4.74), (2.58 - step, 4.74)),
+            ((2.58, 4.74 + step), (2.58, 4.74 - step)),
+        )
+    ]
+    assert found.stiffness_deviation == pytest.approx(
+        np.hypot(*slopes) * half / np.sqrt(3.0), rel=0.05
+    )
+
+
+def test_the_same_seed_gives_the_same_samples():
+    assert np.array_equal(
+        identify(GAINS, (2.58, 4.74)).samples, identify(GAINS, (2.58, 4.74)).samples
+    )
+
+
+@pytest.mark.parametrize(
+    'gains, peaks, name',
+    [
+        ((0.08, 0.05), (2.0, 4.0), 'gains'),
+        ((0.05, 0.08), (4.0, 2.0), 'peaks'),
+        ((0.05,), (2.0, 4.0), 'gains'),
+        ((0.05, 0.08), (-1.0, 4.0), 'peaks'),
+        ((0.05, 0.30), (4.0, 4.01), 'peaks'),
+    ],
+)
+def test_refusals_name_the_argument(gains, peaks, name):
+    with pytest.raises(ModelError, match=f'^{name}.*accepted: '):
+        identify(gains, peaks)

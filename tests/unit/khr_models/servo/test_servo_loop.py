@@ -1,0 +1,224 @@
+"""The gyro's servo loop against block algebra, inverse Laplace, SciPy and its limits."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy import signal
+
+from khr_models.errors import ModelError
+from khr_models.servo.servo_loop import (
+    ServoLoop,
+    Tone,
+    discretise,
+    gain_of_board,
+    response_by_residues,
+    response_by_simulation,
+    response_published,
+    ringing_frequency,
+)
+from khr_models.servo.stiffness import sweep_stiffness
+
+LOOP = ServoLoop(0.141, 16.4, 151.0, gain_of_board(15.0))
+TIME = np.linspace(0.0, 3.0, 1501)
+TONE = Tone(0.1, 1.73)
+loops = st.builds(
+    lambda inertia, natural, ratio, share, form: ServoLoop(
+        inertia,
+        2.0 * ratio * natural * inertia,
+        natural**2 * inertia,
+        share * 2.0 * ratio * (1.0 / natural if form == 'physical' else natural * inertia),
+        form,
+    ),
+    st.floats(1e-3, 10.0),
+    st.floats(2.0, 200.0),
+    st.floats(0.05, 3.0),
+    st.floats(-2.0, 0.9).filter(lambda share: share == 0.0 or abs(share) > 1e-6),
+    st.sampled_from(['published', 'physical']),
+)
+
+
+def test_the_board_s_gain_in_seconds():
+    assert gain_of_board(12.0) == pytest.approx(0.0556, abs=1e-4)
+    assert gain_of_board(18.0) == pytest.approx(1.5 * gain_of_board(12.0))
+
+
+@settings(max_examples=50)
+@given(loops, st.floats(0.05, 50.0))
+def test_closing_the_loop_block_by_block_gives_the_physical_form(loop, frequency):
+    s = 2j * math.pi * frequency
+    plant = loop.stiffness / (loop.inertia * s**2 + loop.damping * s + loop.stiffness)
+    # th = plant (ref - gain s (ref - th))
+    closed = plant * (1.0 - loop.gain * s) / (1.0 - plant * loop.gain * s)
+    assert replace(loop, form='physical').gain_at(frequency) == pytest.approx(closed, rel=1e-9)
+
+
+def test_the_printed_damping_lacks_the_stiffness_and_agrees_where_it_is_one():
+    printed = ServoLoop(0.1, 2.0, 1.0, 0.05, 'published')
+    assert printed.feedback_damping == replace(printed, form='physical').feedback_damping
+    stiff = replace(printed, stiffness=150.0)
+    assert stiff.feedback_damping == pytest.approx(1.95)
+    assert replace(stiff, form='physical').feedback_damping == pytest.approx(2.0 - 7.5)
+
+
+@settings(max_examples=50)
+@given(loops)
+def test_without_gain_the_loop_is_the_servo(loop):
+    servo = replace(loop, gain=0.0)
+    assert servo.feedback_damping == servo.damping
+    assert np.allclose(servo.transfer_function().num, [servo.stiffness / servo.inertia])
+
+
+@settings(max_examples=50)
+@given(loops)
+def test_the_exact_frequency_and_decay_are_the_poles(loop):
+    loop = replace(loop, form='physical')
+    poles = np.roots([loop.inertia, loop.feedback_damping, loop.stiffness])
+    assert 2.0 * math.pi * loop.ringing_frequency == pytest.approx(
+        float(np.max(poles.imag)), rel=1e-6, abs=1e-6 * abs(poles[0])
+    )
+    if loop.ringing_frequency > 0.0:
+        assert poles[0].real == pytest.approx(-loop.decay_rate, rel=1e-6, abs=1e-9 * abs(poles[0]))
+
+
+def test_the_printed_frequency_and_the_exact_one():
+    assert ringing_frequency(1.0, 2.0, 50.0, 'published') == pytest.approx(math.sqrt(46.0))
+    assert ringing_frequency(1.0, 2.0, 50.0) == pytest.approx(7.0 / (2.0 * math.pi))
+    assert ringing_frequency(1.0, 100.0, 50.0) == 0.0
+
+
+def test_the_frequency_rises_with_the_thesis_s_gain_and_falls_with_opposing_feedback():
+    frequencies = [replace(LOOP, gain=gain_of_board(k)).ringing_frequency for k in (12, 15, 18)]
+    assert frequencies == sorted(frequencies) and frequencies[0] > 0.0
+    natural = math.sqrt(LOOP.stiffness / LOOP.inertia) / (2.0 * math.pi)
+    assert frequencies[-1] < natural
+    light = replace(LOOP, damping=1.0, gain=0.0)
+    assert replace(light, gain=-0.02).ringing_frequency < light.ringing_frequency
+
+
+@settings(max_examples=30)
+@given(loops, st.floats(0.2, 20.0), st.floats(-3.0, 3.0))
+@example(ServoLoop(5.0, 38.75, 19220.0, 19.375, 'published'), 1.0, 0.0)  # stiff, hardly damped
+def test_inverse_laplace_agrees_with_integration(loop, frequency, phase):
+    tones = [Tone(0.1, frequency, phase), Tone(0.03, 2.0 * frequency), Tone(0.01, 3.0 * frequency)]
+    time = np.linspace(0.0, 2.0, 201)
+    by_residues = response_by_residues(loop, tones, time)
+    assert np.allclose(
+        by_residues,
+        response_by_simulation(loop, tones, time),
+        atol=1e-6 * np.max(np.abs(by_residues)),
+    )
+
+
+def test_inverse_laplace_at_and_near_critical_damping():
+    for ratio in (1.0 - 1e-7, 1.0 - 1e-12, 1.0, 1.0 + 1e-9, 1.0 + 1e-5):
+        loop = ServoLoop(1.0, 2.0 * ratio * 21.0, 441.0)
+        assert np.allclose(
+            response_by_residues(loop, [TONE], TIME),
+            response_by_simulation(loop, [TONE], TIME),
+            atol=1e-8,
+        )
+
+
+def test_inverse_laplace_agrees_with_scipy_s_lsim():
+    time = np.linspace(0.0, 2.0, 40_001)
+    _, expected, _ = signal.lsim(LOOP.transfer_function(), [TONE(t) for t in time], time)
+    assert np.allclose(response_by_residues(LOOP, [TONE], time), expected, atol=1e-7)
+
+
+def test_inverse_laplace_survives_a_tone_on_an_undamped_pole():
+    loop = ServoLoop(1.0, 0.0, (2.0 * math.pi) ** 2)
+    response = response_by_residues(loop, [Tone(1.0, 1.0)], TIME)
+    assert np.allclose(response, math.pi * TIME * np.sin(2.0 * math.pi * TIME), atol=1e-5)
+
+
+@settings(max_examples=50)
+@given(loops)
+def test_tones_superpose_and_start_from_rest(loop):
+    one, two = Tone(0.1, 1.73), Tone(0.04, 3.46, 0.7)
+    time = np.linspace(0.0, 1.0, 51)
+    both = response_by_residues(loop, [one, two], time)
+    assert both[0] == pytest.approx(0.0, abs=1e-8)
+    assert np.allclose(
+        both, response_by_residues(loop, [one], time) + response_by_residues(loop, [two], time)
+    )
+
+
+def test_what_remains_is_the_steady_amplitude():
+    late = np.linspace(20.0, 21.0, 20_001)
+    response = response_by_residues(LOOP, [TONE], late)
+    assert response.max() == pytest.approx(LOOP.tone_amplitude(TONE), rel=1e-6)
+
+
+def test_the_closed_form_with_exact_terms_is_the_response():  # (5.11)
+    assert np.allclose(
+        response_published(LOOP, TONE, TIME), response_by_residues(LOOP, [TONE], TIME), atol=1e-10
+    )
+
+
+def test_the_closed_form_as_printed_starts_from_rest_but_is_another_curve():
+    printed = ServoLoop(0.141, 0.9, 151.0, 0.05, 'published')
+    curve = response_published(printed, TONE, TIME)
+    assert curve[0] == pytest.approx(0.0, abs=1e-12)
+    assert printed.tone_amplitude(TONE) == pytest.approx(
+        0.1 / math.hypot(151.0 - 0.141 * (2 * math.pi * 1.73) ** 2, 2 * 0.85 * math.pi * 1.73)
+    )
+    assert np.max(np.abs(curve - response_by_residues(printed, [TONE], TIME))) > 0.05
+
+
+@pytest.mark.parametrize('method', ['zoh', 'bilinear', 'euler'])
+def test_a_discrete_loop_is_stable_and_keeps_the_static_gain(method):
+    discrete = discretise(LOOP, 1e-3, method)
+    assert np.all(np.abs(np.linalg.eigvals(discrete.A)) < 1.0)
+    static = discrete.C @ np.linalg.solve(np.eye(2) - discrete.A, discrete.B) + discrete.D
+    assert static.item() == pytest.approx(1.0)
+
+
+def test_the_longest_period_of_euler_is_the_one_it_names():
+    with pytest.raises(ModelError, match=r'^period: 1.0 .*accepted: \(0, ') as refusal:
+        discretise(LOOP, 1.0, 'euler')
+    longest = float(str(refusal.value).rsplit(' ', 1)[1].rstrip(')'))
+    poles = LOOP.transfer_function().poles
+    assert np.max(np.abs(1.0 + 0.999 * longest * poles)) < 1.0
+    assert np.max(np.abs(1.0 + 1.001 * longest * poles)) > 1.0
+    assert np.all(np.abs(np.linalg.eigvals(discretise(LOOP, 0.999 * longest, 'euler').A)) < 1.0)
+
+
+def test_an_unstable_gain_is_refused_at_its_limit():
+    with pytest.raises(ModelError, match=r'^gain: .*unstable; accepted: '):
+        discretise(replace(LOOP, gain=LOOP.stability_limit), 1e-3)
+    discretise(replace(LOOP, gain=0.99 * LOOP.stability_limit), 1e-3)
+
+
+def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
+    limit = LOOP.damping / LOOP.gain
+    sweep = sweep_stiffness(LOOP, np.array([0.6, 0.8, 0.95, 1.05]) * limit, TONE)
+    assert np.all(np.diff(sweep.damping_ratio) < 0.0)
+    assert np.all(np.diff(sweep.stability_limit) < 0.0)
+    assert np.all(np.diff(sweep.peak_gain[:3]) > 0.0)
+    assert np.all(np.diff(sweep.ringing_rate[:3]) > 0.0)
+    assert math.isinf(sweep.peak_gain[3]) and math.isinf(sweep.ringing_rate[3])
+
+
+@pytest.mark.parametrize(
+    'call, name',
+    [
+        (lambda: ServoLoop(0.0, 1.0, 1.0), 'inertia'),
+        (lambda: ServoLoop(1.0, -1.0, 1.0), 'damping'),
+        (lambda: ServoLoop(1.0, 1.0, math.inf), 'stiffness'),
+        (lambda: ServoLoop(1.0, 1.0, 1.0, math.nan), 'gain'),
+        (lambda: ServoLoop(1.0, 1.0, 1.0, form='exact'), 'form'),
+        (lambda: Tone(1.0, 0.0), 'frequency'),
+        (lambda: LOOP.gain_at(-1.0), 'frequency'),
+        (lambda: discretise(LOOP, 0.0), 'period'),
+        (lambda: discretise(LOOP, 0.01, 'tustin'), 'method'),
+        (lambda: response_published(replace(LOOP, gain=0.0), TONE, TIME), 'damping'),
+        (lambda: sweep_stiffness(LOOP, [100.0, 0.0], TONE), 'stiffness'),
+    ],
+)
+def test_refusals_name_the_argument(call, name):
+    with pytest.raises(ModelError, match=f'^{name}: .*accepted: '):
+        call()

@@ -1,0 +1,261 @@
+"""Push recovery against closed forms of tipping, SciPy's integrator and symmetry."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+from khr_models.errors import ModelError
+from khr_models.pendulum import GRAVITY, Pendulum
+from khr_models.standing.ankle_servo import Pid
+from khr_models.standing.push import capture_force, largest_push, simulate_push
+from khr_models.standing.tipping import (
+    ForcePulse,
+    Physical,
+    PushLoop,
+    tipping_angle,
+    tipping_force,
+    tipping_length,
+)
+
+P = Pendulum()
+FORMS = ('published', 'physical')
+
+
+@settings(max_examples=50)
+@given(st.floats(0.05, 2.0), st.floats(0.01, 0.9), st.floats(-1.5, 1.5))
+def test_the_tipping_length_is_the_distance_from_toe_to_mass(length, share, ankle):
+    robot = Pendulum(1.0, length, share * length)
+    across = robot.half_foot + length * math.sin(ankle)
+    assert tipping_length(robot, ankle) == pytest.approx(
+        math.hypot(across, length * math.cos(ankle))
+    )
+    assert tipping_length(robot) * math.sin(tipping_angle(robot)) == pytest.approx(robot.half_foot)
+
+
+@pytest.mark.parametrize('form', FORMS)
+def test_the_centre_of_mass_starts_a_half_foot_behind_the_toe(form):
+    still = simulate_push(PushLoop(form=form), ForcePulse(0.0), duration=0.3)
+    assert np.allclose(still.x_com, -P.half_foot) and not still.fell
+
+
+def test_the_published_tipping_agrees_with_another_integrator():  # (4.4)
+    force, length = 2.0, tipping_length(P)
+    ours = simulate_push(PushLoop(form='published', step=1e-3), ForcePulse(force))
+    theirs = solve_ivp(
+        lambda t, y: [y[1], (GRAVITY * math.sin(y[0]) + force / P.mass * math.cos(y[0])) / length],
+        (0.0, ours.time[-1]),
+        [-tipping_angle(P), 0.0],
+        t_eval=ours.time,
+        rtol=1e-11,
+        atol=1e-12,
+        method='DOP853',
+    )
+    assert ours.fell
+    assert np.allclose(ours.x_com, length * np.sin(theirs.y[0]), atol=1e-9)
+    assert np.allclose(ours.rate, theirs.y[1], atol=1e-9)
+
+
+@pytest.mark.parametrize('duration', [0.02, 0.1, 0.5])
+def test_the_closed_form_is_the_published_tipping_s_limit(duration):
+    found = largest_push(PushLoop(form='published'), duration=duration, watch=2.0, tolerance=1e-3)
+    about_toe = P.mass * (P.length**2 + P.half_foot**2)
+    # Linear in the lean of at most atan(b/l) = 5.7 deg.
+    assert found == pytest.approx(capture_force(P, about_toe, duration), rel=0.01)
+
+
+def test_the_closed_form_has_its_limits():
+    # A lasting push is survived up to the force that lifts the heel, a short one up to the
+    # impulse that brings the capture point to the toe.
+    assert capture_force(P, P.inertia, 100.0) == pytest.approx(tipping_force(P))
+    omega = 2.0 * math.pi * P.natural_frequency
+    assert 1e-6 * capture_force(P, P.inertia, 1e-6) == pytest.approx(
+        P.mass * omega * P.half_foot, rel=1e-4
+    )
+    # More inertia about the edge: slower to tip, so a short push may be larger.
+    assert capture_force(P, 1.2 * P.inertia, 0.1) > 1.05 * capture_force(P, P.inertia, 0.1)
+
+
+@given(st.floats(-0.2, 0.2), st.floats(-3.0, 3.0), st.floats(0.0, 8.0), st.floats(-0.3, 0.3))
+def test_on_its_edge_the_physical_foot_obeys_newton(lean, rate, force, inclination):
+    """The ground's force follows from the motion; normal to the ground it must be |torque|/b."""
+    stiff = Pid(4000.0, 0.0, 0.0)
+    loop = PushLoop(pid=stiff, inclination=inclination, step=1e-3)
+    model = Physical(loop, ForcePulse(force))
+    _, acceleration, _ = model.derivative((lean, rate, 0.0), force)
+    angle = lean + inclination
+    x = P.length * (math.cos(angle) * acceleration - math.sin(angle) * rate**2)
+    z = -P.length * (math.sin(angle) * acceleration + math.cos(angle) * rate**2)
+    ground = P.mass * x - force, P.mass * (z + GRAVITY)
+    normal = ground[0] * math.sin(inclination) + ground[1] * math.cos(inclination)
+    load = P.gravity_moment * math.sin(angle) + force * P.length * math.cos(angle)
+    torque = P.inertia * acceleration - load
+    assert abs(torque) <= normal * P.half_foot + 1e-9
+    if abs(lean) > 0.01:  # the servo asks for far more than the foot carries
+        assert abs(torque) == pytest.approx(normal * P.half_foot, abs=1e-9)
+
+
+@pytest.mark.parametrize('form', FORMS)
+def test_a_lasting_push_tips_only_above_m_g_b_over_l(form):
+    force = tipping_force(P)
+    assert force == pytest.approx(P.mass * GRAVITY * math.tan(tipping_angle(P)))
+    stiff = Pid(4000.0, 0.0, 40.0)  # a lock: no overshoot of its own
+    loop = PushLoop(form=form, pid=stiff, step=1e-3)
+    assert not simulate_push(loop, ForcePulse(0.97 * force)).fell
+    assert simulate_push(loop, ForcePulse(1.02 * force), duration=10.0).fell
+
+
+def test_a_short_published_push_is_survived_up_to_the_energy_of_the_top():
+    length, angle, duration = tipping_length(P), tipping_angle(P), 0.005
+    # impulse J gives th' = J cos/(m L); the top needs L th'^2/2 = g (1 - cos)
+    rate = math.sqrt(2.0 * GRAVITY * (1.0 - math.cos(angle)) / length)
+    impulse = P.mass * length * rate / math.cos(angle)
+    found = largest_push(PushLoop(form='published'), duration=duration)
+    assert found * duration == pytest.approx(impulse, rel=0.02)
+    # the physical robot gives a rigid robot's impulse or less: its servo must yield to push back
+    physical = largest_push(PushLoop(), duration=duration)
+    assert 0.85 * impulse < physical * duration < impulse
+
+
+def test_a_locked_physical_ankle_survives_what_a_rocking_block_does():
+    """Second method: the linear pendulum with its ZMP on the toe, solved in closed form."""
+    duration, natural = 0.1, math.sqrt(GRAVITY / P.length)
+
+    def margin(force):  # capture point after the push: x and v of x'' = w^2 x + F/m about the toe
+        push = force / P.mass / natural**2
+        x = (push - P.half_foot) * math.cosh(natural * duration) - push
+        v = natural * (push - P.half_foot) * math.sinh(natural * duration)
+        return x + v / natural
+
+    limit = brentq(margin, tipping_force(P), 50.0)
+    loop = PushLoop(pid=Pid(20000.0, 0.0, 100.0), step=5e-4)
+    assert largest_push(loop, duration=duration) == pytest.approx(limit, rel=0.02)
+    assert largest_push(PushLoop(), duration=duration) < limit
+
+
+@settings(max_examples=10)
+@given(st.floats(0.5, 5.0), st.floats(0.02, 0.5), st.floats(0.0, 0.1), st.sampled_from(FORMS))
+def test_front_and_behind_mirror_each_other_on_the_flat(force, duration, gain, form):
+    loop = PushLoop(gain=gain, form=form)
+    behind = simulate_push(loop, ForcePulse(force, duration), duration=0.6)
+    front = simulate_push(loop, ForcePulse(-force, duration), duration=0.6)
+    assert np.array_equal(behind.x_com, front.x_com) and behind.fell == front.fell
+
+
+def test_downhill_a_push_from_behind_is_the_dangerous_one():
+    loop = PushLoop(inclination=0.03)
+    assert largest_push(loop, direction='behind') < largest_push(PushLoop())
+    assert largest_push(loop, direction='front') > largest_push(PushLoop())
+
+
+def test_the_impulse_is_exact_when_the_push_ends_within_a_step():
+    odd = simulate_push(PushLoop(form='published'), ForcePulse(20.0, 0.0101), duration=0.1)
+    fine = simulate_push(
+        PushLoop(form='published', step=1e-4), ForcePulse(20.0, 0.0101), duration=0.1
+    )
+    assert odd.rate[-1] == pytest.approx(fine.rate[-1], rel=2e-3)
+
+
+def test_no_gain_leaves_the_gyro_without_effect_and_gain_uses_it():
+    seen = []
+
+    def broken(rate):
+        seen.append(rate)
+        return 100.0
+
+    push = ForcePulse(1.0, 0.1)
+    deaf = simulate_push(PushLoop(gain=0.0), push, gyro=broken, duration=0.3)
+    assert np.array_equal(deaf.x_com, simulate_push(PushLoop(gain=0.0), push, duration=0.3).x_com)
+    assert len(seen) == 20  # once a period
+    assert simulate_push(PushLoop(gain=0.1), push, gyro=broken, duration=1.0).fell
+
+
+def test_the_gyro_reads_the_pitch_rate_with_its_own_sign_from_the_front():
+    seen = []
+    simulate_push(
+        PushLoop(),
+        ForcePulse(-3.0, 0.2),
+        gyro=lambda rate: seen.append(rate) or rate,
+        duration=0.1,
+    )
+    assert seen[-1] < 0.0
+
+
+def test_the_correction_waits_its_delay():
+    push = ForcePulse(1.0, 0.1)
+    prompt = simulate_push(PushLoop(gain=0.05, delay=0), push, duration=0.3)
+    late = simulate_push(PushLoop(gain=0.05, delay=2), push, duration=0.3)
+    none = simulate_push(PushLoop(gain=0.0), push, duration=0.3)
+    per_period = PushLoop().substeps
+    first = [
+        int(np.argmax(~np.isclose(run.x_com, none.x_com, rtol=0, atol=1e-15)))
+        for run in (prompt, late)
+    ]
+    assert first[0] == per_period + 1  # the rate is 0 at time 0, so the second sample acts
+    assert first[1] == 3 * per_period + 1
+
+
+def test_opposing_the_rate_raises_the_physical_robot_s_limit_and_following_it_fells():
+    assert largest_push(PushLoop(gain=0.0556)) > largest_push(PushLoop(gain=0.0)) * 1.02
+    assert largest_push(PushLoop(gain=-0.0556)) < 0.1
+
+
+@pytest.mark.parametrize('integral', [0.0, 40.0])
+def test_on_an_incline_the_robot_rests_before_it_is_pushed(integral):
+    loop = PushLoop(pid=Pid(integral=integral), inclination=0.035, initial_lean=0.01)
+    run = simulate_push(loop, ForcePulse(1e-9), duration=0.5)
+    assert np.ptp(run.x_com) < 1e-9
+
+
+def test_a_finer_step_changes_little():
+    coarse, fine = (
+        largest_push(PushLoop(gain=0.05, step=step), duration=0.1) for step in (3e-3, 5e-4)
+    )
+    assert coarse == pytest.approx(fine, abs=0.03)
+
+
+@pytest.mark.parametrize(
+    'call, name',
+    [
+        (lambda: ForcePulse(math.nan), 'force'),
+        (lambda: ForcePulse(1.0, 0.0), 'duration'),
+        (lambda: PushLoop(period=0.0), 'period'),
+        (lambda: PushLoop(delay=-1), 'delay'),
+        (lambda: PushLoop(step=0.02), 'step'),
+        (lambda: PushLoop(pid=Pid(1e6, 0.0, 1e3)), 'step'),
+        (lambda: PushLoop(inclination=1.6), 'inclination'),
+        (lambda: PushLoop(form='published', inclination=0.1), 'inclination'),
+        (lambda: PushLoop(form='printed'), 'form'),
+        (lambda: simulate_push(PushLoop(), ForcePulse(1.0), duration=-1.0), 'duration'),
+        (lambda: largest_push(PushLoop(), direction='left'), 'direction'),
+        (lambda: capture_force(P, 0.0, 0.1), 'inertia'),
+        (lambda: capture_force(P, 0.1, 0.0), 'duration'),
+    ],
+)
+def test_refusals_name_the_argument(call, name):
+    with pytest.raises(ModelError, match=f'^{name}.*accepted: '):
+        call()
+
+
+def test_on_the_flat_without_an_integral_term_the_gain_has_nothing_to_win():
+    """The toe already carries everything; the gain only damps what the integral winds up."""
+    plain, held = (
+        largest_push(PushLoop(pid=Pid(integral=0.0), gain=gain)) for gain in (0.0, 0.0556)
+    )
+    assert held == pytest.approx(plain, abs=0.02)
+    wound = simulate_push(PushLoop(), ForcePulse(3.05, 0.1))
+    assert wound.fell and wound.x_com[-1] < -2.0 * P.half_foot  # over the heel, coming back
+
+
+def test_against_a_push_uphill_the_gain_damps_the_swing_back():
+    uphill = [
+        largest_push(
+            PushLoop(pid=Pid(integral=0.0), gain=gain, inclination=0.035), direction='front'
+        )
+        for gain in (0.0, 0.0556)
+    ]
+    assert uphill[1] > 1.2 * uphill[0]

@@ -1,0 +1,95 @@
+"""The overview of a run: one time axis, rates in deg/s, and no panel that shows nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from khr_balance.gaits.gait import Gait
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.scenario.scenario import load
+from khr_report.plots.plot_style import panels, styled
+from khr_report.run.overview import (
+    RANGE_DB,
+    SPECTRUM,
+    draw_spectra,
+    over_time,
+    overview,
+    spectrogram,
+    third_cycle,
+)
+from tests.fakes.invented_runs import RATE, READ, TONE, signals
+from tests.support.figures import check_whole
+
+SCENARIO = load('walk_6.99deg_ka12')
+
+
+@pytest.fixture(scope='module')
+def series():
+    return signals(SCENARIO, 0, Gait(SCENARIO.table(GaitParameters)).duration)
+
+
+def titles(figure):
+    return [axes.get_title(loc='left') for axes in figure.axes]
+
+
+def test_the_overview_shows_rates_in_degrees_on_one_time_axis_and_a_spectrum(series):
+    with styled():
+        figure = overview(series, SCENARIO)
+    check_whole(figure)
+    rate, *others, lines = figure.axes
+    assert titles(figure) == ['Pitch rate of the torso', 'Foot forces, both feet', SPECTRUM]
+    true, gyro = rate.lines
+    np.testing.assert_allclose(true.get_ydata(), np.degrees(series.pitch_rate))
+    np.testing.assert_allclose(gyro.get_ydata(), np.degrees(series.gyro_rate))
+    assert all(axes.get_xlim() == rate.get_xlim() for axes in others)
+    assert lines.get_xlim() != rate.get_xlim()
+    (spectrum,) = lines.collections
+    ends = np.array([segment[1] for segment in spectrum.get_segments()])
+    frequency, amplitude = ends[np.argmax(ends[:, 1])]
+    assert frequency == pytest.approx(TONE, abs=0.01)
+    assert amplitude == pytest.approx(np.degrees(READ * RATE), rel=0.02)
+    assert 'about 0.5 s late' in figure.get_supxlabel()
+    fast = SCENARIO.changed({('foot_force', 'time_constant'): 0.0})
+    with styled():
+        assert 'late' not in overview(series, fast).get_supxlabel()
+
+
+def test_a_signal_that_says_nothing_has_no_panel(series):
+    moved = replace(series, correction=np.column_stack([series.time, 0.0 * series.time]))
+    with styled():
+        assert 'Corrections: ankle' in titles(overview(moved, SCENARIO))
+        still = replace(moved, gyro_rate=0.0 * series.time)
+        assert SPECTRUM not in titles(overview(still, SCENARIO))
+        level, _ = over_time({'': replace(series, inclination=series.time * 0.0 + 0.1)}, {})
+        tilting, _ = over_time({'': replace(series, inclination=0.01 * series.time)}, {})
+    assert not [title for title in titles(level) if 'ground' in title]
+    assert 'Inclination of the ground: true' in titles(tilting)
+
+
+def test_of_two_runs_the_one_without_a_spectrum_is_named(series):
+    with styled():
+        figure, (axis,) = panels('')
+        draw_spectra(axis, {'A': third_cycle(series, SCENARIO), 'B': None})
+    named = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
+    named += (
+        [text.get_text() for text in axis.get_legend().get_texts()] if axis.get_legend() else []
+    )
+    assert named == ['A', 'B: too short for a spectrum']
+
+
+def test_signals_and_spectrogram_of_two_runs_share_the_time_axis(series):
+    windows = spectrogram(series, SCENARIO)
+    with styled():
+        figure, names = over_time({'A': series, 'B': series}, {'of A': windows, 'of B': windows})
+    figure.draw_without_rendering()
+    shown = figure.axes[: len(names)]  # the others are the bars of the colours
+    assert [axes.get_title(loc='left') for axes in shown] == names
+    frames = [axes.get_window_extent() for axes in shown]
+    assert {axes.get_xlim() for axes in shown} == {(0.0, series.time[-1])}
+    for frame in frames:
+        assert (frame.x0, frame.x1) == pytest.approx((frames[0].x0, frames[0].x1), abs=0.5)
+    (image,) = shown[-1].collections
+    decibel = 20.0 * np.log10(np.degrees(READ * RATE))
+    assert image.get_array().max() == pytest.approx(decibel, abs=0.2)
+    assert image.get_clim()[0] == pytest.approx(image.get_array().max() - RANGE_DB)

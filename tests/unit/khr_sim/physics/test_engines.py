@@ -1,0 +1,217 @@
+"""Both engines obey the same mechanics, and the compiled steps are the plain ones, bit for bit."""
+
+import subprocess
+import sys
+from math import radians
+
+import numpy as np
+import pytest
+
+from khr_common import RunError, build
+from khr_common.maths.rotation import matrix, pitched
+from khr_sim.errors import SimError
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics import engines
+from khr_sim.physics.camera import Camera
+from khr_sim.physics.push import Push
+from khr_sim.physics.statics import GRAVITY
+from khr_sim.physics.world import World
+from khr_sim.robot import JOINTS, Robot
+from khr_sim.servo import Servos, law
+from tests.fakes.postures import STANCE
+from tests.support.mechanics import momenta, motions
+
+PERIOD = 0.015
+STIFF = {f'stretch_{joint}': 127 for joint in ('hip', 'knee', 'ankle_pitch', 'ankle_roll')}
+
+
+@pytest.fixture(params=engines.LIBRARIES)
+def world_with(request):
+    worlds = []
+
+    def make(**values):
+        worlds.append(World(build(SimulatorParameters, {'engine': request.param} | values)))
+        return worlds[-1]
+
+    yield make
+    for world in worlds:
+        world.close()
+
+
+def stepping(k):
+    """Return a target that shifts the weight from foot to foot and lifts them a little."""
+    return [
+        angle + 0.12 * np.sin(0.15 * k) * name.endswith('roll') + 0.1 * np.sin(0.3 * k + len(name))
+        for name, angle in zip(JOINTS, STANCE, strict=True)
+    ]
+
+
+def ground_forces(truth):
+    """Return the mean forces on toes and heels over the last period, in odom, (4, 3)."""
+    turns = [matrix(sole) for sole in np.repeat(truth.sole_orientation, 2, axis=0)]
+    return np.array([turn @ f for turn, f in zip(turns, truth.contact_force, strict=True)])
+
+
+# --- mechanics ------------------------------------------------------------
+
+
+def test_ground_and_weight_change_the_momentum_as_newton_says(world_with):
+    world = world_with(inclination_deg=3.0, surface='rubber')
+    before, _, _ = momenta(world.robot, world.reset(STANCE))
+    weight = np.array((0.0, 0.0, -GRAVITY * world.robot.mass))
+    moved = 0.0
+    for k in range(80):
+        truth = world.advance(stepping(k))
+        momentum, _, _ = momenta(world.robot, truth)
+        force = ground_forces(truth).sum(axis=0) + weight
+        # A foot that turns within the period leaves a little of the force in another direction.
+        assert momentum - before == pytest.approx(force * PERIOD, abs=2e-3)
+        moved = max(moved, np.abs(momentum - before).max())
+        before = momentum
+    assert moved > 0.05  # or the test would be empty
+
+
+@pytest.mark.parametrize('direction', [0.0, 0.7, 1.57])
+def test_a_sliding_foot_meets_the_friction_of_a_round_cone(world_with, direction):
+    """Pushed level in any direction, it slides against that direction with mu times its load."""
+    friction = 0.15
+    world = world_with(friction=friction)
+    world.reset(STANCE)
+    pull = 3.5 * np.array((np.cos(direction), np.sin(direction), 0.0))
+    world.push(Push(0.3, 2.0, 'base_link', 'odom', tuple(pull), (0.0, 0.0, -0.2)))
+    forces = []
+    for k in range(60):
+        truth = world.advance(STANCE)
+        if k > 35:
+            forces.append(ground_forces(truth).sum(axis=0))
+    along = np.array((np.cos(direction), np.sin(direction)))
+    mean = np.mean(forces, axis=0)
+    assert mean[:2] @ along == pytest.approx(-friction * mean[2], rel=0.03)
+    assert abs(mean[0] * along[1] - mean[1] * along[0]) < 0.05 * mean[2] * friction
+
+
+def test_a_toppling_robot_is_an_inverted_pendulum(world_with):
+    """It turns about its toes: what it loses in height it gains in speed."""
+    world = world_with(friction=2.0, inclination_deg=14.0, **STIFF)
+    start = truth = world.reset(STANCE)
+
+    def energy(truth):
+        robot, moving = world.robot, motions(world.robot, truth)
+        _, _, center = momenta(robot, truth)
+        kinetic = 0.0
+        for link in robot.links.values():
+            _, turn, linear, angular = moving[link.name]
+            linear = linear + np.cross(angular, turn @ link.center_of_mass)
+            inertia = turn @ link.inertia @ turn.T
+            kinetic += 0.5 * (link.mass * linear @ linear + angular @ inertia @ angular)
+        return kinetic, robot.mass * GRAVITY * center[2]
+
+    _, height = energy(truth)
+    while truth.tilt < radians(45.0):
+        truth = world.advance(STANCE)
+        assert truth.stamp_ns < 3e9
+    fast, low = energy(truth)
+    assert fast == pytest.approx(height - low, rel=0.06)
+    assert fast > 0.3
+    assert np.abs(truth.sole_position - start.sole_position).max() < 0.03
+
+
+# --- the same in all ways ------------------------------------------------------------
+
+
+def test_a_disturbed_period_takes_the_same_steps_as_a_whole_one(world_with):
+    """A push without strength makes the world go step by step, and changes no bit."""
+    whole, parts = world_with(), world_with()
+    whole.reset(STANCE)
+    parts.reset(STANCE)
+    parts.push(Push(0.0, 10.0, 'head', 'odom', (0.0, 0.0, 0.0)))
+    for k in range(40):
+        expected, found = whole.advance(stepping(k)), parts.advance(stepping(k))
+        assert found.record() == expected.record()
+        assert (found.contact_force == expected.contact_force).all()
+
+
+@pytest.mark.parametrize(
+    'values',
+    [{}, {'backlash_deg': 0.5}, {'servo_model': 'pid'}, {'servo_friction': 0.3}],
+    ids=['default', 'backlash', 'pid', 'friction'],
+)
+def test_the_compiled_servos_are_the_plain_ones_bit_for_bit(values):
+    parameters = build(SimulatorParameters, values)
+    carried = Robot.load().joint_inertia()
+    compiled, plain = Servos(parameters, carried), Servos(parameters, carried)
+    assert compiled._law.py_func is law
+    plain._law = law
+    random = np.random.default_rng(1)
+    for each in (compiled, plain):
+        each.reset(np.array(STANCE), np.zeros(len(JOINTS)))
+    for _ in range(2000):
+        inputs = [random.normal(0.0, size, len(JOINTS)) for size in (0.3, 0.3, 3.0)]
+        expected = compiled.update(*inputs).tobytes()
+        assert plain.update(*inputs).tobytes() == expected
+        assert plain.state.tobytes() == compiled.state.tobytes()
+
+
+COMPILATIONS = """
+import sys
+from numba.core.dispatcher import Dispatcher
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics.world import World
+
+compile_for_args, compiled = Dispatcher._compile_for_args, []
+Dispatcher._compile_for_args = lambda self, *arguments: (
+    compiled.append(self), compile_for_args(self, *arguments))[1]
+world = World(SimulatorParameters(engine=sys.argv[1]))
+before = len(compiled)
+world.advance([0.0] * 17)
+print(before, len(compiled))
+"""
+
+
+@pytest.mark.parametrize('engine', engines.LIBRARIES)
+def test_nothing_is_left_to_be_compiled_in_the_first_period(engine):
+    """It takes a tenth of a second even from the cache, and the clock runs in realtime."""
+    said = subprocess.check_output([sys.executable, '-c', COMPILATIONS, engine], text=True)
+    before, after = map(int, said.split())
+    assert 0 < before == after
+
+
+# --- what is there, and what is not ------------------------------------------------------------
+
+
+def test_a_missing_library_is_one_line(monkeypatch):
+    monkeypatch.setitem(sys.modules, 'mujoco', None)
+    monkeypatch.delitem(sys.modules, 'khr_sim.physics.engines.mujoco', raising=False)
+    with pytest.raises(SimError, match=r"^engine: 'mujoco' is not installed; accepted: .*$"):
+        World(SimulatorParameters(engine='mujoco'))
+
+
+def test_a_window_without_a_screen_is_one_line(monkeypatch, world_with):
+    monkeypatch.delenv('DISPLAY', raising=False)
+    with pytest.raises(SimError, match=r'^gui: no screen .*; accepted: .*$'):
+        world_with(gui=True)
+
+
+def test_an_unstable_simulation_ends_the_run_in_one_line(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    world = World(SimulatorParameters(engine='mujoco'))
+    world.push(Push(0.0, 0.001, 'head', 'odom', (1e200, 0.0, 0.0)))
+    with pytest.raises(RunError, match=r'^mujoco: .*unstable.*$'):
+        for _ in range(10):
+            world.advance(STANCE)
+    assert not list(tmp_path.iterdir())  # where the engine would leave a log
+    World(SimulatorParameters(engine='mujoco')).advance(STANCE)  # and another run is not touched
+
+
+def test_a_picture_shows_the_robot_where_it_is_put():
+    robot = Robot.load()
+    painter = engines.painter(SimulatorParameters(engine='mujoco'), robot)
+    painter.reset(0.0)
+    pictures = []
+    for x in (0.0, 0.1):
+        painter.place(np.array((x, 0.0, 0.23)), matrix(pitched(0.1)), STANCE)
+        pictures.append(painter.picture(Camera(64, 48, (0.0, 0.0, 0.2))).colors)
+    painter.close()
+    assert pictures[0].shape == (48, 64, 3)
+    assert pictures[0].std() > 10.0
+    assert (pictures[0] != pictures[1]).mean() > 0.05

@@ -1,0 +1,143 @@
+import cmath
+import dataclasses
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.linalg import expm
+
+from khr_sim.errors import SimError
+from khr_sim.sensors.gyro_circuit.agreement import disagreement
+from khr_sim.sensors.gyro_circuit.baseband import Baseband
+from khr_sim.sensors.gyro_circuit.circuit import KRG4, TABLE_III
+
+PERIOD = 0.015
+circuits = st.builds(
+    lambda bandwidth, stiffness: dataclasses.replace(
+        TABLE_III, bandwidth=bandwidth, sense_stiffness=stiffness
+    ),
+    st.floats(0.5, 1000.0),
+    st.floats(0.05, 0.3),
+)
+rates = st.floats(-20.0, 20.0)
+
+
+@pytest.mark.parametrize('frequency', [0.0, 1.0, 5.0, 20.0, 50.0])
+@pytest.mark.parametrize(('sample_period', 'held'), [(PERIOD, True), (0.001, False)])
+def test_both_levels_agree_within_one_percent(frequency, sample_period, held):
+    assert disagreement(frequency, sample_period, held=held) < 0.01
+
+
+@pytest.mark.parametrize('frequency', [0.0, 1.0, 5.0, 20.0, 50.0])
+def test_a_narrow_low_pass_forgives_the_sampling(frequency):
+    circuit = dataclasses.replace(KRG4, bandwidth=2.0)
+    assert disagreement(frequency, PERIOD, held=False, circuit=circuit) < 0.01
+
+
+def test_a_wide_one_does_not():
+    assert disagreement(50.0, PERIOD, held=False) > 0.5
+
+
+def test_a_node_need_not_load_scipy():
+    code = (
+        'import sys, khr_sim.sensors.gyro_circuit.baseband as _; '
+        'sys.exit(any(name.startswith("scipy") for name in sys.modules))'
+    )
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == 0
+
+
+def test_agreement_refuses_a_bad_period():
+    with pytest.raises(SimError, match='sample_period'):
+        disagreement(1.0, 0.0, held=True)
+
+
+@settings(max_examples=40)
+@given(circuits, st.floats(1e-5, 0.02), st.lists(rates, min_size=1, max_size=8))
+def test_update_is_the_matrix_exponential_of_the_averaged_equations(circuit, period, inputs):
+    """The envelope's equations, from m z'' + b z' + k z = F with z = Re(Z exp(j w_d t))."""
+    m, b, k, w = circuit.mass, circuit.sense_damping, circuit.sense_stiffness, circuit.carrier
+    phase = cmath.exp(-1j * circuit.reference_phase)
+    static = abs(circuit.sense.response(1j * w))
+    # Z'' = (rate - (b + 2j w m) Z' - (k - m w^2 + j w b) Z)/m, as (Z, Z', y, rate) in reals.
+    complex_part = np.array([[0, 1], [-(k - m * w * w + 1j * w * b) / m, -(b + 2j * w * m) / m]])
+    matrix = np.zeros((6, 6))
+    matrix[0:4, 0:4] = np.kron(complex_part.real, np.eye(2)) + np.kron(
+        complex_part.imag, [[0, -1], [1, 0]]
+    )
+    matrix[2, 5] = 1.0 / m
+    corner = 1.0 / circuit.time_constant
+    matrix[4, 0:2] = corner * np.array([phase.real, -phase.imag]) / static
+    matrix[4, 4] = -corner
+    # Scaled to Z in units of the static stretch and Z' of w times that.
+    scale = np.diag([static, static, static * w, static * w, 1.0, 1.0])
+    carry = expm(np.linalg.solve(scale, matrix @ scale) * period)
+    state = np.zeros(6)
+    baseband = Baseband(period, circuit)
+    for rate in inputs:
+        state[5] = rate
+        state = carry @ state
+        assert baseband.update(rate) == pytest.approx(state[4], rel=1e-6, abs=1e-6)
+
+
+@given(circuits, st.floats(0.005, 0.02))
+def test_a_constant_rate_is_reported_as_it_is(circuit, period):
+    baseband = Baseband(period, circuit)
+    for _ in range(math.ceil(30.0 * (circuit.time_constant + 1e-3) / period)):
+        reported = baseband.update(0.7)
+    assert reported == pytest.approx(0.7, rel=1e-9)
+
+
+@given(st.lists(st.tuples(rates, rates), max_size=20), rates, rates)
+def test_it_is_linear(pairs, a, b):
+    one, other, both = Baseband(PERIOD), Baseband(PERIOD), Baseband(PERIOD)
+    for x, y in pairs:
+        expected = a * one.update(x) + b * other.update(y)
+        assert both.update(a * x + b * y) == pytest.approx(expected, abs=1e-9)
+
+
+def test_its_frequency_response_is_the_circuit_s_when_sampled_fast():
+    period, frequency = 1e-5, 50.0
+    baseband = Baseband(period)
+    ends = np.arange(1, 10001) * period
+    mean = np.cos(math.tau * frequency * (ends - period / 2.0))
+    output = np.array([baseband.update(rate) for rate in mean])
+    turn = np.exp(1j * math.tau * frequency * ends[4000:])
+    measured = 2.0 * np.mean(output[4000:] / turn)
+    assert measured == pytest.approx(KRG4.response(frequency), abs=1e-4)
+
+
+def test_no_rate_gives_exactly_zero_and_reset_forgets():
+    baseband = Baseband(PERIOD)
+    assert baseband.update(0.0) == 0.0
+    first = [baseband.update(rate) for rate in (1.0, -2.0, 0.5)]
+    baseband.reset()
+    baseband.update(0.0)
+    assert [baseband.update(rate) for rate in (1.0, -2.0, 0.5)] == first
+
+
+def test_a_changed_bandwidth_keeps_the_state():
+    baseband = Baseband(PERIOD)
+    for _ in range(100):
+        baseband.update(1.0)
+    baseband.configure(dataclasses.replace(KRG4, bandwidth=2.0))
+    assert baseband.update(1.0) == pytest.approx(1.0, abs=1e-9)
+    slow = baseband.update(0.0)
+    assert slow == pytest.approx(math.exp(-math.tau * 2.0 * PERIOD), abs=1e-3)
+
+
+@pytest.mark.parametrize('sample_period', [0.0, -0.015, math.nan, math.inf])
+def test_a_bad_sample_period_is_refused(sample_period):
+    with pytest.raises(SimError, match=r'^sample_period: .*accepted: \(0, inf\) s'):
+        Baseband(sample_period)
+
+
+@pytest.mark.parametrize('rate', [math.nan, math.inf])
+def test_a_rate_that_is_not_finite_is_refused_and_leaves_the_state(rate):
+    baseband = Baseband(PERIOD)
+    with pytest.raises(SimError, match=r'^rate: .*accepted: \(-inf, inf\)'):
+        baseband.update(rate)
+    assert baseband.update(0.0) == 0.0

@@ -1,0 +1,129 @@
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from khr_sim.errors import SimError
+from khr_sim.sensors.gyro_circuit.carrier import simulate, static_characteristic
+from khr_sim.sensors.gyro_circuit.circuit import KRG4
+from tests.support.gyro_noise import allan_deviation
+
+
+def constant(rate):
+    return lambda time: np.full_like(time, rate)
+
+
+def test_no_rate_gives_no_output():
+    waveforms = simulate(constant(0.0), 0.01)
+    assert not waveforms.sense.any()
+    assert not waveforms.carrier.any()
+    assert not waveforms.demodulated.any()
+    assert np.abs(waveforms.drive_velocity).max() == pytest.approx(KRG4.drive_speed, rel=1e-2)
+
+
+@settings(max_examples=20)
+@given(st.floats(-6.0, 6.0), st.floats(-6.0, 6.0), st.floats(1.0, 500.0))
+def test_output_is_linear_in_the_rate(a, b, frequency):
+    def wave(time):
+        return np.sin(math.tau * frequency * time)
+
+    one = simulate(constant(1.0), 0.005).demodulated
+    other = simulate(wave, 0.005).demodulated
+    both = simulate(lambda time: a + b * wave(time), 0.005).demodulated
+    np.testing.assert_allclose(both, a * one + b * other, rtol=0, atol=1e-12)
+
+
+def test_the_drive_settles_to_its_speed_in_phase_with_the_force():
+    waveforms = simulate(constant(0.0), 0.002)
+    expected = KRG4.drive_speed * np.cos(KRG4.carrier * waveforms.time)
+    late = waveforms.time > 0.001
+    np.testing.assert_allclose(
+        waveforms.drive_velocity[late], expected[late], rtol=0, atol=1e-9 * KRG4.drive_speed
+    )
+
+
+def test_static_characteristic_is_the_packaged_line():
+    rates_deg = np.linspace(-300.0, 300.0, 7)
+    millivolts = 1e3 * static_characteristic([math.radians(rate) for rate in rates_deg])
+    assert np.abs(millivolts - 0.67 * rates_deg).max() < 0.005 * 0.67 * 300.0
+    slope, offset = np.polyfit(rates_deg, millivolts, 1)
+    assert slope == pytest.approx(0.67, rel=1e-6)
+    assert offset == pytest.approx(0.0, abs=1e-9)
+
+
+@pytest.mark.parametrize('steps_per_cycle', [5, 7, 64])
+def test_the_result_does_not_hang_on_the_step(steps_per_cycle):
+    settled = static_characteristic([1.0], steps_per_cycle=steps_per_cycle)
+    assert settled[0] == pytest.approx(KRG4.sensitivity, rel=1e-7)
+
+
+def test_the_carrier_is_amplitude_modulated_by_the_rate():
+    rate, frequency = math.radians(300.0), 50.0
+    waveforms = simulate(lambda time: rate * np.cos(math.tau * frequency * time), 0.1)
+    whole = waveforms.time.size // 16 * 16
+    cycles = waveforms.carrier[:whole].reshape(-1, 16)[100:]
+    tone = np.exp(-1j * (KRG4.carrier * waveforms.time[:16] + KRG4.reference_phase))
+    envelope = 2.0 / 16.0 * (cycles @ tone)
+    middle = waveforms.time[:whole].reshape(-1, 16)[100:].mean(axis=1)
+    # No RC here: sense axis 1 us late, one cycle's mean up to 4 us off (its slope leaks in).
+    expected = KRG4.carrier_sensitivity * rate * np.cos(math.tau * frequency * middle)
+    np.testing.assert_allclose(envelope.real, expected, rtol=0, atol=2e-3 * expected.max())
+
+
+@pytest.mark.parametrize('frequency', [1.0, 5.0, 20.0, 50.0])
+def test_sinusoidal_rates_come_out_with_gain_and_phase_of_the_response(frequency):
+    duration = 0.1 + 2.0 / frequency
+    waveforms = simulate(lambda time: np.cos(math.tau * frequency * time), duration)
+    late = waveforms.time > 0.1
+    turn = np.exp(1j * math.tau * frequency * waveforms.time[late])
+    measured = 2.0 * np.mean(waveforms.demodulated[late] / turn) / KRG4.sensitivity
+    assert measured == pytest.approx(KRG4.response(frequency), abs=2e-3)
+
+
+def test_ripple_is_what_the_circuit_says():
+    waveforms = simulate(constant(1.0), 0.06, steps_per_cycle=64)
+    settled = waveforms.demodulated[-640:] / KRG4.sensitivity
+    assert np.ptp(settled) / 2.0 == pytest.approx(KRG4.ripple, rel=0.01)
+
+
+def test_brownian_motion_walks_as_derived():
+    circuit = dataclasses.replace(KRG4, bandwidth=1000.0)
+    waveforms = simulate(constant(0.0), 20.0, circuit, steps_per_cycle=8, temperature=300.0)
+    step = 128  # 16 cycles: the ripple averages out
+    measured = waveforms.demodulated[:-1] / circuit.sensitivity
+    rate = measured[: measured.size // step * step].reshape(-1, step).mean(axis=1)
+    period = step / 8 / circuit.carrier_frequency
+    size = 16  # 25 ms, far above the 0.16 ms of the RC
+    walk = allan_deviation(rate, period, [size])[0] * math.sqrt(size * period)
+    assert walk == pytest.approx(circuit.thermal_noise(300.0), rel=0.08)
+
+
+def test_noise_is_repeatable_and_its_seed_matters():
+    def run(seed):
+        return simulate(constant(0.0), 0.001, temperature=300.0, seed=seed).demodulated
+
+    np.testing.assert_array_equal(run(1), run(1))
+    assert not np.array_equal(run(1), run(2))
+
+
+@pytest.mark.parametrize('steps_per_cycle', [4, 2, 0, -8, 16.0])
+def test_a_carrier_below_its_nyquist_rate_is_refused(steps_per_cycle):
+    with pytest.raises(SimError, match=r'^steps_per_cycle: .*accepted: integer in \[5, inf\)'):
+        simulate(constant(0.0), 0.001, steps_per_cycle=steps_per_cycle)
+
+
+@pytest.mark.parametrize(
+    ('arguments', 'name'),
+    [
+        ({'duration': 0.0}, 'duration'),
+        ({'duration': math.nan}, 'duration'),
+        ({'temperature': -1.0}, 'temperature'),
+        ({'rate': constant(math.nan)}, 'rate'),
+    ],
+)
+def test_other_bad_input_is_refused(arguments, name):
+    with pytest.raises(SimError, match=rf'^{name}: .*accepted: [(\[]'):
+        simulate(**{'rate': constant(0.0), 'duration': 0.001, **arguments})

@@ -1,0 +1,33 @@
+"""The generated documents are up to date, and stored results are rendered beside their data."""
+
+import pytest
+
+from khr_studies.documents.docs_generator import generated
+from khr_studies.scoreboard.page import scoreboard_markdown, write
+from khr_studies.scoreboard.study import compare
+from tests import ROOT
+from tests.fakes.benches import Thesis
+
+
+@pytest.mark.parametrize(
+    ('path', 'text'), generated(ROOT).items(), ids=lambda each: getattr(each, 'name', '')
+)
+def test_a_document_is_what_make_docs_writes(path, text):
+    assert path.read_text(encoding='utf-8') == text, 'run: make docs'
+
+
+def test_index_names_every_document():
+    index = (ROOT / 'docs' / 'index.md').read_text(encoding='utf-8')
+    for path in (ROOT / 'docs').glob('*.md'):
+        assert path.name == 'index.md' or f']({path.name})' in index, path.name
+
+
+def test_stored_results_are_rendered_without_measuring(tmp_path):
+    for name in ('README.md', 'CHANGELOG.md'):
+        (tmp_path / name).write_text((ROOT / name).read_text())
+    page = tmp_path / 'docs' / 'scoreboard.md'
+    assert page not in generated(tmp_path)
+    board = compare(Thesis())
+    write(board, page)
+    page.unlink()
+    assert generated(tmp_path)[page] == scoreboard_markdown(board)

@@ -1,0 +1,173 @@
+"""Figures, scoreboard and scenarios try one condition in one way, and contradictions are found."""
+
+from concurrent.futures import Future
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from khr_bringup.scenario import scenario as scenarios
+from khr_common import RunError
+from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.bench import Bench, MeasuredWalk, limit_of_seed, walk
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.consistency import (
+    Said,
+    check,
+    contradictions,
+    named,
+    ragged,
+    said_of_runs,
+)
+from khr_studies.measuring.critical import START
+from khr_studies.measuring.experiments import Run, shipped, specification_of, sweeps_of
+from khr_studies.measuring.limit import Attempt
+from khr_studies.measuring.published import STAGE_2, walking
+from khr_sweeps.trial import complete
+from tests.fakes.benches import outcome
+
+SHIPPED = [path.stem for path in scenarios.shipped() if path.stem.startswith(('lift', 'walk'))]
+TRIED = [name for name in shipped() if name.startswith(('lift', 'walk', 'map', 'lines'))]
+
+
+@pytest.mark.parametrize('fast', [False, True])
+@pytest.mark.parametrize('name', TRIED)
+def test_an_experiment_tries_a_condition_as_the_scoreboard_does(name, fast):
+    for trial in specification_of(name, fast).trials('v'):
+        condition, inclination_deg, seed = named(trial.scenario)
+        again = condition.scenario(inclination_deg, seed)
+        assert seed == trial.seed and complete(again) == complete(trial.scenario)
+
+
+@pytest.mark.parametrize('name', SHIPPED)
+def test_a_shipped_scenario_is_its_condition_without_an_error_of_posture(name):
+    scenario = scenarios.load(name)
+    condition, inclination_deg, _ = named(scenario)
+    assert complete(condition.scenario(inclination_deg)) == complete(scenario)
+
+
+def test_a_condition_is_found_again_in_its_scenario():
+    for condition in (STAGE_2, walking(12.0, 13.0, 'rubber'), replace(walking(), uphill=True)):
+        assert Condition.of(condition.scenario(5.0, 3)) == (condition, 5.0)
+        slick = replace(condition, changes=((('simulator', 'friction'), 0.3),))
+        assert named(slick.scenario(5.0, 3)) == (slick, 5.0, 3)
+
+
+def run(condition, inclination_deg, seed, verdict, **changes):
+    scenario = condition.scenario(inclination_deg, seed).changed(
+        {tuple(key.split('__')): value for key, value in changes.items()}
+    )
+    return Run(
+        {}, seed, {'verdict': verdict, 'stayed_up': verdict != 'fell'}, scenario, Path('absent')
+    )
+
+
+STANDS = Said('a row of the scoreboard', STAGE_2, 7.6, 1, True)
+
+
+@pytest.mark.parametrize(
+    ('verdict', 'changes', 'pairs'),
+    [
+        ('fell', {}, 1),
+        ('fell', {'gait__start_delay': 6.8}, 1),  # what no page names must not decide
+        ('fell', {'simulator__initial_tilt_deg': 0.0}, 1),
+        ('stood', {'gait__start_delay': 6.8}, 0),
+        ('fell', {'simulator__friction': 0.3}, 0),  # another condition, and named so
+        ('fell', {'gait__first_foot': 'left'}, 0),
+        (None, {}, 0),
+    ],
+)
+def test_a_run_that_contradicts_the_scoreboard_is_found(verdict, changes, pairs):
+    said = [STANDS, *said_of_runs({'lift_stages': [run(STAGE_2, 7.6, 1, verdict, **changes)]})]
+    found = contradictions(said)
+    assert len(found) == pairs
+    if found:
+        assert found[0] == (
+            'stand, K_A 12 at 7.6 deg, seed 1: stays up by a row of the scoreboard, '
+            'not by experiment lift_stages'
+        )
+
+
+def test_another_seed_or_ground_is_no_contradiction_but_may_be_ragged():
+    falls = replace(STANDS, stayed_up=False)
+    assert not contradictions(
+        [STANDS, replace(falls, seed=2), replace(falls, inclination_deg=7.5)]
+    )
+    assert ragged([STANDS, replace(falls, inclination_deg=7.5)]) == [
+        'stand, K_A 12, seed 1: lost at 7.5 deg, stays up at 7.6 deg'
+    ]
+    assert ragged([STANDS, replace(falls, inclination_deg=7.7)]) == []
+
+
+def test_a_contradiction_is_refused_by_one_line_each_and_an_error(capsys):
+    check([STANDS], Path('kept'))
+    with pytest.raises(
+        RunError, match='no page is written: of its results 1 contradict'
+    ) as refusal:
+        check([STANDS, replace(STANDS, source='x', stayed_up=False)], Path('kept'))
+    assert 'kept' in str(refusal.value)
+    assert capsys.readouterr().err.count('khr: stand, K_A 12 at 7.6 deg') == 1
+
+
+class Pool:
+    """Measures at once: all walks end so, all limits are one run that walks, or rides."""
+
+    def __init__(self, walks='fell', slip=0.0):
+        self.walks, self.slip = walks, slip
+
+    def submit(self, function, *arguments):
+        done = Future()
+        if function is limit_of_seed:
+            _, seed, start, _ = arguments
+            done.set_result(
+                (start, [Attempt(start, seed, replace(outcome('walked'), largest_slip=self.slip))])
+            )
+        else:
+            done.set_result(MeasuredWalk(outcome(self.walks), ()))
+        return done
+
+
+def test_all_that_a_bench_has_measured_is_said():
+    bench = Bench(Pool(), 2, 0.2)
+    bench.ask_limit(walking(12.0))
+    bench.ask(walk, walking(12.0), START)
+    said = list(bench.said())
+    assert len(said) == 4 and {one.seed for one in said} == {0, 1}
+    assert len(contradictions(said)) == 2
+
+
+def test_who_rides_down_the_board_is_said_not_to_stay_up():
+    bench = Bench(Pool('slipped', slip=1.0), 1, 0.2)
+    bench.ask_limit(walking(12.0))
+    bench.ask(walk, walking(12.0), 8.0)
+    assert [one.stayed_up for one in bench.said()] == [False, True]  # the walk slid no step
+
+
+def test_a_bench_on_another_engine_measures_and_says_so():
+    engine = (('simulator', 'engine'), 'mujoco')
+    asked = []
+
+    class Recording(Pool):
+        def submit(self, function, condition, *arguments):
+            asked.append(condition)
+            return super().submit(function, condition, *arguments)
+
+    bench = Bench(Recording(), 1, 0.2, settings=(engine,))
+    bench.ask(walk, walking(12.0), 8.0)
+    assert [dict(condition.changes) for condition in asked] == [dict([engine])]
+    assert [one.condition for one in bench.said()] == asked
+    assert not bench.walks(walking(12.0), 8.0)[0].stayed_up  # asked for by its own name
+
+
+def test_the_default_engine_by_name_is_the_same_experiment():
+    """Otherwise khr figure and khr reproduce would discard one another's runs."""
+    own = sweeps_of(['walk_soles'], True)
+    assert sweeps_of(['walk_soles'], True, RunParameters().engine) == own
+
+
+def test_experiments_on_another_engine_have_folders_of_their_own():
+    (own,) = sweeps_of(['walk_soles'], True)
+    (other,) = (found := sweeps_of(['walk_soles'], True, 'mujoco'))
+    assert own != other and other.name == own.name
+    for scenario in found[other].scenarios.values():
+        assert scenario.table(RunParameters).engine == 'mujoco'

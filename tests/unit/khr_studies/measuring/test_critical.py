@@ -1,0 +1,123 @@
+"""The critical inclination: the search, its statistics, and what a trial does."""
+
+import numpy as np
+import pytest
+
+from khr_analysis.outcome import Outcome
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.scenario.derived import start_of_lift
+from khr_common import KhrError
+from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring import critical
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.critical import measure_limit, run_condition
+from khr_studies.measuring.limit import OF_ONE_SEED, RAGGED, VIBRATES, Attempt, Limit
+from khr_studies.measuring.limit_text import limit_text
+
+
+def outcome(verdict='walked', slip=0.0, vibration=0.1):
+    return Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, slip, slip, vibration, verdict == 'fell')
+
+
+def test_interval_is_students_over_what_bisection_and_raggedness_leave():
+    limit = Limit((5.0, 6.0, 7.0), (), 0.2)
+    assert limit.mean == 6.0
+    rest = 1.96 * np.hypot(0.2 / np.sqrt(12.0), RAGGED)
+    assert limit.half_width == pytest.approx(np.hypot(4.302653 / np.sqrt(3.0), rest), rel=1e-6)
+    assert Limit((6.0, 6.0, 6.0), (), 0.2).half_width == pytest.approx(rest)
+    assert Limit((5.0,), (), 0.2).half_width == pytest.approx(np.hypot(rest, 1.96 * OF_ONE_SEED))
+
+
+def test_seeds_search_on_lattices_of_their_own(monkeypatch):
+    def run(condition, inclination_deg, seed):
+        return outcome('walked' if inclination_deg < 7 else 'fell')
+
+    monkeypatch.setattr(critical, 'run_condition', run)
+    limit = measure_limit(Condition(), 6, 0.2)
+    assert len(set(limit.of_seeds)) == 6
+    assert limit.of_seeds == pytest.approx([7.0] * 6, abs=0.1)
+    assert limit.tolerance == 0.2
+
+
+def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
+    trials = (
+        Attempt(5.0, 0, outcome('slipped')),
+        Attempt(5.5, 0, outcome('walked')),
+        Attempt(5.6, 0, outcome('fell', vibration=9.0)),
+        Attempt(6.0, 1, outcome('slipped', vibration=2.0 * VIBRATES)),
+        Attempt(6.5, 1, outcome('fell')),
+        Attempt(7.0, 1, outcome('walked')),
+    )
+    limit = Limit((5.55, 6.25), trials)
+    assert [trial.inclination_deg for trial in limit.highest] == [5.5, 6.0]
+    assert (limit.slipped, limit.vibrated) == (0.5, 0.5)
+
+
+def test_limit_is_the_first_number_reported():
+    text = limit_text(Condition(ankle_gain=12.0), Limit((6.0, 6.5), (Attempt(6.0, 0, outcome()),)))
+    assert float(text.split()[0]) == 6.25
+
+
+def test_condition_sets_what_each_node_does():
+    scenario = Condition('leg_lift', 12.0, 13.0).scenario(7.6, seed=4)
+    assert scenario.table(RunParameters).surface == 'pads'
+    assert scenario.table(AnkleControllerParameters).source == 'force'
+    assert scenario.table(HipControllerParameters).gain == 13.0
+    for seed in range(3):
+        assert Condition().scenario(3.0, seed).table(RunParameters).seed == seed
+
+
+def test_condition_uphill_is_the_same_ground_the_other_way():
+    up = Condition('walk', 12.0, uphill=True)
+    assert up.scenario(3.0).table(RunParameters).inclination_deg == -3.0
+    assert up.title == 'walk, uphill, K_A 12'
+    assert Condition(uphill=True).title == 'walk, uphill, no control'
+
+
+def test_walk_of_a_trial_is_the_offline_run():
+    condition = Condition(changes=((('simulator', 'duration'), 0.3),))
+    assert run_condition(condition, 3.0, 1) == run_offline(condition.scenario(3.0, 1)).outcome
+
+
+def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
+    condition = Condition(
+        'leg_lift',
+        changes=(
+            (('gait', 'shift_time'), 0.3),
+            (('gait', 'lift_time'), 0.2),
+            (('gait', 'hold_time'), 0.1),
+            (('gait', 'lift'), 0.003),
+            (('gait', 'end_pause'), 0.0),
+        ),
+    )
+    seen = []
+    run_condition(
+        condition,
+        1.0,
+        0,
+        lambda truth, *_: seen.append(
+            (truth.stamp_ns / 1e9, np.degrees(truth.inclination), truth.joint_position[7])
+        ),
+    )
+    time, inclination, hip_roll = np.array(seen).T
+    assert inclination[0] == 0.0
+    assert inclination[-1] == pytest.approx(1.0)
+    before = time < start_of_lift(1.0)
+    assert inclination[before][-1] == pytest.approx(1.0)
+    assert np.ptp(hip_roll[before]) < 0.02 < np.ptp(hip_roll)
+
+
+@pytest.mark.parametrize(
+    ('seeds', 'tolerance', 'word'), [(0, 0.1, '--seeds'), (1, 0.0, '--tolerance')]
+)
+def test_arguments_are_refused_in_one_line(seeds, tolerance, word):
+    with pytest.raises(KhrError, match=word) as refusal:
+        measure_limit(Condition(), seeds, tolerance)
+    assert '\n' not in str(refusal.value)
+
+
+def test_unknown_surface_is_refused_before_anything_starts():
+    with pytest.raises(KhrError, match='surface'):
+        measure_limit(Condition(surface='ice'), 1, 0.1)

@@ -1,0 +1,188 @@
+"""Experiments: what is shipped, what is run, and what figures get of it."""
+
+from contextlib import nullcontext
+
+import numpy as np
+import pytest
+
+from khr_balance.ankle import AnkleControllerParameters
+from khr_bringup.offline import run_offline
+from khr_bringup.recorded.run_signals import run_with_series
+from khr_studies.errors import StudyError
+from khr_studies.measuring import experiments
+from khr_studies.measuring.experiments import folder_of, runs_of, shipped, specification_of
+from khr_studies.stability_map.figure import draw_map
+from khr_studies.thesis_figures.registry import FIGURES
+from khr_sweeps.results.folder import JOURNAL
+from khr_sweeps.results.store import Store, read_store
+from khr_sweeps.sweep import report_lost
+from tests.fakes.pools import HerePool
+
+SMALL = """# A small one
+scenario: [stand_0deg, lift_3.8deg]
+duration: 0.15
+seeds: 2
+set:
+  simulator.initial_tilt_deg: 0.5
+cases:
+  none: {ankle_controller.enabled: false}
+  ankle: {ankle_controller.enabled: true}
+keep: series
+fast:
+  scenario: [stand_0deg]
+  seeds: 1
+"""
+
+
+def test_shipped_experiments_are_accepted_and_have_a_title():
+    assert shipped()
+    for name in shipped():
+        whole, fast = (specification_of(name, fast) for fast in (False, True))
+        assert whole.name == name and whole.title
+        assert 0 < fast.count <= whole.count
+        assert next(fast.trials('v')).keep == fast.keep
+
+
+def test_figures_and_experiments_belong_together():
+    needed = {name for drawing in FIGURES.values() for name in drawing.experiments}
+    assert needed <= set(shipped())
+
+
+def run(name, fast, workers):
+    experiments.run_sweeps(experiments.sweeps_of([name], fast), workers)
+
+
+@pytest.fixture(scope='module')
+def in_place():
+    """Let what is run be run in this process; test_sweep_workers has others."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(experiments, 'local_pool', lambda _: nullcontext(HerePool()))
+        yield
+
+
+@pytest.fixture(scope='module')
+def place(tmp_path_factory, in_place):
+    """A folder with one experiment of its own that has been run."""
+    place = tmp_path_factory.mktemp('place')
+    (place / 'config' / 'experiments').mkdir(parents=True)
+    (place / 'config' / 'experiments' / 'small.yaml').write_text(SMALL)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(place)
+        run('small', fast=False, workers=2)
+        run('small', fast=True, workers=1)
+    return place
+
+
+@pytest.fixture
+def here(place, monkeypatch):
+    monkeypatch.chdir(place)
+
+
+def test_runs_come_in_the_order_of_the_axes_and_the_seeds(here):
+    runs = runs_of(folder_of('small', fast=False))
+    assert [(*run.point.values(), run.seed) for run in runs] == [
+        (scenario, case, seed)
+        for scenario in ('stand_0deg', 'lift_3.8deg')
+        for case in ('none', 'ankle')
+        for seed in (0, 1)
+    ]
+    assert list(runs[0].point) == ['scenario', 'case']
+    assert [run.point['scenario'] for run in runs_of(folder_of('small', fast=True))] == [
+        'stand_0deg',
+        'stand_0deg',
+    ]
+
+
+def test_a_run_is_its_scenario_again(here):
+    for run in runs_of(folder_of('small', fast=False))[::3]:
+        assert run.scenario.name == run.point['scenario']
+        assert run.scenario.table(AnkleControllerParameters).enabled == (
+            run.point['case'] == 'ankle'
+        )
+        assert run.row['trajectory_hash'] == run_offline(run.scenario).trajectory_hash
+        assert run.row['verdict'] == 'stood'
+
+
+def test_a_run_has_its_signals(here):
+    for run in runs_of(folder_of('small', fast=False))[::3]:
+        _, series = run_with_series(run.scenario)
+        assert run.series.time[-1] == pytest.approx(run.row['time_s'])
+        np.testing.assert_allclose(run.series.pitch, series.pitch, atol=1e-6)
+        assert run.series is run.series  # read once
+
+
+def test_a_run_without_signals_is_one_line(here, tmp_path):
+    folder = folder_of('small', fast=True)
+    run = runs_of(folder)[0]
+    moved = run.kept.rename(tmp_path / 'kept.npz')
+    try:
+        assert runs_of(folder)[0].series is None
+    finally:
+        moved.rename(run.kept)
+
+
+def test_what_is_there_is_not_run_again(here, monkeypatch):
+    monkeypatch.setattr(experiments, 'local_pool', None)  # must not be asked for
+    run('small', fast=False, workers=2)
+
+
+def test_a_map_can_be_drawn_over_scenarios_and_cases(here, tmp_path):
+    image, table = draw_map(
+        folder_of('small', fast=False), 'case', 'scenario', tmp_path / 'map.png'
+    )
+    assert image.stat().st_size > 10_000
+    assert 'stand_0deg' in table.read_text() and 'ankle' in table.read_text()
+
+
+def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
+    file = folder_of('small', True) / JOURNAL
+    before = [run.row['trajectory_hash'] for run in runs_of(folder_of('small', True))]
+    for name, value in (('version', 'older'), ('seeds', 7)):
+        head, _ = read_store(file, dict)
+        file.unlink()
+        Store(file, head | {name: value}, dict).__exit__()
+        with experiments.opened(experiments.sweeps_of(['small'], True)) as sweeps:
+            assert experiments.missing(sweeps) == 2
+            assert read_store(file, dict)[1] == []
+        run('small', fast=True, workers=1)
+        again = runs_of(folder_of('small', True))
+        assert [run.row['trajectory_hash'] for run in again] == before
+        assert all(run.series is not None for run in again)
+
+
+def test_an_unknown_experiment_is_one_line():
+    with pytest.raises(StudyError, match=r"experiment: 'walks' is not known; accepted: .*walk"):
+        specification_of('walks', fast=False)
+
+
+def test_a_run_of_two_experiments_is_made_once_and_listed_in_both(here, place):
+    """The twin keeps no signals and has one case more."""
+    twin = SMALL.replace('keep: series\n', '').replace(
+        'cases:\n', 'cases:\n  other: {ankle_controller.gain: 3.0}\n'
+    )
+    for name, text in (('once', SMALL), ('twin', twin)):
+        (place / 'config' / 'experiments' / f'{name}.yaml').write_text(text)
+    sweeps = experiments.sweeps_of(['once', 'twin'], fast=False)
+    experiments.run_sweeps(sweeps, workers=1)
+    once, twins = (runs_of(path) for path in sweeps)
+    assert (len(once), len(twins)) == (8, 12)
+    assert all(run.series is not None for run in once)
+    assert all(run.series is None for run in twins)
+
+    def took(runs):
+        return {
+            (*run.point.values(), run.seed): run.row['wall_time_s']
+            for run in runs
+            if run.point['case'] != 'other'
+        }
+
+    assert took(once) == took(twins), 'two runs never take as long'
+
+
+def test_lost_runs_are_reported_once_with_what_to_do(capsys):
+    report_lost(0)
+    assert capsys.readouterr().err == ''
+    report_lost(3)
+    assert capsys.readouterr().err == (
+        'khr: 3 runs lost their worker several times; repeat the command to try them again\n'
+    )

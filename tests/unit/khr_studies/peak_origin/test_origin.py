@@ -1,0 +1,349 @@
+"""Where lines come from: synthetic walks whose makers are known."""
+
+from dataclasses import replace
+from functools import cache
+
+import numpy as np
+import pytest
+
+from khr_studies.errors import StudyError
+from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
+from khr_studies.peak_origin.evidence import ratio
+from khr_studies.peak_origin.line_chance import chance_within, places, sum_of_uniform
+from khr_studies.peak_origin.null_rates import null_rates
+from khr_studies.peak_origin.origin import origins, strongest_near
+from khr_studies.peak_origin.resonance import resonance
+
+PERIOD, CYCLES, SEEDS = 0.015, 4, 3
+BASE = Treatment(2.31, 12.0, 0.0, 0.18, 0.1)
+LINES = {2: 0.2, 4: 0.25, 6: 0.15, 10: 0.1}  # rad/s, by number
+SLIP_HZ = 5.57  # n = 12.87
+
+
+def loop_frequency(gain):
+    return 0.27 * gain  # Hz: 3.24 (n = 7.48) at 12
+
+
+def walk(treatment, seed, loop, slipping=0.1, noise=0.003):
+    """Lines of the gait, a tone of the loop and one of slipping, with phases that drift."""
+    draw = np.random.default_rng(seed)
+    time = np.arange(round(CYCLES * treatment.cycle_period / PERIOD)) * PERIOD
+    cycle = np.floor(time / treatment.cycle_period).astype(int)
+
+    def tone(frequency, wander):
+        phase = draw.uniform(0.0, 2 * np.pi) + np.cumsum(wander * draw.normal(size=CYCLES + 1))
+        return np.cos(2 * np.pi * frequency * time + phase[cycle])
+
+    rate = noise * draw.normal(size=time.size)
+    for number, amplitude in LINES.items():
+        rate += amplitude * np.cos(2 * np.pi * number / treatment.cycle_period * time + number)
+    if treatment.ankle_gain:
+        rate += 0.12 * tone(loop(treatment.ankle_gain), 0.05)
+    slides = tone(SLIP_HZ, 0.1) * draw.uniform(0.8, 1.2, CYCLES + 1)[cycle]
+    grips = treatment.friction > 0.5
+    slip_speed = 0.05 + (0.0 if grips else 0.04) * slides + 0.001 * draw.normal(size=time.size)
+    rate += (0.0 if grips else slipping) * slides
+    return Record(time, rate, np.cumsum(slip_speed) * PERIOD)
+
+
+@cache
+def walks(label, treatment, loop=loop_frequency, slipping=0.1):
+    return Walks(
+        label,
+        treatment,
+        tuple(walk(treatment, seed, loop, slipping) for seed in range(SEEDS)),
+        PERIOD,
+    )
+
+
+CHANGES = {
+    'K_A 9': {'ankle_gain': 9.0},
+    'K_A 18': {'ankle_gain': 18.0},
+    'T 2.145': {'cycle_period': 2.145},
+    'T 2.55': {'cycle_period': 2.55},
+    'no feedback': {'ankle_gain': 0.0},
+    'grip': {'friction': 0.8},
+}
+
+
+def others(loop=loop_frequency, slipping=0.1, without=()):
+    return [
+        walks(label, replace(BASE, **change), loop, slipping)
+        for label, change in CHANGES.items()
+        if label not in without
+    ]
+
+
+def labelled(loop=loop_frequency, slipping=0.1, without=(), threshold=0.2):
+    base = walks('as it is', BASE, loop, slipping)
+    return origins(base, others(loop, slipping, without), threshold)
+
+
+def at(lines, frequency):
+    return min(lines, key=lambda line: abs(line.frequency - frequency))
+
+
+def test_every_maker_is_found_and_nothing_else():
+    found = labelled()
+    assert [(line.label, line.sure) for line in found if line.origin == 'gait'] == [
+        ('gait line 2', 'high'),
+        ('f_0', 'high'),
+        ('gait line 6', 'high'),
+        ('gait line 10', 'high'),
+    ]
+    rest = [line for line in found if line.origin != 'gait']
+    assert [line.origin for line in rest] == ['feedback', 'slipping']
+    assert rest[0].frequency == pytest.approx(loop_frequency(12.0), abs=0.03)
+    assert rest[1].frequency == pytest.approx(SLIP_HZ, abs=0.06)
+    assert rest[0].sure == rest[1].sure == 'high'
+
+
+def test_the_amplitude_and_its_interval_are_those_of_the_lines():
+    line = at(labelled(), 6 / 2.31)
+    assert line.amplitude == pytest.approx(LINES[6], abs=0.03)
+    assert line.low < line.amplitude < line.high
+
+
+@pytest.fixture
+def only_the_loop_on_its_line(monkeypatch):
+    """Let the loop ring on a line of the gait at K_A 12, and the gait leave that line empty."""
+
+    def prepared(number):
+        monkeypatch.setattr(
+            f'{__name__}.LINES', {key: value for key, value in LINES.items() if key != number}
+        )
+        walks.cache_clear()
+        return lambda gain: number / 2.31 * gain / 12.0
+
+    yield prepared
+    walks.cache_clear()
+
+
+@pytest.mark.parametrize('number', [5, 6, 7, 8, 9, 11, 17])
+def test_a_loop_that_rings_on_a_line_is_distinguished_from_it(only_the_loop_on_its_line, number):
+    loop = only_the_loop_on_its_line(number)
+    found = at(labelled(loop), number / 2.31)
+    assert abs(found.order - number) < 0.05
+    assert found.origin == 'feedback' and found.sure != 'low'
+    evidence = {each.experiment: each for each in found.evidence}
+    assert evidence['place'].speaks_for == {'gait'}
+    assert evidence['no feedback'].speaks_for == {'feedback'}
+    assert evidence['cycle'].speaks_against == {'gait'}
+
+
+def test_a_cycle_whose_lines_coincide_says_nothing(only_the_loop_on_its_line):
+    """Line 11 of 2.31 s is line 10 of 2.1 s: that cycle alone cannot tell, and must not veto."""
+    loop = only_the_loop_on_its_line(11)
+    coinciding = walks('T 2.1', replace(BASE, cycle_period=2.1), loop)
+    base, others_ = walks('as it is', BASE, loop), others(loop)
+
+    def cycle(*compared):
+        line = strongest_near(base, compared, 11 / 2.31, 0.1)
+        return next((each for each in line.evidence if each.experiment == 'cycle'), None)
+
+    assert cycle(coinciding) is None
+    assert cycle(coinciding, *others_).speaks_for == {'feedback', 'slipping'}
+
+
+def invented(rate, seeds=SEEDS):
+    """Walks of all treatments whose rate is what a function of treatment, time and draw says."""
+    found = []
+    for label, change in ({'as it is': {}} | CHANGES).items():
+        treatment = replace(BASE, **change)
+        time = np.arange(round(CYCLES * treatment.cycle_period / PERIOD)) * PERIOD
+        records = []
+        for seed in range(seeds):
+            draw = np.random.default_rng([seed, len(found)])
+            slip = np.cumsum(draw.normal(size=time.size))
+            records.append(Record(time, rate(treatment, time, draw), slip))
+        found.append(Walks(label, treatment, tuple(records), PERIOD))
+    return found
+
+
+def gait_alone(treatment, time, draw):
+    phase = 2 * np.pi * time / treatment.cycle_period
+    return 0.05 * draw.normal(size=time.size) + sum(
+        amplitude * np.cos(number * phase + number) for number, amplitude in LINES.items()
+    )
+
+
+@pytest.mark.parametrize('seeds', [1, 3])
+def test_noise_has_hardly_a_peak_and_no_label(seeds):
+    """One peak in 20 spectra is the stated level; a label must be much rarer."""
+    base = invented(lambda treatment, time, draw: draw.normal(size=time.size), seeds)
+    rates = null_rates(base, 0.0, repeats=60)
+    assert sum(rates.noise.values()) <= 8  # 3 expected; more than 8 once in 300 times
+    assert sum(rates.noise.values()) - rates.noise['unexplained'] <= 2
+
+
+def test_no_bin_of_noise_is_called_a_line_of_the_gait():
+    """Whatever bin one asks for: what does not stand out has no origin."""
+    base, *compared = invented(lambda treatment, time, draw: draw.normal(size=time.size))
+    asked = [strongest_near(base, compared, n / 2.31, 0.01) for n in range(1, 30)]
+    assert [line.label for line in asked] == ['no peak'] * 29
+    assert {line.sure for line in asked} == {'low'}
+
+
+@pytest.mark.parametrize('seeds', [1, 3])
+def test_a_gait_alone_has_lines_of_the_gait_alone(seeds):
+    base = invented(gait_alone, seeds)
+    found = origins(base[0], base[1:], 0.1)
+    assert [round(line.order) for line in found] == [2, 4, 6, 10]
+    assert {line.origin for line in found} == {'gait'}
+    assert not {line.sure for line in found} & {'low'}
+    rates = null_rates(base, 0.1, repeats=20)
+    assert rates.gait['gait'] >= 0.95 * 4 * 20
+    assert rates.gait['feedback'] + rates.gait['slipping'] <= 1
+
+
+def test_a_peak_between_the_lines_is_never_a_line():
+    """A tone that nothing takes away has no known origin; it lies on no line of the gait."""
+
+    def tone(treatment, time, draw):
+        return gait_alone(treatment, time, draw) + 0.2 * np.cos(2 * np.pi * 2.42 * time)
+
+    base = invented(tone)
+    line = at(origins(base[0], base[1:], 0.1), 2.42)
+    assert line.frequency == pytest.approx(2.42, abs=0.02) and line.stands
+    assert line.origin is None and line.label == 'unexplained' and line.sure == 'low'
+
+
+def test_without_experiments_nothing_is_sure():
+    found = labelled(without=tuple(CHANGES))
+    assert {line.sure for line in found} == {'low'}
+
+
+def test_one_seed_makes_nothing_quite_sure():
+    base, *changed = [
+        replace(each, records=each.records[:1]) for each in (walks('as it is', BASE), *others())
+    ]
+    found = origins(base, changed, 0.2)
+    assert found and not any(line.sure == 'high' for line in found)
+    assert not any(
+        each.speaks_for
+        for line in found
+        for each in line.evidence
+        if each.experiment == 'gain' and 'does not matter' in each.words
+    )
+
+
+def test_wrong_evidence_changes_the_label():
+    """Records of another walk under the name of an experiment: the label follows them."""
+    base = walks('as it is', BASE)
+    right = others(without=('no feedback', 'K_A 9', 'K_A 18', 'T 2.145', 'T 2.55'))
+    lying = [
+        replace(base, label='no feedback', treatment=replace(BASE, ankle_gain=0.0)),
+        replace(base, label='K_A 18', treatment=replace(BASE, ankle_gain=18.0)),
+    ]
+    ringing = loop_frequency(12.0)
+    assert strongest_near(base, others(), ringing, 0.1).origin == 'feedback'
+    assert strongest_near(base, right + lying, ringing, 0.1).origin != 'feedback'
+    silent = walks('no feedback', replace(BASE, ankle_gain=0.0))
+    loud = replace(
+        silent,
+        records=tuple(
+            replace(record, rate=record.rate - 0.25 * np.cos(8 * np.pi / 2.31 * record.time + 4))
+            for record in silent.records
+        ),
+    )
+    evidence = {
+        each.experiment: each for each in strongest_near(base, [loud], 4 / 2.31, 0.1).evidence
+    }
+    assert evidence['no feedback'].speaks_for == {'feedback'}
+
+
+def test_slipping_without_grip_walks_is_not_sure():
+    line = at(labelled(without=('grip',)), SLIP_HZ)
+    assert not any(each.experiment == 'no slipping' for each in line.evidence)
+    assert at(labelled(), SLIP_HZ).sure == 'high'
+
+
+def test_lines_repeat_in_every_cycle_and_other_tones_do_not():
+    base = walks('as it is', BASE)
+    assert base.locked_share(4 / 2.31) > 0.98
+    assert base.locked_share(loop_frequency(12.0)) < 0.2
+    assert 0.5 < base.repeating_share() < 0.95
+    assert walks('no tones', replace(BASE, ankle_gain=0.0), slipping=0.0).repeating_share() > 0.98
+
+
+def test_slip_that_repeats_with_the_gait_is_no_coherence():
+    time = np.arange(round(CYCLES * 2.31 / PERIOD)) * PERIOD
+    rate = np.cos(2 * np.pi * 6 / 2.31 * time)
+    records = []
+    for seed in range(SEEDS):
+        draw = np.random.default_rng(seed)
+        records.append(
+            Record(
+                time,
+                rate + 0.05 * draw.normal(size=time.size),
+                np.cumsum(1 + rate + 0.05 * draw.normal(size=time.size)) * PERIOD,
+            )
+        )
+    coherence, limit = Walks('', BASE, tuple(records), PERIOD).slip_coherence(6 / 2.31)
+    assert coherence < limit < 0.5
+
+
+@pytest.mark.parametrize('cycle_period', [2.1, 2.145, 2.31, 2.6])
+def test_every_line_reads_its_amplitude_for_any_cycle(cycle_period):
+    of = walks('', replace(BASE, cycle_period=cycle_period, ankle_gain=0.0), slipping=0.0)
+    assert of.cycles == CYCLES
+    for number, amplitude in LINES.items():
+        assert of.at_line(number).mean() == pytest.approx(amplitude, rel=0.03)
+    assert of.at_line(10_000).mean() == 0.0
+
+
+def test_a_ratio_knows_the_scatter():
+    draw = np.random.default_rng(1)
+    same = ratio(np.exp(0.1 * draw.normal(size=200)), np.exp(0.1 * draw.normal(size=200)))
+    assert same.low < 1.0 < same.high and not same.changed
+    half = ratio(np.array([1.0, 1.01, 0.99]), np.array([0.5, 0.51, 0.49]))
+    assert half.changed and not half.vanished and half.value == pytest.approx(0.5, rel=0.01)
+    wide = ratio(np.array([1.0, 1.01, 0.99]), np.array([0.5, 0.51, 0.49]), tests=10)
+    assert wide.low < half.low and wide.high > half.high
+    assert ratio(np.array([1.0]), np.array([0.2])).vanished
+
+
+def test_a_band_that_rings_is_found_where_it_rings():
+    def ringing(treatment, amplitude):
+        records = []
+        for seed in range(SEEDS):
+            of = walk(treatment, seed, loop_frequency, slipping=0.0)
+            draw = np.random.default_rng(100 + seed)
+            spectrum = np.fft.rfft(draw.normal(size=of.time.size))
+            frequency = np.fft.rfftfreq(of.time.size, PERIOD)
+            spectrum[np.abs(frequency - 8.6) > 1.0] = 0.0
+            band = np.fft.irfft(spectrum, of.time.size)
+            records.append(replace(of, rate=of.rate + amplitude * band / band.std()))
+        return Walks('', treatment, tuple(records), PERIOD)
+
+    quiet = replace(BASE, ankle_gain=0.0)
+    found = resonance(ringing(quiet, 0.0), ringing(quiet, 0.05))
+    assert found.frequency == pytest.approx(8.6, abs=0.5)
+    assert found.low == pytest.approx(7.6, abs=0.7) and found.high == pytest.approx(9.6, abs=0.7)
+    assert found.beyond and found.holds(8.4) and not found.holds(4.74)
+    assert resonance(ringing(quiet, 0.05), ringing(quiet, 0.05)) is None
+
+
+def test_too_short_records_are_refused():
+    time = np.arange(100) * PERIOD
+    with pytest.raises(StudyError, match='two whole cycles'):
+        Walks('', BASE, (Record(time, time, time),), PERIOD)
+    with pytest.raises(StudyError, match='one or more'):
+        Walks('', BASE, (), PERIOD)
+
+
+def test_places_among_the_lines():
+    found = places([6 / 2.31, 11.5 / 2.31], 2.31, 0.22)
+    assert found.orders == pytest.approx((6.0, 11.5))
+    assert found.distances == pytest.approx((0.0, 0.5))
+    assert not found.decisive and places([2.0], 2.31, 0.02).decisive
+    assert chance_within(0.05) == pytest.approx(0.1) and chance_within(0.5) == 1.0
+    with pytest.raises(StudyError):
+        places([], 2.31, 0.1)
+
+
+@pytest.mark.parametrize('count', [1, 2, 4, 7])
+def test_sums_of_uniform_numbers(count):
+    sums = np.random.default_rng(3).uniform(size=(200_000, count)).sum(axis=1)
+    for value in np.linspace(0.1, count, 7):
+        assert sum_of_uniform(count, value) == pytest.approx(np.mean(sums <= value), abs=0.005)

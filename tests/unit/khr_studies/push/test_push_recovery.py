@@ -1,0 +1,201 @@
+"""The largest push that the simulated robot survives, and its table."""
+
+import csv
+from dataclasses import fields
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from khr.cli.app import app
+from khr_common import KhrError
+from khr_report.errors import ReportError
+from khr_report.folders import make_folder
+from khr_report.page.document import markdown
+from khr_sim.parameters import SimulatorParameters
+from khr_sim.physics.push import Push
+from khr_sim.run_parameters import RunParameters
+from khr_studies.errors import StudyError
+from khr_studies.push import limits as push_limits
+from khr_studies.push import page as push_page
+from khr_studies.push import study as push_recovery
+from khr_studies.push.model import legs
+from khr_studies.push.study import GYROS, START, PushCondition, bracket, push_robot, stance
+from tests import ROOT
+
+DOCUMENT = ROOT / 'docs' / 'models.md'
+FOOT = 2.0 * stance().pendulum.half_foot
+
+
+@pytest.fixture
+def brief(monkeypatch):
+    """Watch the robot only as long as these tests look."""
+    monkeypatch.setattr(push_recovery, 'WATCH', 0.3)
+
+
+def cell(push, who, column):
+    """Return the two forces of a cell of the document's table."""
+    block = DOCUMENT.read_text(encoding='utf-8').split(push_page.PART.markers[0])[1]
+    lines = [line.strip('| ').split(' | ') for line in block.splitlines() if line[:1] == '|']
+    place = lines[0].index(column)
+    row = next(line for line in lines if line[:2] == [push, who])
+    return [float(number) for number in row[place].split(' to ')]
+
+
+@pytest.mark.parametrize('direction', ['behind', 'front'])
+def test_the_document_s_forces_are_survived_and_fatal(direction):
+    condition = PushCondition(duration=0.1, direction=direction)
+    who = f'robot, from {"the front" if direction == "front" else "behind"}'
+    survived, fatal = cell('0.1 s', who, 'K_A = 0')
+    assert survived < fatal <= survived * 1.02
+    held, fallen = (
+        push_robot(condition, force)  # as far as the table is rounded
+        for force in (survived - 0.005, fatal + 0.005)
+    )
+    assert not held.fell, 'run: python -m khr_studies.push.page docs/models.md'
+    assert fallen.fell, 'run: python -m khr_studies.push.page docs/models.md'
+    # (4.7): whoever stays within the foot stands, whoever falls leaves it on the pushed side.
+    assert np.all((held.x_com > -FOOT) & (held.x_com < 0.0))
+    assert fallen.x_com[-1] > 0.0 and np.all(fallen.x_com > -FOOT)
+
+
+@pytest.mark.parametrize('direction', ['behind', 'front'])
+def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
+    condition = PushCondition(duration=0.1, direction=direction)
+    motion = push_robot(condition, 5.0)
+    before = motion.time <= 0.0
+    assert before.sum() == round(START / 0.015) + 1
+    distance = stance().tipping(direction)[0].half_foot
+    assert motion.x_com[before] == pytest.approx(-distance, abs=0.0005)
+    first = (motion.time > 0.0) & (motion.time < 0.2)
+    assert np.max(motion.x_com[first]) > motion.x_com[before][-1] + 0.005
+    assert not motion.fell
+    push = Push.parse(condition.scenario(5.0).table(RunParameters).pushes[0])
+    assert push.force[0] == (5.0 if direction == 'behind' else -5.0)
+
+
+@pytest.mark.parametrize(
+    ('gain', 'gyro', 'most'), [(12.0, 'packaged', 0.001), (18.0, 'circuit', 0.006)]
+)
+def test_without_a_push_it_stands_still(brief, gain, gyro, most):
+    """Before, its controller leans it; under the largest gain and the fastest gyro it rings."""
+    motion = push_robot(PushCondition(gain=gain, duration=1.0, gyro=gyro), 0.0)
+    assert not motion.fell
+    assert np.ptp(motion.x_com[motion.time >= 0.0]) < most
+
+
+def test_the_gyro_of_a_condition_is_in_its_loop(brief):
+    runs = [push_robot(PushCondition(gain=18.0, gyro=gyro), 6.0).x_com for gyro in GYROS]
+    runs.append(push_robot(PushCondition(gain=0.0), 6.0).x_com)
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        assert np.max(np.abs(runs[one] - runs[other])) > 1e-4
+
+
+@pytest.mark.parametrize('limit', [0.3, 4.0, 5.0, 17.0])
+def test_a_bracket_holds_the_limit_wherever_the_guess_is(limit):
+    tried = []
+
+    def falls(force):
+        tried.append(force)
+        return force > limit
+
+    found = bracket(falls, 4.0, tolerance=0.01)
+    assert found.survived <= limit < found.fatal < found.survived * 1.010001
+    assert {found.survived, found.fatal} <= set(tried)
+    assert len(tried) < 20
+
+
+def test_who_falls_unpushed_survives_nothing():
+    assert bracket(lambda _: True, 4.0).survived == 0.0
+    assert bracket(lambda _: True, 4.0).middle == 0.0
+
+
+def test_the_stance_is_the_robot_s():
+    own = stance()
+    assert own.pendulum.mass == pytest.approx(1.5)
+    assert own.pendulum.half_foot == pytest.approx(0.055)  # the flat sole of 110 mm
+    assert 0.19 < own.pendulum.length < 0.207  # the maker's 207 mm, knees bent
+    (toe, about_toe), (heel, _) = (own.tipping(side) for side in ('behind', 'front'))
+    assert toe.half_foot + heel.half_foot == pytest.approx(FOOT)
+    assert toe.half_foot - heel.half_foot == pytest.approx(-2.0 * own.ahead)
+    assert 1.1 < about_toe / (toe.mass * (toe.length**2 + toe.half_foot**2)) < 1.4
+    # Ankle over knee over hip, the maker's 64.5 mm, 129.5 mm and 194.5 mm with straight legs.
+    heights = [own.pendulum.length - lever for lever in own.levers]
+    assert heights == pytest.approx([0.0645, 0.1225, 0.1795], abs=0.005)
+
+
+def test_the_legs_give_as_their_springs_do(brief):
+    own, parameters = stance(), SimulatorParameters()
+    servo = legs(own, parameters)
+    # An ankle alone: two motors in series with their gears, their lever shorter than the height.
+    motor = parameters.stiffness_per_stretch * parameters.stretch_ankle_pitch
+    ankle = 2.0 / (1.0 / motor + 1.0 / parameters.gear_stiffness)
+    lever = own.levers[0] / own.pendulum.length
+    assert ankle < servo.proportional < ankle / lever**2
+    # The robot itself, its servos without dry friction, leans by that angle under a lasting
+    # push, and some more: gravity's moment is the same at every joint, whatever its lever.
+    force = 1.0
+    smooth = (('simulator', 'servo_friction'), 0.0)
+    motion = push_robot(PushCondition(duration=1.5, changes=(smooth,)), force)
+    leant = motion.x_com[(motion.time > 1.0) & (motion.time < 1.5)].mean() - motion.x_com[0]
+    stiffness = servo.proportional - own.pendulum.gravity_moment
+    assert 1.0 < leant / (force * own.pendulum.length**2 / stiffness) < 1.3
+
+
+def test_conditions_leave_the_gyro_out_without_control():
+    found = push_limits.conditions()
+    assert len(found) == len(set(found)) == 2 * 3 * (1 + 2 + 2)
+    assert all(each.gyro == 'packaged' for each in found if not each.gain)
+
+
+def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
+    monkeypatch.setattr(
+        push_limits, 'largest_push', lambda condition: push_recovery.PushLimit(1.0, 1.01)
+    )
+    monkeypatch.setattr(push_limits, 'model_push', lambda condition, form, body: 2.0)
+    rows = push_limits.measure_all(push_limits.conditions())
+    table = markdown([push_page.largest_pushes(rows)]).splitlines()
+    assert len(table) == 2 + 3 * 7
+    assert len({line.count('|') for line in table}) == 1
+    make_folder(tmp_path / 'new')
+    path = push_page.write(rows, tmp_path / 'new')[0]
+    with path.open(encoding='utf-8') as file:
+        read = list(csv.DictReader(file))
+    assert len(read) == 30 and set(read[0]) == {
+        field.name for field in fields(push_limits.PushRow)
+    }
+    with pytest.raises(ReportError, match=r'^--out: .*accepted: '):
+        make_folder(path)
+
+
+@pytest.mark.parametrize(
+    'name, value',
+    [
+        ('gain', -1.0),
+        ('gain', 61.0),
+        ('duration', 0.0),
+        ('duration', float('nan')),
+        ('direction', 'left'),
+        ('gyro', 'none'),
+    ],
+)
+def test_a_condition_out_of_range_is_refused_by_name(name, value):
+    with pytest.raises(KhrError) as refusal:
+        PushCondition(**{name: value})
+    text = str(refusal.value)
+    assert name in text and str(value) in text and 'accepted: ' in text and '\n' not in text
+
+
+@pytest.mark.parametrize('force', [-1.0, float('nan'), float('inf')])
+def test_a_force_out_of_range_is_refused(force):
+    with pytest.raises(StudyError, match=r'^force: .*accepted: '):
+        push_robot(PushCondition(), force)
+
+
+@pytest.mark.parametrize(
+    'option, value', [('--ka', '0,x'), ('--direction', 'up'), ('--duration', '0')]
+)
+def test_the_command_refuses_before_it_starts(option, value):
+    result = CliRunner().invoke(app, ['push', option, value])
+    assert isinstance(result.exception, KhrError)
+    assert value.split(',')[-1] in str(result.exception)

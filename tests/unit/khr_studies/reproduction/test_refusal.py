@@ -1,0 +1,35 @@
+"""No page is written of results that contradict one another."""
+
+from dataclasses import replace
+
+import pytest
+
+from khr_common import RunError
+from khr_studies.measuring.consistency import Said
+from khr_studies.measuring.published import STAGE_2
+from khr_studies.reproduction import page, reproduce
+from khr_studies.reproduction.reproduce import Computed
+from khr_studies.reproduction.wanted import wanted
+
+STANDS = Said('a row of the scoreboard', STAGE_2, 7.6, 0, True)
+FALLS = replace(STANDS, source='a limit of the scoreboard', stayed_up=False)
+
+
+@pytest.mark.parametrize('said', [[STANDS], [STANDS, FALLS]])
+def test_a_reproduction_whose_results_contradict_one_another_writes_nothing(
+    said, tmp_path, monkeypatch, capsys
+):
+    def compute(*_):
+        return Computed([], None, {}, (), 0, [], said)
+
+    monkeypatch.setattr(reproduce, '_compute', compute)
+    asked, out = wanted('3.8', fast=True), tmp_path / 'report'
+    if len(said) == 1:
+        results = reproduce.reproduce(asked, out)
+        assert page.write(results, out, out / 'findings.md').startswith(str(out / 'index.html'))
+        assert (out / 'index.html').is_file()
+        return
+    with pytest.raises(RunError, match='no page is written'):
+        reproduce.reproduce(asked, out)
+    assert not [path for path in out.rglob('*') if path.is_file()]
+    assert 'stand, K_A 12 at 7.6 deg, seed 0: stays up by a row' in capsys.readouterr().err

@@ -1,0 +1,322 @@
+"""The scoreboard: every row of the thesis is there, and what misses is looked into."""
+
+from dataclasses import replace
+from math import hypot, nan
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_bringup.node_registry import table_of
+from khr_bringup.scenario.scenario import load, shipped
+from khr_common import KhrError, check
+from khr_common.maths.limit import bracket_limit
+from khr_sim.run_parameters import RunParameters
+from khr_studies.errors import StudyError
+from khr_studies.measuring.bench import Bench, lift, slide_mm, stance_mm, vibration, walk
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.critical import START, STEP
+from khr_studies.measuring.json_file import read_json, write_json
+from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.published import (
+    LIMITS,
+    STAGE_1,
+    STAGE_2,
+    STAGE_3,
+    TRENDS,
+    WALKS,
+    walking,
+)
+from khr_studies.scoreboard import study as scoreboard
+from khr_studies.scoreboard.limit_rows import (
+    TOLERANCE_DEG,
+    agrees,
+    half_width,
+    limit_rows,
+    order_rows,
+    theory_row,
+)
+from khr_studies.scoreboard.page import QUICK, scoreboard_markdown, summary
+from khr_studies.scoreboard.rows import Scoreboard, grows
+from khr_studies.scoreboard.walk_rows import trend_row, walk_row
+from tests.fakes.benches import Opposite, Thesis, limits_of_thesis, walked
+
+
+def test_board_of_the_thesis_itself_passes_every_row():
+    board = scoreboard.compare(Thesis())
+    assert not [row for row in board.rows if row.passed is False]
+    assert [row.condition for row in board.limits[:-1]] == [row.condition.title for row in LIMITS]
+    assert [row.thesis for row in board.walks] == [row.thesis for row in WALKS]
+    assert [row.what for row in board.trends] == [row.what for row in TRENDS]
+    assert all(row.passed for row in (*board.limits, *board.orders, *board.walks, *board.trends))
+    assert [row.control for row in board.walks[-2:]] == [
+        'rubber, K_A 12',
+        'rubber, K_A 12, K_H 12',
+    ]
+    assert [row.what for row in board.standing if row.kind == 'statics'] == [
+        'toe force',
+        'heel force',
+        'Delta',
+        'Delta, stage 2',
+        'Delta, stage 3',
+    ]
+    assert board.explanations == ()
+
+
+def test_board_measures_every_limit_both_ways():
+    bench = Thesis()
+    board = scoreboard.compare(bench)
+    assert [width.condition for width in board.widths] == [row.condition.title for row in LIMITS]
+    for width, row in zip(board.widths, LIMITS, strict=True):
+        assert width.downhill_deg == row.thesis_deg
+        up = replace(row.condition, uphill=True)
+        assert width.uphill_deg == bench.limit(up).mean
+        assert any(asked[1] == up for asked in bench.asked), 'it runs beside the others'
+
+
+def test_scoreboard_is_the_same_after_its_file(tmp_path):
+    for bench in (Thesis(amiss=walking(18.0)), Opposite()):
+        board = scoreboard.compare(bench)
+        write_json(tmp_path / 'new' / 'board.json', board)
+        assert read_json(tmp_path / 'new' / 'board.json', Scoreboard) == board
+
+
+@pytest.mark.parametrize(
+    ('text', 'said'),
+    [
+        (None, 'No such file or directory'),
+        ('{"seeds": 3}', r'not a scoreboard of this version \(limits: Field required\)'),
+        ('no JSON', r'not a scoreboard of this version \(Invalid JSON: .*\)'),
+    ],
+)
+def test_file_that_holds_no_scoreboard_is_one_line(tmp_path, text, said):
+    path = tmp_path / 'board.json'
+    if text is not None:
+        path.write_text(text)
+    with pytest.raises(StudyError, match=rf'^\S*board\.json: {said}; accepted: .*$'):
+        read_json(path, Scoreboard)
+
+
+def test_limit_that_misses_stays_and_is_looked_into():
+    board = scoreboard.compare(Thesis(amiss=walking(18.0)))
+    (row,) = [row for row in board.limits if row.passed is False]
+    assert row.condition == 'walk, K_A 18'
+    assert row.difference_deg == pytest.approx(-7.7)
+    (explanation,) = board.explanations
+    assert explanation.condition == row.condition
+    assert [shift.change for shift in explanation.shifts] == [
+        name for name, _ in scoreboard.CHANGES['walk']
+    ]
+    quick = scoreboard.compare(Thesis(amiss=walking(18.0)), explain=False)
+    assert quick.explanations is None and quick.widths == ()
+
+
+@pytest.mark.parametrize('motion', scoreboard.CHANGES)
+def test_experiments_are_values_that_the_tables_accept(motion):
+    for _, changes in scoreboard.CHANGES[motion]:
+        for (node, key), value in changes:
+            check(table_of(node), key, value)
+        replace(Condition(motion, 12.0, 13.0), changes=changes).scenario(5.0)
+
+
+def test_limit_passes_within_its_tolerance_and_marks_what_was_fitted():
+    limits = limits_of_thesis()
+    limits[STAGE_1] = Limit((6.85, 6.85), (), 0.1)
+    limits[STAGE_2] = Limit((8.55, 8.55), (), 0.1)
+    limits[STAGE_3] = Limit((10.2, 10.2), (), 0.1)
+    rows = limit_rows(limits, limits, {})
+    assert [row.passed for row in rows[:3]] == [True, False, None]
+    assert [row.undecided for row in rows[:3]] == [False, False, True]
+    assert [row.kind for row in rows] == [
+        'fitted' if row.fitted else 'predicted' for row in LIMITS
+    ]
+    assert {row.tolerance_deg for row in rows} == {TOLERANCE_DEG}
+
+
+@given(st.floats(-3.0, 3.0), st.floats(0.0, 1.0))
+def test_limit_is_undecided_where_its_interval_reaches_over_the_tolerance(difference, half):
+    found = agrees(difference, half)
+    assert (found is True) == (abs(difference) + half <= TOLERANCE_DEG)
+    assert (found is False) == (abs(difference) - half > TOLERANCE_DEG)
+
+
+def test_interval_of_a_limit_holds_seeds_engine_and_constants():
+    limit = Limit((9.0, 9.2), ())
+    assert half_width(limit, limit, None) == limit.half_width
+    assert half_width(limit, Limit((8.5, 8.5), ()), (9.0, 9.4)) == pytest.approx(
+        hypot(limit.half_width, 0.6, 0.2)
+    )
+    limits = limits_of_thesis()
+    elsewhere = limits | {STAGE_1: Limit((5.6, 5.6), ())}
+    assert limit_rows(limits, limits, {})[0].passed
+    assert limit_rows(limits, elsewhere, {})[0].undecided
+    assert limit_rows(limits, limits, {STAGE_1.title: (5.6, 7.2)})[0].undecided
+
+
+def test_limit_of_one_seed_carries_its_cell():
+    fine, coarse = (Limit((9.0,), (), tolerance) for tolerance in (0.1, 0.8))
+    assert coarse.half_width > 0.4 > fine.half_width > 0.2
+
+
+def test_order_holds_on_both_engines_and_is_undecided_where_seeds_leave_it_open():
+    limits = limits_of_thesis()
+    level = limits | {STAGE_3: limits[STAGE_2]}
+    inverted = limits | {STAGE_3: Limit((6.0, 6.0), ())}
+    for here, elsewhere, passed in (
+        (limits, limits, True),
+        (limits, level, None),
+        (level, level, False),
+        (limits, inverted, False),
+        (inverted, limits, False),
+    ):
+        row = order_rows(here, elsewhere)[0]
+        assert row.passed is passed and row.undecided is (passed is None)
+    ankle = order_rows(limits | {walking(18.0): Limit((8.0, 8.0), ())}, limits)[2]
+    assert 'K_A 12 and 18' in ankle.motion and ankle.passed is False
+
+
+def test_walk_that_only_some_seeds_survive_is_undecided():
+    row = walk_row(by_thesis('slips again'), [walked('slipped'), walked('fell')])
+    assert row.passed is None and row.undecided
+
+
+def by_thesis(text):
+    return next(row for row in WALKS if row.thesis == text)
+
+
+def test_pendulum_agrees_with_the_thesis():
+    assert theory_row().passed
+
+
+def test_walk_is_judged_on_all_that_is_published_of_it():
+    by_text = {row.thesis: row for row in WALKS}
+    slipping = by_text['slips again']
+    assert walk_row(slipping, [walked('walked', slip=0.004)] * 2, 3.0).passed
+    (difference,) = walk_row(slipping, [walked('walked', slip=0.002)] * 2, 3.0).differences
+    assert difference == 'does not slip: slides less than 3.0 mm'
+    assert walk_row(slipping, [walked('walked', slip=0.004)] * 2, nan).passed is False
+    assert walk_row(slipping, [walked('fell')] * 2).differences == ('does not stay up',)
+    falling = by_text['unstable (beyond 10.2 deg)']
+    assert walk_row(falling, [walked('fell')] * 2).passed
+    assert walk_row(falling, [walked('walked')] * 2).differences == ('stays up',)
+    steady = by_text['walks steadily on rubber soles']
+    assert walk_row(steady, [walked('walked', slip=0.001)] * 2).passed
+    assert not walk_row(steady, [walked('walked', slip=0.009)] * 2).passed
+    assert walk_row(steady, [walked('fell')] * 2).passed is False
+
+
+def test_published_peak_is_among_the_largest_and_a_dominant_one_is_the_largest():
+    flat = by_thesis('walks, one dominant peak at 1.73 Hz')
+    assert walk_row(flat, [walked('walked', 1.8, 4.3)] * 2).passed
+    assert not walk_row(flat, [walked('walked', 4.3, 1.8)] * 2).passed
+    vibrating = by_thesis('vibrates, 8.40 Hz')
+    assert walk_row(vibrating, [walked('walked', 2.6, 4.3, 0.9, 8.5)] * 2).passed
+    assert not walk_row(vibrating, [walked('walked', 2.6, 4.3, 0.9, 6.1, 8.5)] * 2).passed
+    steepest = by_thesis('walks; slips; peaks between 7.5 and 10 Hz, 1.73 Hz gone')
+    assert walk_row(steepest, [walked('walked', 7.8, slip=0.02)] * 2).passed
+    (still,) = walk_row(steepest, [walked('walked', 7.8, 1.7, slip=0.02)] * 2).differences
+    assert still == 'still a peak in 1.51 to 1.95 Hz'
+
+
+def test_one_seed_judges_nothing_that_varies_with_seeds():
+    for row in WALKS:
+        for walks in ([walked('fell')], [walked('walked', 1.73, slip=0.1)]):
+            assert walk_row(row, walks).undecided
+    bench = Thesis()
+    bench.seeds = 1
+    assert all(trend_row(row, bench).undecided for row in TRENDS)
+    board = scoreboard.compare(bench)
+    assert {row.passed for row in board.walks} == {None}
+    assert 'one seed' in summary(board) and QUICK in scoreboard_markdown(board)
+
+
+class Coarse(Bench):
+    """A robot whose limits are known, measured in the quick form."""
+
+    def __init__(self, limit_deg):
+        super().__init__(None, 1, 0.8)
+        self.limit_deg = limit_deg
+
+    def limit(self, condition, seeds=None):
+        found = bracket_limit(lambda phi: phi < self.limit_deg, START, (0.0, 20.0), STEP, 0.8)
+        return Limit((found.middle,), (), 0.8)
+
+
+@given(st.sampled_from(LIMITS), st.floats(-2.0, 2.0))
+def test_quick_limit_passes_only_if_the_true_one_would(row, difference):
+    bench = Coarse(row.thesis_deg + difference)
+    limits = {each.condition: bench.limit(each.condition) for each in LIMITS}
+    found = next(
+        one for one in limit_rows(limits, limits, {}) if one.condition == row.condition.title
+    )
+    within = abs(difference) <= TOLERANCE_DEG
+    assert found.passed in (None, within)
+
+
+def test_growth_needs_numbers():
+    assert grows([1.0, 2.0, 3.0])
+    assert not grows([1.0, 1.0])
+    assert not grows([1.0, 1.1, 1.3], least=0.15)
+    assert grows([1.0, 1.2, 1.4], least=0.15)
+    assert not grows([1.0, float('nan')])
+
+
+def test_figures_are_of_the_walks_without_a_fall():
+    walks = [walked('walked', slip=0.01, vibration=0.2), walked('fell', slip=9.0, vibration=9.0)]
+    assert slide_mm(walks) == pytest.approx(10.0)
+    assert stance_mm(walks) == pytest.approx((1.0, 2.0))
+    assert vibration(walks) == pytest.approx(0.2)
+
+
+def test_every_walk_and_lift_limit_of_the_thesis_has_a_scenario_to_run():
+    tables = [
+        tuple(
+            map(
+                load(str(path)).table,
+                (RunParameters, AnkleControllerParameters, HipControllerParameters),
+            )
+        )
+        for path in shipped()
+    ]
+    ours = {
+        (s.inclination_deg, s.surface, a.enabled and a.gain, h.enabled and h.gain)
+        for s, a, h in tables
+    }
+    for row in WALKS:
+        if row.survives is not False:
+            assert (
+                row.inclination_deg,
+                row.condition.surface,
+                row.condition.ankle_gain,
+                row.condition.hip_gain,
+            ) in ours
+
+
+def test_measurements_are_of_the_run():
+    slow = (
+        (('gait', 'start_delay'), 0.0),
+        (('gait', 'end_pause'), 0.0),
+        (('gait', 'cycles'), 3),
+        (('gait', 'cycle_period'), 1.5),
+        (('gait', 'stride'), 0.02),
+        (('gait', 'lift'), 0.008),
+        (('gait', 'sway'), 0.005),
+    )
+    found = walk(Condition(changes=slow), 0.0, 0)
+    assert found.stayed_up
+    assert found.peaks
+    assert all(0.5 / 1.5 < peak.frequency < 15.5 for peak in found.peaks)
+    quick = ((('gait', 'hold_time'), 1.0), (('gait', 'end_pause'), 0.0))
+    one = lift(Condition('leg_lift', changes=quick), 1.0, 0)
+    assert one.stayed_up
+    weight = 1.5 * 9.81
+    assert one.toe + one.heel == pytest.approx(weight, rel=0.05)
+    assert -1.0 < one.share < 1.0
+
+
+def test_arguments_are_refused():
+    for seeds, jobs, word in ((1, 1, '--seeds'), (2, 0, '--jobs')):
+        with pytest.raises(KhrError, match=word):
+            scoreboard.scoreboard(seeds, 0.1, jobs)

@@ -1,0 +1,231 @@
+"""Stability maps: honest intervals, the critical inclination, and what is drawn and written."""
+
+import csv
+import math
+from collections import Counter
+
+import numpy as np
+import pytest
+
+from khr_studies.errors import StudyError
+from khr_studies.stability_map.figure import draw_map, figure
+from khr_studies.stability_map.study import stability_map
+from khr_sweeps.errors import SweepError
+from khr_sweeps.results.folder import Folder, read_results
+from khr_sweeps.trial import RESULTS
+
+X, Y, Z = 'simulator.inclination_deg', 'ankle_controller.gain', 'simulator.surface'
+INCLINATIONS, GAINS, SURFACES = [0.0, 4.0, 8.0, 12.0], [6.0, 12.0, 18.0], ['smooth', 'rubber']
+RUNS = 5
+
+
+def verdict(inclination, gain, number):
+    """Survives up to an inclination that grows with the gain; slips in its last 4 deg."""
+    limit = 2.0 + gain / 3.0 + (number - 2)
+    return 'fell' if inclination > limit else 'slipped' if inclination > limit - 4 else 'walked'
+
+
+def row_of(inclination, gain, surface, number):
+    found = verdict(inclination, gain, number)
+    return {
+        'id': f'{inclination} {gain} {surface} {number}',
+        X: inclination,
+        Y: gain,
+        Z: surface,
+        'seed': number,
+        **dict.fromkeys(RESULTS),
+        'verdict': found,
+        'stayed_up': found != 'fell',
+        'fell_at_s': 10.0 - inclination / 2 if found == 'fell' else None,
+        'vibration_rad_s': gain / 100,
+    }
+
+
+def request(axes, samples=None):
+    return {
+        'version': 'v',
+        'scenario': {'walk_3deg': {}},
+        'cases': {},
+        'axes': axes,
+        'samples': samples,
+        'seeds': RUNS,
+    }
+
+
+@pytest.fixture
+def folder(tmp_path):
+    rows = [
+        row_of(x, y, z, number)
+        for x in INCLINATIONS
+        for y in GAINS
+        for z in SURFACES
+        for number in range(RUNS)
+    ]
+    refused = {'verdict': None, 'stayed_up': None, 'error': 'no such gait'}
+    rows.append(row_of(0.0, 6.0, 'smooth', 99) | refused)
+    with Folder(tmp_path / 'sweep', request({Y: GAINS[::-1], X: INCLINATIONS, Z: SURFACES})) as it:
+        it.append(rows)
+        it.export()
+    return tmp_path / 'sweep'
+
+
+def read_csv(path):
+    with path.open(encoding='utf-8') as file:
+        return list(csv.DictReader(file))
+
+
+# ---- the map ----
+
+
+def test_every_run_with_an_outcome_is_counted_once(folder):
+    counted = stability_map(read_results(folder), X, Y)
+    assert counted.y.labels == tuple(GAINS)  # sorted, however they were given
+    assert counted.pooled == (Z,)
+    assert (counted.of('runs') == RUNS * len(SURFACES)).all()
+    for i, gain in enumerate(GAINS):
+        for j, inclination in enumerate(INCLINATIONS):
+            each = Counter(verdict(inclination, gain, number) for number in range(RUNS))
+            assert counted.of('up')[i, j] == 2 * (RUNS - each['fell'])
+            assert counted.of('slipped')[i, j] == 2 * each['slipped']
+            assert np.array_equal(
+                counted.of('vibration')[i, j],
+                gain / 100 if each['fell'] < RUNS else np.nan,
+                equal_nan=True,
+            )
+            assert (counted.of('fell_at')[i, j] == 10.0 - inclination / 2) == (each['fell'] > 0)
+
+
+def test_the_critical_inclination_rises_with_the_gain(folder):
+    critical = stability_map(read_results(folder), X, Y).critical
+    for gain, each in zip(GAINS, critical, strict=True):
+        assert each.low < 2.0 + gain / 3.0 < each.high
+    # known to half a cell of 4 deg
+    values = [each.value for each in critical]
+    assert values == pytest.approx([2.0 + gain / 3.0 for gain in GAINS], abs=2.0)
+    assert values == sorted(values)
+
+
+def test_files_hold_what_was_counted(folder, tmp_path):
+    image, cells, critical, gains = draw_map(folder, X, Y, tmp_path / 'new' / 'map.png')
+    assert image.read_bytes().startswith(b'\x89PNG')
+    rows = read_csv(cells)
+    assert len(rows) == len(INCLINATIONS) * len(GAINS)
+    assert sum(int(row['runs']) for row in rows) == 120
+    for row in rows:
+        low, high = float(row['share_up_low_95']), float(row['share_up_high_95'])
+        assert low <= float(row['share_up']) <= high
+        assert int(row['stayed_up']) + int(row['lost']) == int(row['runs'])
+    assert [float(row[Y]) for row in read_csv(critical)] == GAINS
+    assert [(float(row[X]), float(row[f'best {Y}'])) for row in read_csv(gains)] == [
+        (cell.x, cell.y) for cell in stability_map(read_results(folder), X, Y).best
+    ]
+
+
+def test_cells_whose_seeds_disagree_are_hatched_and_no_others(folder):
+    counted = stability_map(read_results(folder), X, Y)
+    page = figure(counted)
+    hatched = [each for each in page.axes[0].collections if each.get_hatch()]
+    assert len(hatched) == counted.split().sum() > 0
+    assert not counted.split()[2, 0]  # 10 of 10 survive
+    assert not counted.split()[0, 3]  # all fall
+
+
+def bisected(tmp_path, bisect):
+    """Return the map of runs along the limits of two gains."""
+    places = [(4.0, 6.0), (8.0, 6.0), (4.0, 18.0), (8.0, 18.0), (12.0, 18.0)]
+    axes = {X: INCLINATIONS, Y: [6.0, 18.0], Z: SURFACES}
+    with Folder(tmp_path / f'sweep{bisect}', {**request(axes), 'bisect': bisect}) as folder:
+        folder.append(row_of(*place, 'smooth', 2) for place in places)
+    return stability_map(read_results(tmp_path / f'sweep{bisect}'), X, Y)
+
+
+def test_what_a_bisection_takes_for_granted_is_filled_palely(tmp_path):
+    counted, plain = bisected(tmp_path, X), bisected(tmp_path, '')
+    nan = math.nan  # was run, or is between
+    np.testing.assert_array_equal(counted.implied(), [[1.0, nan, nan, 0.0], [1.0, nan, nan, nan]])
+    assert np.isnan(plain.implied()).all()
+    assert counted.best == [] and plain.best
+    pale = [each for each in figure(counted).axes[0].collections if each.get_alpha()]
+    assert len(pale) == 1 and pale[0].get_array().count() == np.isfinite(counted.implied()).sum()
+
+
+def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
+    page = figure(stability_map(read_results(folder), X, Y))
+    page.draw_without_rendering()
+    panels = page.axes[:4]
+    assert [panel.get_title().split(':')[0] for panel in panels] == [
+        'stayed up',
+        'slipped and stayed up',
+        'fell',
+        'vibration',
+    ]
+    assert panels[2].get_xlabel() == 'inclination φ (°)'
+    assert panels[2].get_ylabel() == 'ankle gain K_A'
+    assert page.get_suptitle() == (
+        'What becomes of walk_3deg, by inclination φ and ankle gain K_A'
+    )
+    for box in (axes.get_tightbbox() for axes in page.axes):
+        assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
+
+
+def test_the_best_gains_are_marked_and_listed(folder):
+    counted = stability_map(read_results(folder), X, Y)
+    page = figure(counted)
+    stars = [
+        line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())
+    ]
+    assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
+    assert 'best K_A: 12 at 0°, 18 at 4°' in page.legends[0].get_title().get_text()
+    assert stability_map(read_results(folder), Y, X).best == []
+
+
+def test_words_make_an_axis_too(folder, tmp_path):
+    counted = stability_map(read_results(folder), X, Z)
+    assert counted.y.labels == tuple(SURFACES) and len(counted.critical) == 2
+    sideways = stability_map(read_results(folder), Z, Y)
+    assert sideways.critical == ()
+    assert len(draw_map(folder, Z, Y, tmp_path / 'words.png')) == 2
+
+
+def test_draws_are_gathered_in_bins_that_lose_none(tmp_path):
+    generator = np.random.default_rng(1)
+    places = [*generator.uniform((0.0, 6.0), (12.0, 18.0), (300, 2)).tolist(), [12.0, 18.0]]
+    rows = [row_of(*place, None, number % RUNS) for number, place in enumerate(places)]
+    for row in rows:
+        del row[Z]
+    axes = {X: {'low': 0.0, 'high': 12.0}, Y: {'low': 6.0, 'high': 18.0}}
+    with Folder(tmp_path, request(axes, 301)) as folder:
+        folder.append(rows)
+    counted = stability_map(read_results(tmp_path), X, Y)
+    assert counted.of('runs').sum() == 301 and counted.of('runs').shape == (6, 6)
+    assert counted.of('up').sum() == sum(row['stayed_up'] for row in rows)
+    assert (counted.x.edges[0], counted.x.edges[-1]) == (0.0, 12.0)
+
+
+@pytest.mark.parametrize(
+    ('x', 'y', 'says'),
+    [
+        ('simulator.friction', Y, "--x: 'simulator.friction'"),
+        (X, 'gain', "--y: 'gain'"),
+        (X, X, f"--x: '{X}'"),
+    ],
+)
+def test_what_is_not_swept_is_refused(folder, x, y, says):
+    with pytest.raises(StudyError) as refusal:
+        draw_map(folder, x, y)
+    assert says in str(refusal.value) and f'{Y}, {X}, {Z}' in str(refusal.value)
+
+
+def test_an_empty_sweep_and_no_sweep_are_named(tmp_path):
+    with Folder(tmp_path / 'sweep', request({X: INCLINATIONS, Y: GAINS})):
+        pass
+    with pytest.raises(StudyError, match='no run'):
+        draw_map(tmp_path / 'sweep', X, Y)
+    with pytest.raises(SweepError, match='no results of a sweep'):
+        draw_map(tmp_path, X, Y)
+
+
+def test_a_place_that_cannot_be_written_is_named(folder, tmp_path):
+    (tmp_path / 'file').write_text('in the way')
+    with pytest.raises(StudyError, match=r'^--out: .*file'):
+        draw_map(folder, X, Y, tmp_path / 'file' / 'map.png')

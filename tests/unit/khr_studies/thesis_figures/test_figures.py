@@ -1,0 +1,139 @@
+"""Every figure is drawn from the models: readable labels, and a table of what is drawn."""
+
+import csv
+import math
+
+import matplotlib
+import pytest
+from matplotlib.figure import Figure
+from matplotlib.text import Text
+
+from khr_common.errors import KhrError
+from khr_models.pendulum import Pendulum, critical_inclination
+from khr_report.plots.plot_style import styled, typeset
+from khr_studies.thesis_figures.counterparts import COUNTERPARTS
+from khr_studies.thesis_figures.registry import FIGURES, StudyError, draw, numbers_of
+from tests.support.figures import check_whole
+
+ASKED = (
+    '3.4',
+    '3.5',
+    '3.6',
+    '3.8',
+    '3.9',
+    '3.10',
+    '3.11b',
+    '3.12',
+    '3.13',
+    '3.15',
+    '4.4',
+    '4.5',
+    '4.6',
+    '4.8',
+    '4.10',
+    '4.11',
+    '4.12',
+    *(f'5.{number}' for number in range(5, 15)),
+)
+SLOW = ('4.8', '4.11', '4.12', 'push', 'push_robot', 'stiffness')  # seconds to minutes each
+OF_MODELS = [
+    number for number, drawing in FIGURES.items() if number not in SLOW and not drawing.experiments
+]
+
+
+def rows(path):
+    with path.open(encoding='utf-8') as file:
+        return list(csv.DictReader(file))
+
+
+def test_the_figures_asked_for_are_there():
+    assert set(ASKED) <= set(FIGURES)
+    assert list(COUNTERPARTS) == list(ASKED)
+
+
+@pytest.mark.parametrize('number', OF_MODELS)
+def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
+    image, table = draw(number, tmp_path / 'new')
+    assert image.suffix == '.png' and image.stat().st_size > 10_000
+    content = rows(table)
+    assert len(content) > 10
+    for row in content:
+        assert math.isfinite(float(row['x'])) and math.isfinite(float(row['y']))
+        assert row['curve'] and row['x label'] and row['y label']
+
+
+@pytest.mark.parametrize('number', OF_MODELS)
+def test_every_panel_names_its_axes_and_nothing_hides_or_leaves_the_page(number):
+    with styled():
+        figure = FIGURES[number].draw()
+    check_whole(figure)
+    assert number not in COUNTERPARTS or len(figure.axes) == COUNTERPARTS[number].panels
+    for axes in figure.axes:
+        assert axes.get_xlabel() and axes.get_ylabel()
+
+
+def test_the_table_holds_the_model_s_own_numbers(tmp_path):
+    _, table = draw('3.9', tmp_path)
+    curve = [
+        row
+        for row in rows(table)
+        if row['panel'] == 'critical inclination' and row['curve'].startswith('(3.10)')
+    ]
+    assert len(curve) == 201
+    for row in curve[::50]:
+        expected = critical_inclination(Pendulum(), math.radians(float(row['x'])), 'published')
+        assert float(row['y']) == pytest.approx(math.degrees(expected), rel=1e-6)
+
+
+def test_symbols_are_typeset_and_names_are_not():
+    assert typeset('K_A = 12, θ_A* − θ_A0 and f_0') == (
+        r'$K_{\mathrm{A}}$ = 12, $θ_{\mathrm{A}}^{*}$ − $θ_{\mathrm{A0}}$ and $f_{\mathrm{0}}$'
+    )
+    for text in ('walk_6.99deg_ka12', 'l_toe', r'$K_{\mathrm{A}}$'):
+        assert typeset(text) == text
+
+
+def test_a_picture_has_its_symbols_typeset_and_the_table_has_them_plain(tmp_path):
+    seen = []
+
+    def look(figure, *target, **options):
+        seen.extend(text.get_text() for text in figure.findobj(Text))
+        return savefig(figure, *target, **options)
+
+    savefig = Figure.savefig
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Figure, 'savefig', look)
+        _, table = draw('3.9', tmp_path)
+    assert any('{\\mathrm{cr}}' in text for text in seen) and not any('φ_cr' in t for t in seen)
+    assert 'φ_cr' in table.read_text(encoding='utf-8')
+
+
+def test_drawing_twice_gives_the_same_bytes(tmp_path):
+    one, two = draw('3.9', tmp_path / 'a'), draw('3.9', tmp_path / 'b')
+    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
+
+
+def test_drawing_leaves_matplotlib_s_settings_alone(tmp_path):
+    before = dict(matplotlib.rcParams)
+    draw('3.9', tmp_path)
+    assert dict(matplotlib.rcParams) == before
+
+
+def test_an_unknown_figure_lists_those_known(tmp_path):
+    with pytest.raises(KhrError) as refusal:
+        draw('9.9', tmp_path)
+    text = str(refusal.value)
+    assert "'9.9'" in text and '3.11b' in text and '\n' not in text
+
+
+def test_a_directory_that_cannot_be_written_is_named(tmp_path):
+    (tmp_path / 'file').write_text('in the way')
+    with pytest.raises(StudyError, match=r'^out: .*file.*accepted: '):
+        draw('3.9', tmp_path / 'file')
+
+
+def test_several_figures_are_asked_for_at_once_each_drawn_once():
+    assert numbers_of(['5.8', '3.11', '5.8']) == ['5.8', '3.11b']
+    assert numbers_of(['3.8', 'all']) == ['3.8', *(each for each in FIGURES if each != '3.8')]
+    with pytest.raises(KhrError, match=r"'9.9' is not known; accepted: all, 3.4, "):
+        numbers_of(['5.8', '9.9'])

@@ -1,0 +1,457 @@
+"""Figures of runs: their CSV files hold the runs' numbers; a run that fell ends at its fall."""
+
+import csv
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from khr_common import KhrError
+from khr_models.pendulum import Pendulum
+from khr_report.plots.plot_style import styled
+from khr_report.plots.points import write_points
+from khr_studies.measuring.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
+from khr_studies.push.study import PushCondition, stance
+from khr_studies.thesis_figures.counterparts import COUNTERPARTS
+from khr_studies.thesis_figures.gaits import peaks_of_swings
+from khr_studies.thesis_figures.lifts import overshoot_of
+from khr_studies.thesis_figures.records import RATES
+from khr_studies.thesis_figures.registry import FIGURES, draw, run_experiments
+from tests.fakes.invented_runs import FELL_AT, RATE, READ, TONE, WEIGHT, difference, runs_for
+from tests.support.figures import check_whole
+
+OF_LIFTS = ('3.4', '3.5', '3.6', '3.10', '3.12', '3.13', '3.15')
+OF_WALKS = ('5.5', '5.6', '5.7', '5.8', '5.9', '5.10', '5.11', '5.12', '5.13', '5.14')
+SPECTRA = ('robot', 'at 8.88°', 'smooth')  # curves of spectra
+NOBODY, BEYOND_7, EVERYBODY = 90.0, 7.0, -1.0  # deg, from where on the robot falls
+
+
+@pytest.fixture(scope='module')
+def table(tmp_path_factory):
+    """Draw a figure once; return its rows."""
+    drawn = {}
+
+    def rows(number, falls=NOBODY):
+        if (number, falls) not in drawn:
+            with styled():
+                figure = FIGURES[number].draw(runs_for(number, falls))
+            drawn[number, falls] = rows_of(figure, tmp_path_factory.mktemp('figure'))
+        return drawn[number, falls]
+
+    return rows
+
+
+def rows_of(figure, folder):
+    """Return a figure's table as (panel, curve, x, y)."""
+    write_points(figure, folder / 'table.csv')
+    with (folder / 'table.csv').open(encoding='utf-8') as file:
+        return [
+            (row['panel'], row['curve'], float(row['x']), float(row['y']))
+            for row in csv.DictReader(file)
+        ]
+
+
+def check(figure):
+    """Check that all can be read and that every axis has its unit."""
+    check_whole(figure)
+    for axes in figure.axes:
+        assert '(' in axes.get_xlabel() and '(' in axes.get_ylabel()
+
+
+def notes_of(figure):
+    return ' '.join(
+        [figure.get_supxlabel(), *(each.get_title().get_text() for each in figure.legends)]
+    )
+
+
+def curve(rows, name, panel=''):
+    found = [(x, y) for where, what, x, y in rows if what == name and panel in where]
+    return np.array(found).reshape(-1, 2).T
+
+
+@pytest.mark.parametrize(
+    ('number', 'falls'),
+    [
+        *((number, BEYOND_7) for number in (*OF_LIFTS, *OF_WALKS)),
+        *((number, NOBODY) for number in ('5.7', '5.9', '5.12', '5.14')),
+        *((number, EVERYBODY) for number in ('3.6', '3.12', '5.5', '5.8', '5.10', '5.11')),
+    ],
+)
+def test_a_figure_is_whole_whoever_falls(number, falls):
+    with styled():
+        figure = FIGURES[number].draw(runs_for(number, falls))
+        check(figure)
+        assert figure.get_suptitle().startswith(f'Figure {number}: ')
+
+
+@pytest.mark.parametrize('number', [*OF_LIFTS, *OF_WALKS])
+def test_a_figure_has_the_panels_that_its_document_counts(number):
+    with styled():
+        figure = FIGURES[number].draw(runs_for(number, NOBODY))
+    assert len(figure.axes) == COUNTERPARTS[number].panels
+
+
+def test_toe_and_heel_carry_the_load(table):
+    rows = table('3.4')
+    panel = 'toe and heel of the support foot'
+    for seed in (0, 1):
+        toe, heel, both = (
+            curve(rows, f'{name}, seed {seed}', panel)[1]
+            for name in ('toe', 'heel', 'toe and heel')
+        )
+        np.testing.assert_allclose(toe + heel, both, rtol=1e-6)
+        np.testing.assert_allclose(both, WEIGHT, rtol=1e-6)
+    for phi in STAGE_1_READ:
+        toe, heel = (
+            curve(rows, f'φ = {phi:g}°, seed 0', panel)[1][-1] for panel in ('toe', 'heel')
+        )
+        # The first panel's title begins with toe too, but none of its curves has this name.
+        assert toe - heel == pytest.approx(difference(phi), rel=1e-6)
+
+
+@pytest.mark.parametrize('side', ['left', 'right'])
+def test_each_leg_s_forces_over_the_inclination(table, side):
+    rows = table('3.5')
+    phi, toe = curve(rows, 'toe', side)
+    _, heel = curve(rows, 'heel', side)
+    np.testing.assert_allclose(toe + heel, WEIGHT, rtol=1e-6)
+    # the median of two seeds, of which the second has 0.1 N more on the toe
+    np.testing.assert_allclose(toe - heel, difference(phi) + 0.1, rtol=1e-6)
+    np.testing.assert_allclose(
+        curve(rows, 'toe, largest of the seeds', side)[1]
+        - curve(rows, 'toe, smallest of the seeds', side)[1],
+        0.1,
+    )
+
+
+def test_a_lift_that_falls_has_no_force_but_a_cross(table):
+    limit = 7.0
+    rows = table('3.6', BEYOND_7)
+    phi, delta = curve(rows, 'robot, K_A = 12')
+    np.testing.assert_allclose(delta, difference(phi) + 0.1, rtol=1e-6)
+    assert phi.max() <= limit
+    fallen, _ = curve(rows, 'robot, K_A = 12: lost')
+    assert fallen.min() > limit
+    tried = {phi for phi, _ in zip(*curve(table('3.6'), 'robot, K_A = 12'), strict=True)}
+    assert set(phi) | set(fallen) == tried
+
+
+def test_the_thesis_s_limits_are_marked_where_published(table):
+    rows = table('3.6')
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what.startswith('thesis')}
+    assert marks == {
+        (row.thesis_deg, round(Pendulum().weight, 6))
+        for row in LIMITS
+        if row.condition.motion == 'leg_lift'
+    }
+
+
+def test_a_raised_gain_is_a_curve_of_its_own(table):
+    for gain in (12, 18, 24):
+        phi, delta = curve(table('3.15'), f'K_A = {gain}')
+        np.testing.assert_allclose(delta, difference(phi) + 0.1, rtol=1e-6)
+
+
+def test_the_largest_rate_is_that_of_the_runs(table):
+    for name in ('no control', 'K_A = 12', 'K_A = 12, K_H = 13'):
+        _, rate = curve(table('3.13'), f'robot, {name}')
+        np.testing.assert_allclose(rate, math.degrees(RATE), rtol=1e-3)
+
+
+@pytest.mark.parametrize('part', [0.1, 0.98])
+def test_a_lift_that_falls_has_no_largest_rate_whenever_it_falls(part):
+    (run, *_) = runs_for('3.13', NOBODY)['lift_stages']
+    late = part * run.series.time[-1]
+    fallen = dataclasses.replace(
+        run, row={'verdict': 'fell', 'stayed_up': False, 'fell_at_s': late}
+    )
+    assert math.isnan(overshoot_of(fallen)) and not math.isnan(overshoot_of(run))
+
+
+def test_gait_3_is_one_cycle_of_the_pitch_rate(table):
+    time, rate = curve(table('5.5'), 'pitch rate, seed 0', 'Gait-3')
+    assert len(time) == 154
+    assert 0.0 <= time[0] < 0.015 and 2.31 - 0.015 <= time[-1] < 2.31
+    start = 1.0 + 2.5 * 2.31  # the pause, the half gait, two whole ones
+    np.testing.assert_allclose(
+        rate, math.degrees(READ * RATE) * np.cos(2.0 * math.pi * TONE * (start + time)), atol=1e-4
+    )
+
+
+def test_a_walk_that_falls_is_drawn_up_to_there_and_marked(table):
+    time, rate = curve(table('5.6', BEYOND_7), 'pitch rate, seed 1', 'φ = 8.88°, K_A = 18')
+    cross = curve(table('5.6', BEYOND_7), 'pitch rate, seed 1: fell', 'φ = 8.88°, K_A = 18')
+    assert time[-1] == pytest.approx(FELL_AT - 1.0, abs=0.015)  # it waits for 1 s
+    np.testing.assert_allclose(cross[:, 0], [time[-1], rate[-1]])
+
+
+@pytest.mark.parametrize(
+    ('number', 'panel'),
+    [
+        ('5.8', 'φ = 5.55°, no control'),
+        ('5.8', 'φ = 7.68°, K_A = 12'),
+        ('5.9', 'φ = 9.7°, K_A = 12, K_H = 13'),
+    ],
+)
+def test_a_tone_is_drawn_at_its_frequency_with_its_amplitude(table, number, panel):
+    frequency, amplitude = curve(table(number), 'robot', panel)
+    assert frequency[np.argmax(amplitude)] == pytest.approx(1.73, abs=0.005)
+    assert amplitude.max() == pytest.approx(math.degrees(READ * RATE), rel=0.01)
+
+
+def test_each_figure_of_spectra_shows_its_controls_as_the_thesis_does(table):
+    def controls(number):
+        return {('K_A' in panel, 'K_H' in panel) for panel, *_ in table(number)}
+
+    assert controls('5.8') == {(False, False), (True, False)}
+    assert controls('5.9') == {(True, True)}
+
+
+@pytest.mark.parametrize('number', [number for number, drawing in FIGURES.items() if drawing.rate])
+def test_the_signal_of_a_rate_is_named_and_can_be_chosen(number, tmp_path):
+    drawing = FIGURES[number]
+    for signal, rate in RATES.items():
+        with styled():
+            figure = drawing.draw(runs_for(number, NOBODY), rate)
+        labels = {axes.get_ylabel() for axes in figure.axes}
+        if number not in ('5.10', '5.11'):  # phases and frequencies name it in their notes
+            assert any(rate.name in label for label in labels)
+            assert not any('gyro' in label and 'gyro' not in rate.name for label in labels)
+        else:
+            assert rate.name in notes_of(figure)
+        largest = [y for _, what, _, y in rows_of(figure, tmp_path) if what in SPECTRA]
+        share = READ if signal == 'gyro_rate' else 1.0
+        if largest:
+            assert max(largest) == pytest.approx(share * math.degrees(RATE), rel=0.01)
+
+
+def test_gait_3_begins_with_the_right_leg_and_has_four_peaks(table):
+    with styled():
+        figure = FIGURES['5.5'].draw(runs_for('5.5', NOBODY))
+    third = figure.axes[1]
+    words = sorted((text.xy[0], text.get_text()) for text in third.texts)
+    assert [word for _, word in words if 'swings' in word] == [
+        'right leg swings',
+        'left leg swings',
+    ]
+    peaks = [(place, word) for place, word in words if word.isdigit()]
+    assert [word for _, word in peaks] == ['1', '2', '3', '4']
+    time, rate = curve(table('5.5'), 'pitch rate, seed 0', 'Gait-3')
+    assert [np.interp(place, time, rate) for place, _ in peaks] == pytest.approx(
+        [math.degrees(READ * RATE)] * 4, rel=0.02
+    )
+
+
+def test_peaks_are_the_two_most_prominent_of_each_swing_in_their_order():
+    time = np.arange(200)
+    gait = sum(
+        height * np.exp(-(((time - place) / 4.0) ** 2))
+        for height, place in ((3, 20), (1, 45), (2, 80), (2, 120), (3, 150), (1, 180))
+    )
+    assert peaks_of_swings(gait) == [20, 80, 120, 150]
+    assert peaks_of_swings(np.round(gait)) == pytest.approx([20, 80, 120, 150], abs=2)
+
+
+def test_who_fell_has_no_spectrum(table):
+    panels = {where for where, what, *_ in table('5.8', BEYOND_7)}
+    assert {panel.split('°')[0] for panel in panels if 'K_A' in panel} == {'φ = 5.55', 'φ = 6.99'}
+    rows = table('5.12', BEYOND_7)
+    assert not any(what.startswith(('at 8.88°', 'at 9.7°')) for _, what, *_ in rows)
+    frequency, amplitude = curve(rows, f'at {COMMON_DEG:g}°', 'K_A = 15')
+    assert frequency[np.argmax(amplitude)] == pytest.approx(TONE, abs=0.005)
+
+
+@pytest.mark.parametrize('number', ['5.8', '5.9', '5.10', '5.12', '5.13', '5.14'])
+def test_a_panel_has_marks_of_its_own_condition_alone(table, number):
+    marked = {(where, what) for where, what, *_ in table(number) if what.startswith('thesis')}
+    assert marked or number == '5.14'
+    for panel, mark in marked:
+        gains, _, rest = mark.removeprefix('thesis, ').partition(' at ')
+        phi = rest.partition('°')[0]
+        assert f'φ = {phi}°' in panel
+        if number != '5.13':  # whose panels name the gains of the other sole
+            assert gains in panel and ('K_H' in gains) == ('K_H' in panel)
+
+
+@pytest.mark.parametrize('number', ['5.6', '5.7'])
+def test_gait_3_of_the_flat_lies_beneath_that_of_each_slope(table, number):
+    rows = table(number)
+    flat = curve(table('5.6'), 'pitch rate, seed 0', 'φ = 0°')
+    panels = {panel for panel, *_ in rows} - {'φ = 0°, no control'}
+    assert panels
+    for panel in panels:
+        np.testing.assert_allclose(curve(rows, 'φ = 0°, no control', panel), flat)
+
+
+def test_a_lost_seed_has_its_mark_at_the_top_of_the_largest_rates():
+    with styled():
+        (axis,) = FIGURES['3.13'].draw(runs_for('3.13', BEYOND_7)).axes
+    lost = [line for line in axis.lines if line.get_label() == '_lost before']
+    assert lost and all(min(line.get_ydata()) > 0.9 for line in lost)
+
+
+def test_one_seed_is_no_median():
+    for number in ('3.5', '5.8', '5.12', '5.13'):
+        runs = runs_for(number, NOBODY)
+        for chosen, says in ((runs, 'median of the seeds'), (first_seed(runs), 'one seed')):
+            with styled():
+                assert says in notes_of(FIGURES[number].draw(chosen))
+
+
+def first_seed(runs):
+    return {name: [run for run in some if run.seed == 0] for name, some in runs.items()}
+
+
+def test_another_engine_is_in_name_and_title(tmp_path):
+    paths = draw('5.5', tmp_path, runs_for('5.5', NOBODY), engine='mujoco')
+    assert [path.name for path in paths] == ['figure_5_5_mujoco.png', 'figure_5_5_mujoco.csv']
+    assert draw('3.8', tmp_path, engine='mujoco')[0].name == 'figure_3_8.png', 'a model has none'
+    with pytest.raises(KhrError, match=r'bullet \| mujoco'):
+        run_experiments(['3.4'], engine='ode')
+
+
+@pytest.mark.parametrize(
+    'row',
+    [row for row in WALKS if row.lines and row.survives and row.condition.ankle_gain],
+    ids=lambda row: row.thesis[:30],
+)
+def test_the_thesis_s_peaks_are_marked_where_published(table, row):
+    number = '5.9' if row.condition.hip_gain else '5.8'
+    control = f'φ = {row.inclination_deg:g}°, K_A = {row.condition.ankle_gain:g}'
+    published = [
+        (x.min(), x.max())
+        for panel, name in sorted(
+            {
+                (panel, what)
+                for panel, what, *_ in table(number)
+                if what.startswith('thesis')
+                and panel.startswith(control)
+                and ('K_H' in panel) == bool(row.condition.hip_gain)
+            }
+        )
+        for x in [curve(table(number), name, panel)[0]]
+    ]
+    if row.condition != walking(12.0, 14.0):  # that one is a matter of Figure 5.12
+        np.testing.assert_allclose(sorted(published), sorted(row.lines))
+
+
+def test_phases_are_shown_of_large_amplitudes_alone(table):
+    frequency, phase = curve(table('5.10'), 'robot, seed 0', 'φ = 3°')
+    np.testing.assert_allclose(frequency, [TONE], rtol=1e-3)  # all others are far below 33 %
+    start = 1.0 + 2.5 * 2.31
+    first = math.ceil(start / 0.015) * 0.015  # the first sample of Gait-3
+    turned = math.degrees(2.0 * math.pi * TONE * first)
+    assert math.cos(math.radians(phase[0] - turned)) == pytest.approx(1.0, abs=1e-3)
+
+
+def test_dominant_frequencies_of_thesis_and_robot(table):
+    rows = table('5.11', BEYOND_7)
+    phi, frequency = curve(rows, 'simulated robot, no control')
+    assert set(phi) == {0.0, 1.5, 3.0, 4.5, 5.55}
+    np.testing.assert_allclose(frequency, TONE, atol=0.02)
+    phi, _ = curve(rows, 'simulated robot, ankle control')
+    assert set(phi) == {5.55, 6.99}  # it fell beyond
+    marks = {(x, round(y, 6)) for _, what, x, y in rows if what == 'thesis, published peaks'}
+    assert marks == {
+        (row.inclination_deg, round(edge, 6))
+        for row in WALKS
+        for line in row.lines
+        for edge in line
+    }
+
+
+def test_smooth_and_rubber_side_by_side(table):
+    for number in ('5.13', '5.14'):
+        rows = table(number)
+        for sole in ('smooth', 'rubber'):
+            time, slip = curve(rows, f'{sole}, seed 0', f'φ = {COMMON_DEG:g}°, slip')
+            np.testing.assert_allclose(slip, 10.0 * (time + 1.0), atol=0.16)
+            frequency, amplitude = curve(rows, sole, f'φ = {COMMON_DEG:g}°')
+            assert frequency[np.argmax(amplitude)] == pytest.approx(TONE, abs=0.005)
+
+
+@pytest.fixture(scope='module')
+def pushed(tmp_path_factory):
+    """Draw the figures of pushes, whose robot is simulated; return their rows."""
+    found = {}
+    with styled():
+        for number in ('4.8', '4.10', '4.11', '4.12'):
+            figure = FIGURES[number].draw()
+            check(figure)
+            assert len(figure.axes) == COUNTERPARTS[number].panels
+            found[number] = rows_of(figure, tmp_path_factory.mktemp('figure'))
+    return found
+
+
+def test_a_larger_push_tips_robot_and_model_faster(pushed):
+    for panel in {where for where, *_ in pushed['4.8']}:
+        forces = sorted(
+            {what for where, what, *_ in pushed['4.8'] if where == panel},
+            key=lambda name: float(name.split()[2]),
+        )
+        early = []
+        for force in forces:
+            time, rate = curve(pushed['4.8'], force, panel)
+            early.append(rate[(time > 0.02) & (time < 0.1)].mean())
+        assert len(early) == 5 and early == sorted(early)
+
+
+def test_the_robot_is_pushed_on_the_engine_that_is_asked_for(pushed, tmp_path):
+    with styled():
+        rows = rows_of(FIGURES['4.8'].draw(engine='mujoco'), tmp_path)
+    for panel, same in (("thesis's model, physical", True), ('simulated robot', False)):
+        own, other = ([row for row in each if row[0] == panel] for each in (pushed['4.8'], rows))
+        assert own and (own == other) == same
+
+
+def test_robot_and_model_are_pushed_where_they_stand(pushed):
+    for panel in ('simulated robot', 'model of its body'):
+        for gain in (0, 12, 18):
+            own = stance(PushCondition(gain=float(gain)).base())
+            toe = 1e3 * (own.pendulum.half_foot - own.ahead)  # ahead of the mass
+            time, x_com = curve(pushed['4.11'], f'K_A = {gain}', panel)
+            assert time[0] < 0.02 and x_com[0] == pytest.approx(
+                -toe, abs=3.5 if gain == 18 else 0.7
+            )  # 18 rings
+            assert x_com[time < 0.1].max() > -toe + 1.0  # from behind
+    _, x_com = curve(pushed['4.11'], 'K_A = 0', 'model')
+    assert x_com[-1] == pytest.approx(0.0, abs=5.0)  # more than it survives: past the toe
+
+
+def test_pushes_from_both_sides_go_both_ways_with_and_without_control(pushed):
+    rows = pushed['4.12']
+    for panel in ('model, φ = 0°', 'model, φ = 2°', 'simulated robot'):
+        names = {what for where, what, *_ in rows if panel in where and 'fell' not in what}
+        assert len(names) == 4 and sum('no control' in name for name in names) == 2
+        for name in names:
+            time, ahead = curve(rows, name, panel)
+            sign = 1.0 if 'behind' in name else -1.0
+            assert sign * (ahead[(time > 0.05) & (time < 0.15)].mean() - ahead[0]) > 1.0
+    middle = 1e3 * stance(PushCondition(gain=12.0).base()).ahead
+    for side in ('behind', 'the front'):
+        (name,) = {w for p, w, *_ in rows if 'simulated' in p and w.endswith(f'from {side}')}
+        assert curve(rows, name, 'simulated robot')[1][0] == pytest.approx(middle, abs=0.7)
+
+
+def test_what_control_does_to_the_model_is_seen_by_who_falls(pushed):
+    def fallen(number, panel):
+        return {what for where, what, *_ in pushed[number] if panel in where and 'fell' in what}
+
+    for panel in ('model, φ = 0°', 'model, φ = 2°'):
+        assert all('no control' in name for name in fallen('4.12', panel))
+    assert len(fallen('4.12', 'model, φ = 0°')) == 2
+    assert [name.split(', ')[1] for name in fallen('4.10', 'physical')] == ['K_A = 0: fell']
+    assert {name.split(', ')[1] for name in fallen('4.10', 'as published')} == {
+        'K_A = 0: fell',
+        'K_A = 12: fell',
+    }
+
+
+def test_after_the_lift_both_feet_carry_the_load_together(table):
+    rows = table('3.4')
+    for phi in STAGE_1_READ:
+        time, toes = curve(rows, f'φ = {phi:g}°, both feet, seed 0', 'toe')
+        _, heels = curve(rows, f'φ = {phi:g}°, both feet, seed 0', 'heel')
+        assert time[0] == pytest.approx(7.0, abs=0.02)  # it shifts, lifts, holds and lowers
+        np.testing.assert_allclose(toes[: len(heels)] + heels, WEIGHT, rtol=1e-6)

@@ -1,0 +1,250 @@
+"""The search for gains on invented robots whose best gains are known, and what it writes."""
+
+from contextlib import nullcontext
+from dataclasses import replace
+from math import inf
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_bringup.scenario import scenario as scenarios
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import KhrError, RunError
+from khr_sim.run_parameters import RunParameters
+from khr_studies.measuring.ensemble_file import Member
+from khr_studies.tuning import page as tune_page
+from khr_studies.tuning import study
+from khr_studies.tuning.knobs import GAINS, PLACEMENT, changes
+from khr_studies.tuning.study import Question, Tuned, TunedRun, tune
+from tests.fakes.pools import HerePool
+
+WALK = scenarios.load('walk_7.68deg_ka12')
+
+
+@pytest.fixture
+def invented(monkeypatch):
+    """A robot that slips less and vibrates more with more ankle gain, until it falls.
+
+    It stays up with 4 to 15, and with light rotors with 10 to 20.
+    """
+    runs = []
+
+    def attempt(scenario: Scenario) -> TunedRun:
+        runs.append(scenario)
+        ankle = scenario.table(AnkleControllerParameters)
+        hip = scenario.table(HipControllerParameters)
+        k_a = ankle.gain if ankle.enabled else 0.0
+        k_h = hip.gain if hip.enabled else 0.0
+        light = scenario.table(RunParameters).rotor_inertia < 0.004
+        least, most = (10.0, 20.0) if light else (4.0, 15.0)
+        up = least <= k_a <= most
+        vibration = 0.05 + 0.01 * k_a + 0.002 * k_h
+        return TunedRun(up, 1.0 if up else min(k_a, most) / 40.0, 0.03 - 0.001 * k_a, vibration)
+
+    monkeypatch.setattr(study, 'local_pool', lambda *_: nullcontext(HerePool()))
+    monkeypatch.setattr(study, 'attempt', attempt)
+    return runs
+
+
+def test_the_order_finds_the_least_slip_that_stays_up(invented, tmp_path):
+    answer = tune(Question(WALK, GAINS, candidates=160, seeds=2), 1, tmp_path)
+    k_a, _ = answer.best.values
+    assert 14.0 <= k_a <= 15.0 and answer.best.up == 1.0
+    assert answer.before.values == (12.0, 0.0)
+    assert answer.confirmed.values == answer.best.values
+    assert len(invented) == 2 * len(answer.tried) + 2, 'nothing is run twice'
+    assert len({trial.values for trial in answer.tried}) == len(answer.tried)
+    seeds = {run.table(RunParameters).seed for run in invented}
+    assert seeds == {0, 1, 2, 3}, 'the best is confirmed with seeds of its own'
+
+
+def test_it_is_the_same_again_and_goes_on_where_it_ended(invented, tmp_path):
+    question = Question(WALK, GAINS, candidates=32, seeds=1)
+    first = tune(question, 1, tmp_path)
+    count = len(invented)
+    assert tune(question, 1, tmp_path) == first and len(invented) == count
+    assert tune(question, 1, tmp_path / 'other') == first and len(invented) == 2 * count
+    other = tune(replace(question, seed=1), 1, tmp_path)
+    assert [each.values for each in other.tried] != [each.values for each in first.tried]
+
+
+def test_the_front_reaches_to_either_end(invented, tmp_path):
+    """Less gain vibrates less and slips more: the second search goes there."""
+    answer = tune(Question(WALK, GAINS, candidates=160, seeds=1), 1, tmp_path)
+    gains = [each.values[0] for each in answer.front]
+    assert gains[0] >= 14.0 and gains[-1] <= 5.5 and gains == sorted(gains, reverse=True)
+    assert answer.best in answer.front
+
+
+def test_robust_gains_hold_for_every_robot(invented, tmp_path):
+    """One robot stands with 4 to 15, the other with 10 to 20."""
+    robots = (
+        Member({'simulator.rotor_inertia': 0.006}, {}),
+        Member({'simulator.rotor_inertia': 0.002}, {}),
+    )
+    answer = tune(Question(WALK, GAINS, robots, seeds=1, candidates=160), 1, tmp_path)
+    assert 10.0 <= answer.best.values[0] <= 15.0 and answer.best.up == 1.0
+    assert len(answer.best.trials) == 2
+    only = tune(Question(WALK, GAINS, robots[1:], seeds=1, candidates=160), 1, tmp_path)
+    assert only.best.values[0] > 18.0
+    assert dict(answer.scenario.values['simulator']) == dict(WALK.values['simulator'])
+
+
+TRIALS = st.builds(
+    TunedRun, st.booleans(), st.floats(0.0, 1.0), st.floats(0.0, 0.1), st.floats(0.0, 0.5)
+)
+CANDIDATES = st.lists(
+    st.builds(Tuned, st.just((0.0,)), st.tuples(st.tuples(TRIALS, TRIALS))), min_size=1, max_size=8
+)
+
+
+@given(CANDIDATES)
+def test_nothing_on_the_front_is_beaten(tried):
+    answer = study.Tuning(Question(WALK, GAINS), tried[0], tuple(tried), tried[0], tried[0])
+    most = max(each.up for each in tried)
+    up = [each for each in tried if each.up == most and each.slip < inf]
+
+    def beats(one, other):
+        return (
+            one.slip <= other.slip
+            and one.vibration <= other.vibration
+            and (one.slip, one.vibration) != (other.slip, other.vibration)
+        )
+
+    for each in up:
+        beaten = any(beats(other, each) for other in up)
+        same = [(one.slip, one.vibration) for one in answer.front]
+        assert ((each.slip, each.vibration) in same) != beaten
+
+
+def trial(stayed_up=True, lasted=1.0, slip=0.01, vibration=0.1):
+    return TunedRun(stayed_up, lasted, slip, vibration)
+
+
+def test_more_seeds_up_come_first_then_slip_then_vibration():
+    def tuned(*trials):
+        return Tuned((), (trials,))
+
+    ranked = [
+        tuned(trial(slip=0.0102, vibration=0.1), trial(slip=0.0102, vibration=0.1)),
+        tuned(trial(slip=0.0099, vibration=0.2), trial(slip=0.0099, vibration=0.2)),
+        tuned(trial(slip=0.02, vibration=0.0), trial(slip=0.02, vibration=0.0)),
+        tuned(trial(slip=0.0), trial(stayed_up=False, lasted=0.9)),
+        tuned(trial(slip=0.0), trial(stayed_up=False, lasted=0.1)),
+        tuned(trial(stayed_up=False, lasted=0.5), trial(stayed_up=False, lasted=0.5)),
+    ]
+    assert sorted(reversed(ranked), key=Tuned.rank) == ranked
+    assert sorted(ranked, key=lambda each: each.rank('vibration'))[0] is ranked[2]
+
+
+def test_the_worst_robot_counts():
+    both = Tuned((), ((trial(slip=0.01),), (trial(slip=0.03), trial(slip=0.05))))
+    assert both.slip == pytest.approx(0.04) and both.up == 1.0
+    assert Tuned((), ((trial(stayed_up=False),),)).slip == inf
+
+
+@given(st.floats(-0.2, 1.2), st.sampled_from(GAINS + PLACEMENT))
+def test_knobs_stay_in_their_range_and_on_their_steps(share, knob):
+    value = knob.at(share)
+    assert knob.low <= value <= knob.high
+    assert value / knob.step == pytest.approx(round(value / knob.step), abs=1e-6)
+    assert abs(knob.share(value) - min(max(share, 0.0), 1.0)) <= knob.step / (knob.high - knob.low)
+
+
+def test_a_gain_of_nothing_switches_its_controller_off():
+    off = WALK.changed(changes(GAINS, (0.0, 5.0)))
+    assert not off.table(AnkleControllerParameters).enabled
+    assert off.table(HipControllerParameters).enabled
+    assert [knob.value_in(off) for knob in GAINS] == [0.0, 5.0]
+    assert [knob.value_in(WALK) for knob in GAINS] == [12.0, 0.0]
+
+
+def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
+    question = Question(WALK, (*GAINS, *PLACEMENT), candidates=16, seeds=1)
+    answer = tune(question, 1, tmp_path / 'jobs')
+    text = tune_page.write(answer, tmp_path)
+    path = tmp_path / 'walk_7.68deg_ka12_tuned.yaml'
+    assert str(path) in text and text.startswith('K_A ')
+    again = scenarios.load(str(path))
+    assert again.values == answer.scenario.values and 'tuned: K_A' in again.title
+    assert set(yaml.safe_load(path.read_text())) == {f'/**/{node}' for node in again.values}
+    assert (tmp_path / 'front.png').stat().st_size > 10_000
+    page = (tmp_path / 'tune.md').read_text(encoding='utf-8')
+    assert page.startswith('# Gains for walk_7.68deg_ka12\n')
+    assert '| as it was | 12 | 0 |' in page and '| chosen, other seeds |' in page
+    assert 'candidates, each with 1 seed on the robot' in page
+
+
+def test_a_search_that_finds_nothing_better_says_so(invented, tmp_path):
+    found = tune(Question(WALK, GAINS, candidates=16, seeds=1), 1, tmp_path / 'jobs')
+    other = Tuned((13.0, 0.0), ((trial(),),))
+    kept = replace(found, best=found.before, tried=(found.before, other))
+    says = "None of 1 other candidate is better than the scenario's own values."
+    for answer, silent in ((kept, False), (replace(kept, best=other), True)):
+        text = tune_page.write(answer, tmp_path)
+        assert (says in text.splitlines()) != silent and ('before, K_A 12' in text) == silent
+        assert (says in (tmp_path / 'tune.md').read_text(encoding='utf-8')) != silent
+
+
+def test_without_any_survivor_nothing_is_written(invented, tmp_path):
+    answer = tune(Question(WALK, GAINS, candidates=16, seeds=1), 1, tmp_path / 'jobs')
+    fallen = Tuned((30.0, 0.0), ((trial(stayed_up=False, lasted=0.3),),))
+    lost = replace(answer, tried=(fallen,), best=fallen)
+    with pytest.raises(RunError, match='none of 1 candidates stays up') as refusal:
+        tune_page.write(lost, tmp_path / 'out')
+    assert '\n' not in str(refusal.value) and not (tmp_path / 'out').exists()
+
+
+@pytest.mark.parametrize(
+    ('change', 'word'),
+    [({'seeds': 0}, '--seeds'), ({'candidates': 7}, '--candidates'), ({'seed': -1}, '--seed')],
+)
+def test_numbers_are_refused_in_one_line(change, word):
+    with pytest.raises(KhrError, match=word) as refusal:
+        Question(WALK, GAINS, **change)
+    assert '\n' not in str(refusal.value)
+
+
+def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
+    def ask(scenario='walk_0deg', changed=(), gait=False, robust=False, jobs=1):
+        question = study.ask(
+            scenarios.load(scenario).set_to(changed),
+            gait=gait,
+            robust=robust,
+            seeds=1,
+            candidates=8,
+        )
+        return tune(question, jobs, tmp_path)
+
+    with pytest.raises(KhrError, match='no such scenario'):
+        ask('walk_on_water')
+    with pytest.raises(KhrError, match='--jobs'):
+        ask(jobs=0)
+    with pytest.raises(KhrError, match='inclination_deg'):
+        ask(changed=['simulator.inclination_deg=90'])
+    monkeypatch.setattr(study, 'read_ensemble', list)
+    with pytest.raises(KhrError, match='no robot'):
+        ask(robust=True)
+    monkeypatch.setattr(study, 'read_ensemble', lambda: [Member({'gait.com_lifted': 0.01}, {})])
+    with pytest.raises(KhrError, match=r'gait\.com_lifted.*without --gait'):
+        ask(gait=True, robust=True)
+    monkeypatch.setattr(study, 'read_ensemble', lambda: [Member({'gait.wings': 2.0}, {})])
+    with pytest.raises(KhrError, match='wings'):
+        ask(robust=True)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+def test_real_runs_are_tuned(tmp_path):
+    changed = ['simulator.duration=0.3', 'gait.start_delay=0.0']
+    answer = tune(
+        study.ask(scenarios.load('stand_0deg').set_to(changed), seeds=1, candidates=8),
+        1,
+        tmp_path / 'jobs',
+    )
+    text = tune_page.write(answer, tmp_path)
+    assert '100% up' in text and (tmp_path / 'stand_0deg_tuned.yaml').is_file()

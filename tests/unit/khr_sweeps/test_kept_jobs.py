@@ -1,0 +1,111 @@
+"""Jobs whose results are kept: none is computed twice, and none is taken for another."""
+
+import math
+import sys
+
+import pytest
+
+from khr_studies.measuring.bench import MeasuredLift
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.json_file import known
+from khr_sweeps.pool import local_pool
+from khr_sweeps.progress import Bar
+from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.results.store import Store, read_store
+from tests.fakes.benches import outcome
+from tests.fakes.pools import HerePool
+
+
+def square(number: float, condition: Condition | None = None) -> float:
+    print('on the way', file=sys.stderr)
+    return number * number
+
+
+def cube(number: float) -> float:
+    return number**3
+
+
+def jobs(pool, folder, version='v'):
+    return KeptJobs(pool, folder, version, Bar('jobs', 0), {square: 3})
+
+
+def submit(kept, function, *arguments):
+    """Return the result of one job after what is kept is closed."""
+    with kept:
+        return kept.submit(function, *arguments).result()
+
+
+def test_a_job_is_computed_once_over_all_commands(tmp_path, capsys):
+    pool = HerePool()
+    for _ in range(2):
+        with jobs(pool, tmp_path / 'jobs') as some:
+            assert [some.submit(square, n).result() for n in (2, 3)] == [4, 9]
+    assert pool.count == 2
+    assert capsys.readouterr().err == ''
+
+
+@pytest.mark.parametrize(
+    'other',
+    [
+        (square, 3),
+        (cube, 2),
+        (square, 2, Condition()),
+        (square, 2, Condition(ankle_gain=12.0)),
+        (square, 2.0),
+    ],
+)
+def test_another_job_is_not_taken_for_it(tmp_path, other):
+    pool = HerePool()
+    with jobs(pool, tmp_path) as some:
+        some.submit(square, 2)
+        some.submit(*other)
+    assert pool.count == 2
+
+
+def test_another_version_is_computed_anew(tmp_path):
+    pool = HerePool()
+    for version in 'vw':
+        submit(jobs(pool, tmp_path, version), square, 2)
+    assert pool.count == 2
+
+
+def test_a_torn_result_is_computed_anew(tmp_path):
+    pool = HerePool()
+    submit(jobs(pool, tmp_path), square, 2)
+    (file,) = tmp_path.iterdir()
+    content = file.read_bytes()
+    for count, length in enumerate(range(0, len(content), 5), 2):
+        file.write_bytes(content[:length])
+        assert submit(jobs(pool, tmp_path), square, 2) == 4
+        assert pool.count == count
+
+
+def test_a_pool_of_processes_will_do(tmp_path):
+    with local_pool(1) as pool:
+        assert submit(jobs(pool, tmp_path), known, 3.5) == 3.5
+    assert submit(jobs(None, tmp_path), known, 3.5) == 3.5
+
+
+def test_results_keep_their_types(tmp_path):
+    """So do those of a robot that fell, whose forces are not known."""
+    fallen = MeasuredLift(outcome('fell'), math.nan, math.nan, 0.1)
+
+    def measure(kind: str) -> tuple[float, list[MeasuredLift]]:
+        return 0.1, [fallen]
+
+    first, again = (submit(jobs(HerePool(), tmp_path), measure, 'lift') for _ in range(2))
+    assert repr(again) == repr(first)
+    assert type(again[1][0]) is MeasuredLift and again[1][0].outcome == fallen.outcome
+
+
+@pytest.mark.parametrize('value', [{'items': 1}, None, [1, 2], 'x'])
+def test_a_line_that_holds_no_such_result_is_computed_anew(tmp_path, value):
+    submit(jobs(HerePool(), tmp_path), square, 2)
+    (file,) = tmp_path.iterdir()
+    head, (entry,) = read_store(file, dict)
+    with Store(file, head, dict) as store:
+        store.add([entry | {'value': value}])
+    pool = HerePool()
+    for _ in range(2):
+        assert submit(jobs(pool, tmp_path), square, 2) == 4
+    assert pool.count == 1

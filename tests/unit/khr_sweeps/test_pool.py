@@ -1,0 +1,104 @@
+"""A pool of worker processes: nothing is lost with a worker, nothing is left of the pool."""
+
+import os
+import signal
+from math import sqrt
+
+import psutil
+import pytest
+
+from khr_common import KhrError, RunError
+from khr_sweeps.pool import LEAST_AHEAD, LostWorkerError, compute, local_pool
+from tests.fakes.jobs import hold, pid_once, say, stay, unreadable
+
+
+@pytest.fixture(scope='module')
+def pool():
+    with local_pool(2) as pool:
+        yield pool
+
+
+def test_results_and_errors_are_those_of_the_function(pool):
+    futures = [pool.submit(sqrt, number) for number in range(50)]
+    assert [future.result() for future in futures] == [sqrt(number) for number in range(50)]
+    with pytest.raises(ValueError, match='math domain'):
+        pool.submit(sqrt, -1).result()
+    with pytest.raises(RuntimeError, match='Local: of its own'):
+        pool.submit(unreadable).result()
+
+
+def test_a_job_whose_worker_is_killed_is_done_again(pool, tmp_path):
+    assert psutil.pid_exists(pool.submit(pid_once, str(tmp_path)).result())
+
+
+def test_a_job_that_kills_every_worker_is_given_up_and_the_others_go_on(pool):
+    lost, other = pool.submit(os._exit, 3), pool.submit(sqrt, 4)
+    assert other.result() == 2.0
+    with pytest.raises(LostWorkerError):
+        lost.result()
+    assert list(compute(pool, os._exit, [('a', 3)])) == [[('a', None)]]
+
+
+def test_what_is_first_is_done_first(tmp_path):
+    os.mkfifo(tmp_path / 'pipe')
+    with local_pool(1) as pool:
+        pool.submit(hold, str(tmp_path / 'pipe'))
+        jobs = [
+            pool.submit(say, str(tmp_path / 'order'), name, first=name == 'c') for name in 'abc'
+        ]
+        assert (tmp_path / 'pipe').read_text()
+        for job in jobs:
+            job.result()
+    assert (tmp_path / 'order').read_text() == 'cab'
+
+
+def test_the_end_of_the_pool_ends_workers_whatever_they_do(tmp_path):
+    pipes = [tmp_path / name for name in ('first', 'second', 'never')]
+    for pipe in pipes:
+        os.mkfifo(pipe)
+    with local_pool(2) as pool:
+        jobs = [pool.submit(stay, str(pipe)) for pipe in pipes]
+        pids = [int(pipe.read_text()) for pipe in pipes[:2]]
+        os.kill(pids[0], signal.SIGSTOP)
+    assert not any(psutil.pid_exists(pid) for pid in pids)
+    assert all(job.exception() for job in jobs[:2]) and jobs[2].cancelled()
+
+
+def test_only_a_window_of_the_tasks_is_ever_handed_out(pool):
+    taken, done, largest = 0, 0, 0
+
+    def tasks():
+        nonlocal taken
+        for number in range(500):
+            taken += 1
+            yield f'window-{number}', number
+
+    results = {}
+    for batch in compute(pool, abs, tasks()):
+        done += len(batch)
+        largest = max(largest, taken - done)
+        results |= batch
+    assert results == {f'window-{number}': number for number in range(500)}
+    assert largest <= LEAST_AHEAD
+
+
+def test_an_error_of_a_worker_is_one_line(pool):
+    with pytest.raises(RunError) as failure:
+        list(compute(pool, int, [('bad', 'no\nnumber')]))
+    assert 'ValueError' in str(failure.value) and '\n' not in str(failure.value)
+
+
+@pytest.mark.parametrize('workers', [0, -1, 100_000])
+def test_a_senseless_number_of_workers_is_refused(workers):
+    with (
+        pytest.raises(KhrError, match=f'--jobs: {workers} .*integer in'),
+        local_pool(workers, '--jobs'),
+    ):
+        pytest.fail('started')
+
+
+def test_no_process_to_be_had_is_one_line(pool, monkeypatch):
+    with local_pool(1) as poor:
+        monkeypatch.setattr('sys.executable', '/nowhere/python')
+        with pytest.raises(RunError, match='No such file'):
+            poor.submit(sqrt, 4).result()

@@ -1,0 +1,42 @@
+"""What is drawn, as tables."""
+
+import csv
+from io import StringIO
+from math import degrees
+
+import pytest
+
+from khr_common.interfaces import FOOT_FORCES, GYRO
+from khr_view.model.charts import charts
+from khr_view.model.export import signals_csv, spectrum_csv
+from khr_view.model.spectrum_lines import spectrum_lines
+from khr_view.model.traces import Traces
+
+
+def rows(text):
+    return list(csv.DictReader(StringIO(text)))
+
+
+def test_every_line_is_a_column_with_its_unit_at_the_times_of_the_finest_chart():
+    traces = Traces()
+    for number in range(10):
+        traces.add(GYRO, number * 15_000_000, (0.0, 0.1 * number, 0.0))
+        if number % 2 == 0:
+            for topic in FOOT_FORCES:
+                traces.add(topic, number * 15_000_000, (0.0, 0.0, float(number)))
+    rate, forces, *_ = charts()
+    found = rows(signals_csv({chart: traces.columns(chart) for chart in (rate, forces)}))
+    assert [float(row['time, s']) for row in found] == [0.015 * n for n in range(10)]
+    assert float(found[3]['Pitch rate, deg/s']) == pytest.approx(degrees(0.3))
+    assert float(found[3]['Foot forces left toe, N']) == pytest.approx(3.0)
+    assert len(found[0]) == 6
+
+
+def test_a_spectrum_is_frequencies_and_amplitudes():
+    found = rows(spectrum_csv(spectrum_lines([0.0, 1.0], [0.0, 0.5])))
+    assert float(found[-1]['pitch rate, deg/s']) == pytest.approx(degrees(0.5))
+
+
+def test_what_is_not_there_yet_has_heads_of_columns_alone():
+    assert rows(signals_csv({})) == rows(spectrum_csv(None)) == []
+    assert signals_csv({}) == '"time, s"\n'

@@ -1,0 +1,87 @@
+"""Whatever a message says, the page shows it or refuses it: no other error."""
+
+from types import SimpleNamespace as Message
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_analysis.nodes.fft_analyser import _array
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_common.run_identity import MalformedError
+from khr_view.model.spectrum_lines import bins_in, peaks_in, spectrum_lines
+from khr_view.model.status import QUANTITIES, Status
+
+texts = st.sampled_from(['', 'nan', 'inf', '1e999', '3', '-0.5', '1_0', '9' * 50]) | st.text()
+number = st.floats() | st.sampled_from([0.0, 1.0, 2.0, 1e300])
+
+
+def tried(action, *arguments):
+    try:
+        return action(*arguments)
+    except MalformedError as error:
+        assert str(error).isprintable()
+
+
+@given(
+    st.dictionaries(
+        st.sampled_from(['sync', 'missed_periods', 'stale_corrections', 'real_time_factor'])
+        | st.sampled_from([key for _, key, _, _ in QUANTITIES]),
+        texts | st.just('realtime'),
+    ),
+    texts,
+)
+def test_a_report_is_shown_or_refused(values, verdict):
+    status = Status()
+    tried(status.simulator, values)
+    tried(status.monitor, verdict, values)
+    for name, text in status.rows(1.0):
+        assert (name.isprintable() and text.isprintable() and 'nan' not in text) or verdict in text
+
+
+@given(
+    st.lists(
+        st.tuples(
+            texts, st.dictionaries(st.sampled_from(['frequency_hz', 'amplitude_rad_s']), texts)
+        )
+    ),
+    st.lists(number, max_size=12),
+    st.floats(0.0, 60.0),
+)
+def test_a_spectrum_is_shown_or_refused(peaks, data, cycle):
+    array = Message(
+        status=[
+            Message(name=name, values=[Message(key=k, value=v) for k, v in values.items()])
+            for name, values in peaks
+        ]
+    )
+    tones = tried(peaks_in, array) or []
+    bins = tried(bins_in, Message(data=data))
+    if bins is not None:
+        assert all(tone.name.isprintable() for tone in spectrum_lines(*bins, tones, cycle).tones)
+
+
+def test_what_a_spectrum_says_is_read():
+    values = [Message(key='frequency_hz', value='2.5'), Message(key='amplitude_rad_s', value='.1')]
+    (peak,) = peaks_in(Message(status=[Message(name='f', values=values)]))
+    assert (peak.frequency, peak.amplitude) == (2.5, 0.1)
+    frequency, amplitude = bins_in(Message(data=[0.0, 1.0, 5.0, 6.0, float('nan'), 0.5]))
+    assert (*frequency, *amplitude) == (0.0, 1.0, 5.0, 6.0)
+    for data in ([1.0, 0.0, 5.0, 6.0, 0.0, 0.0], [0.0, 1.0, 5.0, float('nan'), 0.0, 0.0]):
+        with pytest.raises(MalformedError):
+            bins_in(Message(data=data))
+
+
+def test_a_spectrum_of_the_analyser_is_one():
+    rate = np.sin(np.arange(154.0))
+    message = _array(spectrum(rate, FftAnalyserParameters()))
+    assert np.isnan(message.data).any(), 'phases of what is too small'
+    frequency, _ = bins_in(message)
+    assert len(frequency) == message.layout.dim[1].size
+
+
+def test_a_driver_that_counts_no_late_periods_is_no_malformed_one():
+    status = Status()
+    status.simulator({'sync': 'realtime'})
+    assert status.late == ''

@@ -1,0 +1,113 @@
+"""The scene of an instant, against the simulator's own geometry."""
+
+import numpy as np
+import pytest
+
+from khr_common.interfaces import (
+    FOOT_FORCES,
+    JOINT_STATES,
+    JOINTS,
+    TRUE_FORCES,
+    TRUE_INCLINATION,
+    TRUE_POSE,
+)
+from khr_common.maths.rotation import matrix, pitched
+from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
+from khr_view.model.shapes import shapes
+from khr_view.model.snapshot import SnapshotBuilder
+from khr_view.page.marks import linear, outline
+
+ROBOT = Robot.load()
+
+
+def signals(inclination=0.0, loads=(4.0, 3.0, 4.0, 3.0), posture=(0.0,) * len(JOINTS)):
+    """The robot upright on a board, its soles' middle at the origin."""
+    poses = ROBOT.poses(posture)
+    middle = (poses['l_sole'][:3, 3] + poses['r_sole'][:3, 3]) / 2.0
+    turn = pitched(inclination)
+    position = -matrix(turn) @ middle
+    return {
+        JOINT_STATES: posture,
+        TRUE_POSE: (*position, *turn),
+        TRUE_INCLINATION: (inclination,),
+        **{topic: (0.0, 0.0, load) for topic, load in zip(TRUE_FORCES, loads, strict=True)},
+    }
+
+
+def build(**changes):
+    return SnapshotBuilder(ROBOT, RunParameters()).build(signals(**changes))
+
+
+@pytest.mark.parametrize('inclination', [0.0, 0.15, -0.1])
+def test_support_lies_on_the_board_and_holds_the_middle(inclination):
+    support = build(inclination=inclination).support
+    normal = matrix(pitched(inclination))[:, 2]
+    assert np.allclose(support @ normal, 0.0, atol=1e-9)
+    center = support.mean(axis=0)
+    sides = np.roll(support, -1, axis=0) - support
+    turns = np.cross(sides, center - support) @ normal
+    assert (turns > 0).all() or (turns < 0).all(), 'the corners go around the middle in order'
+
+
+def test_support_is_that_of_the_loaded_soles():
+    both, left = build().support, build(loads=(7.0, 7.0, 0.0, 0.0)).support
+    assert left[:, 1].min() > 0.0 > both[:, 1].min()
+    assert build(loads=(0.1,) * 4).support.shape == (0, 3)
+
+
+def test_the_plumb_line_is_vertical_and_ends_on_the_board():
+    scene = build(inclination=0.2)
+    assert np.allclose(scene.center_of_mass[:2], scene.below[:2])
+    assert scene.below @ matrix(pitched(0.2))[:, 2] == pytest.approx(0.0, abs=1e-12)
+    assert 0.15 < scene.center_of_mass[2] < 0.3
+
+
+def test_forces_are_those_of_the_sensors_in_their_frames():
+    scene = build(inclination=0.1, loads=(5.0, 0.0, 2.0, 1.0))
+    assert scene.forces.tolist() == [[0, 0, 5], [0, 0, 0], [0, 0, 2], [0, 0, 1]]
+
+
+def test_colours_become_linear_and_white_and_black_stay():
+    assert linear((255, 0, 255)).tolist() == [255, 0, 255]
+    assert linear((188, 188, 188)).tolist() == [128, 128, 128]  # half of the light
+
+
+def test_way_is_the_foot_of_the_torso_on_the_board():
+    scene = build(inclination=0.1)
+    assert scene.way == pytest.approx(np.zeros(3), abs=0.05)
+    assert scene.way @ matrix(pitched(0.1))[:, 2] == pytest.approx(0.0, abs=1e-12)
+
+
+def test_every_visual_of_the_robot_is_a_shape():
+    found = shapes(ROBOT)
+    assert len(found) == sum(1 for _ in ROBOT.xml.iter('visual'))
+    assert {shape.link for shape in found} <= set(ROBOT.links)
+    assert all(0.0 <= part <= 1.0 for shape in found for part in shape.color)
+
+
+@pytest.mark.parametrize('count', range(9))
+def test_an_outline_has_always_as_many_sides_and_is_closed(count):
+    angles = np.arange(count)
+    corners = np.column_stack([np.cos(angles), np.sin(angles), np.zeros(count)])
+    sides = outline(corners)
+    assert sides.shape == (8, 2, 3)
+    if count:
+        assert np.allclose(sides[:-1, 1], sides[1:, 0])
+        assert np.allclose(sides[0, 0], sides[-1, 1])
+        assert {tuple(np.round(p, 4)) for p in sides[:, 0, :2]} == {
+            tuple(np.round(p, 4).astype(np.float32)) for p in corners[:, :2]
+        } or count == 0
+
+
+def test_without_the_truth_the_torso_is_upright_over_its_lower_sole():
+    """What a driver publishes: the joints, and the forces that the sensors read."""
+    known = {JOINT_STATES: (0.0,) * len(JOINTS), **dict.fromkeys(FOOT_FORCES, (0.0, 0.0, 3.0))}
+    builder = SnapshotBuilder(ROBOT, RunParameters())
+    scene = builder.build(builder.completed(known))
+    assert scene.base[3:] == (0.0, 0.0, 0.0, 1.0)
+    assert scene.inclination == 0.0
+    assert len(scene.support) >= 4
+    assert abs(scene.support[:, 2]).max() < 1e-9
+    truth = signals()
+    assert builder.completed(truth) == truth

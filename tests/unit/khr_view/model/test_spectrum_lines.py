@@ -1,0 +1,56 @@
+"""The spectrum's chart: nothing is lost by putting all on one axis."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_analysis.peaks import DOMINANT_SHARE
+from khr_view.model.spectrum_lines import ON_LINE, PlacedPeak, spectrum_lines
+
+BINS = np.arange(30) / 2.31
+
+
+@given(
+    st.lists(st.floats(0.0, 10.0), min_size=30, max_size=30),
+    st.lists(st.tuples(st.floats(0.1, 12.0), st.floats(0.0, 10.0)), max_size=5),
+    st.floats(0.5, 20.0),
+)
+def test_bins_and_peaks_keep_their_values(amplitudes, peaks, cycle):
+    peaks = [PlacedPeak(frequency, amplitude) for frequency, amplitude in peaks]
+    lines = spectrum_lines(BINS, amplitudes, peaks, cycle)
+    assert len({len(column) for column in lines.columns}) == 1
+    assert (np.diff(lines.frequency) > 0).all()
+    at_bins = np.isin(lines.frequency, BINS)
+    assert lines.amplitude[at_bins] == pytest.approx(amplitudes)
+    assert lines.level == pytest.approx(DOMINANT_SHARE * max(amplitudes))
+    for peak in peaks:
+        places = lines.frequency == peak.frequency
+        assert places.sum() == 1
+        heights = [other.amplitude for other in peaks if other.frequency == peak.frequency]
+        assert lines.peaks[places][0] in heights
+
+
+def test_the_gait_s_lines_stand_at_all_multiples_of_f_0():
+    lines = spectrum_lines(BINS, np.ones(30), (), 2.31)
+    found = lines.frequency[lines.gait > 0.0]
+    assert found == pytest.approx(np.arange(4, 30, 4) / 2.31)
+    assert not spectrum_lines(BINS, np.ones(30)).gait.any()
+
+
+@given(st.integers(1, 40), st.floats(-0.5, 0.5), st.floats(0.5, 10.0))
+def test_a_peak_is_named_by_its_place_among_the_lines_of_the_gait(n, off, cycle):
+    ((peak),) = spectrum_lines([], [], [PlacedPeak((n + off) / cycle, 1.0)], cycle).tones
+    if abs(off) < ON_LINE - 1e-6:
+        assert peak.name == f'gait, n = {n}'
+    elif abs(off) > ON_LINE + 1e-6:
+        assert peak.name == f'loop or slip, n = {n + off:.1f}'
+
+
+def test_a_robot_that_does_not_walk_has_no_lines_of_a_gait():
+    (peak,) = spectrum_lines(BINS, np.ones(30), [PlacedPeak(2.0, 1.0)]).tones
+    assert peak.name == ''
+
+
+def test_an_empty_spectrum_is_empty():
+    assert all(len(column) == 0 for column in spectrum_lines([], []).columns)

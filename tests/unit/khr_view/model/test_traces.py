@@ -1,0 +1,84 @@
+"""Charts show the last seconds, whatever of them has come."""
+
+from math import degrees
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_balance.ankle import toe_heel_difference
+from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
+from khr_view.model.charts import SLIP, charts, tapped, traced
+from khr_view.model.traces import SPAN, Traces
+
+PERIOD = 15_000_000
+BY_TITLE = {chart.title: chart for chart in charts()}
+RATE = BY_TITLE['Pitch rate']
+
+
+def fill(traces, count, topic=GYRO, value=float, start=0):
+    for number in range(start, count):
+        traces.add(topic, number * PERIOD, (0.0, value(number), 0.0))
+
+
+def test_only_the_last_seconds_are_kept():
+    traces = Traces()
+    fill(traces, 2000)
+    times, rate = traces.columns(RATE)
+    assert times[-1] == pytest.approx(1999 * 0.015)
+    assert SPAN - 0.02 < times[-1] - times[0] <= SPAN
+    assert rate[-1] == pytest.approx(degrees(1999.0))
+
+
+def test_an_instant_that_comes_again_counts_once_and_one_that_goes_back_starts_anew():
+    traces = Traces()
+    fill(traces, 10)
+    traces.add(GYRO, 9 * PERIOD, (0.0, 99.0, 0.0))
+    assert traces.columns(RATE)[1].tolist() == pytest.approx([*map(degrees, range(10))])
+    traces.add(GYRO, 0, (0.0, -1.0, 0.0))
+    assert traces.columns(RATE)[1].tolist() == pytest.approx([degrees(-1.0)])
+
+
+@given(st.lists(st.floats(0.0, 50.0), min_size=4, max_size=4))
+def test_delta_is_that_of_the_ankle_controller(forces):
+    traces = Traces()
+    for topic, force in zip(FOOT_FORCES, forces, strict=True):
+        traces.add(topic, 0, (0.0, 0.0, force))
+    _, delta = traces.columns(BY_TITLE['Delta, toes less heels'])
+    assert delta[0] == pytest.approx(toe_heel_difference(forces), abs=1e-9)
+
+
+def test_what_a_topic_lacks_is_read_between_its_neighbours():
+    traces = Traces()
+    for number in range(5):
+        for topic in FOOT_FORCES:
+            if number != 2 or topic == FOOT_FORCES[0]:
+                traces.add(topic, number * PERIOD, (0.0, 0.0, float(number)))
+    times, *columns = traces.columns(BY_TITLE['Foot forces'])
+    assert len(times) == 5
+    for column in columns:
+        assert column == pytest.approx(np.arange(5.0))
+
+
+def test_a_chart_without_samples_is_empty():
+    for chart in charts():
+        assert all(len(column) == 0 for column in Traces().columns(chart))
+    assert {topic for chart in charts() for topic in chart.topics} == set(traced())
+
+
+def test_every_controller_has_a_line():
+    titles = {chart.title: chart for chart in charts()}
+    lines = titles['Corrections'].lines
+    assert [line.label for line in lines] == ['ankle', 'hip', 'roll']
+    assert len({(line.color, line.dashed) for line in lines}) == len(lines)
+
+
+def test_slip_is_on_no_topic_of_its_own_and_joints_are_those_of_both_legs():
+    assert set(traced()) - set(tapped()) == {SLIP}
+    angles = tuple(map(float, range(len(JOINTS))))
+    traces = Traces()
+    traces.add(JOINT_STATES, 0, angles)
+    _, left, right = traces.columns(BY_TITLE['Joint ankle pitch'])
+    assert left[0] == pytest.approx(degrees(JOINTS.index('l_ankle_pitch')))
+    assert right[0] == pytest.approx(degrees(JOINTS.index('r_ankle_pitch')))

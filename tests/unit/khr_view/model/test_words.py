@@ -1,0 +1,78 @@
+"""The state of a run in words, and when it begins again."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_view.model.again import PAUSE, Again
+from khr_view.model.motion import STANDING, GaitMotion, motion_in, motion_of
+from khr_view.model.status import Status
+from khr_view.model.words import NO_RUN, THEN, in_words, over
+
+WALK = GaitMotion('walking', 11.6, 2.31)
+
+
+def status(state='running', verdict='walked', **outcome):
+    return Status(state=state, verdict=verdict, outcome=outcome)
+
+
+@pytest.mark.parametrize(
+    ('told', 'time', 'words'),
+    [
+        (status('waiting'), 0.0, 'starting'),
+        (status(), 4.2, 'walking, 4.2 of 11.6 s'),
+        (status('paused'), 4.2, 'paused at 4.2 s'),
+        (status(fell_at_s=6.21), 6.3, 'fell at 6.2 s: Reset begins it again'),
+        (status('finished', 'fell', fell_at_s=6.21), 8.0, 'fell at 6.2 s: Reset begins it again'),
+        (status(fell_at_s=6.21), 0.4, 'walking, 0.4 of 11.6 s'),  # the last run's fall
+        (status(), 12.0, 'finished, walked: Reset begins it again'),
+        (status('finished'), 5.0, 'finished, walked: Reset begins it again'),
+        (status(NO_RUN), 5.0, 'no run is going on: the page waits for one'),
+    ],
+)
+def test_the_state_is_told_in_words(told, time, words):
+    assert in_words(told, WALK, time, 'never') == words
+
+
+def test_what_stands_is_never_over_and_what_comes_next_is_said():
+    assert in_words(status(), STANDING, 99.0, 'same') == 'standing, 99.0 s'
+    assert in_words(status(), GaitMotion(), 1.0, 'same') == 'running, 1.0 s'
+    for how, words in THEN.items():
+        assert in_words(status(), WALK, 12.0, how).endswith(words)
+
+
+@given(st.sampled_from(['running', 'paused', 'waiting', 'resetting', NO_RUN]), st.floats(0, 30))
+def test_only_what_runs_or_has_finished_is_over(state, time):
+    assert over(status('finished'), WALK, time)
+    assert over(status(state), WALK, time) == (state == 'running' and time >= WALK.end)
+
+
+def test_a_motion_ends_with_its_gait():
+    for motion in ('walk', 'leg_lift'):
+        parameters = GaitParameters(motion=motion)
+        assert motion_of(parameters).end == gait_of(parameters).duration
+    assert motion_of(GaitParameters()).cycle == GaitParameters().cycle_period
+    assert motion_of(GaitParameters(motion='leg_lift')).cycle == 0.0
+    assert motion_in({'motion': 'stand'}) == STANDING
+    assert motion_in({'cycles': 3}) == GaitMotion()
+
+
+def test_a_run_begins_again_once_a_while_after_it_was_over():
+    again = Again('same')
+    assert not again.due(over=False, now=0.0)
+    assert not again.due(over=True, now=10.0)
+    assert not again.due(over=True, now=10.0 + PAUSE / 2)
+    assert again.due(over=True, now=10.0 + PAUSE)
+    assert not again.due(over=True, now=99.0), 'it has been asked for'
+    assert not again.due(over=False, now=100.0)
+    assert not again.due(over=True, now=101.0)
+    assert again.due(over=True, now=101.0 + PAUSE)
+
+
+def test_what_shall_not_begin_again_does_not_until_the_reader_wants_it():
+    again = Again('never')
+    assert not any(again.due(over=True, now=now) for now in (0.0, 50.0))
+    again.how = 'next'
+    assert again.due(over=True, now=51.0)

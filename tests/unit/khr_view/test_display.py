@@ -1,0 +1,80 @@
+"""The whole page without a browser: what is drawn and what its controls do."""
+
+import numpy as np
+import pytest
+
+from khr_common.interfaces import GYRO, JOINT_STATES, JOINTS
+from khr_sim.robot import Robot
+from khr_sim.run_parameters import RunParameters
+from khr_view.guard import open_door
+from khr_view.model.charts import charts
+from khr_view.model.snapshot import SnapshotBuilder
+from khr_view.model.spectrum_lines import PlacedPeak, spectrum_lines
+from khr_view.model.traces import Traces
+from khr_view.page.display import Display, Note
+from khr_view.page.live_panel import LivePanel
+
+PERIOD = 15_000_000
+
+
+@pytest.fixture(scope='module')
+def display():
+    display = Display(open_door(), charts())
+    yield display
+    display.close()
+
+
+@pytest.fixture(scope='module')
+def panel(display):
+    return LivePanel(display.server.gui, display.events.put, ['walk_3deg', 'walk_0deg'], 'same')
+
+
+def button(panel, name):
+    found = getattr(panel, f'_{name}')
+    return found.label, not found.disabled
+
+
+def test_only_what_runs_or_is_paused_can_be_halted(panel):
+    for state, shown in {
+        'waiting': ('Pause', False),
+        'running': ('Pause', True),
+        'paused': ('Go on', True),
+        'finished': ('Pause', False),
+    }.items():
+        panel.show_state(state)
+        panel.show_offers(True, True, True)
+        assert button(panel, 'pause') == shown
+    assert button(panel, 'reset') == ('Reset to time 0', True)
+
+
+def test_what_a_driver_does_not_offer_is_disabled_and_says_so_in_every_state(panel):
+    panel.show_offers(False, True, False)
+    for state in ('running', 'finished'):
+        panel.show_state(state)
+        assert button(panel, 'pause') == ('No pause: the driver has none', False)
+    assert button(panel, 'push') == ('No push: the driver takes none', False)
+    panel.show_offers(True, True, True)
+    panel.show_state('running')
+    assert button(panel, 'pause') == ('Pause', True)
+
+
+def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
+    robot = Robot.load()
+    builder = SnapshotBuilder(robot, RunParameters())
+    scene = builder.build(builder.completed({JOINT_STATES: (0.0,) * len(JOINTS)}))
+    display.add_robot(robot, name='one')
+    display.let_push()
+    display.show_scenes([scene])
+    display.show_push(scene, np.array([5.0, 0.0, 0.0]), acts=True)
+    display.show_scenes([scene])
+    traces = Traces()
+    for number in range(5):
+        traces.add(GYRO, number * PERIOD, (0.0, 0.1, 0.0))
+    display.show_traces(traces)
+    assert len(display.server.tables['signals.csv']().splitlines()) == 6
+    lines = spectrum_lines([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [PlacedPeak(1.0, 1.0)], 2.0)
+    display.show_spectrum(lines)
+    assert len(display.server.tables['spectrum.csv']().splitlines()) > 3
+    display.forget_spectrum()
+    assert len(display.server.tables['spectrum.csv']().splitlines()) == 1
+    display.show_status(Note('walking', '<trouble>'), [('time', '1.00 s')])

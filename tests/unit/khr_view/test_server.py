@@ -1,0 +1,69 @@
+"""The page's server: what it serves, and that another thread may change the page."""
+
+import asyncio
+import re
+from urllib.error import HTTPError
+from urllib.request import Request, urlopen
+
+import pytest
+from viser._messages import ResetGuiMessage
+from viser.infra import _infra
+
+from khr_view.guard import open_door
+from khr_view.page.server import PageServer
+
+
+def test_only_the_loop_wakes_those_who_wait_for_a_change():
+    """What wakes a viewer of asyncio in another thread breaks, now and then, with ten of them."""
+    server = PageServer(open_door(), 'khr')
+    server.stop()
+    loop = asyncio.new_event_loop()
+    buffer = _infra.AsyncMessageBuffer(loop, persistent_messages=True)
+    buffer.push(ResetGuiMessage())
+    assert not buffer.message_event.is_set()
+    loop.run_until_complete(asyncio.wait_for(buffer.message_event.wait(), 60))
+    loop.close()
+
+
+@pytest.fixture(scope='module')
+def served():
+    door = open_door()
+    server = PageServer(door, 'khr')
+    server.tables['signals.csv'] = lambda: '"time, s"\n0.0\n'
+    yield door.address
+    server.stop()
+
+
+def got(address, **headers):
+    with urlopen(Request(address, headers=headers), timeout=60) as answer:
+        return answer.read(), answer.headers
+
+
+@pytest.mark.parametrize('encoding', ['gzip, br', 'identity'])
+def test_the_page_is_viser_s_with_what_khr_adds(served, encoding):
+    page, headers = got(served, **{'Accept-Encoding': encoding})
+    assert int(headers['Content-Length']) == len(page)
+    added = re.findall(rb'(?:href|src)="(khr/[^"]+)"', page)
+    assert len(added) == 3
+    for name in added:
+        body, headers = got(served + name.decode())
+        assert body and headers['Content-Type'].startswith('text/')
+        assert "default-src 'self'" in headers['Content-Security-Policy']
+
+
+def test_tables_are_served_as_they_are_when_asked_for(served):
+    table, headers = got(served + 'khr/signals.csv')
+    assert table == b'"time, s"\n0.0\n'
+    assert (
+        headers['Content-Type'].startswith('text/csv') and headers['Cache-Control'] == 'no-store'
+    )
+    assert got(served + 'khr/alive')[0] == b''
+
+
+@pytest.mark.parametrize(
+    'path', ['khr/', 'khr/../server.py', 'khr/word.py', 'khr/%2e%2e/server.py']
+)
+def test_nothing_else_is(served, path):
+    with pytest.raises(HTTPError) as refused:
+        got(served + path)
+    assert refused.value.code == 404
