@@ -1,1 +1,0 @@
-"""Experiments on the simulated robot: sweeps, critical inclinations, pushes, calibration."""
