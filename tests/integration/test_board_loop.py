@@ -1,6 +1,7 @@
 """The loop on the board: a scenario's gains, written and taken back; what the board cannot do."""
 
 import json
+from itertools import count
 
 import pytest
 from typer.testing import CliRunner
@@ -12,7 +13,7 @@ from khr_bringup.offline import ControlLoop, run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
 from khr_hardware.client import Client
-from khr_hardware.deployment import BoardLoop, deploy, held, undo
+from khr_hardware.deployment import BoardLoop, deploy, undo
 from khr_hardware.errors import HardwareError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import Mixing
@@ -22,6 +23,13 @@ from tests.support.served import served
 MAP = JointMap.load()
 WALK = scenarios.load('walk_6.99deg_ka12')
 PERIODS = 80
+
+
+def write(client, loop):
+    """Deploy a loop without waiting; return what was kept."""
+    kept = []
+    deploy(client, MAP, loop, kept.append, wait=lambda _: None)
+    return kept
 
 
 @pytest.fixture
@@ -70,7 +78,7 @@ def test_the_deployed_loop_walks_the_twins_trajectory(rig):
             ]
         )
     )
-    deploy(client, MAP, loop, wait=lambda _: None)
+    write(client, loop)
     blocks = ControlLoop(WALK)
     for period in range(PERIODS):
         client.move(MAP.positions(blocks.reference(max(0, period - 1) * 0.015)))
@@ -84,11 +92,10 @@ def test_undo_restores_what_was_there(rig):
     client.set_ad_reference(1, 500)
     before = bytes(board.ram)
     loop = loop_of(WALK, MAP)
-    data = json.loads(json.dumps(held(client, MAP, loop)))
-    deploy(client, MAP, loop, wait=lambda _: None)
+    (data,) = write(client, loop)
     assert board.record(18).mixings[0] == Mixing.of_ad(1, 12)
     assert board.record(19).mixings[0] == Mixing.of_ad(1, -12)
-    undo(client, data)
+    undo(client, json.loads(json.dumps(data)))
     assert bytes(board.ram) == before
 
 
@@ -101,23 +108,45 @@ def test_an_undo_of_something_else_writes_nothing(rig, data):
     assert bytes(board.ram) == before
 
 
-def test_a_robot_that_moves_is_not_deployed_to(rig):
-    board, robot, client = rig
-    turning = iter(range(0, 200, 2))
-    robot.sense = lambda: {1: 512 + next(turning)}
-    port = client._port
-    port.tamper = lambda reply: (board.sample(), reply)[1]
-    with pytest.raises(HardwareError, match='a robot at rest'):
-        deploy(client, MAP, loop_of(WALK, MAP), wait=lambda _: None)
-    assert not board.record(18).mixings[0].active
+@pytest.mark.parametrize(
+    ('ics', 'slot', 'says'),
+    [(18, 1, r'mixing 2 of l_ankle_pitch \(ICS 18\)'), (14, 0, 'mixing 1 of l_hip_pitch'),
+     (30, 1, r'mixing 2 of a servo \(ICS 30\)')],
+)  # fmt: skip
+def test_a_second_mixing_of_the_gyro_is_refused_by_name_and_nothing_is_written(
+    rig, ics, slot, says
+):
+    board, _, client = rig
+    client.write_ram(0x44 + 2 * ics, (0x90 + 20 * ics).to_bytes(2, 'little'))
+    client.set_mixing(ics, slot, Mixing.of_ad(1, -3))
+    before, kept = bytes(board.ram), []
+    with pytest.raises(HardwareError, match=f'{says}.* reads AD1 too; accepted: none'):
+        deploy(client, MAP, loop_of(WALK, MAP), kept.append)
+    assert bytes(board.ram) == before and not kept
+
+
+def test_a_reference_that_the_board_does_not_take_is_told(rig, monkeypatch):
+    monkeypatch.setattr(Client, 'set_ad_reference', lambda *_: None)
+    with pytest.raises(HardwareError, match='AD_ref of AD1: reads 512 after 507 was written'):
+        write(rig[2], loop_of(WALK, MAP))
 
 
 def test_the_verbs_deploy_and_undo(rig, tmp_path, monkeypatch):
-    board, _, _ = rig
+    """A robot that moves is refused, and leaves no file that would refuse the next try."""
+    board, robot, _ = rig
     monkeypatch.setattr('khr_hardware.deployment.PAUSE', 0.0)
     before, file = bytes(board.ram[0x90:]), tmp_path / 'before.json'
     with served(board, tmp_path, stepped=True) as (_, link):
         words = ['deploy', 'walk_6.99deg_ka12', link, '--before', str(file)]
+        turning = count(512, 2)
+        answer = board.answer
+        with monkeypatch.context() as moved:
+            moved.setattr(robot, 'sense', lambda: {1: next(turning)})
+            moved.setattr(board, 'answer', lambda frame: (board.sample(), answer(frame))[1])
+            refused = CliRunner().invoke(board_verbs(), words)
+        assert 'a robot at rest' in str(refused.exception) and not file.exists()
+        assert not board.record(18).mixings[0].active
+        board.sample()
         shown = CliRunner().invoke(board_verbs(), words)
         assert shown.exit_code == 0, shown.output
         assert 'l_ankle_pitch   12 counts' in shown.output

@@ -7,16 +7,16 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from khr_hardware.client import Client
 from khr_hardware.errors import HardwareError
 from khr_hardware.feedback import AT_REST, PARTS, PAUSE, SLOT, at_rest, gyro_of
-from khr_hardware.joint_map import JointMap, ServoWiring
+from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol import memory
-from khr_hardware.protocol.memory import Mixing
+from khr_hardware.protocol.memory import Mixing, ServoRecord
 
 CYCLE = 0.015  # s, an output cycle
 
@@ -34,46 +34,43 @@ class BoardLoop:
     offset: int
 
 
-def held(client: Client, joint_map: JointMap, loop: BoardLoop) -> dict[str, Any]:
-    """Return, as plain data, what the board holds where a loop is to be written.
-
-    Raises:
-        BoardError: if the board does not answer.
-    """
-    channel = gyro_of(joint_map).channel
-    records = {servo.ics: client.record(servo.ics) for servo in _servos(joint_map, loop)}
-    return {
-        'channel': channel,
-        'reference': client.ad_references()[channel],
-        'mixings': {
-            str(ics): [record.mixings[SLOT].source, record.mixings[SLOT].ratio]
-            for ics, record in records.items()
-        },
-    }
-
-
 def deploy(
     client: Client,
     joint_map: JointMap,
     loop: BoardLoop,
+    keep: Callable[[dict[str, Any]], None],
     wait: Callable[[float], None] = time.sleep,
 ) -> None:
     """Write a loop to the board, its factors raised in parts, and read it back.
 
+    Args:
+        client: of the board.
+        joint_map: with a gyro.
+        loop: to write.
+        keep: receives, before anything is written, what :func:`undo` takes.
+        wait: for so many seconds.
+
     Raises:
-        HardwareError: if the robot is not at rest, or the board reads otherwise afterwards.
+        HardwareError: if another mixing reads the gyro as well, the robot is not at rest, or the
+            board reads otherwise afterwards.
         BoardError: if the board does not answer.
     """
-    channel, servos = gyro_of(joint_map).channel, _servos(joint_map, loop)
+    channel = gyro_of(joint_map).channel
+    servos = {joint_map.servos[joint]: factor for joint, factor in loop.factors.items()}
+    records = {ics: client.record(ics) for ics in client.assigned()}
+    _check_alone(records, [servo.ics for servo in servos], channel, joint_map)
     reference = client.ad_references()[channel]
     seen = []
     for _ in range(AT_REST):
         wait(CYCLE)  # it converts once in each
         seen.append(client.ad()[channel] + reference)
-    zero = at_rest(seen)
+    zero = at_rest(seen) + loop.offset
+    mixings = {servo.ics: records[servo.ics].mixings[SLOT] for servo in servos}
+    held = {str(ics): [mixing.source, mixing.ratio] for ics, mixing in mixings.items()}
+    keep({'channel': channel, 'reference': reference, 'mixings': held})
     for servo in servos:
         client.set_mixing(servo.ics, SLOT, Mixing(memory.NO_SOURCE, 0))
-    client.set_ad_reference(channel, zero + loop.offset)
+    client.set_ad_reference(channel, zero)
     for part in range(1, PARTS + 1):
         for servo, factor in servos.items():
             share = servo.sign * (factor * part // PARTS)
@@ -83,10 +80,27 @@ def deploy(
         found = client.record(servo.ics).mixings[SLOT]
         if found != Mixing.of_ad(channel, servo.sign * factor):
             raise HardwareError(f'ICS {servo.ics}: reads {found} after it was written')
+    if (read := client.ad_references()[channel]) != zero:
+        raise HardwareError(f'AD_ref of AD{channel}: reads {read} after {zero} was written')
+
+
+def _check_alone(
+    records: Mapping[int, ServoRecord], own: Sequence[int], channel: int, joint_map: JointMap
+) -> None:
+    """Refuse a loop beside mixings that would close it twice, or that its AD_ref would shift."""
+    for ics, record in records.items():
+        for slot, mixing in enumerate(record.mixings):
+            written = ics in own and slot == SLOT
+            if mixing.active and mixing.ad_channel == channel and not written:
+                raise HardwareError(
+                    f'mixing {slot + 1} of {joint_map.joint_of(ics) or "a servo"} (ICS {ics}) '
+                    f'reads AD{channel} too; accepted: none, so undo the last deploy, or switch '
+                    'the battery off and on'
+                )
 
 
 def undo(client: Client, data: Any) -> None:
-    """Write back what :func:`held` has returned.
+    """Write back what :func:`deploy` gave to ``keep``.
 
     Raises:
         HardwareError: if it is something else.
@@ -105,7 +119,3 @@ def undo(client: Client, data: Any) -> None:
     client.set_ad_reference(channel, reference)
     for ics, mixing, _ in frames:
         client.set_mixing(ics, SLOT, mixing)
-
-
-def _servos(joint_map: JointMap, loop: BoardLoop) -> dict[ServoWiring, int]:
-    return {joint_map.servos[joint]: factor for joint, factor in loop.factors.items()}

@@ -162,9 +162,9 @@ def deploy(
     if before.exists():
         raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
     with _connected(port, baud) as (client, _):
-        held = deployment.held(client, joint_map, loop)
-        write_text(before, json.dumps(held))  # before it is changed
-        deployment.deploy(client, joint_map, loop)
+        deployment.deploy(
+            client, joint_map, loop, keep=lambda held: write_text(before, json.dumps(held))
+        )
     for joint, factor in loop.factors.items():
         print(f'{joint:16}{factor} counts per AD step of the gyro')
     print(f'{"reference":16}{loop.offset} AD steps off the voltage at rest')
