@@ -17,6 +17,7 @@ Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 
 DOMINANT_SHARE = 0.33  # of the largest amplitude, from which on the thesis counts a peak
+ON_LINE = 0.2  # of the distance between two lines of the gait that a peak of it may be off
 
 
 @dataclass(frozen=True)
@@ -130,3 +131,22 @@ def label(frequency: float, fundamental: float, spacing: float) -> str:
     if n < 1 or abs(frequency - n * fundamental) > 0.5 * spacing:
         return 'other'
     return 'f_0' if n == 1 else f'harmonic {n}'
+
+
+def place_in_gait(frequency: float, cycle: float) -> str:
+    """Name a frequency by its place among the gait's lines n/T, which alone repeat in every cycle.
+
+    Args:
+        frequency: Hz.
+        cycle: of the gait, s; 0 if the robot does not walk.
+
+    Returns:
+        The line, or between which it lies; empty if the robot does not walk.
+    """
+    order = frequency * cycle
+    if not order:
+        return ''
+    nearest = round(order)
+    if nearest and abs(order - nearest) <= ON_LINE:
+        return f'gait, n = {nearest}'
+    return f'loop or slip, n = {order:.1f}'

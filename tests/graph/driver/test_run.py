@@ -72,6 +72,8 @@ def test_the_spectrum_is_that_of_the_driver(driven):
 def test_a_report_shows_what_there_is_and_there_is_nothing_to_verify(driven):
     report = khr('report', driven.folder)
     assert (report.code, report.err) == (0, '')
+    lines = khr('lines', driven.folder)
+    assert 'by the gyro' in lines.out and '| 3.0' in lines.out, lines.err
     verified = khr('verify', driven.folder)
     assert verified.code != 0
     assert 'nothing was simulated: it ran on a driver' in verified.err

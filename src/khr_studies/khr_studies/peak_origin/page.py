@@ -7,6 +7,7 @@ from math import degrees, isnan
 
 import numpy as np
 
+from khr_analysis.peaks import Peak
 from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import Block, Bullets, Columns, Table, markdown, table
 from khr_report.page.template import page_blocks
@@ -14,6 +15,7 @@ from khr_studies.measuring.published import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
 from khr_studies.peak_origin.line_chance import chance_within, places
 from khr_studies.peak_origin.origin import RULE, Line
+from khr_studies.peak_origin.recorded import RecordedPeaks
 from khr_studies.peak_origin.study import PEAK, Band, PeakStudy, Settled, published_places
 
 SPAN = 11.0  # Hz, in which a control frequency might lie
@@ -53,6 +55,28 @@ def blocks(found: PeakStudy) -> list[Block]:
 def page(found: PeakStudy) -> str:
     """Return the document in Markdown."""
     return markdown(blocks(found)) + '\n'
+
+
+def recorded(found: RecordedPeaks) -> str:
+    """Return the peaks of one recorded run as a table in Markdown."""
+    part = f'{found.begin:.2f} s to {found.end:.2f} s'
+    largest = max((peak.amplitude for peak in found.peaks), default=1.0)
+    columns: Columns[Peak] = {
+        'frequency, Hz': lambda peak: f'{peak.frequency:.2f}',
+        'amplitude, deg/s': lambda peak: _amplitude(peak.amplitude),
+        'of the largest': lambda peak: f'{100.0 * peak.amplitude / largest:.0f} %',
+        'place': found.place,
+    }
+    said: list[Block] = [
+        f'{found.run}: pitch rate from {part}, by the {found.signal}.',
+        table(found.peaks, columns),
+    ]
+    if found.cycle:
+        said.append(
+            'One run does not show what makes a peak between the lines of its gait: `khr lines` '
+            'with a scenario compares walks with other gains, cycles and friction in the simulator.'
+        )
+    return markdown(said) + '\n'
 
 
 def _amplitude(value: float) -> str:

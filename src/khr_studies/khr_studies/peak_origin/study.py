@@ -191,13 +191,13 @@ def _walks(label: str, runs: Sequence[Run]) -> Walks:
         simulator.sole_friction,
         radians(simulator.inclination_deg),
     )
-    start, end = _whole_cycles(gait)
+    start, end = whole_cycles(gait)
     return Walks(
         label, treatment, tuple(_record(run, start, end) for run in runs), simulator.control_period
     )
 
 
-def _whole_cycles(gait: GaitParameters) -> tuple[float, float]:
+def whole_cycles(gait: GaitParameters) -> tuple[float, float]:
     """Return where the whole cycles of a walk begin and end, s."""
     planned = gait_of(gait)
     return planned.cycle(1)[0], planned.cycle(gait.cycles)[1]

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.peaks import DOMINANT_SHARE
+from khr_analysis.peaks import DOMINANT_SHARE, place_in_gait
 from khr_bringup.scenario.derived import PEAKS_PER_CYCLE
 from khr_common.figures import figure
 from khr_common.run_identity import MalformedError
@@ -18,7 +18,6 @@ Array = NDArray[np.float64]
 
 HIGHEST = 1e4  # Hz, of what is taken for a spectrum
 MOST_PEAKS, MOST_BINS = 64, 20_000
-ON_LINE = 0.2  # of the distance between two lines of the gait that a peak of it may be off
 THIN = 0.02  # Hz between the foot and the tip of a stick
 
 
@@ -38,14 +37,8 @@ class PlacedPeak:
 
     @property
     def name(self) -> str:
-        """Return where it lies among the gait's lines n/T; only these repeat in every cycle."""
-        order = self.frequency * self.cycle
-        if not order:
-            return ''
-        nearest = round(order)
-        if nearest and abs(order - nearest) <= ON_LINE:
-            return f'gait, n = {nearest}'
-        return f'loop or slip, n = {order:.1f}'
+        """Return where it lies among the gait's lines."""
+        return place_in_gait(self.frequency, self.cycle)
 
 
 @dataclass(frozen=True, eq=False)

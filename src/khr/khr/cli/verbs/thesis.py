@@ -88,19 +88,23 @@ def reproduce(
 
 def lines(
     scenario: Annotated[
-        str, typer.Argument(help='A walking scenario: file or name.')
+        str,
+        typer.Argument(help='A walking scenario: file or name. Or the folder of a recorded run.'),
     ] = 'walk_6.99deg_ka12',
     fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
     out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
     set_: SetOption = None,
     workers: WorkersOption = None,
 ) -> None:
-    """Attribute a walk's spectral peaks to gait, feedback or slip."""
+    """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recorded run."""
     from khr_common.files import write_text
-    from khr_studies.peak_origin import page, study
+    from khr_studies.peak_origin import page, recorded, study
 
-    runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
-    text = page.page(study.study(runs))
+    if Path(scenario).is_dir():
+        text = page.recorded(recorded.peaks_of_run(Path(scenario)))
+    else:
+        runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
+        text = page.page(study.study(runs))
     if out:
         write_text(out, text)
     print(text)

@@ -1,0 +1,105 @@
+"""``khr lines FOLDER``: the peaks of one recorded run, by their place among the gait's lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import floor
+from pathlib import Path
+
+import numpy as np
+
+from khr_analysis.peaks import Peak, place_in_gait
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.bags import read_messages
+from khr_bringup.recorded.run_signals import Series, scenario_in, series_of, topics
+from khr_bringup.scenario.scenario import Scenario
+from khr_sim.run_parameters import RunParameters
+from khr_studies.errors import StudyError
+from khr_studies.peak_origin.study import whole_cycles
+
+SYSTEM_TIME = 1e6  # s, that no run lasts
+
+
+@dataclass(frozen=True)
+class RecordedPeaks:
+    """The peaks of the pitch rate in one run.
+
+    Attributes:
+        run: its title, or its name.
+        signal: what the rate was read from.
+        begin, end: of the part that was analysed, s.
+        cycle: of the gait, s; 0 if the robot did not walk.
+        peaks: the largest first.
+    """
+
+    run: str
+    signal: str
+    begin: float
+    end: float
+    cycle: float
+    peaks: tuple[Peak, ...]
+
+    def place(self, peak: Peak) -> str:
+        """Return where a peak lies among the lines of the gait; empty without a gait."""
+        return place_in_gait(peak.frequency, self.cycle)
+
+
+def peaks_of_run(folder: Path) -> RecordedPeaks:
+    """Find the peaks of a recorded run, of one on a driver too.
+
+    Args:
+        folder: of the run, or its bag.
+
+    Raises:
+        BringupError: if it is no bag, or is damaged.
+        StudyError: as :func:`peaks_of` raises it.
+    """
+    messages = read_messages(folder, topics())
+    return peaks_of(str(folder), scenario_in(messages), series_of(messages))
+
+
+def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
+    """Find the peaks of the pitch rate, over the whole cycles of a walk.
+
+    One run shows where its peaks lie; what makes those that are not the gait's, only runs with
+    another gain, cycle or friction show (:func:`khr_studies.peak_origin.study.run_variants`).
+
+    Args:
+        name: of the run, for messages.
+
+    Raises:
+        StudyError: if it holds less of a pitch rate than one spectrum takes.
+    """
+    gait, period = scenario.table(GaitParameters), scenario.table(RunParameters).control_period
+    walks = gait.motion == 'walk'
+    simulated = np.isfinite(series.pitch_rate).any()
+    rate = series.pitch_rate if simulated else series.gyro_rate
+    known = np.isfinite(rate)
+    if not known.any():
+        raise StudyError(f'{name}: no pitch rate in it; accepted: a run with a gyro')
+    # A driver may stamp by the system's time, and lose a sample now and then.
+    own = series.time[known] - (series.time[known][0] if series.time[0] > SYSTEM_TIME else 0.0)
+    times = np.arange(own[0], own[-1] + period / 2.0, period)
+    begin, end = own[0], own[-1] + period
+    if walks:
+        begin, last = whole_cycles(gait)
+        cycles = floor((min(last, end) - begin) / gait.cycle_period + 1e-6)
+        end = begin + cycles * gait.cycle_period
+    inside = (times > begin - period / 2.0) & (times < end - period / 2.0)
+    parameters = FftAnalyserParameters(control_period=period)
+    if inside.sum() < parameters.size:
+        raise StudyError(
+            f'{name}: {"no whole cycle of the gait" if walks else f"{own[-1] - own[0]:.2f} s"} '
+            f'is not enough; accepted: {"one" if walks else f"{parameters.window_length:g} s"} or more'
+        )
+    rates = np.interp(times[inside], own, rate[known])
+    found = spectrum(rates, parameters, float(times[inside][0]))
+    return RecordedPeaks(
+        scenario.title or name,
+        'true rate of the torso' if simulated else 'gyro',
+        found.start,
+        found.end,
+        gait.cycle_period if walks else 0.0,
+        found.peaks,
+    )

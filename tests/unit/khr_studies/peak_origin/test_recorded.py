@@ -1,0 +1,63 @@
+"""The peaks of one run are found where they were put, and named by their place in the gait."""
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.run_signals import Series
+from khr_bringup.scenario.scenario import load
+from khr_common.published import GAIT_PERIOD
+from khr_studies.errors import StudyError
+from khr_studies.peak_origin.page import recorded
+from khr_studies.peak_origin.recorded import peaks_of
+from khr_studies.peak_origin.study import whole_cycles
+
+PERIOD = 0.015
+ON_LINE, BETWEEN = 6 / GAIT_PERIOD, 12.5 / GAIT_PERIOD  # Hz
+
+
+def series(seconds, *tones, name='pitch_rate', start=0.0):
+    """Signals of a run with tones of given amplitudes, rad/s, and frequencies, Hz."""
+    time = np.arange(round(seconds / PERIOD)) * PERIOD
+    rate = sum(size * np.cos(2 * np.pi * hz * time) for size, hz in tones)
+    none = {each.name: np.full(time.size, np.nan) for each in fields(Series)[:-1]}
+    return Series(**{**none, 'time': start + time, name: rate})
+
+
+def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
+    found = peaks_of('run', load('walk_0deg'), series(15.0, (0.2, ON_LINE), (0.1, BETWEEN)))
+    assert [peak.frequency for peak in found.peaks] == pytest.approx([ON_LINE, BETWEEN], abs=0.02)
+    assert [peak.amplitude for peak in found.peaks] == pytest.approx([0.2, 0.1], rel=0.1)
+    assert [found.place(peak) for peak in found.peaks] == ['gait, n = 6', 'loop or slip, n = 12.5']
+    text = recorded(found)
+    assert '| 2.60 | 11.46 | 100 % | gait, n = 6 |' in text
+    assert '| loop or slip, n = 12.5 |' in text
+
+
+def test_a_part_of_a_cycle_does_not_count():
+    whole = whole_cycles(load('walk_0deg').table(GaitParameters))
+    end = whole[0] + 2.6 * GAIT_PERIOD
+    found = peaks_of('run', load('walk_0deg'), series(end, (0.2, ON_LINE)))
+    assert found.end - found.begin + PERIOD == pytest.approx(2 * GAIT_PERIOD)
+
+
+def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
+    given = series(6.0, (0.2, 3.0), name='gyro_rate', start=1.7e9)
+    lossy = given.gyro_rate.copy()
+    lossy[::17] = np.nan
+    found = peaks_of('run', load('stand_0deg'), replace(given, gyro_rate=lossy))
+    assert found.peaks[0].frequency == pytest.approx(3.0, abs=0.02)
+    assert found.signal == 'gyro' and 'place' not in recorded(found)
+
+
+@pytest.mark.parametrize(
+    ('scenario', 'seconds', 'name', 'says'),
+    [('walk_0deg', 4.2, 'pitch_rate', 'run: no whole cycle of the gait is not enough'),
+     ('stand_0deg', 1.5, 'pitch_rate', r'run: 1.48 s is not enough; accepted: 2.31 s or more'),
+     ('walk_0deg', 9.0, 'pitch', 'no pitch rate')],
+)  # fmt: skip
+def test_too_little_is_one_line(scenario, seconds, name, says):
+    with pytest.raises(StudyError, match=says):
+        peaks_of('run', load(scenario), series(seconds, (0.2, 3.0), name=name))
