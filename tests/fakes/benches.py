@@ -13,8 +13,7 @@ from khr_studies.measuring.published import LIMITS, STAGE_1, WALKS
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
     slides = Slides(0.001, slip, 0.002, 9)
-    fell = verdict == 'fell'
-    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, fell, slides)
+    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, slides)
 
 
 def walked(verdict='walked', *frequencies, **figures):

@@ -102,7 +102,7 @@ class MonitorParameters:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of the robot so far.
+    """What became of the robot so far; after a fall all of it stays as it was.
 
     Attributes:
         verdict: ``fell`` outranks ``slipped``, which outranks ``walked`` and ``stood``; a robot
@@ -118,7 +118,6 @@ class Outcome:
             as they did, and a foot dragged along before it lifts off counts next to nothing.
         largest_slip: largest part of it of one sole in one time on the ground, m.
         vibration: root mean square of the pitch rate above the corner frequency, rad/s.
-        final: whether it can no longer change: after a fall everything stays as it was.
         slides: per step of a walk, and in the stance before and after it.
     """
 
@@ -131,7 +130,6 @@ class Outcome:
     slip_distance: float
     largest_slip: float
     vibration: float
-    final: bool
     slides: Slides = field(default_factory=Slides)
 
     @property
@@ -209,7 +207,7 @@ class OutcomeMonitor:
         Raises:
             AnalysisError: if position, orientation or rate are not finite.
         """
-        if self._outcome is not None and self._outcome.final:
+        if self._outcome is not None and self._outcome.fell:
             return self._outcome
         x, y, z, *turn = signals[TRUE_POSE]
         place, feet = (x, y, z), signals[TRUE_SOLES]
@@ -266,7 +264,6 @@ class OutcomeMonitor:
             sum(sole.slip for sole in self._soles),
             slip,
             self._vibration.rms,
-            final=fallen,
             slides=self._steps.slides,
         )
 

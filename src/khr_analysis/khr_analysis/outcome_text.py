@@ -107,7 +107,6 @@ def outcome_of(verdict: str, values: Mapping[str, str]) -> Outcome | SensedOutco
         figure(values, 'slip_distance_m'),
         figure(values, 'largest_slip_m'),
         figure(values, 'vibration_rad_s'),
-        values.get('final') == 'true',
         _slides_of(values),
     )
 

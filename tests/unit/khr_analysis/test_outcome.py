@@ -89,7 +89,7 @@ def walk(steps=8, length=0.05, phi=0.0, slide=0.0):
 
 def test_standing_still():
     outcome = judged([Seen()] * 100)[-1]
-    assert (outcome.verdict, outcome.final, outcome.fell_at) == ('stood', False, None)
+    assert (outcome.verdict, outcome.fell, outcome.fell_at) == ('stood', False, None)
     assert (outcome.distance, outcome.lateral_drift, outcome.slip_distance) == (0.0, 0.0, 0.0)
     assert outcome.time == pytest.approx(99 * 0.015)
 
@@ -243,7 +243,7 @@ def test_a_fall_outranks_a_slip_and_keeps_both_figures():
     outcomes = judged(run)
     assert outcomes[-3].verdict == 'slipped'
     last = outcomes[-1]
-    assert (last.verdict, last.final) == ('fell', True)
+    assert (last.verdict, last.fell) == ('fell', True)
     assert last.slip_distance == outcomes[-3].slip_distance > 0.02
     assert last.distance == outcomes[-3].distance
     assert last is outcomes[-2]  # what comes after a fall does not count

@@ -12,12 +12,12 @@ from khr_analysis.outcome_text import outcome_of, quantities
 from khr_common.run_identity import MalformedError
 
 number = st.floats(-1e6, 1e6)
-OUTCOME = Outcome('walked', 13.6, None, 1.2, 0.1, 0.3, 0.02, 0.01, 0.1, True)
+OUTCOME = Outcome('walked', 13.6, None, 1.2, 0.1, 0.3, 0.02, 0.01, 0.1)
 
 
 @given(number, st.none() | number, st.lists(number, min_size=6, max_size=6))
 def test_what_is_written_is_read_again(time, fell_at, numbers):
-    texts = quantities(Outcome('fell', time, fell_at, *numbers, True))
+    texts = quantities(Outcome('fell', time, fell_at, *numbers))
     assert quantities(outcome_of('fell', texts)) == texts
 
 

@@ -18,7 +18,7 @@ from khr_studies.measuring.limit_text import limit_text
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
-    return Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, slip, slip, vibration, verdict == 'fell')
+    return Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, slip, slip, vibration)
 
 
 def test_interval_is_students_over_what_bisection_and_raggedness_leave():

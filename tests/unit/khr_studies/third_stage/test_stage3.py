@@ -40,7 +40,7 @@ def standing_up_to(limit, monkeypatch):
     def lift(condition, inclination_deg, seed):
         tried.append(inclination_deg)
         verdict = 'stood' if inclination_deg <= limit else 'fell'
-        outcome = Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, 0.0, 0.0, 0.1, verdict == 'fell')
+        outcome = Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, 0.0, 0.0, 0.1)
         return MeasuredLift(outcome, 1.0, 1.0, 0.1 + inclination_deg)
 
     monkeypatch.setattr(stage3, 'lift', lift)
