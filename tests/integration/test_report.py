@@ -234,10 +234,14 @@ def test_a_number_that_is_none_is_a_note_and_what_was_changed_is_shown(offline, 
     assert '1.500 gait.stride 0.25' in text
 
 
-def test_page_of_a_scenario_alone(offline, tmp_path):
+def test_a_scenario_alone_is_no_run(offline, tmp_path, monkeypatch, capsys):
     folder = copy(offline, tmp_path / 'run', 'outcome.json')
-    text = check_alone(report(folder, None, None)).text
-    assert 'outcome.json is missing' in text and 'Unknown: the run has no outcome file' in text
+    monkeypatch.setattr('sys.argv', ['khr', 'report', str(folder)])
+    with pytest.raises(SystemExit) as leave:
+        command.main()
+    (line,) = capsys.readouterr().err.strip().splitlines()
+    assert leave.value.code == 2 and f'{folder}: neither outcome nor signals' in line
+    assert not (folder / 'report.html').exists()
 
 
 def cut(folder, share):

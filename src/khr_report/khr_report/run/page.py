@@ -18,10 +18,11 @@ from khr_bringup.code_version import code_version, stated_of, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.recorded.run_signals import Series
 from khr_common import specifications
+from khr_report.errors import ReportError
 from khr_report.page.html import Section, data_uri, part, write_page
 from khr_report.page.text import count
 from khr_report.plots.plot_style import panels, save, styled
-from khr_report.run.contents import RunContents, find
+from khr_report.run.contents import ACCEPTED, RunContents, find
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_sweeps.trial import complete
 
@@ -50,6 +51,12 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
         ReportError: if a run has nothing to show, or the page cannot be written.
     """
     found = [find(path) for path in (run, against) if path is not None]
+    for each in found:
+        if not each.outcome and each.series is None:
+            reasons = '; '.join(each.notes)
+            raise ReportError(
+                f'{each.folder}: neither outcome nor signals ({reasons}); {ACCEPTED}'
+            )
     warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
     if len(found) == 2 and (other := _difference(*found)):
         warnings.insert(0, other)
