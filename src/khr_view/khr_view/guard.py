@@ -86,8 +86,10 @@ class Door:
             cookie = SimpleCookie(headers.get('Cookie', '')).get(COOKIE)
         except CookieError:
             cookie = None
+        # What is not UTF-8 comes as surrogates.
         given = (self._given(path), cookie.value if cookie else '')
-        return any(secrets.compare_digest(each.encode(), self.token.encode()) for each in given)
+        encoded = [each.encode(errors='surrogateescape') for each in given]
+        return any(secrets.compare_digest(each, self.token.encode()) for each in encoded)
 
     @staticmethod
     def _given(path: str) -> str:

@@ -2,6 +2,8 @@
 
 import asyncio
 import re
+import socket
+from dataclasses import replace
 from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
@@ -67,3 +69,22 @@ def test_nothing_else_is(served, path):
     with pytest.raises(HTTPError) as refused:
         got(served + path)
     assert refused.value.code == 404
+
+
+@pytest.mark.parametrize(
+    ('path', 'header'),
+    [
+        (b'/?token=\xff', b''),
+        (b'/', b'Cookie: khr_view=\xff'),
+        (b'//[', b''),
+    ],
+)
+def test_bytes_of_whoever_sends_them_are_refused(path, header):
+    door = replace(open_door(), token='secret')
+    server = PageServer(door, 'khr')
+    with socket.create_connection((door.host, door.port), timeout=60) as raw:
+        lines = [b'GET ' + path + b' HTTP/1.1', b'Host: x', *([header] if header else []), b'', b'']
+        raw.sendall(b'\r\n'.join(lines))
+        answer = raw.recv(4096)
+    server.stop()
+    assert answer.startswith(b'HTTP/1.1 403'), answer

@@ -9,6 +9,7 @@ from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from http import HTTPStatus
 from typing import Any
+from urllib.parse import urlsplit
 
 import viser
 import viser.infra._infra
@@ -87,9 +88,12 @@ def _guarded(door: Door, tables: Tables) -> Iterator[None]:
     ) -> Any:
         def check(connection: Any, request: Any) -> Any:
             try:
+                urlsplit(request.path)
                 reason = door.refusal(request.headers, request.path)
             except LookupError:  # as websockets says that a header is there twice
                 reason = 'a header is given twice'
+            except ValueError:
+                reason = 'the request is not readable'
             if reason:
                 return connection.respond(HTTPStatus.FORBIDDEN, f'{reason}\n')
             prepare(request)
