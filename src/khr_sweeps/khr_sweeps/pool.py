@@ -19,7 +19,7 @@ from threading import Lock, Thread
 from typing import Any, Protocol, TypeVar
 
 from khr_common import KhrError, RunError
-from khr_common.lifeline import PARENT
+from khr_common.lifeline import tied_to_parent
 from khr_sweeps.errors import SweepError
 
 MOST_WORKERS = 256
@@ -227,7 +227,8 @@ class _Worker:
                 stdin=DEVNULL,
                 stderr=DEVNULL if quiet else None,
                 process_group=0,
-                env=SINGLE_THREADED | os.environ | _same_modules() | {PARENT: str(os.getpid())},
+                env=SINGLE_THREADED | os.environ | _same_modules(),
+                preexec_fn=tied_to_parent(),  # to this thread, which serves it until its end
             )
 
     def compute(self, data: bytes) -> tuple[bool, Any] | None:

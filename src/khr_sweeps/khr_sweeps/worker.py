@@ -1,7 +1,7 @@
 """A worker process: compute what comes over one pipe, answer over another.
 
-It ends with the process that started it: the kernel kills it (Linux), and the end of its pipe of
-tasks ends it.
+It ends with the process that started it: the kernel kills it, also before this begins, and the
+end of its pipe of tasks ends it.
 """
 
 from __future__ import annotations
@@ -14,8 +14,6 @@ from multiprocessing.connection import Connection
 from queue import SimpleQueue
 from threading import Thread
 from typing import Any
-
-from khr_common.lifeline import end_with_parent
 
 
 def serve(tasks: Connection, answers: Connection) -> None:
@@ -59,7 +57,6 @@ def _pickled(error: Exception) -> bytes:
 
 
 if __name__ == '__main__':
-    end_with_parent()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the command decides what Ctrl-C ends
     serve(
         Connection(int(sys.argv[1]), writable=False), Connection(int(sys.argv[2]), readable=False)

@@ -1,7 +1,11 @@
 """A pool of worker processes: nothing is lost with a worker, nothing is left of the pool."""
 
+import ctypes
 import os
 import signal
+import subprocess
+import sys
+import textwrap
 from math import sqrt
 
 import psutil
@@ -62,6 +66,46 @@ def test_the_end_of_the_pool_ends_workers_whatever_they_do(tmp_path):
         os.kill(pids[0], signal.SIGSTOP)
     assert not any(psutil.pid_exists(pid) for pid in pids)
     assert all(job.exception() for job in jobs[:2]) and jobs[2].cancelled()
+
+
+PARENT = """
+    import signal
+    from khr_sweeps import pool
+    class Popen(pool.Popen):
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
+            self.send_signal(signal.SIGSTOP)
+            print(self.pid, flush=True)
+    pool.Popen = Popen
+    with pool.local_pool(1) as workers:
+        workers.submit(abs, 1).result()
+"""
+
+
+@pytest.fixture
+def heir():
+    """Inherit the children of dead children, as a container's shell does.
+
+    Without one of its session the kernel wakes a stopped orphan, which can then end by itself.
+    """
+    prctl, subreaper = ctypes.CDLL(None).prctl, 36
+    prctl(subreaper, 1)
+    yield
+    prctl(subreaper, 0)
+
+
+@pytest.mark.usefixtures('heir')
+def test_a_worker_that_is_stopped_as_it_starts_dies_with_its_killed_parent():
+    parent = subprocess.Popen(
+        [sys.executable, '-c', textwrap.dedent(PARENT)], stdout=subprocess.PIPE
+    )
+    worker = psutil.Process(int(parent.stdout.readline()))
+    parent.kill()
+    parent.communicate()
+    gone, left = psutil.wait_procs([worker], timeout=20)
+    for each in left:
+        each.kill()
+    assert gone == [worker]
 
 
 def test_only_a_window_of_the_tasks_is_ever_handed_out(pool):

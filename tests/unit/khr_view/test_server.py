@@ -72,18 +72,19 @@ def test_nothing_else_is(served, path):
 
 
 @pytest.mark.parametrize(
-    ('path', 'header'),
-    [
-        (b'/?token=\xff', b''),
-        (b'/', b'Cookie: khr_view=\xff'),
-        (b'//[', b''),
-    ],
+    ('path', 'header'), [(b'/?token=\xff', b''), (b'/', b'Cookie: khr_view=\xff'), (b'//[', b'')]
 )
 def test_bytes_of_whoever_sends_them_are_refused(path, header):
     door = replace(open_door(), token='secret')
     server = PageServer(door, 'khr')
     with socket.create_connection((door.host, door.port), timeout=60) as raw:
-        lines = [b'GET ' + path + b' HTTP/1.1', b'Host: x', *([header] if header else []), b'', b'']
+        lines = [
+            b'GET ' + path + b' HTTP/1.1',
+            b'Host: x',
+            *([header] if header else []),
+            b'',
+            b'',
+        ]
         raw.sendall(b'\r\n'.join(lines))
         answer = raw.recv(4096)
     server.stop()
