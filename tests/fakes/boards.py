@@ -8,6 +8,7 @@ from khr_hardware.client import Client
 from khr_hardware.driver import BoardDriver
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
+from khr_hardware.protocol.frames import refusal
 from khr_hardware.protocol.memory import FREE
 from khr_hardware.virtual.board import Setup, VirtualBoard
 from khr_hardware.virtual.loopback import Loopback
@@ -61,6 +62,18 @@ class Rig:
             return b'' if command in (None, reply[1]) else reply
 
         self.port.tamper = lose
+
+    def refuse(self, command, count):
+        """Have the board refuse a command, and not do it, so many times."""
+        left, answer = [count], self.board.answer
+
+        def busy(frame):
+            if frame.command != command or not left[0]:
+                return answer(frame)
+            left[0] -= 1
+            return refusal(frame.command)
+
+        self.board.answer = busy
 
     @property
     def targets(self):

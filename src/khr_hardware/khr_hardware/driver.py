@@ -111,7 +111,11 @@ class BoardDriver:
                 self.feedback.begin(self.parameters.ad_offset)
             self.pose, self._target = pose, list(pose)
             self._torque = 0.0
-            self._move()
+            try:
+                self._move()
+            except BoardError:
+                self.free()  # the board may have heard it all the same
+                raise
         self._begin, self._ramped = list(self._target), 0.0
         self._failed_writes = self._failed_reads = 0
         self.state = 'ramping'
@@ -203,9 +207,12 @@ class BoardDriver:
         """Read the AD ports and some positions; a board that gives none leads to ``fault``."""
         if self.state == 'disconnected' or self.client.closed:
             return
+        tried = self.client.counts.retries
         try:
             self._see(self.client.ad())
             for _ in range(self.parameters.positions_per_period):
+                if self.client.counts.retries > tried:
+                    break  # a bad line is not to keep free waiting
                 joint, servo = list(self.map.servos.items())[self._turn]
                 self.pose[JOINTS.index(joint)] = servo.angle(self.client.measured(servo.ics))
                 self._turn = (self._turn + 1) % len(JOINTS)

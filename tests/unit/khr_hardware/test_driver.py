@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from khr_common.interfaces import JOINTS
 from khr_hardware.client import Client
-from khr_hardware.driver import NO_LOAD_SPEED, READS, WRITES
+from khr_hardware.driver import FREES, NO_LOAD_SPEED, READS, WRITES
 from khr_hardware.errors import BoardError, HardwareError
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import refusal
@@ -122,12 +122,57 @@ def test_hold_keeps_the_target_and_start_ramps_on(rig):
     assert rig.targets == [0.0] * 17
 
 
-def test_free_wins_over_everything(rig):
-    rig.run()
+@pytest.mark.parametrize('state', ['idle', 'ramping', 'running', 'starved', 'holding', 'fault'])
+@pytest.mark.parametrize('refused', [0, FREES - 1])
+def test_free_wins_over_everything(state, refused, rig):
+    """Also if the board does it only when it has been asked ten times."""
+    rig.period()
+    if state in ('running', 'starved', 'holding', 'fault'):
+        rig.run()
+    elif state == 'ramping':
+        rig.driver.start()
+        rig.period()
+    if state == 'starved':
+        rig.period(None)
+    elif state == 'holding':
+        rig.driver.hold()
+    elif state == 'fault':
+        rig.driver.parameters = rig.parameters(torque_time=1.0, at_exit='hold')
+        for _ in range(70):
+            rig.period()
+    assert (rig.driver.state, rig.driver.starved) == (
+        ('running', True) if state == 'starved' else (state, False)
+    )
+    assert (rig.targets == [None] * 17) == (state == 'idle')
+    rig.refuse(0x10, refused)
     rig.driver.free()
     for _ in range(5):
         rig.period()
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+    assert rig.client.counts.refused == refused
+    assert rig.run().targets == pytest.approx(STANCE, abs=COUNT)
+
+
+def test_a_start_that_is_not_acknowledged_leaves_no_torque(rig):
+    """The board has done it, but its replies are lost: so the servos are freed."""
+    lost = iter([b''])
+    rig.port.tamper = lambda reply: next(lost, reply) if reply[1] == 0x10 else reply
+    with pytest.raises(BoardError):
+        rig.driver.start()
+    rig.board.cycle()
+    assert rig.driver.state == 'idle' and rig.targets == [None] * 17
+
+
+def test_on_a_bad_line_no_more_is_read_than_must_be():
+    """Or free would wait for it."""
+    rig = Rig(retries=1)
+    rig.driver.connect()
+    rig.refuse(0x00, 1)
+    before = rig.client.counts.exchanges
+    rig.driver.measure()
+    assert rig.client.counts.exchanges == before + 1
+    rig.driver.measure()
+    assert rig.client.counts.exchanges == before + 2 + rig.driver.parameters.positions_per_period
 
 
 def test_failed_writes_are_a_fault_that_only_free_leaves(rig):

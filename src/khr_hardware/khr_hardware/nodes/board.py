@@ -174,7 +174,8 @@ class BoardNode(KhrNode):
         elif now - self._asked > ASK_AGAIN:
             self._asked = now
             self._send(CLOCK)
-        if own.duration and self.now_ns >= round(own.duration * 1e9):
+        ended = own.duration and self.now_ns >= round(own.duration * 1e9)
+        if ended and driver.state != 'fault':
             driver.hold()
             self._enter('finished', end='duration')
         if now - self._reported > REPORT_PERIOD:

@@ -231,10 +231,12 @@ def serve(
 
 
 def _ask_run(service: str, domain: int | None) -> None:
-    """Call a service of the board of a run."""
+    """Call a service of the board of a run; say of which."""
     from khr_bringup.graph.live import call_trigger
+    from khr_bringup.graph.run_registry import choose
 
-    print(f'the board is {call_trigger(f"board/{service}", domain)}')
+    run = choose(domain)
+    print(f'{run.title}: the board is {call_trigger(f"board/{service}", run.domain)}')
 
 
 @contextmanager
