@@ -1,17 +1,27 @@
 """The graph on a board: khr run --board, on the virtual one, in real time."""
 
 import json
+import os
+import re
 import signal
+from unittest import mock
 
 import pytest
 from std_srvs.srv import Trigger
+from typer.testing import CliRunner
 
+from khr.cli.verbs.board import board_verbs
+from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, JOINTS
+from khr_common.nodes.spin import node_class
 from khr_hardware.joint_map import COUNT
+from khr_hardware.node_specs import BOARD
 from khr_hardware.protocol.memory import FREE
 from khr_sim.robot import Robot
-from tests.support.runs import call, children, finish, joined, stamp_ns, wait_for, wait_until
-from tests.support.served import ServedRobot
+from tests.fakes.boards import TRIMS, Rig
+from tests.support.browser import viewer
+from tests.support.runs import call, children, finish, joined, khr, stamp_ns, wait_for, wait_until
+from tests.support.served import ServedRobot, served
 
 pytestmark = pytest.mark.slow
 PERIOD = 15_000_000  # ns
@@ -27,25 +37,43 @@ def start(served, seconds=0.0):
             wait_until(node, seconds)
 
 
+def board(verb, node):
+    """Ask the board of the run that a node has joined, as ``khr board VERB`` does."""
+    with mock.patch.dict(os.environ):
+        said = CliRunner().invoke(
+            board_verbs(), [verb, '--domain', str(node.context.get_domain_id())]
+        )
+    return said.output.strip() or str(said.exception)
+
+
 @pytest.fixture(scope='module')
 def driven(tmp_path_factory):
-    """A run of 3 s with force sensors, from the stand to its end, which is then held."""
+    """A run of 3 s with force sensors: held on its way, and at its end, as was asked meanwhile."""
     with ServedRobot(tmp_path_factory.mktemp('board'), map_='khr3hv_forces') as served:
-        process = served.drive('--duration', 3, '--set', 'board.at_exit=hold')
+        process = served.drive('--duration', 3)
         with joined(served.folder) as node:
             before = served.board.sent
-            answer = call(node, Trigger, 'board/start', Trigger.Request())
-            again = call(node, Trigger, 'board/start', Trigger.Request())
+            early = call(node, Trigger, 'board/hold', Trigger.Request())
+            said = [early.message, *(board(verb, node) for verb in ('start', 'start', 'hold'))]
+            held = served.targets
+            domain = node.context.get_domain_id()
+            assert khr('set', 'board', 'at_exit', 'hold', '--domain', domain).code == 0
+            assert served.targets == held
+            said.append(board('start', node))
         ended = finish(process, served.folder)
         assert ended.code == 0, ended.err
-        yield served, ended, (before, answer, again)
+        yield served, ended, (before, said)
 
 
-def test_it_moves_only_after_start_and_then_by_a_ramp(driven):
-    _, _, (before, answer, again) = driven
+def test_it_moves_only_after_start_by_a_ramp_stops_at_hold_and_goes_on(driven):
+    served, _, (before, said) = driven
     assert set(before.values()) == {FREE}
-    assert (answer.success, answer.message) == (True, 'ramping')
-    assert not again.success and 'not while ramping' in again.message
+    idle, first, again, held, on = said
+    assert idle == 'hold: not while idle; accepted: ramping | running | holding'
+    which = rf'stand_0deg \(domain \d+, {served.folder}\): the board is '
+    assert re.fullmatch(which + 'ramping', first) and re.fullmatch(which + 'holding', held)
+    assert re.search('start: not while (ramping|running)', again)
+    assert re.fullmatch(which + 'ramping', on)
 
 
 def test_the_robot_stands_and_stays_held(driven):
@@ -87,29 +115,38 @@ def test_forces_and_gyro_judge_it_and_there_is_no_trajectory(driven):
     outcome = json.loads((driven[1].folder / 'outcome.json').read_text())
     assert outcome['verdict'] == 'upright' and outcome['judged_by'] == 'sensors'
     assert 'on khr_hardware/board' in driven[1].out
+    report = khr('report', driven[1].folder)
+    assert (report.code, report.err) == (0, '')
+    page = (driven[1].folder / 'report.html').read_text()
+    assert 'upright' in page and 'none: nothing was simulated' in page
 
 
-def test_without_force_sensors_there_is_no_verdict(tmp_path):
+def test_a_dry_run_gives_no_torque_and_without_force_sensors_there_is_no_verdict(tmp_path):
     with ServedRobot(tmp_path) as served:
-        process = served.drive('--no-record', '--duration', 0.3)
+        process = served.drive('--no-record', '--duration', 0.3, '--set', 'board.dry_run=true')
         start(served)
         assert 'no verdict' in finish(process, served.folder).out
+        assert served.free == served.map.numbers and not served.robot.on_ground
 
 
 def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
     with ServedRobot(tmp_path, map_='khr3hv_forces') as served:
         process = served.drive(
             '--duration', 600, '--set', 'board.mixing=board', '--set', 'board.at_exit=hold',
-            '--set', 'ankle_controller.enabled=true',
+            '--set', 'ankle_controller.enabled=true', '--view',
         )  # fmt: skip
+        shown = re.compile(r'page: http://127.0.0.1:(\d+)/')
+        line = wait_for(lambda: shown.search(process.stderr.readline()), 'the address of the page')
         start(served, 2.0)
+        with viewer(line[1]) as got:
+            wait_for(lambda: len(got) > 60, 'pictures, which follow one another')
         ankle = served.map.servos['r_ankle_pitch']
         assert served.board.record(ankle.ics).mixings[0].factor == -12
         process.send_signal(signal.SIGINT)
         ended = finish(process, served.folder)
         assert ended.code == 130, ended.err
         assert not served.board.record(ankle.ics).mixings[0].active
-        assert served.robot.outcome.verdict == 'stood'
+        assert served.robot.outcome.verdict == 'stood' and served.free == []
     bag = ended.bag()
     added = [message.position for _, message in bag[f'/{BOARD_CORRECTION.name}']]
     gyro = [message.angular_velocity.y for _, message in bag['/imu/data_raw']]
@@ -122,7 +159,7 @@ def test_the_board_closes_the_loop_itself_and_tells_what_it_adds(tmp_path):
     assert '/ankle_controller/correction' not in bag
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGKILL])
 def test_a_signal_frees_the_robot(number, tmp_path):
     """Also SIGKILL of the command: the node sees its parent go."""
     with ServedRobot(tmp_path) as served:
@@ -134,19 +171,45 @@ def test_a_signal_frees_the_robot(number, tmp_path):
         wait_for(lambda: served.free == served.map.numbers, 'free servos')
 
 
-@pytest.mark.parametrize(('victim', 'freed'), [('ankle_controller', True), ('board', False)])
-def test_a_node_that_is_killed_ends_the_run_by_name(victim, freed, tmp_path):
+def test_an_exception_in_the_node_frees_the_robot(tmp_path, monkeypatch):
+    import rclpy
+
+    board = Rig().board
+    with served(board, tmp_path) as (_, line), registered('broken', tmp_path) as entry:
+        for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
+            monkeypatch.setenv(key, value)
+        given = {'port': line, 'reply_timeout': 1.0, 'priority': 0}
+        words = [word for key, value in given.items() for word in ('-p', f'{key}:={value}')]
+        rclpy.init(args=['--ros-args', *words])
+        try:
+            node = node_class(BOARD)(BOARD)
+            node.driver.start()
+            wait_for(lambda: board.sent[18] != FREE, 'torque')
+            monkeypatch.setattr(node.driver, 'measure', lambda: 1 / 0)
+            with pytest.raises(ZeroDivisionError):
+                node._on_period()
+        finally:
+            rclpy.try_shutdown()
+        assert all(board.record(ics).reference == FREE for ics in TRIMS)
+        assert node.driver.client.closed
+
+
+@pytest.mark.parametrize(
+    ('victim', 'way', 'freed'),
+    [('ankle_controller', '--processes', True), ('graph', '--one-process', False)],
+)
+def test_what_is_killed_ends_the_run_by_name(victim, way, freed, tmp_path):
     """The driver, as it ends, frees the robot; without it the servos keep their last target."""
     with ServedRobot(tmp_path) as served:
-        process = served.drive(*LONG, '--processes')
+        process = served.drive(*LONG, way)
         start(served, 0.3)
         children(process)[victim].kill()
         ended = finish(process, served.folder)
-        assert ended.code == 1 and f'{victim} was killed by SIGKILL' in ended.err
+        assert ended.code == 1 and f'{victim} was killed by SIGKILL' in ended.err, ended.err
         assert served.free == (served.map.numbers if freed else [])
 
 
-def test_references_that_stop_make_it_hold_and_go_on(tmp_path):
+def test_references_that_stop_make_it_hold_and_go_on_until_it_is_set_free(tmp_path):
     with ServedRobot(tmp_path, 'walk_0deg') as served:
         process = served.drive(*LONG, '--processes')
         with joined(served.folder) as node:
@@ -160,9 +223,11 @@ def test_references_that_stop_make_it_hold_and_go_on(tmp_path):
             assert served.targets == held
             gait.resume()
             wait_for(lambda: served.targets != held, 'a target after the reference came again')
-        assert served.free == []
-        process.send_signal(signal.SIGINT)
-        assert finish(process, served.folder).code == 130
+            assert served.free == []
+            assert board('free', node).endswith(': the board is idle')
+            assert served.free == served.map.numbers
+        ended = finish(process, served.folder)
+        assert ended.code == 130 and 'stopped' in ended.out, ended.err
 
 
 def test_a_pulled_cable_ends_the_run_by_name_and_leaves_the_last_target(tmp_path):

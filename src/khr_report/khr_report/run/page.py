@@ -17,6 +17,7 @@ from khr_analysis.outcome_text import LABELS, shown
 from khr_bringup.code_version import code_version, stated_of, version_of
 from khr_bringup.node_registry import registry
 from khr_bringup.recorded.run_signals import Series
+from khr_bringup.result import NO_HASH
 from khr_common import specifications
 from khr_report.errors import ReportError
 from khr_report.page.html import Section, data_uri, part, write_page
@@ -26,7 +27,8 @@ from khr_report.run.contents import ACCEPTED, RunContents, find
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_sweeps.trial import complete
 
-OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, 'trajectory_hash': 'trajectory hash'}
+HASH = 'trajectory_hash'
+OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, HASH: 'trajectory hash'}
 LETTERS = ('A', 'B')
 PLACES = (
     ('recorder', 'folder'),
@@ -96,9 +98,9 @@ def _outcome(found: Sequence[RunContents]) -> Markup:
     rows = [
         [text, *(_value(name, run.outcome.get(name)) for run in found)]
         for name, text in OUTCOME.items()
-        if any(run.outcome.get(name) for run in found)
+        if name == HASH or any(run.outcome.get(name) for run in found)
     ]
-    if not rows:
+    if not any(run.outcome for run in found):
         return part('paragraphs', ['Unknown: the run has no outcome file.'])
     heads = ['what', *_heads(found)]
     if len(found) == 2:
@@ -108,7 +110,9 @@ def _outcome(found: Sequence[RunContents]) -> Markup:
 
 
 def _value(name: str, value: Any) -> str:
-    return shown(name, str(value)) if value else ''
+    if not value:
+        return NO_HASH if name == HASH else ''
+    return shown(name, str(value))
 
 
 def _step(before: str, after: str) -> str:
