@@ -115,10 +115,10 @@ def _signal(case: Case, run: Driven) -> None:
 
 
 def _killed(case: Case, run: Driven) -> None:
-    """Kill a node: the driver frees the robot as it ends; without it nobody does."""
+    """Kill a process: a driver that is left frees the robot as it ends; else nobody does."""
     children(run.process)[case.victim].kill()
     run.end(1, f'{case.victim} was killed by SIGKILL')
-    run.robot(KEPT if case.victim == 'board' else FREED)
+    run.robot(KEPT if case.victim in ('board', 'graph') else FREED)
 
 
 def _stopped(case: Case, run: Driven) -> None:
@@ -171,4 +171,5 @@ def board_cases(seed: int) -> list[tuple[str, str, str, str, int]]:
         ('board: SIGSTOP of a node', ('gait', 'ankle_controller')),
     ):
         found += [(kind, '--processes', victim, '', seed) for victim in victims]
+    found.append(('board: SIGKILL of a node', '--one-process', 'graph', '', seed))
     return found
