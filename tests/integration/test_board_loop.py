@@ -9,7 +9,6 @@ from typer.testing import CliRunner
 from khr.cli.verbs.board import board_verbs
 from khr_bringup.board_loop import loop_of
 from khr_bringup.errors import BringupError
-from khr_bringup.offline import ControlLoop, run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
 from khr_hardware.client import Client
@@ -22,7 +21,6 @@ from tests.support.served import served
 
 MAP = JointMap.load()
 WALK = scenarios.load('walk_6.99deg_ka12')
-PERIODS = 80
 
 
 def write(client, loop):
@@ -63,27 +61,6 @@ def test_the_gains_of_a_scenario_are_whole_numbers_of_the_board():
 def test_what_the_board_cannot_do_is_refused_in_a_line(changes, says):
     with pytest.raises(BringupError, match=rf'\A[^\n]*{says}[^\n]*\Z'):
         loop_of(WALK.set_to(changes), MAP)
-
-
-def test_the_deployed_loop_walks_the_twins_trajectory(rig):
-    """The twin with the offset that the board has, in whole steps."""
-    board, robot, client = rig
-    loop = loop_of(WALK, MAP)
-    twin = run_offline(
-        WALK.set_to(
-            [
-                'simulator.engine=mujoco',
-                f'simulator.duration={PERIODS * 0.015}',
-                f'ankle_controller.reference_offset={loop.offset * MAP.gyro.step!r}',
-            ]
-        )
-    )
-    write(client, loop)
-    blocks = ControlLoop(WALK)
-    for period in range(PERIODS):
-        client.move(MAP.positions(blocks.reference(max(0, period - 1) * 0.015)))
-        board.cycle()
-    assert robot.trajectory_hash == twin.trajectory_hash
 
 
 def test_undo_restores_what_was_there(rig):

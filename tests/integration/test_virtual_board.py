@@ -8,15 +8,23 @@ import pytest
 from typer.testing import CliRunner
 
 from khr.cli.verbs.board import board_verbs
-from khr_bringup.offline import ControlLoop, run_offline
+from khr_balance.ankle import ANKLE_CONTROLLER
+from khr_balance.hip import HIP_CONTROLLER
+from khr_bringup.board_loop import loop_of
+from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
+from khr_common.interfaces import JOINT_REFERENCE
 from khr_hardware.client import Client, connect
+from khr_hardware.deployment import deploy
 from khr_hardware.errors import BoardError, PortError
 from khr_hardware.inspection import hold_pose, inspect
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address
+from khr_hardware.virtual.board import Setup, VirtualBoard
 from khr_hardware.virtual.loopback import Loopback
+from khr_hardware.virtual.robot import TableServos
+from khr_sim.plant import mix
 from khr_sim.robot import JOINTS
 from tests import ROOT
 from tests.support.board_film import stand_and_squat
@@ -27,31 +35,92 @@ OFFSET = 5  # AD steps, in place of the 5.2 that the scenarios ask for: the boar
 MAP = JointMap.load()
 
 
-@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
-def test_the_loop_on_the_board_is_the_twins_count_for_count(engine):
+def deployed(client, scenario):
+    """Write a scenario's gains into a board without waiting."""
+    deploy(client, MAP, loop_of(scenario, MAP), keep=lambda _: None, wait=lambda _: None)
+
+
+def run_twin(scenario):
+    """Run a scenario offline; return the result, and each instant's reference, target and gyro."""
+    seen = []
+
+    def watch(_, loop, __):
+        reference = loop.signals[JOINT_REFERENCE]
+        corrections = [
+            dict(zip(topic.names, loop.signals[topic], strict=True))
+            for topic in (ANKLE_CONTROLLER.publishes[0], HIP_CONTROLLER.publishes[0])
+            if topic in loop.signals
+        ]
+        steps = round(loop.pitch_rate / MAP.gyro.step)
+        seen.append((list(reference), counts(mix(reference, corrections)), steps))
+
+    return run_offline(scenario, watch), seen
+
+
+def counts(target):
+    """Return what the servos are sent for 17 angles, trims included."""
+    return {ics: sent + MAP.trims[ics] for ics, sent in MAP.positions(target).items()}
+
+
+@pytest.mark.parametrize(
+    ('name', 'engine', 'hip'),
+    [('walk_6.99deg_ka12', 'bullet', 0), ('walk_9.7deg_ka12_kh13', 'mujoco', 13)],
+)
+def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
     """Up to the board's own rounding of the offset, which is an AD step, nothing is rounded."""
-    scenario = scenarios.load('walk_6.99deg_ka12').set_to(
+    scenario = scenarios.load(name).set_to(
         [
             f'simulator.engine={engine}',
             f'simulator.duration={PERIODS * 0.015}',
             f'ankle_controller.reference_offset={-OFFSET * MAP.gyro.step!r}',
+            f'hip_controller.reference_offset={-OFFSET * MAP.gyro.step!r}',
         ]
     )
-    twin = run_offline(scenario)
+    twin, seen = run_twin(scenario)
     board, robot = virtual_board(scenario, MAP, on_ground=True)
-    client, loop = Client(Loopback(board)), ControlLoop(scenario)
-    client.set_ad_reference(MAP.gyro.channel, 512 - OFFSET)
-    client.set_mixing(18, 0, Mixing.of_ad(MAP.gyro.channel, 12))
-    client.set_mixing(19, 0, Mixing.of_ad(MAP.gyro.channel, -12))
-    mixed = set()
+    client = Client(Loopback(board))
+    deployed(client, scenario)
+    mixed = {ics: set() for ics in (18, 14)}
     for period in range(PERIODS):
-        reference = MAP.positions(loop.reference(max(0, period - 1) * 0.015))
-        client.move(reference)
+        reference, wanted, _ = seen[max(0, period - 1)]  # what answers an instant acts a period on
+        client.move(MAP.positions(reference))
         board.cycle()
-        mixed.add(board.sent[18] - reference[18] - board.record(18).trim)
+        assert board.sent == (wanted if period else counts(reference)), period
+        for ics, found in mixed.items():
+            found.add(abs(board.sent[ics] - counts(reference)[ics]))
     assert robot.trajectory_hash == twin.trajectory_hash
-    assert len(mixed) > 3 and all(counts % 12 == 0 for counts in mixed)
+    assert len(mixed[18]) > 3 and all(added % 12 == 0 for added in mixed[18])
+    assert all(added % hip == 0 for added in mixed[14]) if hip else mixed[14] == {0}
     robot.close()
+
+
+@pytest.mark.parametrize(
+    ('name', 'gains'), [('walk_6.99deg_ka12', (12, 0)), ('walk_9.7deg_ka12_kh13', (12, 13))]
+)
+def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
+    """The board is given what the twin's gyro reads: its counts are K times 0.19 steps off."""
+    scenario = scenarios.load(name).set_to(
+        ['simulator.engine=mujoco', f'simulator.duration={PERIODS * 0.015}']
+    )
+    bench = TableServos(counts([0.0] * len(JOINTS)), {1: 512})
+    board = VirtualBoard(bench, Setup(MAP.trims, ad_references={1: 512}, mixing_delay=0))
+    client = Client(Loopback(board))
+    deployed(client, scenario)
+    asked = scenario.table(ANKLE_CONTROLLER.table).reference_offset / MAP.gyro.step
+    off = abs(asked - round(asked))
+    assert 0.1 < off < 0.5
+    most = [0, 0]
+    for reference, wanted, steps in run_twin(scenario)[1]:
+        client.move(MAP.positions(reference))
+        bench.ad[1] = 512 + steps
+        board.sample()
+        board.cycle()
+        differ = {ics: abs(board.sent[ics] - wanted[ics]) for ics in wanted}
+        for joint, servo in MAP.servos.items():
+            gain = gains[0] * ('ankle_pitch' in joint) + gains[1] * ('hip_pitch' in joint)
+            assert differ[servo.ics] <= gain * off + bool(gain), joint  # a target is rounded once
+        most = [max(pair) for pair in zip(most, (differ[18], differ[14]), strict=True)]
+    assert [bool(each) for each in most] == [bool(gain) for gain in gains]
 
 
 @pytest.fixture(scope='module')
