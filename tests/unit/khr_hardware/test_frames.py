@@ -34,8 +34,18 @@ FRAMES = {  # command: its bytes on the wire
     ),
     'ROM': (commands.read_rom(0x05DC, 2), '0b 00 23 00 00 00 dc 05 00 02 11'),
     'call': (commands.call(0x0B80), '07 0c 80 0b 00 00 9e'),
+    'write ROM': (commands.write_rom(0x0B80, b'\x01\x02'), '09 00 32 80 0b 00 01 02 c9'),
     'record': (commands.read_record(18, 4, 2), '0a 00 21 00 00 00 04 12 02 43'),
+    'write record': (
+        commands.write_record(18, memory.TRIM, b'\xa8\xfd'),
+        '09 00 12 02 12 00 a8 fd d4',
+    ),
 }
+
+
+VERSION = (
+    '23 fd 43 42 2d 34 20 56 31 2e 30 20 20 20 20 20 20 30 39 30 37 31 35' + ' 20' * 10 + ' c7 08'
+)
 
 
 @pytest.mark.parametrize('name', FRAMES)
@@ -53,22 +63,22 @@ def test_a_command_is_these_bytes(name):
         ('0a 00 02 06 02 00 24 40 0c 84', '04 00 06 0a'),
         ('07 0f 12 01 00 80 a9', '04 0f 06 19'),
         ('0b 10 05 00 00 00 00 01 4c 1d 8a', '04 10 15 29'),  # one position for two servos
-        ('07 0c 80 0b 00 00 9e', '04 0c 15 25'),  # programs in ROM are not run
+        ('2b 10 3d f3 3f 00 00 01' + ' 4c 1d' * 17 + ' a4', '04 10 06 1a'),
+        ('09 00 12 02 12 00 a8 fd d4', '04 00 06 0a'),
+        ('09 00 32 80 0b 00 01 02 c9', '04 00 06 0a'),
+        ('0b 00 23 00 00 00 80 0b 00 02 bb', '05 00 ff ff 03'),
+        ('0a 00 21 00 00 00 04 12 02 43', '05 00 4c 1d 6e'),
+        ('0a 00 20 00 00 00 22 00 16 62', '19 00 c2 01 00 00 64 00' + ' 00' * 16 + ' 40'),
+        ('03 fd 00', VERSION),
+        ('07 0b 80 0b 00 00 9d', '04 0b 15 24'),  # programs in ROM are not run
+        ('07 0c 80 0b 00 00 9e', '04 0c 15 25'),
+        ('03 0d 10', '04 0d 15 26'),
         ('03 77 7a', '04 77 15 90'),
     ],
 )
 def test_the_virtual_board_replies_with_these_bytes(request_, reply):
     found = bench_board().answer(decode(bytes.fromhex(request_)))
     assert found.encode() == bytes.fromhex(reply)
-
-
-def test_version_and_ad_of_the_virtual_board():
-    board = bench_board()
-    version = board.answer(commands.VERSION).encode()
-    assert version[:2] == b'\x23\xfd' and len(version) == 0x23
-    assert version[2:-1] == b'CB-4 V1.0' + b' ' * 6 + b'090715' + b' ' * 10 + b'\xc7'
-    values = board.answer(commands.read_ram(memory.AD_VALUES, 22)).encode()
-    assert values[:2] == b'\x19\x00' and len(values) == 0x19
 
 
 @given(st.integers(0, 255), st.binary(max_size=200))
