@@ -1,5 +1,7 @@
 """A virtual board behind a pseudo-terminal, driven by our client and by one nobody here wrote."""
 
+from random import Random
+
 import numpy as np
 import pytest
 from rcb4.rcb4interface import RCB4Interface
@@ -11,6 +13,7 @@ from khr_hardware.protocol.memory import FREE, Config
 from khr_hardware.virtual.faults import KINDS, Fault, Faults
 from khr_hardware.virtual.server import Server
 from tests.fakes.boards import TRIMS, bench_board
+from tests.support.exchanges import exchange
 from tests.support.served import served
 
 WAYS = [{}, {'flat': False}, {'servos': False}]  # in which the rcb4 client opens a board
@@ -108,6 +111,25 @@ def test_the_client_lives_through_every_fault(kind, tmp_path):
             if good == 3:
                 break
         assert good == 3
+        client.close()
+
+
+def test_over_a_pseudo_terminal_a_spoilt_line_gives_no_wrong_value(tmp_path):
+    rng, faults, board = Random(2), Faults(), bench_board()
+    good = failed = 0
+    with served(board, tmp_path, stepped=True, faults=faults) as (_, line):
+        client, _ = connect(line, 1_250_000, timeout=0.01)
+        for _ in range(300):
+            if rng.random() < 0.3:
+                kind = rng.choice(['lost', 'late', 'corrupt', 'nck'])
+                faults.add(Fault(kind, count=rng.choice([1, 2, 4]), duration=0.015))
+            try:
+                exchange(client, board, rng)
+                good += 1
+            except BoardError as error:
+                assert '\n' not in str(error) and not client.closed
+                failed += 1
+        assert good > 100 and failed and client.counts.stray
         client.close()
 
 
