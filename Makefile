@@ -1,6 +1,7 @@
 # make run    installs what a run needs into .venv and runs the main job
-# make test   installs the tools as well, checks the code, runs all tests
+# make test   installs the tools as well, checks the code, runs the tests
 # make quick  runs the tests but the slow ones
+# make nightly  runs all tests, also those of whole studies, which take minutes each
 # make coverage  runs all tests, measured, and prints their coverage by package
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
 # make film   renders docs/walk.gif; make site makes pages of the documents
@@ -17,16 +18,19 @@ PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
              -not -path '*/__pycache__/*')
 
-.PHONY: run test quick coverage install tools lint docs site film bench chaos mutants lock version clean
+.PHONY: run test quick nightly coverage install tools lint docs site film bench chaos mutants lock version clean
 
 run: install
 	$(BIN)/khr run --processes $(SCENARIO)
 
 test: lint
+	$(PYTEST) -m 'not nightly'
+
+nightly: lint
 	$(PYTEST)
 
 quick: tools
-	$(PYTEST) -m 'not slow'
+	$(PYTEST) -m 'not slow and not nightly'
 
 # apart from the tests: what is measured takes twice the computing
 coverage: tools

@@ -39,7 +39,7 @@ OPTIONS = [
 ]
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(900)
 def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     (tmp_path / 'plan.yaml').write_text(PLAN)

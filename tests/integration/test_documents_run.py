@@ -115,7 +115,7 @@ class Reader:
 
 @pytest.mark.slow
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize('name', ['tutorial', 'tuning'])
+@pytest.mark.parametrize('name', ['tutorial', pytest.param('tuning', marks=pytest.mark.nightly)])
 def test_a_reader_gets_through(name, tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))  # the runs of other tests are not seen
     monkeypatch.chdir(tmp_path)

@@ -1,4 +1,4 @@
-"""The whole reproduction in its quick form: every figure and every row comes out, by its data."""
+"""The reproduction in its quick form: every figure and every row comes out, by its data."""
 
 import csv
 import math
@@ -21,6 +21,7 @@ from tests.support.runs import KHR
 ENGINE = 'mujoco'  # the quicker one
 PATIENCE = 900.0  # s, on a machine that does other work as well
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(PATIENCE)]
+SOME = ('3.4', '3.8', '5.5')
 
 
 def khr(place, *arguments):
@@ -51,6 +52,7 @@ def rows(path):
         return list(csv.DictReader(file))
 
 
+@pytest.mark.nightly
 def test_it_succeeds_and_prints_the_page_and_the_time(done):
     assert done.returncode == 0, done.stderr
     total = len(FIGURES) + len(wanted(None, True).maps)
@@ -60,6 +62,7 @@ def test_it_succeeds_and_prints_the_page_and_the_time(done):
     assert 'Traceback' not in done.stderr
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize('number', FIGURES)
 def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
     image, table = paths(number, place / 'report' / 'figures', ENGINE)
@@ -70,6 +73,7 @@ def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
     assert any(math.isfinite(float(row['y'])) for row in content)
 
 
+@pytest.mark.nightly
 def test_every_map_is_a_picture_with_its_numbers(done, place):
     assert wanted(None, True).maps
     for name in wanted(None, True).maps:
@@ -80,6 +84,7 @@ def test_every_map_is_a_picture_with_its_numbers(done, place):
         )
 
 
+@pytest.mark.nightly
 def test_every_row_of_the_scoreboard_is_there(done, place):
     board = read_json(place / 'report' / 'scoreboard.json', Scoreboard)
     assert any(row.passed for row in board.rows)
@@ -91,6 +96,7 @@ def test_every_row_of_the_scoreboard_is_there(done, place):
     assert text == scoreboard_markdown(board)
 
 
+@pytest.mark.nightly
 def test_the_page_and_the_findings_hold_it_all(done, place):
     page = (place / 'report' / 'index.html').read_text(encoding='utf-8')
     assert page.count('data:image/png') >= len(FIGURES)
@@ -103,6 +109,23 @@ def test_the_page_and_the_findings_hold_it_all(done, place):
     assert findings.soles and findings.friction and findings.tilting and findings.peaks
 
 
+def test_some_figures_are_reproduced_and_not_computed_again(tmp_path):
+    first = khr(tmp_path, '--only', ','.join(SOME))
+    assert first.returncode == 0, first.stderr
+    assert f'{len(SOME)} of {len(SOME)} figures' in first.stdout
+    page = (tmp_path / 'report' / 'index.html').read_text(encoding='utf-8')
+    for number in SOME:
+        image, table = paths(number, tmp_path / 'report' / 'figures', ENGINE)
+        assert image.stat().st_size > 10_000 and len(rows(table)) > 2
+        assert f'khr figure {number}' in page
+    kept = sorted((tmp_path / 'runs' / 'experiments').rglob('*'))
+    again = khr(tmp_path, '--only', SOME[-1], '--out', 'again')
+    assert again.returncode == 0, again.stderr
+    assert sorted((tmp_path / 'runs' / 'experiments').rglob('*')) == kept
+    assert len(list((tmp_path / 'again' / 'figures').glob('*.png'))) == 1
+
+
+@pytest.mark.nightly
 def test_what_is_done_is_not_done_again(done, place):
     before = (place / 'report' / 'scoreboard.md').read_bytes()
     kept = sorted((place / 'runs' / 'experiments').rglob('*'))

@@ -11,7 +11,7 @@ from khr_sweeps.pool import local_pool
 SEEDS, TOLERANCE, MOST = 3, 0.1, 0.2  # the last two in deg
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize('engine', ENGINES)
 def test_half_the_step_moves_no_limit(engine):

@@ -20,16 +20,22 @@ def fuzz(count, program='fuzz'):
 
 
 def test_a_few_mutants_are_refused_in_one_line():
-    fuzz(500)
+    fuzz(300)
 
 
 @pytest.mark.slow
+@pytest.mark.timeout(300)
+def test_a_few_damaged_runs_are_refused_in_one_line():
+    fuzz(8, 'bag_fuzz')
+
+
+@pytest.mark.nightly
 @pytest.mark.timeout(300)
 def test_damaged_runs_are_refused_in_one_line():
     fuzz(36, 'bag_fuzz')
 
 
-@pytest.mark.slow
+@pytest.mark.nightly
 @pytest.mark.timeout(600)
 def test_five_thousand_mutants_are_refused_in_one_line():
     fuzz(5000)
