@@ -8,15 +8,16 @@ from __future__ import annotations
 
 from math import radians
 
-SERVO_COUNT = radians(0.03375)  # rad, manual of the KRS-2552RHV
-AD_STEP = 5.0 / 1024  # V, 10 bit over 0 to 5 V
-GYRO_SENSITIVITY = 0.67e-3 / radians(1.0)  # S_GY, V per rad/s, (5.2)
+from khr_common.published import AD_STEP, GYRO_SENSITIVITY, SERVO_STEP_DEG
+
+SERVO_COUNT = radians(SERVO_STEP_DEG)  # rad
+VOLTS_PER_RATE = GYRO_SENSITIVITY / radians(1.0)  # S_GY, V per rad/s, (5.2)
 RADIANS_PER_VOLT = SERVO_COUNT / AD_STEP  # of one unit of gain
 
 
 def rate_gain(gain: float) -> float:
     """Return rad of correction per rad/s of the gyro: 0.00463 s per unit of ``gain``."""
-    return gain * RADIANS_PER_VOLT * GYRO_SENSITIVITY
+    return gain * RADIANS_PER_VOLT * VOLTS_PER_RATE
 
 
 def force_gain(gain: float, force_scale: float) -> float:

@@ -13,8 +13,8 @@ from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINTS, REGIONS
-from khr_common.published import NO_LOAD_SPEED
-from khr_hardware.joint_map import AD_STEP, COUNT, JointMap
+from khr_common.published import AD_STEP, NO_LOAD_SPEED
+from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol import commands
 from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, Config
 from khr_hardware.virtual.board import AD_TOP, Setup, VirtualBoard

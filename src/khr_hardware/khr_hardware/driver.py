@@ -10,6 +10,7 @@ from collections.abc import Mapping, Sequence
 from math import cos, isfinite, pi, radians
 
 from khr_common.interfaces import JOINTS
+from khr_common.published import NO_LOAD_SPEED
 from khr_hardware.client import Client
 from khr_hardware.errors import BoardError, HardwareError
 from khr_hardware.feedback import Feedback
@@ -18,7 +19,6 @@ from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config, Mixing
 
-NO_LOAD_SPEED = 7.48  # rad/s of the servo KRS-2552RHV (maker); no target moves faster
 WRITES, READS = 3, 10  # that may fail one after another
 FREES = 10  # that are tried; a silent board makes them last about a second
 START_MARGIN = radians(5.0)  # by which a joint may be beyond its limits when it is found

@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any
 
 from khr_common.interfaces import JOINTS, REGIONS
+from khr_common.published import AD_STEP
 from khr_common.text.quoting import named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_hardware.errors import HardwareError
 from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, ICS_NUMBERS
 
 COUNT = radians(COUNT_DEG)
-AD_STEP = 5.0 / 1024  # V
 EDGE = 1e-6  # rad, of what rounding leaves at a limit
 MAPS, DEFAULT = files('khr_hardware') / 'maps', 'khr3hv'
 

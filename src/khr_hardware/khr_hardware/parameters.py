@@ -6,8 +6,6 @@ from dataclasses import dataclass
 
 from khr_common import parameter
 
-CYCLES = (0.010, 0.015, 0.020, 0.025)  # s, of the board
-
 
 @dataclass(frozen=True)
 class BoardParameters:

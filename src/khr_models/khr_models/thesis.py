@@ -5,10 +5,11 @@ from __future__ import annotations
 import functools
 import math
 
+from khr_common.published import GYRO_SENSITIVITY
 from khr_models.checks import Form
 from khr_models.pendulum import Pendulum
 from khr_models.servo.identification import Identification, identify
-from khr_models.servo.servo_loop import GYRO_SENSITIVITY, gain_of_board
+from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import controlled_critical_inclination
 
 INITIAL_LEAN = math.radians(0.05)  # th_A0, (3.10)

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_common import ParameterError, parameter
+from khr_common.published import CONTROL_PERIODS
 from khr_sim.surfaces import SURFACES, friction_of
-
-CONTROL_PERIODS = (0.010, 0.015, 0.020, 0.025)  # the output periods of the RCB-4HV, s
 
 
 @dataclass(frozen=True)

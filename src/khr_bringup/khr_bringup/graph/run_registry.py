@@ -19,7 +19,7 @@ from stat import S_ISDIR
 from uuid import uuid4
 
 from khr_bringup.errors import BringupError
-from khr_bringup.graph.shared_memory import sweep
+from khr_bringup.graph.shared_memory import remove_dead_segments
 from khr_common import RunError
 from khr_common.files import write_text
 
@@ -189,13 +189,13 @@ def registered(
             since=time.time(),
             locks=locks,
         )
-        sweep(ports_of(number))
+        remove_dead_segments(ports_of(number))
         try:
             note(entry)
             yield entry
         finally:
             _path(number).unlink(missing_ok=True)
-            sweep(ports_of(number))
+            remove_dead_segments(ports_of(number))
 
 
 def note(entry: RunEntry, state: str = 'starting') -> None:

@@ -13,7 +13,7 @@ _SEGMENT = re.compile(r'fastrtps_[0-9a-f]{16}')
 _PORT = re.compile(r'fastrtps_port(\d+)')
 
 
-def sweep(ports: range) -> int:
+def remove_dead_segments(ports: range) -> int:
     """Remove segments of dead processes, and ports of a domain in which nobody is left.
 
     Fast DDS holds a lock (flock) beside whatever is in use, which the kernel releases at the

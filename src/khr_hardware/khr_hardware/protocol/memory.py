@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from struct import Struct
 
+from khr_common.published import CONTROL_PERIODS
 from khr_hardware.errors import HardwareError
 
 RAM_SIZE = 0x0490
@@ -24,7 +25,6 @@ CENTRE, LOWEST, HIGHEST = 7500, 3500, 11500  # positions of a servo
 COUNT_DEG = 0.03375
 BATTERY_VOLTS, AD_VOLTS = 25.0 / 1024, 5.0 / 1024  # per AD step, of channel 0 and the others
 BAUD_RATES = (115_200, 625_000, 1_250_000)  # in the order of their code in the configuration
-CYCLES = (0.010, 0.015, 0.020, 0.025)  # s, in the order of their code
 
 # Offsets in a servo record.
 TYPE, ID, TRIM, MEASURED, REFERENCE, SPEED, END, STEPS_LEFT, WIDTH = 0, 1, 2, 4, 6, 8, 9, 11, 12
@@ -62,7 +62,7 @@ class Config:
     @property
     def cycle(self) -> float:
         """Return the output cycle, s."""
-        return CYCLES[self.word >> 4 & 3]
+        return CONTROL_PERIODS[self.word >> 4 & 3]
 
     @property
     def baud(self) -> int | None:
@@ -85,12 +85,12 @@ class Config:
         Raises:
             HardwareError: if the board has no such cycle.
         """
-        if cycle not in CYCLES:
+        if cycle not in CONTROL_PERIODS:
             raise HardwareError(
                 f'output cycle: {cycle:g} s is not accepted; accepted: '
-                f'{" | ".join(f"{each:g}" for each in CYCLES)} s'
+                f'{" | ".join(f"{each:g}" for each in CONTROL_PERIODS)} s'
             )
-        return replace(self, word=self.word & ~0x0030 | CYCLES.index(cycle) << 4)
+        return replace(self, word=self.word & ~0x0030 | CONTROL_PERIODS.index(cycle) << 4)
 
 
 @dataclass(frozen=True)

@@ -23,14 +23,12 @@ from typing import Any, Literal
 import numpy as np
 from scipy import signal
 
+from khr_common.published import AD_STEP, GYRO_SENSITIVITY, SERVO_STEP_DEG
 from khr_models.checks import FORMS, Array, Form, finite, non_negative, one_of, positive
 from khr_models.errors import ModelError
 from khr_models.integrate import integrate
 
 Discretisation = Literal['euler', 'zoh', 'bilinear']
-GYRO_SENSITIVITY = 0.67e-3  # V per deg/s, (5.2)
-ADC_STEP = 5.0 / 1024.0  # V per count of the board's 10-bit converter
-SERVO_STEP_DEG = 0.03375  # deg per count of a servo's target
 SAME_POLE = 1e-6  # relative; poles closer than this are one double pole
 
 
@@ -40,7 +38,7 @@ def gain_of_board(setting: float) -> float:
     The board adds (AD - AD_ref) * setting to the target's count: 12 is 0.0556 s.
     """
     finite('setting', setting)
-    return setting * SERVO_STEP_DEG * GYRO_SENSITIVITY / ADC_STEP
+    return setting * SERVO_STEP_DEG * GYRO_SENSITIVITY / AD_STEP
 
 
 def ringing_frequency(

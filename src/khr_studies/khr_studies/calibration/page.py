@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from khr_balance.board_units import GYRO_SENSITIVITY, rate_gain
+from khr_balance.board_units import VOLTS_PER_RATE, rate_gain
 from khr_bringup.node_registry import table_of
 from khr_common import specifications
 from khr_common.files import write_text
@@ -155,7 +155,7 @@ def page(calibration: Calibration, stem: str) -> str:
         steady=LEAN_AT[1],
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
         offset=offset,
-        offset_mv=abs(1e3 * GYRO_SENSITIVITY * (offset or 0.0)),
+        offset_mv=abs(1e3 * VOLTS_PER_RATE * (offset or 0.0)),
         leans=[degrees(-rate_gain(gain) * (offset or 0.0)) for gain in (12.0, 18.0)],
         others=table(
             [one for one in CONSTANTS if (one.node, one.key) not in moved], CONSTANT_COLUMNS

@@ -102,8 +102,7 @@ class StabilityMap:
     def implied(self) -> Array:
         """Return 1 or 0 for the cells that a bisection took to stay up or to be lost, else nan.
 
-        Cells left of one in which all runs stay up count as up, those right of one in which none
-        does as lost.
+        Cells below an all-up cell count as up, cells beyond an all-lost cell as lost.
         """
         runs, up = self.of('runs'), self.of('up')
         found = np.full(runs.shape, nan)

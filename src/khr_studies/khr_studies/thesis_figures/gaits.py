@@ -115,7 +115,7 @@ def _name_legs(axis: Axes, gait: GaitParameters) -> None:
 
 def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
     """Number the peaks of Gait-3, of the mean over the seeds that reached its end."""
-    whole = [gait_3(run, rate) for run in walks if not run.fell]
+    whole = [gait_3(run, rate) for run in walks if run.stayed_up]
     if not whole:
         return
     time, mean = whole[0][0], np.mean([values for _, values in whole], axis=0)
@@ -190,7 +190,7 @@ def _per_inclination(
 ) -> Figure:
     """Draw a panel per walk with a wanted control, over the walk on the flat without any."""
     shown = {walk: group for walk, group in walks.items() if wanted(walk[1])}
-    flat = [run for run in walks[0.0, walking()] if not run.fell]
+    flat = [run for run in walks[0.0, walking()] if run.stayed_up]
     rows = -(-len(shown) // columns)
     figure, axes = panels(*map(name_of, shown), columns=columns, height=1.2 + 1.5 * rows)
     for axis, (walk, group) in zip(axes, shown.items(), strict=True):
@@ -198,7 +198,7 @@ def _per_inclination(
     share_scale(
         axis
         for axis, group in zip(axes, shown.values(), strict=True)
-        if not all(run.fell for run in group)
+        if any(run.stayed_up for run in group)
     )
     head(
         figure,

@@ -8,6 +8,7 @@ import math
 import numpy as np
 from matplotlib.figure import Figure
 
+from khr_common.published import GYRO_SENSITIVITY
 from khr_report.plots.plot_style import legend_above, panels
 from khr_sim.sensors.gyro_circuit import carrier
 from khr_sim.sensors.gyro_circuit.circuit import KRG4
@@ -15,6 +16,7 @@ from khr_sim.sensors.gyro_circuit.circuit import KRG4
 RATE_DEG = 100.0  # deg/s, amplitude
 FREQUENCY = 20.0  # Hz, fast for a robot, to keep the carrier visible beside it
 DURATION = 0.1  # s; the circuit settles in the first half
+MILLIVOLTS = 1e3 * GYRO_SENSITIVITY  # per deg/s
 
 
 @functools.cache
@@ -61,7 +63,7 @@ def demodulated() -> Figure:
     axis.plot(
         time[::every],
         1e3 * KRG4.sensitivity * waves.rate[late][::every],
-        label='0.67 mV per °/s · rate',
+        label=f'{MILLIVOLTS:g} mV per °/s · rate',
     )
     axis.plot(time[::every], 1e3 * waves.demodulated[late][::every], label='demodulated output')
     axis.set(xlabel='time (ms)', ylabel='output (mV)')
@@ -77,7 +79,7 @@ def static_characteristic() -> Figure:
     rates = np.linspace(-300.0, 300.0, 13)
     output = 1e3 * carrier.static_characteristic([math.radians(rate) for rate in rates])
     figure, (axis,) = panels('')
-    axis.plot(rates, 0.67 * rates, label='0.67 mV per °/s (5.2)')
+    axis.plot(rates, MILLIVOLTS * rates, label=f'{MILLIVOLTS:g} mV per °/s (5.2)')
     axis.plot(rates, output, 'o', label='circuit, settled')
     axis.set(xlabel='rate ω (°/s)', ylabel='output about its zero-rate level (mV)')
     axis.legend(loc='upper left')

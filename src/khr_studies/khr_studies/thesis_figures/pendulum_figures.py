@@ -154,7 +154,7 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
     head(
         figure,
         'Figure 3.10: the toe-heel difference at rest, of models and robot',
-        standing.spread([lifts]),
+        standing.spread_with_lost([lifts]),
         'at rest Δ is the moment of the weight over half a foot (3.7), a sine and so nearly straight '
         'up to m g: models and robot have rigid soles and show true forces, and nothing saturates; '
         'the robot is steeper than its body held rigid as its legs give way',

@@ -16,9 +16,10 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from khr_bringup.recorded.run_signals import Array, Series
+from khr_common.published import AD_STEP
 from khr_report.plots.plot_style import FALLEN
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.gyro import AD_STEP, GyroParameters
+from khr_sim.sensors.gyro import GyroParameters
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Key, Run, Runs, by
 

@@ -12,6 +12,7 @@ from itertools import zip_longest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from khr_analysis.peaks import DOMINANT_SHARE
 from khr_report.plots.plot_style import head, panels, share_scale
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Runs
@@ -63,7 +64,7 @@ def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 def phases(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw the phase of the lines of Gait-3 with at least a third of the largest amplitude."""
     return _per_inclination(
-        'Figure 5.10: phase of the large lines of Gait-3 (at least 33 % of the largest)',
+        f'Figure 5.10: phase of the large lines of Gait-3 (at least {DOMINANT_SHARE:.0%} of the largest)',
         f'{rate.name}, a mark per seed',
         walks_of(runs),
         [lambda of: True],

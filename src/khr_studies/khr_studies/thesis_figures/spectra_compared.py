@@ -9,6 +9,7 @@ from itertools import chain, zip_longest
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from khr_analysis.peaks import DOMINANT_SHARE
 from khr_report.plots.plot_style import LOOKS, head, legend_above, panels, share_scale
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
@@ -140,7 +141,7 @@ def _soles(
         figure,
         f'Figure {number}: smooth against rubber soles, {control(of)}',
         spread(walks.values()),
-        'phases where the amplitude is at least 33 % of the largest, a mark per seed',
+        f'phases where the amplitude is at least {DOMINANT_SHARE:.0%} of the largest, a mark per seed',
         'slip up to the fall (x), a thin line per seed; triangle: a peak of the thesis',
         _lost(shown),
     )

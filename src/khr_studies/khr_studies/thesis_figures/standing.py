@@ -58,7 +58,7 @@ BOTH = ', both feet'
 DIFFERENCE = 'Δ = F_T − F_H (N)'
 
 
-def spread(groups: Iterable[Runs]) -> str:
+def spread_with_lost(groups: Iterable[Runs]) -> str:
     """Say what is drawn over the inclination."""
     return f'{records.spread(groups)}; x: a seed lost'
 
@@ -151,7 +151,7 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
     head(
         figure,
         'Figure 3.5: toe and heel force of the support foot over the inclination',
-        spread([runs['lift_inclination']]),
+        spread_with_lost([runs['lift_inclination']]),
         'no control',
     )
     return figure
@@ -183,7 +183,7 @@ def stages(runs: Mapping[str, Runs]) -> Figure:
     head(
         figure,
         'Figure 3.6: the toe-heel difference in the three stages of control',
-        spread(lifts.values()),
+        spread_with_lost(lifts.values()),
     )
     return figure
 
@@ -220,7 +220,7 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
     head(
         figure,
         'Figure 3.15: the toe-heel difference for raised gains of its loop',
-        spread(lifts.values()),
+        spread_with_lost(lifts.values()),
     )
     return figure
 

@@ -1,4 +1,4 @@
-"""The spectrum as lines of a chart: amplitudes, the gait's lines, the peaks, the 33 % level."""
+"""The spectrum as lines of a chart: amplitudes, lines of the gait, peaks, the level that counts."""
 
 from __future__ import annotations
 

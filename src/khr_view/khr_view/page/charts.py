@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from khr_analysis.peaks import DOMINANT_SHARE
 from khr_view.model.charts import BLUE, ORANGE, Array, Chart
 from khr_view.model.spectrum_lines import SpectrumLines
 from khr_view.model.traces import Columns
@@ -110,7 +111,7 @@ class SpectrumChart:
                 _line('spectrum', BLUE),
                 _line('gait: n = 4, 8, 12, ...', GREY, 1.0, dashed=True),
                 _line('peaks', ORANGE, 2.5),
-                _line('33 % of the largest', GREY, 1.0),
+                _line(f'{DOMINANT_SHARE:.0%} of the largest', GREY, 1.0),
             ],
             height=210,
             visible=False,

@@ -29,7 +29,7 @@ def names(memory):
 
 
 def test_the_dead_of_a_domain_are_swept_with_their_locks(memory):
-    assert shared_memory.sweep(range(7650, 7900)) == 2
+    assert shared_memory.remove_dead_segments(range(7650, 7900)) == 2
     assert names(memory) == ['fastrtps_fedcba9876543210', 'fastrtps_port9999', 'sem.mp-of_another']
 
 
@@ -41,5 +41,5 @@ def test_what_a_process_holds_stays(memory):
     ):
         fcntl.flock(segment, fcntl.LOCK_EX)
         fcntl.flock(port, fcntl.LOCK_SH)
-        assert shared_memory.sweep(range(7650, 7900)) == 0
+        assert shared_memory.remove_dead_segments(range(7650, 7900)) == 0
     assert names(memory) == before

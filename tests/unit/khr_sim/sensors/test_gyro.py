@@ -11,8 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_common import ParameterError, build
+from khr_common.published import AD_STEP
 from khr_sim.errors import SimError
-from khr_sim.sensors.gyro import AD_STEP, Gyro, GyroParameters
+from khr_sim.sensors.gyro import Gyro, GyroParameters
 
 PERIOD = 0.015
 # The sensing element alone: no noise, no converter, no limit in reach.

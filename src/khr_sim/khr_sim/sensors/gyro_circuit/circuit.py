@@ -8,11 +8,12 @@ import functools
 import math
 from typing import Any
 
+from khr_common.published import GYRO_SENSITIVITY
 from khr_sim.sensors.gyro_circuit.checks import check_positive, check_range
 from khr_sim.sensors.gyro_circuit.resonator import Resonator
 
 BOLTZMANN = 1.380649e-23  # J/K
-PACKAGED_SENSITIVITY = math.degrees(0.67e-3)  # V per rad/s: 0.67 mV per deg/s, measured
+PACKAGED_SENSITIVITY = math.degrees(GYRO_SENSITIVITY)  # V per rad/s, measured
 
 
 def _constant(default: float, description: str, unit: str, source: str = 'Table III') -> Any:
