@@ -1,6 +1,6 @@
 """The campaign of faults: ``make chaos``. Seeded; what is done is not repeated.
 
-python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...] [--also VERSION ...]
+python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...]
 [--journal FILE] [--out FILE]
 """
 
@@ -10,7 +10,6 @@ import argparse
 import json
 import subprocess
 import sys
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
@@ -33,9 +32,9 @@ TITLE = '# Reliability\n\nWhat a run withstands, as `make chaos` tries it.'
 
 @cache
 def source_version() -> str:
-    """Return a digest of all sources: unlike a trajectory's version, of the nodes' as well."""
-    digest = sha256()
-    for path in sorted((ROOT / 'src').glob('khr*/khr*/**/*.py')):
+    """Return a digest of all sources: unlike a trajectory's version, of nodes and harms as well."""
+    digest, harms = sha256(), (ROOT / 'tests' / 'reliability').glob('**/*.py')
+    for path in sorted([*(ROOT / 'src').glob('khr*/khr*/**/*.py'), *harms]):
         digest.update(path.relative_to(ROOT).as_posix().encode() + b'\0' + path.read_bytes())
     return digest.hexdigest()[:16]
 
@@ -72,39 +71,26 @@ def main() -> int:
     )
     parser.add_argument('--journal', type=Path, default=Path('runs/chaos.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
-    parser.add_argument(
-        '--also',
-        nargs='+',
-        default=[],
-        help='code versions whose results count as well; what fell short then is tried again',
-    )
     given = parser.parse_args()
-    versions = {source_version(), *given.also}
     found = cases(given.seed, given.kills, given.soak)
     wanted = [case for case in found if case.kind.startswith(given.only)]
     names = {case.name for case in wanted}
 
     def write() -> list[Result]:
-        results = [each for each in _done(given.journal, versions) if each.name in names]
+        results = [each for each in _done(given.journal) if each.name in names]
         write_text(given.out, page(results, given.seed))
         return results
 
     for loops in given.busy:
         with _busy(loops):
-            for _ in _campaign(wanted, given.journal, versions, loaded=loops >= LOADED):
+            for _ in _campaign(wanted, given.journal, loaded=loops >= LOADED):
                 write()
     return int(any(result.faults for result in write()))
 
 
-def _campaign(
-    wanted: Sequence[Case], journal: Path, versions: set[str], loaded: bool
-) -> Iterator[Result]:
+def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> Iterator[Result]:
     """Try the cases that a journal does not hold yet, on a loaded machine or a quiet one."""
-    done = {
-        each.name
-        for each in _done(journal, versions)
-        if each.loaded == loaded and not (each.faults and each.version != source_version())
-    }
+    done = {each.name for each in _done(journal) if each.loaded == loaded}
     journal.parent.mkdir(parents=True, exist_ok=True)
     for number, case in enumerate(wanted, 1):
         if case.name in done:
@@ -131,12 +117,12 @@ def _busy(loops: int) -> Iterator[None]:
             each.wait()
 
 
-def _done(journal: Path, versions: set[str]) -> list[Result]:
-    """Return what a journal holds of these versions of the code, the newest of each case."""
+def _done(journal: Path) -> list[Result]:
+    """Return what a journal holds of this version of the sources, the newest of each case."""
     if not journal.is_file():
         return []
     records = [json.loads(line) for line in journal.read_text(encoding='utf-8').splitlines()]
-    found = [Result(**each) for each in records if each['version'] in versions]
+    found = [Result(**each) for each in records if each['version'] == source_version()]
     return list({(each.name, each.loaded): each for each in found}.values())
 
 
@@ -160,7 +146,7 @@ def page(results: Sequence[Result], seed: int) -> str:
             rows.append((kind, *cells))
     lines = [
         TITLE,
-        f'Seed {seed}, {_versions(results)}. A machine is loaded if other processes '
+        f'Seed {seed}, version {source_version()} of sources and harms. A machine is loaded if other processes '
         f'used {LOADED:g} core or more of it just before; {_others(results)}.',
         table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
         *(['The network was not tried: ' + NO_OTHER_MACHINE] if NO_OTHER_MACHINE else []),
@@ -168,14 +154,6 @@ def page(results: Sequence[Result], seed: int) -> str:
         *(['Measured:', '\n'.join(measured)] if measured else []),
     ]
     return '\n\n'.join(lines) + '\n'
-
-
-def _versions(results: Sequence[Result]) -> str:
-    """Return of which versions of the code the results are."""
-    counts = Counter(each.version for each in results)
-    if len(counts) == 1:
-        return f'code version {next(iter(counts))}'
-    return 'code versions ' + ', '.join(f'{name} ({n} cases)' for name, n in counts.items())
 
 
 def _others(results: Sequence[Result]) -> str:
