@@ -11,7 +11,9 @@ import subprocess
 import sys
 import time
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import psutil
 
@@ -24,7 +26,13 @@ BOTH = ('--processes', '--one-process')
 STUDIES = {
     'film': ['film', 'stand_0deg'],
     'reproduce': ['reproduce', '--fast', '--workers', '2'],
-    'sweep': ['sweep', str(ROOT / 'config' / 'sweeps' / 'walk_random.yaml'), '--workers', '2'],
+    'sweep': ['sweep', 'sweep.yaml', '--workers', '2'],
+}
+# Exit codes by signal: 0 if the command was over before; a signal's own while it still imports.
+ENDS = {
+    'SIGINT': {0, 130, -signal.SIGINT},
+    'SIGTERM': {0, 130, 143, -signal.SIGTERM},
+    'SIGKILL': {0, -signal.SIGKILL},
 }
 SWEEP = """
 scenario: stand_0deg
@@ -35,6 +43,7 @@ seeds: 4
 grid:
   ankle_controller.gain: [3.0, 6.0, 9.0]
 """
+LONG_SWEEP = SWEEP.replace('seeds: 4', 'seeds: 40')
 
 
 def group(case: Case, folder: Path) -> list[str]:
@@ -97,9 +106,11 @@ def flood(case: Case, folder: Path) -> list[str]:
 
 
 def study(case: Case, folder: Path) -> list[str]:
-    """Interrupt or kill a command that computes for long: nothing of it goes on, no traceback."""
+    """Interrupt or kill a command that computes for long: nothing goes on, and it can resume."""
+    command = [*KHR, *STUDIES[case.victim], '--out', str(folder / 'out')]
+    (folder / 'sweep.yaml').write_text(LONG_SWEEP)
     process = subprocess.Popen(
-        [*KHR, *STUDIES[case.victim], '--out', str(folder / 'out')], cwd=folder,
+        command, cwd=folder,
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
     )  # fmt: skip
     time.sleep(random.Random(case.name).uniform(1.0, 20.0))  # when it is harmed
@@ -116,9 +127,29 @@ def study(case: Case, folder: Path) -> list[str]:
     faults = [f'{len(alive)} processes left after {GONE:g} s'] if alive else []
     for each in alive:
         each.kill()
+    if process.returncode not in ENDS[case.phase]:
+        faults.append(f'exit {process.returncode}: {err.strip()[-300:]}')
     if 'Traceback' in err:
         faults.append(f'a traceback: {err.strip().splitlines()[-1][:200]}')
-    return faults
+    return faults + (_resumed(folder, command) if case.victim == 'sweep' else [])
+
+
+def _resumed(folder: Path, command: list[str]) -> list[str]:
+    """Let a sweep go on to its end; its results are those of one that was not harmed."""
+    again = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False)
+    if again.returncode != 0:
+        return [f'resumed: exit {again.returncode}: {again.stderr[-300:]}']
+    return [] if _rows(folder / 'out') == _good_rows() else ['resumed to other results']
+
+
+@cache
+def _good_rows() -> dict[str, object]:
+    """Return the results of the sweep that is harmed, from one that is not."""
+    with TemporaryDirectory() as folder:
+        Path(folder, 'sweep.yaml').write_text(LONG_SWEEP)
+        command = [*KHR, *STUDIES['sweep'], '--out', f'{folder}/out']
+        subprocess.run(command, cwd=folder, capture_output=True, check=True)
+        return _rows(Path(folder) / 'out')
 
 
 def poison(case: Case, folder: Path) -> list[str]:

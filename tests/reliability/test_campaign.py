@@ -8,9 +8,9 @@ import pytest
 
 from khr_bringup.scenario import scenario as scenarios
 from tests import ROOT
-from tests.reliability.__main__ import Result, page
+from tests.reliability.__main__ import Result, page, source_version
 from tests.reliability.cases import HARMS, cases, growth
-from tests.reliability.harmed_run import PHASES, SCENARIO
+from tests.reliability.harmed_run import PHASES, SCENARIO, Case
 
 
 def campaign(folder, *arguments):
@@ -46,6 +46,25 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
     assert killed == {(victim, phase) for victim in victims for phase in PHASES}
 
 
+@pytest.mark.parametrize(
+    ('text', 'fault'),
+    [
+        ('def test(): pass', ''),
+        ('def test(): assert False', 'assert False'),
+        ('import no_such_module', 'ModuleNotFoundError'),
+        ('import pytest\ndef test(): pytest.skip("no other machine")', 'no other machine'),
+        ('import os; os._exit(3)', 'exit 3'),
+        ('', 'exit 5'),
+    ],
+)
+def test_tests_that_do_not_all_pass_fall_short(tmp_path, text, fault):
+    (tmp_path / 'test_it.py').write_text(text)
+    found = HARMS['tests of traffic, users, network, hangs'](
+        Case('tests', '', str(tmp_path / 'test_it.py')), tmp_path
+    )
+    assert fault in ' '.join(found) and bool(found) == bool(fault)
+
+
 def test_memory_that_grows_is_seen_whatever_starts_and_ends():
     ends = [(1, 20.0), (0, 0.0)]
     flat = [(2, 100.0)] * 50
@@ -66,5 +85,5 @@ def test_the_page_counts_by_kind_and_load():
     )
     assert '| full disk | 2 | 1 | 1 | 0 |' in text and '- a: lost' in text
     assert '- full disk, loaded: bag 3 MB' in text
-    assert 'code versions old (2 cases), new (1 cases)' in text
+    assert f'version {source_version()} of sources' in text
     assert 'quiet: 0.1 to 0.9, median 0.9; loaded: 2.0 to 2.0' in text
