@@ -7,25 +7,46 @@ import select
 import termios
 import time
 import tty
+from collections import deque
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import dataclass
 from fcntl import ioctl
-from heapq import heappop, heappush
 from pathlib import Path
 from struct import Struct
 from types import TracebackType
 
 from khr_hardware.errors import PortError
-from khr_hardware.protocol.frames import Splitter
+from khr_hardware.protocol.frames import Packet, Splitter
 from khr_hardware.virtual.board import VirtualBoard
 from khr_hardware.virtual.faults import BROWNOUT, Faults
 
 GAP = 0.005  # s without a byte after which the board forgets an unfinished command
 TICK = 0.05  # s that nothing is looked at, at most
 CHUNK = 4096
+BITS = 11  # of a byte on the line: start, 8 data, parity, stop
 _TCGETS2 = 0x802C542A  # struct termios2, with the speeds as numbers
 _TERMIOS2 = Struct('IIIIB19sII')
 _UNSET = 9600  # the speed as long as no client has set one
+
+
+@dataclass(frozen=True)
+class Wire:
+    """How long a real line and board take for an exchange.
+
+    Attributes:
+        reply: time that the board takes by itself, s; as others measured it on an RCB-4mini.
+        byte: and for each byte that is read, s.
+    """
+
+    reply: float = 0.72e-3
+    byte: float = 54e-6
+
+    def time(self, request: Packet, reply: Packet, baud: int) -> float:
+        """Return the time from the first byte of a command to the last of its reply, s."""
+        sent = len(request.encode()) + len(reply.encode())
+        read = len(reply.body) if len(reply.body) > 1 else 0
+        return sent * BITS / baud + self.reply + read * self.byte
 
 
 class Server:
@@ -40,6 +61,7 @@ class Server:
         stepped: whether time is stepped.
         faults: to inject; times are those of the board.
         after_cycle: called after each output cycle; returns whether to go on.
+        wire: whether a reply takes the time of a real line and board; by default none at all.
     """
 
     def __init__(
@@ -49,6 +71,7 @@ class Server:
         stepped: bool = False,
         faults: Faults | None = None,
         after_cycle: Callable[[], bool] = lambda: True,
+        wire: Wire | None = None,
     ) -> None:
         self.board = board
         self.late = 0  # cycles that began more than half a cycle after their time
@@ -58,7 +81,9 @@ class Server:
         self._faults = faults or Faults()
         self._after_cycle = after_cycle
         self._splitter = Splitter()
-        self._outgoing: list[tuple[float, int, bytes]] = []
+        self._wire = wire
+        self._outgoing: deque[tuple[float, bytes]] = deque()  # when each is due, in their order
+        self._busy_until = 0.0
         self._baud: int | None = None
         self._dark_until = 0.0
         # The board's end, and the client's, which stays open: else the line would hang up, and a
@@ -127,14 +152,18 @@ class Server:
         self._see_speed()
         with suppress(BlockingIOError):
             for frame in self._splitter.feed(os.read(self._own, CHUNK)):
-                if now < self._dark_until or self._baud != self.board.config.baud:
-                    continue  # a board hears nothing at another rate
                 baud = self.board.config.baud
+                if now < self._dark_until or baud is None or self._baud != baud:
+                    continue  # a board hears nothing at another rate
                 moves = frame.command in (0x0F, 0x10, 0x11)
                 reply = self.board.answer(frame)
                 delay, data = self._faults.reply(now - began, reply.encode())
+                if self._wire:
+                    delay += self._wire.time(frame, reply, baud)
+                # The board does one thing after another: a late reply delays those behind it.
+                self._busy_until = max(self._busy_until, now) + delay
                 if data:
-                    heappush(self._outgoing, (now + delay, len(self._outgoing), data))
+                    self._outgoing.append((self._busy_until, data))
                 self._send_due(now)
                 if self._stepped and moves and not reply.refused and not self._pass_cycle():
                     return False
@@ -149,7 +178,7 @@ class Server:
 
     def _send_due(self, now: float) -> None:
         while self._outgoing and self._outgoing[0][0] <= now:
-            _, _, data = heappop(self._outgoing)
+            _, data = self._outgoing.popleft()
             with suppress(BlockingIOError):  # a client that does not read loses it
                 os.write(self._own, data)
 

@@ -200,6 +200,18 @@ def serve(
             help='Inject "kind=lost start=2.0 count=3 duration=0.05"; see docs/hardware.md.'
         ),
     ] = None,
+    wire: Annotated[
+        bool,
+        typer.Option(
+            '--wire', help='Take the time that a real line and board need for each reply.'
+        ),
+    ] = False,
+    reply_ms: Annotated[
+        float, typer.Option(help='With --wire, the time that the board itself takes, ms.')
+    ] = 0.72,
+    byte_us: Annotated[
+        float, typer.Option(help='With --wire, and for each byte that is read, us.')
+    ] = 54.0,
     set_: SetOption = None,
 ) -> None:
     """Serve a virtual board with the robot of a scenario behind it, until stopped."""
@@ -207,14 +219,15 @@ def serve(
     from khr_common.scheduling import ask_for_real_time
     from khr_hardware.joint_map import JointMap
     from khr_hardware.virtual.faults import Fault, Faults
-    from khr_hardware.virtual.server import Server
+    from khr_hardware.virtual.server import Server, Wire
 
     chosen = scenarios.load(scenario).set_to(set_ or [])
     ask_for_real_time(priority)  # a board has a processor of its own
     faults = Faults([Fault.parse(text) for text in fault or []])
     board, robot = virtual_board(chosen, JointMap.load(map_), ground)
     try:
-        with Server(board, link, stepped, faults) as server:
+        timing = Wire(reply_ms * 1e-3, byte_us * 1e-6) if wire else None
+        with Server(board, link, stepped, faults, wire=timing) as server:
             where = 'stands on the ground' if ground else 'hangs in a stand'
             print(f'{link}: a virtual RCB-4HV; the robot of {chosen.name} {where}', flush=True)
             with suppress(KeyboardInterrupt):
