@@ -5,6 +5,7 @@ import subprocess
 import sys
 
 import pytest
+from rcb4.rcb4interface import RCB4Interface
 from typer.testing import CliRunner
 
 from khr.cli.verbs.board import board_verbs
@@ -238,6 +239,10 @@ def test_a_board_is_served_until_it_is_stopped(tmp_path):
         client, _ = connect(str(link), timeout=1.0)
         assert inspect(client, MAP).missing(MAP) == []
         client.close()
+        rcb4 = RCB4Interface()
+        assert rcb4.open(str(link), 1_250_000, flat=False)
+        assert rcb4.search_servo_ids().tolist() == sorted(MAP.numbers)
+        rcb4.close()
         process.send_signal(signal.SIGTERM)
         said = process.stdout.read()
     assert process.returncode == 0 and 'stood after' in said and 'trajectory hash' in said

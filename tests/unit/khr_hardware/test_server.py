@@ -8,14 +8,15 @@ from rcb4.rcb4interface import RCB4Interface
 
 from khr_hardware.client import connect
 from khr_hardware.errors import BoardError, HardwareError, NoReplyError, PortError
-from khr_hardware.protocol import memory
+from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.memory import FREE, Config
 from khr_hardware.virtual.faults import KINDS, Fault, Faults
-from khr_hardware.virtual.server import Server
+from khr_hardware.virtual.server import Server, Wire
 from tests.fakes.boards import TRIMS, bench_board
 from tests.support.exchanges import exchange
 from tests.support.served import served
 
+RATES = (1_250_000,) * 3 + (115_200,) * 3  # it opens the line at each three times
 WAYS = [{}, {'flat': False}, {'servos': False}]  # in which the rcb4 client opens a board
 
 
@@ -49,28 +50,38 @@ def test_the_unmodified_rcb4_client_drives_it(way, tmp_path):
             rcb4.close()
 
 
-def test_the_rcb4_client_reads_ad_trims_and_mixings_and_clears_them(tmp_path):
-    board = bench_board()
-    with served(board, tmp_path) as (_, line):
-        own, _ = connect(line)
-        own.set_mixing(18, 0, memory.Mixing.of_ad(1, 12))
-        own.close()
+def test_the_rcb4_client_reads_ad_writes_trims_and_mixings_and_clears_them(tmp_path):
+    """By the calls with which it reads and writes any RAM itself."""
+    board, record = bench_board(), 0x90 + 20 * 18
+    with served(board, tmp_path, stepped=True) as (_, line):
         rcb4 = RCB4Interface()
         rcb4.open(line, 1_250_000, servos=False)
         values = rcb4.write_move_ram_to_com_command(memory.AD_VALUES, 22)
         assert int.from_bytes(bytes(values[:2]), 'little') == 450
+        rcb4.write_move_com_to_ram_command(record + 14, [0x24, 0x40, 12])
+        rcb4.write_move_com_to_ram_command(record + 17, [0x26, 0x40, 0x80 | 2])
+        rcb4.write_move_com_to_ram_command(record + 2, [100, 0])
+        found = bytes(rcb4.write_move_ram_to_com_command(record, 20))
+        assert found[2:4] == b'\x64\x00' and found[14:] == b'\x24\x40\x0c\x26\x40\x82'
+        board.robot.ad[1] = 512 + 3
+        board.answer(commands.move_servo(18, 7500, 1))
+        for _ in range(3):  # AD2 reads 100
+            board.cycle()
+        assert board.sent[18] == 7500 + 100 + 12 * 3 - 2 * 100
         changed = rcb4.flatten_board()
-        assert changed['trim'] == {ics: trim for ics, trim in TRIMS.items() if trim}
-        assert changed['mixing'] == {18: [(0x4024, 12)]}
+        trims = {ics: trim for ics, trim in TRIMS.items() if trim} | {18: 100}
+        assert changed['trim'] == trims
+        assert changed['mixing'] == {18: [(0x4024, 12), (0x4026, 0x82)]}
         rcb4.close()
     assert not board.record(18).mixings[0].active
 
 
 def test_the_rcb4_client_switches_the_rate_and_a_board_hears_no_other(tmp_path):
     with served(bench_board(), tmp_path) as (_, line):
-        rcb4 = RCB4Interface()
-        assert rcb4.open(line, 1_250_000, target_baudrate=115_200, servos=False)
-        rcb4.close()
+        for opened, rate in zip((1_250_000,) * 4 + (115_200,) * 2, RATES, strict=True):
+            rcb4 = RCB4Interface()
+            assert rcb4.open(line, opened, target_baudrate=rate, servos=False)
+            rcb4.close()
         with pytest.raises(NoReplyError, match='1250000'):
             connect(line, 1_250_000)
         client, rate = connect(line)
@@ -80,6 +91,11 @@ def test_the_rcb4_client_switches_the_rate_and_a_board_hears_no_other(tmp_path):
         client, rate = connect(line)
         assert rate == 625_000 and client.config().baud == 625_000
         client.close()
+        for _ in range(3):  # it does not switch to this rate by itself
+            rcb4 = RCB4Interface()
+            assert rcb4.open(line, 625_000, target_baudrate=None, servos=False)
+            assert rcb4.get_version()
+            rcb4.close()
 
 
 def test_stepped_a_cycle_passes_with_each_move_and_no_other_time(tmp_path):
@@ -112,6 +128,25 @@ def test_the_client_lives_through_every_fault(kind, tmp_path):
                 break
         assert good == 3
         client.close()
+
+
+def test_on_a_wire_a_reply_takes_as_long_as_its_bytes_and_the_board(tmp_path):
+    """11 bits a byte; the table of an exchange in ms: write 17 positions, all AD, a position."""
+    moves, ad, one = (
+        commands.move_servos(dict.fromkeys(range(17), 7500)),
+        commands.read_ram(memory.AD_VALUES, 22),
+        commands.read_ram(memory.record_address(18) + memory.MEASURED, 2),
+    )
+    board = bench_board()
+    spent = {
+        baud: [1e3 * Wire().time(each, board.answer(each), baud) for each in (moves, ad, one)]
+        for baud in (115_200, 1_250_000)
+    }
+    assert spent[115_200] == pytest.approx([5.21, 5.25, 2.26], abs=0.01)
+    assert spent[1_250_000] == pytest.approx([1.13, 2.22, 0.96], abs=0.01)
+    wired = served(board, tmp_path, wire=Wire(reply=0.5))
+    with wired as (_, line), pytest.raises(NoReplyError):
+        connect(line, 1_250_000, timeout=0.01)
 
 
 def test_over_a_pseudo_terminal_a_spoilt_line_gives_no_wrong_value(tmp_path):
