@@ -1,14 +1,16 @@
 """A strict client of the board: no value that was not read whole, and no wait without an end.
 
 The protocol has no sequence numbers, so a reply that comes late looks like the reply to the next
-request of its kind. Therefore, after every exchange that failed, the client asks for an ACK and
-throws away all that comes before it (a *fence*): the board answers in order.
+request of its kind. Therefore, after every exchange that failed, the client reads a few bytes of
+RAM and throws away all that comes before them (a *fence*): the board answers in order. Fences in a
+row have other lengths, so a late reply to an earlier one does not pass for the last.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
+from itertools import cycle
 from typing import TypeVar
 
 from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
@@ -19,7 +21,8 @@ from khr_hardware.protocol.memory import BAUD_RATES, Config, Mixing, ServoRecord
 
 TIMEOUT = 0.02  # s for the first byte of a reply, and for the others together
 RETRIES = 2  # of an exchange, after the first attempt
-FENCES = 3  # ACKs asked for before the line counts as dead
+FENCES = 3  # tried before the line counts as dead
+FENCE_SIZES = range(3, 33)  # bytes that a fence reads, in turn
 ACK_SIZE = 4  # bytes of an ACK, and of an NCK
 FLOOD = 4096  # bytes that a fence reads before the line counts as dead
 
@@ -64,6 +67,8 @@ class Client:
         self.counts = Counts()
         self.closed = ''
         self._unsure = False  # whether a reply may still be on its way
+        self._asked: set[int] = set()  # bytes of the replies that may be
+        self._fence_sizes = cycle(FENCE_SIZES)
 
     # ---- exchanges ----
 
@@ -86,7 +91,10 @@ class Client:
             self._guarded(self._fence)
         for left in reversed(range(self._retries + 1)):
             try:
-                return self._guarded(lambda: self._attempt(request, size))
+                self._asked.add(size)
+                data = self._guarded(lambda: self._attempt(request, size))
+                self._asked.clear()
+                return data
             except PortError:
                 raise
             except BoardError as error:
@@ -149,22 +157,23 @@ class Client:
         raise BadReplyError(f'reply {data.hex(" ")} to command {request.command:#04x}')
 
     def _fence(self) -> None:
-        """Throw away whatever comes before the reply to an ACK.
+        """Throw away whatever comes before the reply to a read of a length of its own.
 
         Raises:
             NoReplyError: if none comes.
         """
-        wanted, request = acknowledged(Command.ACKNOWLEDGE).encode(), commands.ACKNOWLEDGE.encode()
         for _ in range(FENCES):
             if self._port.in_waiting:
                 self._drop(self._port.in_waiting)
-            self._port.write(request)
+            size = next(each for each in self._fence_sizes if each not in self._asked)
+            self._port.write(commands.read_ram(0, size).encode())
             seen = b''
             while (byte := self._port.read(1)) and len(seen) < FLOOD:
                 seen += byte
-                if seen.endswith(wanted) and not self._port.in_waiting:
-                    self.counts.stray += len(seen) - len(wanted)
+                if _is_read(seen[-size - SHORTEST :], size) and not self._port.in_waiting:
+                    self.counts.stray += len(seen) - size - SHORTEST
                     self._unsure = False
+                    self._asked.clear()
                     return
             self.counts.stray += len(seen)
         self.counts.failed += 1
@@ -290,6 +299,15 @@ def connect(path: str, baud: int = 0, timeout: float = TIMEOUT) -> tuple[Client,
     raise NoReplyError(
         f'{path}: no board answers at {tried} baud; accepted: an RCB-4HV that is switched on'
     )
+
+
+def _is_read(data: bytes, size: int) -> bool:
+    """Return whether these bytes are the reply to a read of so many."""
+    try:
+        reply = decode(data)
+    except BadReplyError:
+        return False
+    return reply.command == Command.MOVE and len(reply.body) == size
 
 
 def _words(data: bytes) -> tuple[int, ...]:
