@@ -1,0 +1,34 @@
+"""What a message calls a figure is a finite number, or is refused; nothing else is raised."""
+
+from math import isfinite
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_common.figures import figure, whole
+from khr_common.run_identity import MalformedError
+
+TEXTS = st.text() | st.sampled_from(
+    ['', 'nan', '-inf', '1e999', '1e308', '1_0', ' 3 ', '٣', '0x1', '9' * 50, '\ud800', '-0']
+)
+VALUES = st.none() | st.booleans() | st.floats() | st.integers() | st.lists(TEXTS) | TEXTS
+MAPPINGS = st.just({}) | VALUES.map(lambda value: {'time': value})
+
+
+@pytest.mark.parametrize('read', [figure, whole])
+@given(MAPPINGS)
+def test_a_figure_is_finite_or_refused(read, values):
+    try:
+        found = read(values, 'time')
+    except MalformedError as error:
+        assert str(error).startswith('time is ') and str(error).isprintable()
+    else:
+        assert isfinite(found) and isinstance(values['time'], str)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.integers(-(10**15), 10**15))
+def test_what_was_written_is_read(number, count):
+    values = {'number': repr(number), 'count': str(count)}
+    assert figure(values, 'number') == number
+    assert whole(values, 'count') == count
