@@ -57,9 +57,11 @@ class Rig:
             self.period(reference)
         return self
 
-    def break_line(self, command=None):
+    def break_line(self, command=None, sizes=range(256)):
+        """Lose the replies to a command, those of some sizes alone."""
+
         def lose(reply):
-            return b'' if command in (None, reply[1]) else reply
+            return b'' if command in (None, reply[1]) and len(reply) in sizes else reply
 
         self.port.tamper = lose
 

@@ -11,8 +11,8 @@ from khr_hardware.client import Client
 from khr_hardware.driver import FREES, NO_LOAD_SPEED, READS, WRITES
 from khr_hardware.errors import BoardError, HardwareError
 from khr_hardware.joint_map import COUNT, JointMap
-from khr_hardware.protocol.frames import refusal
-from khr_hardware.protocol.memory import Mixing
+from khr_hardware.protocol.frames import SHORTEST, refusal
+from khr_hardware.protocol.memory import AD_CHANNELS, Mixing
 from tests.fakes.boards import STANCE, Rig
 
 MAP = JointMap.load()
@@ -195,7 +195,7 @@ def test_failed_writes_are_a_fault_that_only_free_leaves(rig):
 
 def test_failed_reads_are_a_fault_after_more_of_them(rig):
     rig.run()
-    rig.break_line(0x00)
+    rig.break_line(0x00, sizes=(2 + SHORTEST, 2 * AD_CHANNELS + SHORTEST))
     for _ in range(READS):
         assert rig.driver.state == 'running'
         rig.period()
