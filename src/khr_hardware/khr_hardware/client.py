@@ -13,6 +13,8 @@ from dataclasses import asdict, dataclass
 from itertools import cycle
 from typing import TypeVar
 
+from serial import SerialTimeoutException
+
 from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
 from khr_hardware.port import Port, open_port
 from khr_hardware.protocol import commands, memory
@@ -186,6 +188,9 @@ class Client:
         """Do something with the port; if it is gone, so is this client."""
         try:
             return action()
+        except SerialTimeoutException as error:  # also of a computer that stalls after the write
+            self.counts.timeouts += 1
+            raise NoReplyError('the line did not take a command in time') from error
         except (OSError, TypeError) as error:  # what pyserial raises of a port that is closed
             self.close(f'the port is gone ({getattr(error, "strerror", None) or error})')
             raise PortError(self.closed) from error

@@ -3,6 +3,7 @@
 from random import Random
 
 import pytest
+from serial import SerialTimeoutException
 
 from khr_hardware.client import FENCES, RETRIES, Client
 from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortError, RefusedError
@@ -146,6 +147,21 @@ def test_each_kind_of_error_is_counted(spoil, counted):
         client.set_config(Config(0x8091))
     assert int(client.counts.figures()[counted]) >= 1
     assert int(client.counts.figures()['failed']) >= 1
+
+
+def test_a_write_that_takes_too_long_is_tried_again(monkeypatch):
+    """pyserial says so as well if the computer stalls when all is written: the line is there."""
+    port = Loopback(bench_board())
+    client, write, slow = Client(port), port.write, iter([True])
+
+    def stall(data):
+        write(data)
+        if next(slow, False):
+            raise SerialTimeoutException('Write timeout')
+
+    monkeypatch.setattr(port, 'write', stall)
+    assert client.ad()[0] == 450
+    assert (client.closed, client.counts.timeouts, client.counts.retries) == ('', 1, 1)
 
 
 def test_a_port_that_is_gone_stays_gone():
