@@ -58,8 +58,10 @@ def test_a_command_that_takes_too_long_misses_its_goal():
 def test_runs_on_a_board_say_how_many_periods_were_late():
     run = {'robot': 'walked', 'twin': 'walked', 'periods': 800, 'late': 0.5, 'others': 0.2}
     run |= dict.fromkeys(bench_board.FIGURES, 1.25)
-    text = page(board={'walk_0deg': {'one process': [run, run | {'late': 1.5, 'robot': 'fell'}]}})
-    assert '| walk_0deg | one process | fell walked | walked | 1.0 % of 800 | 1.25 |' in text
+    worse = run | {'late': 1.7, 'robot': 'fell'}
+    text = page(board={'walk_0deg': {'one process': [run], 'a process per node': [run, worse]}})
+    assert '| one process | walked | walked | met | 0.5 % of 800 | met | 1.25 |' in text
+    assert '| fell walked | walked | **missed** | 1.1 % of 800 | **missed** | 1.25 |' in text
 
 
 def test_environments_are_compared_with_the_twin_and_with_one_alone(monkeypatch):
