@@ -3,6 +3,9 @@
 import signal
 import subprocess
 import sys
+from dataclasses import replace
+from itertools import count
+from types import SimpleNamespace
 
 import pytest
 from rcb4.rcb4interface import RCB4Interface
@@ -203,7 +206,7 @@ def khr(*words):
     return CliRunner().invoke(board_verbs(), [*map(str, words)])
 
 
-def test_the_verbs_look_hold_and_free(scenario, tmp_path):
+def test_the_verbs_look_hold_and_free(scenario, tmp_path, monkeypatch):
     board, robot = virtual_board(scenario, MAP)
     with served(board, tmp_path) as (_, link):
         found = khr('probe', link)
@@ -221,6 +224,19 @@ def test_the_verbs_look_hold_and_free(scenario, tmp_path):
         shown = khr('pose', link).output
         assert shown.count('7500') >= 16 and 'free' not in shown
         assert khr('free', link).exit_code == 0
+        drawn = count()
+
+        def turn(_):
+            if next(drawn):
+                raise KeyboardInterrupt
+            robot.sense = lambda: {0: 455, 1: 522}
+            board.sample()
+
+        board.setup = replace(board.setup, version=b'CB-4 V2.0'.ljust(32))
+        monkeypatch.setattr('khr.cli.verbs.board.time', SimpleNamespace(sleep=turn))
+        found = khr('probe', link, '--watch')
+        assert found.exit_code == 0 and 'CB-4 V2.0 (not the known one)' in found.output
+        assert found.output.splitlines()[-1] == 'pitch rate        72.9 deg/s'
         assert khr('pose', link).output.count('free') == 17
     gone = khr('probe', link)
     assert isinstance(gone.exception, PortError) and 'accepted' in str(gone.exception)

@@ -139,16 +139,18 @@ def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:
         )
         for ics, active in seen.mixings().items()
     ]
-    lines += [
-        ('AD', ', '.join(f'{channel}: {value}' for channel, value in enumerate(seen.ad))),
-        ('AD_ref', ', '.join(map(str, seen.references))),
-    ]
+    lines.append(('AD_ref', ', '.join(map(str, seen.references))))
+    return lines + readings(seen.ad, joint_map)
+
+
+def readings(ad: Sequence[int], joint_map: JointMap) -> list[tuple[str, str]]:
+    """Return what the AD channels, gyro and force sensors read as lines, each with a name."""
+    lines = [('AD', ', '.join(f'{channel}: {value}' for channel, value in enumerate(ad)))]
     if joint_map.gyro:
-        rate = degrees(joint_map.pitch_rate(seen.ad))
-        lines.append(('pitch rate', f'{rate:.1f} deg/s'))
+        lines.append(('pitch rate', f'{degrees(joint_map.pitch_rate(ad)):.1f} deg/s'))
     lines += [
         (f'force {region}', f'{force:.2f} N')
-        for region, force in joint_map.normal_forces(seen.ad).items()
+        for region, force in joint_map.normal_forces(ad).items()
     ]
     return lines
 

@@ -57,12 +57,14 @@ class Setup:
         ad_references: by AD channel, in steps.
         mixing_delay: output cycles between the conversion of an AD channel and the position that
             its mixing changes (unconfirmed).
+        version: of the firmware, 32 bytes.
     """
 
     trims: Mapping[int, int]
     config: int = 0x8091
     ad_references: Mapping[int, int] | None = None
     mixing_delay: int = 1
+    version: bytes = memory.VERSION
 
 
 class VirtualBoard:
@@ -139,7 +141,7 @@ class VirtualBoard:
 
     def _version(self, body: bytes) -> bytes:
         _require(not body)
-        return memory.VERSION
+        return self.setup.version
 
     def _move(self, body: bytes) -> bytes:
         _require(bool(body))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from math import degrees
@@ -11,6 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
+from rich.live import Live
 from rich.table import Table
 
 from khr.cli.verbs.options import DomainOption, ScenarioArgument, SetOption
@@ -19,7 +21,9 @@ from khr_common import KhrError
 
 if TYPE_CHECKING:
     from khr_hardware.client import Client
+    from khr_hardware.joint_map import JointMap
 
+REDRAWN = 0.1  # s between two pictures of what is watched
 PortArgument = Annotated[
     str, typer.Argument(help='Serial line of the board, such as /dev/ttyUSB0.')
 ]
@@ -48,7 +52,14 @@ def board_verbs() -> typer.Typer:
     return group
 
 
-def probe(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None:
+def probe(
+    port: PortArgument,
+    map_: MapOption = '',
+    baud: BaudOption = 0,
+    watch: Annotated[
+        bool, typer.Option('--watch', help='Draw AD, gyro and forces anew until Ctrl-C.')
+    ] = False,
+) -> None:
     """Read firmware, configuration, battery, servos, trims, mixings and AD; write nothing."""
     from khr_hardware.inspection import describe, inspect
     from khr_hardware.joint_map import JointMap
@@ -61,6 +72,8 @@ def probe(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> Non
             print(f'{name:14}{text}')
         counts = {key: value for key, value in client.counts.figures().items() if value != '0'}
         print(f'{"exchanges":14}' + ', '.join(f'{key} {value}' for key, value in counts.items()))
+        if watch:
+            _watch(client, joint_map)
     raise typer.Exit(1 if seen.missing(joint_map) else 0)
 
 
@@ -241,6 +254,17 @@ def serve(
     print(f'{robot.outcome.verdict} after {robot.time:.3f} s on the ground')
     print(f'distance {robot.outcome.distance:.3f} m')
     print(f'trajectory hash {robot.trajectory_hash}')
+
+
+def _watch(client: Client, joint_map: JointMap) -> None:
+    """Draw what the sensors read, again and again until Ctrl-C."""
+    from khr_hardware.inspection import readings
+
+    with Live() as shown, suppress(KeyboardInterrupt):
+        while True:
+            lines = readings(client.ad(), joint_map)
+            shown.update('\n'.join(f'{name:18}{text}' for name, text in lines), refresh=True)
+            time.sleep(REDRAWN)
 
 
 def _ask_run(service: str, domain: int | None) -> None:
