@@ -1,7 +1,8 @@
 """What another local user tries on a run: each of its services, parameters and topics.
 
-python -m tests.reliability.other_user paths PLACE SECRET | services | topics | TOPIC
-prints a mapping as JSON; with the name of a topic it publishes there until it is killed
+python -m tests.reliability.other_user paths PLACE SECRET | services | topics | look | TOPIC
+prints a mapping as JSON; with the name of a topic it publishes there until it is killed, and as
+long it looks on
 """
 
 import json
@@ -168,6 +169,8 @@ def main(act, *words):
     readable = [name for name in read('stand_0deg') if shared(topics()[name])]
     become_nobody()
     intruder = Intruder(readable)
+    if act == 'look':
+        rclpy.spin(intruder.node)
     acts = {'paths': intruder.paths, 'services': intruder.services, 'topics': intruder.topics}
     found = acts[act](*words) if act in acts else intruder.publish(act)
     json.dump({'user': os.getuid(), **found}, sys.stdout)

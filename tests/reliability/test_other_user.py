@@ -23,17 +23,27 @@ SECRET = 'what only its owner may read'
 FIXED = {'folder', 'scenario_file', 'topics', 'extra_topics'}
 
 
+# Ports that are none of a domain: who listens there is not noticed by who looks at its ports.
+HIDDEN = '<locator><udpv4><port>{}</port><address>127.0.0.1</address></udpv4></locator>'
+LOCATORS = 'defaultUnicastLocatorList'
+
+
 @contextmanager
-def nobody(folder, *words):
-    """Start what the user ``nobody`` tries on the run of a folder."""
+def nobody(folder, *words, hidden=True):
+    """Start what the user ``nobody`` tries on the run of a folder, hidden as well as may be."""
     (entry,) = (each for each in running() if each.folder == str(folder))
     # Shared memory is closed to another user, who leaves it out and has the loopback.
     head, users, rest = (
         files('khr_bringup').joinpath('fastdds.xml').read_text().partition('<userTransports>')
     )
     own = folder.parent / 'profile.xml'
-    shared = '<transport_id>shared_memory</transport_id>'
-    own.write_text(head + users + rest.replace(shared, '', 1))
+    rest = rest.replace('<transport_id>shared_memory</transport_id>', '', 1)
+    if hidden:
+        plain = HIDDEN.replace('<port>{}</port>', '')
+        rest = rest.replace(plain, HIDDEN.format(7000), 1).replace(
+            '<builtin>', f'<{LOCATORS}>{HIDDEN.format(7001)}</{LOCATORS}><builtin>'
+        )
+    own.write_text(head + users + rest)
     process = subprocess.Popen(
         [sys.executable, '-m', 'tests.reliability.other_user', *map(str, words)],
         stdout=subprocess.PIPE,
@@ -110,6 +120,18 @@ def test_what_another_user_changes_is_kept_and_repeated(in_background, tmp_path)
     assert [each['value'] for each in changes] == [3.5]
     verified = khr('verify', folder)
     assert verified.code == 0, verified.out + verified.err
+
+
+def test_who_takes_part_ends_the_run_by_name(in_background, tmp_path):
+    """Whatever it does: here it only looks on."""
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
+    wait_until_running(folder)
+    with nobody(folder, 'look', hidden=False):
+        ended = finish(process, folder)
+    assert ended.code == 1
+    assert 'the user nobody takes part in domain' in ended.err, ended.err
+    assert 'Traceback' not in ended.err
 
 
 @pytest.mark.parametrize('topic', [CLOCK, JOINT_REFERENCE], ids=lambda topic: topic.name)

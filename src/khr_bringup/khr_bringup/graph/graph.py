@@ -14,6 +14,7 @@ from typing import Any
 
 from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import PATIENCE, follow, interrupts, nodes_of
+from khr_bringup.graph.intruders import Intruders
 from khr_bringup.graph.processes import Processes, unhurried
 from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry
 from khr_bringup.node_registry import registry, spec_of
@@ -79,8 +80,8 @@ def run_graph(
         driver_parameters: file for the executable that drives, if one does.
 
     Raises:
-        RunError: if a node dies, or does not appear or answer in time; it is named, the rest
-            is stopped and the bag closed.
+        RunError: if a node dies, or does not appear or answer in time, or another user joins;
+            it is named, the rest is stopped and the bag closed.
     """
     _check_memory()
     began = time.monotonic()
@@ -89,6 +90,7 @@ def run_graph(
     os.environ.update(entry.quiet_environment())
     nodes = nodes_of(scenario, record)
     first = scenario.driver.first if scenario.driver else 'simulator'
+    intruders = Intruders(entry.domain)
     processes = Processes(entry.environment(), folder / 'log', entry.locks, first)
     patient = not one_process and scenario.table(RunParameters).sync == 'lockstep'
     with interrupts() as interrupted, unhurried() if patient else nullcontext():
@@ -112,7 +114,7 @@ def run_graph(
                 entry.run,
                 interrupted,
                 show=show,
-                ended=processes.ended,
+                ended=lambda: processes.ended() or intruders.found(),
                 left=processes.left,
                 stay=stay,
                 interrupt=lambda: processes.interrupt(keeper),
