@@ -20,6 +20,7 @@ import psutil
 from khr_bringup.graph.run_registry import RunEntry, running
 from tests import ROOT
 from tests.reliability.harmed_run import FIGURES, GONE, LIMIT, PHASES, Case, Run
+from tests.reliability.viewers import trouble
 from tests.support.runs import KHR
 
 BOTH = ('--processes', '--one-process')
@@ -180,6 +181,13 @@ def _rows(folder: Path) -> dict[str, object]:
     return {row['id']: row.get('trajectory_hash') for row in map(json.loads, lines)}
 
 
+def viewers(case: Case, folder: Path) -> list[str]:
+    """Let ten viewers each of a live page and of a playback come and go, beside busy loops."""
+    faults, figures = trouble(folder, float(case.seed))
+    (folder / FIGURES).write_text(figures)
+    return faults
+
+
 def _entry(run: Run) -> RunEntry | None:
     return next((each for each in running() if each.folder == str(run.folder)), None)
 
@@ -191,6 +199,7 @@ MORE = {
     '500 changes a second, 220 calls at once': flood,
     'film, sweep, reproduction stopped': study,
     'results changed': poison,
+    'ten viewers that come and go': viewers,
 }
 
 
@@ -206,4 +215,5 @@ def more_cases(seed: int) -> list[Case]:
         *(Case('film, sweep, reproduction stopped', '', victim, number, seed + n)
           for victim in STUDIES for number in ('SIGINT', 'SIGTERM', 'SIGKILL') for n in range(2)),
         *(Case('results changed', '', '', '', seed + n) for n in range(3)),
+        Case('ten viewers that come and go', '', 'run and playback', '', 600),
     ]  # fmt: skip

@@ -92,6 +92,7 @@ def viewer(port, reads=True):
         origin=f'http://127.0.0.1:{port}',
         subprotocols=[f'viser-v{viser.__version__}'],
         max_size=None,
+        open_timeout=60,
         close_timeout=0.5,
     ) as connection:
         connection.send(msgspec.msgpack.encode(camera.as_serializable_dict([])))
