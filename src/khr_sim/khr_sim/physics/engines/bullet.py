@@ -66,6 +66,7 @@ class Bullet:
             numSolverIterations=p.solver_iterations,
             numSubSteps=0,
             deterministicOverlappingPairs=1,
+            enableFileCaching=0,  # it would keep the text of every robot ever loaded
             physicsClientId=client,
         )
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
