@@ -15,6 +15,8 @@ from viser._messages import ViewerCameraMessage
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
+from tests.support.runs import wait_for
+
 CHROMIUM = shutil.which('chromium') or shutil.which('chromium-browser')
 ARGUMENTS = [
     '--no-sandbox',
@@ -22,6 +24,16 @@ ARGUMENTS = [
     '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1',
 ]
 PATIENCE = 60_000  # ms: it draws in software
+# Keep the words of the page in the order in which they come, also those that do not stay.
+WORDS = """
+    window.said = [];
+    new MutationObserver(() => {
+        for (const place of ['#khr-word', '.khr-state']) {
+            const text = document.querySelector(place)?.textContent;
+            if (text && text !== window.said.at(-1)) window.said.push(text);
+        }
+    }).observe(document, {childList: true, subtree: true, characterData: true});
+"""
 
 
 @contextmanager
@@ -33,6 +45,7 @@ def browser_page(width=1400, height=850):
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         page = browser.new_page(viewport={'width': width, 'height': height})
         page.set_default_timeout(PATIENCE)
+        page.add_init_script(WORDS)
         asked = []
         page.on('request', lambda request: asked.append(request.url))
         page.on('websocket', lambda opened: asked.append(opened.url))
@@ -54,6 +67,22 @@ def choose(page, label, option):
     """Choose an option of a dropdown."""
     row(page, label, 'input').locator('input').first.click()
     page.get_by_role('option', name=option, exact=True).click()
+
+
+def said(page, words, since=''):
+    """Wait until the page has said these words of its state, after others; patterns."""
+
+    def found():
+        texts = page.evaluate('window.said')
+        first = next((n for n, text in enumerate(texts) if re.search(since, text)), len(texts))
+        return any(re.search(words, text) for text in texts[first:])
+
+    wait_for(lambda: page.wait_for_timeout(50) or found(), words)
+
+
+def labels(page):
+    """Return the labels of the controls that are there."""
+    return [each.inner_text() for each in page.locator('label').all() if each.is_visible()]
 
 
 def saved(page, name):

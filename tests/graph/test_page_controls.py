@@ -1,0 +1,166 @@
+"""Every control of a live page in a real browser: a short walk that begins again, then stays."""
+
+import re
+import signal
+
+import pytest
+import yaml
+
+from khr_view.controls import tunables
+from khr_view.model.charts import charts
+from tests.support.browser import browser_page, chart, choose, free_port, labels, said, slider
+from tests.support.runs import (
+    Bag,
+    children,
+    finish,
+    interrupt,
+    khr,
+    start_khr,
+    wait_for,
+    wait_until_running,
+)
+
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+SHORT = ('walk_0deg', '--pace', 4, '--set', 'gait.cycles=1')
+OF_LOCKSTEP = [each for each in tunables() if each.name != 'realtime_factor']
+# What the tests below operate, and those of test_page.py and test_page_charts.py.
+TESTED = {
+    *(each.label for each in tunables()),
+    *(each.title for each in charts()),
+    *('Spectrum', 'At the end', 'Force', 'Direction', 'Scenario'),
+    *('Forces and support', 'Follow the robot', 'Dark'),
+}
+BUTTONS = {'Pause', 'Reset to time 0', 'Push', 'Switch', 'Charts as PNG'}
+LINKS = {'Signals as CSV', 'Spectrum as CSV'}
+
+
+@pytest.fixture(scope='module')
+def viewed(tmp_path_factory):
+    folder, port = tmp_path_factory.mktemp('controls') / 'run', free_port()
+    roll = ('--set', 'roll_controller.enabled=true')
+    address = ('--no-browser', '--port', port, '--out', folder)
+    process = start_khr('view', *SHORT, *roll, *address)
+    process.folder, process.port = folder, port
+    process.domain = wait_until_running(folder)
+    yield process
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
+
+
+@pytest.fixture(scope='module')
+def page(viewed):
+    with browser_page(1000, 500) as (page, _):  # a small picture is drawn sooner
+        page.goto(f'http://127.0.0.1:{viewed.port}/')
+        slider(page, 'Roll gain').wait_for()
+        yield page
+
+
+def value(viewed, node, name):
+    """Return a parameter as ``khr get`` says."""
+    shown = khr('get', node, name, '--domain', viewed.domain)
+    return yaml.safe_load(shown.out)[name] if shown.code == 0 else None
+
+
+def test_a_walk_that_has_ended_begins_again(page, viewed):
+    said(page, r'^Loading ')
+    said(page, r'^walking, [\d.]+ of 6\.\d s$')
+    said(page, '^finished, walked: begins again$')
+    wait_for((viewed.folder / 'bag_2').is_dir, 'another bag')
+    said(page, r'^walking, ', since='^finished')
+
+
+def test_it_begins_again_with_the_next_seed_or_stays(page, viewed):
+    choose(page, 'At the end', 'begin again, next seed')
+    said(page, '^finished, walked: begins again with the next seed$')
+    wait_for(lambda: value(viewed, 'simulator', 'seed') == 1, 'the next seed')
+    choose(page, 'At the end', 'stay')
+    said(page, '^finished, walked: Reset begins it again$')
+
+
+def test_no_control_is_untested(page):
+    page.get_by_text('Choose', exact=True).click()
+    page.get_by_role('checkbox', name='Slip so far').wait_for()
+    assert {label.partition(', deg')[0].partition(', N')[0] for label in labels(page)} == TESTED
+    buttons = {each.inner_text() for each in page.get_by_role('button').all()} - {''}
+    assert buttons == BUTTONS
+    assert {each.inner_text() for each in page.get_by_role('link').all()} == LINKS
+
+
+@pytest.mark.parametrize('tunable', OF_LOCKSTEP, ids=lambda each: f'{each.node}.{each.name}')
+def test_a_control_changes_its_parameter(page, viewed, tunable):
+    if tunable.name == 'enabled':
+        box = page.get_by_role('checkbox', name=tunable.label)
+        wanted = not box.is_checked()
+        box.set_checked(wanted)
+        wait_for(lambda: value(viewed, *tunable.key) is wanted, tunable.label)
+        box.set_checked(not wanted)
+        return
+    (label,) = (each for each in labels(page) if each.startswith(tunable.label))
+    thumb = slider(page, label)
+    before = float(thumb.get_attribute('aria-valuenow'))
+    thumb.press('ArrowRight')
+    thumb.press('ArrowRight')
+    wanted = pytest.approx(before + 2 * tunable.step)
+    wait_for(lambda: value(viewed, *tunable.key) == wanted, label)
+    thumb.press('ArrowLeft')
+    thumb.press('ArrowLeft')
+
+
+def test_every_chart_can_be_shown_and_hidden(page):
+    for each in charts():
+        box = page.get_by_role('checkbox', name=each.title, exact=True)
+        for shown in (not each.shown, each.shown):
+            box.set_checked(shown)
+            chart(page, each.title).wait_for(state='visible' if shown else 'detached')
+
+
+def test_a_push_to_the_left_with_all_force_fells_it_and_a_reset_raises_it(page):
+    choose(page, 'Direction', 'to its left')
+    slider(page, 'Force, N').press('End')
+    page.get_by_role('button', name='Push', exact=True).click()
+    said(page, r'^fell at [\d.]+ s: Reset begins it again$')
+    page.get_by_role('button', name='Reset to time 0').click()
+    said(page, '^walking, ', since='^fell')
+
+
+def test_another_scenario_takes_the_place_of_the_one_that_runs(page, viewed):
+    choose(page, 'Scenario', 'stand_0deg')
+    page.get_by_role('button', name='Switch').click()
+    said(page, '^standing, ')
+    page.get_by_role('cell', name='stand_0deg').wait_for()
+    assert value(viewed, 'gait', 'motion') == 'stand'
+
+
+def test_the_push_is_in_the_bag(viewed):
+    """Last of this run: it ends it."""
+    assert interrupt(viewed, signal.SIGINT).code == 0
+    forces = [
+        message.wrench.force
+        for folder in viewed.folder.glob('bag*')
+        for _, message in Bag(folder)['/simulator/push']
+    ]
+    assert [(force.x, force.y) for force in forces] == [(0.0, 30.0)]
+
+
+def test_in_realtime_its_speed_is_set_and_a_page_that_dies_leaves_the_run(
+    page, in_background, tmp_path
+):
+    folder = tmp_path / 'run'
+    process = in_background(
+        'run', 'stand_0deg', '--realtime', '--duration', 600, '--view', '--out', folder
+    )
+    line = wait_for(
+        lambda: re.search(r'page: (http://\S+)', process.stderr.readline()), 'the address'
+    )
+    process.domain = wait_until_running(folder)
+    page.goto(line[1])
+    slider(page, 'Speed, times real time').press('ArrowRight')
+    wanted = pytest.approx(1.05)
+    wait_for(lambda: value(process, 'simulator', 'realtime_factor') == wanted, 'the speed')
+    children(process)['page'].kill()
+    page.get_by_text(re.compile('^khr has ended: ')).wait_for()
+    process.send_signal(signal.SIGINT)
+    ended = finish(process, folder)
+    assert ended.code == 130, ended.err
+    assert 'page was killed by SIGKILL' in ended.err
