@@ -7,7 +7,17 @@ from contextlib import suppress
 import pytest
 from playwright.sync_api import TimeoutError
 
-from tests.support.browser import browser_page, free_port, row
+from khr_view.model.charts import charts
+from tests.support.browser import (
+    browser_page,
+    chart,
+    choose,
+    free_port,
+    labels,
+    row,
+    saved,
+    slider,
+)
 from tests.support.runs import khr, start_khr, wait_for
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -77,11 +87,71 @@ def test_it_seeks_steps_and_finds_the_fall(fallen, played):
         assert shown_time(page) > 1.5
 
 
-def test_two_runs_stand_side_by_side(walked, played):
-    with browser_page() as (page, _):
-        page.goto(played(walked, '--against', walked))
-        page.get_by_text('walked | walked').wait_for()
+def test_every_control_of_a_recording_acts(fallen, played):
+    with browser_page(1000, 500) as (page, _):
+        page.goto(played(fallen))
+        page.locator('.khr-state').wait_for()
+        page.get_by_text('Choose', exact=True).click()
+        page.get_by_role('checkbox', name='Slip so far').check()
+        chart(page, 'Slip so far').wait_for()
+        assert set(labels(page)) == {each.title for each in charts()} | {
+            'Time, s', 'Step', 'Speed, times real time', 'Begin again at the end', 'Go to',
+            'Spectrum', 'Forces and support', 'Follow the robot', 'Dark',
+        }  # fmt: skip
+        page.get_by_role('button', name='Pause', exact=True).click()
+        page.get_by_role('button', name='Play', exact=True).wait_for()
+        slider(page, 'Time, s').press('Home')
+        for _ in range(3):
+            slider(page, 'Time, s').press('ArrowRight')
+        wait_for(lambda: shown_time(page) == pytest.approx(0.045, abs=0.006), 'three periods')
+        page.get_by_text('back', exact=True).click()
+        wait_for(lambda: shown_time(page) == pytest.approx(0.03, abs=0.006), 'a step back')
+        thumb = slider(page, 'Time, s').bounding_box()
+        x, y = thumb['x'] + thumb['width'] / 2, thumb['y'] + thumb['height'] / 2
+        page.mouse.move(x, y)
+        page.mouse.down()
+        page.mouse.move(x + 40, y, steps=4)
+        page.mouse.up()
+        wait_for(lambda: shown_time(page) > 0.5, 'the time dragged to')
+        page.get_by_role('checkbox', name='Begin again at the end').uncheck()
+        choose(page, 'Speed, times real time', '5')
+        page.get_by_role('button', name='Play', exact=True).click()
+        page.get_by_role('button', name='Pause', exact=True).wait_for()
+        # It stops there by itself, and plays on from the start.
+        page.get_by_role('button', name='Play', exact=True).wait_for()
+        end = shown_time(page)
+        page.get_by_role('checkbox', name='Begin again at the end').check()
+        page.get_by_role('button', name='Play', exact=True).click()
+        wait_for(lambda: shown_time(page) < end, 'the start')
+        wait_for(lambda: shown_time(page) == end, 'the end')
+        wait_for(lambda: shown_time(page) < end, 'the start by itself')
+        name, table = saved(page, 'Signals as CSV')
+        assert name == 'signals.csv' and table.startswith(b'"time, s"')
+        page.get_by_role('checkbox', name='Dark').check()
+        page.locator('html[data-mantine-color-scheme=dark]').wait_for()
+
+
+def test_two_runs_stand_side_by_side(walked, fallen, played):
+    with browser_page(1000, 500) as (page, _):
+        page.goto(played(walked, '--against', fallen))
+        page.get_by_text('walked | fallen').wait_for()
         page.wait_for_function("document.querySelectorAll('.khr tr')[0].children.length == 3")
+        slider(page, 'Time, s').press('End')
+        for title in ('Spectrum of the pitch rate of walked', 'Foot forces'):
+            chart(page, title).wait_for()
+        page.get_by_text('Spectrum of the pitch rate of fallen: after').wait_for()
+        assert chart(page, 'Foot forces').locator('.u-legend .u-label').all_inner_texts()[1:] == [
+            f'{line}, {run}{dash}'
+            for run in ('walked', 'fallen')
+            for line, dash in (
+                ('left toe', ''), ('left heel', ' (dashed)'),
+                ('right toe', ' (dotted)'), ('right heel', ' (dash-dotted)'),
+            )
+        ]  # fmt: skip
+        page.set_viewport_size({'width': 390, 'height': 800})
+        page.wait_for_function('document.documentElement.scrollWidth <= 390')
+        page.get_by_role('button', name='Pause').wait_for()
+        assert page.get_by_role('button', name='Pause').bounding_box()['width'] > 350
 
 
 def test_a_cut_bag_is_shown_up_to_the_cut(walked, played, tmp_path):

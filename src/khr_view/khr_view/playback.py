@@ -6,6 +6,7 @@ import signal
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from khr_view.guard import Door
 from khr_view.model.again import PAUSE
-from khr_view.model.charts import BLUE, ORANGE, Array, Chart, charts
+from khr_view.model.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
 from khr_view.model.events import Loop, Play, Seek, Speed, Step
 from khr_view.model.recorded import RecordedRun
 
@@ -75,10 +76,11 @@ class Player:
 
 
 class PlayedRuns:
-    """The traces of one run, or the first curve of each chart of several, at one time."""
+    """The traces of one run, or of two at one time: a colour for each run, dashes for each line."""
 
     def __init__(self, runs: Sequence[RecordedRun]) -> None:
         self._runs = runs
+        self._single = {chart.title: chart for chart in charts()}
         self.now = 0.0
 
     @property
@@ -90,13 +92,9 @@ class PlayedRuns:
             replace(
                 chart,
                 lines=tuple(
-                    replace(
-                        chart.lines[0],
-                        label=f'{chart.lines[0].label}, {run.name}',
-                        color=color,
-                        dashed=color == ORANGE,
-                    )
+                    replace(line, label=f'{line.label}, {run.name}', color=color, dash=dash)
                     for run, color in zip(self._runs, (BLUE, ORANGE), strict=False)
+                    for line, dash in zip(chart.lines, cycle(DASHES), strict=False)
                 ),
             )
             for chart in charts()
@@ -104,16 +102,13 @@ class PlayedRuns:
 
     def columns(self, chart: Chart) -> tuple[Array, ...]:
         """Return times and the values of each curve."""
-        if len(self._runs) == 1:
-            return self._runs[0].columns(chart, self.now)
-        found = [
-            run.columns(replace(chart, lines=(line,)), self.now)
-            for run, line in zip(self._runs, chart.lines, strict=True)
-        ]
-        times = max((each[0] for each in found), key=len)
+        single = self._single[chart.title]
+        found = [run.columns(single, self.now) for run in self._runs]
+        times = max((own for own, *_ in found), key=len)
         return times, *(
             np.interp(times, own, values) if len(own) else np.zeros(len(times))
-            for own, values in found
+            for own, *lines in found
+            for values in lines
         )
 
 
@@ -137,9 +132,9 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
         signal.signal(each, lambda caught, _: interrupted.append(caught))
     player = Player(max(run.end for run in runs), min(run.period for run in runs), loop=loop)
     played = PlayedRuns(runs)
-    display = Display(door(), played.charts)
-    for number, run in enumerate(runs):
-        name = run.name if len(runs) > 1 else ''
+    names = [run.name for run in runs] if len(runs) > 1 else ['']
+    display = Display(door(), played.charts, names)
+    for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
     panel = PlaybackPanel(display.server.gui, display.events.put, player, runs)
     display.add_look()
@@ -163,11 +158,8 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
         display.show_scenes([run.snapshot(player.now) for run in runs])
         if count % CHARTS_EVERY == 0:
             display.show_traces(played)
-            lines = runs[0].spectrum(player.now)
-            if lines is None:
-                display.forget_spectrum()
-            else:
-                display.show_spectrum(lines)
+            for number, run in enumerate(runs):
+                display.show_spectrum(run.spectrum(player.now), number)
             display.show_status(note, side_by_side([run.rows(player.now) for run in runs]))
     display.close()
     return 0

@@ -75,6 +75,6 @@ def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
     lines = spectrum_lines([0.0, 1.0, 2.0], [0.0, 1.0, 0.0], [PlacedPeak(1.0, 1.0)], 2.0)
     display.show_spectrum(lines)
     assert len(display.server.tables['spectrum.csv']().splitlines()) > 3
-    display.forget_spectrum()
+    display.show_spectrum(None)
     assert len(display.server.tables['spectrum.csv']().splitlines()) == 1
     display.show_status(Note('walking', '<trouble>'), [('time', '1.00 s')])

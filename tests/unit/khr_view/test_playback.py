@@ -1,12 +1,14 @@
 """The time of a recording."""
 
+import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_view.model.again import PAUSE
+from khr_view.model.charts import charts
 from khr_view.model.events import Loop, Play, Seek, Speed, Step
 from khr_view.model.status import Status
-from khr_view.playback import Player, side_by_side
+from khr_view.playback import PlayedRuns, Player, side_by_side
 
 SECONDS = st.floats(-100.0, 100.0, allow_nan=False)
 EVENTS = st.one_of(
@@ -60,6 +62,28 @@ def test_a_step_halts_it_and_goes_one_period():
     assert player.now == 0.5 and not player.playing
     player.advance(1.0)
     assert player.now == 0.5
+
+
+class Constant:
+    """A run whose every line has the same value."""
+
+    def __init__(self, name, value, count):
+        self.name, self.value, self.count = name, value, count
+
+    def columns(self, chart, _):
+        times = np.linspace(0.0, 1.0, self.count)
+        return times, *(np.full(self.count, self.value) for _ in chart.lines)
+
+
+def test_two_runs_share_each_chart_with_all_their_lines():
+    played = PlayedRuns([Constant('one', 1.0, 5), Constant('other', 2.0, 9)])
+    for single, both in zip(charts(), played.charts, strict=True):
+        assert len(both.lines) == 2 * len(single.lines)
+        assert len({(line.color, line.dash) for line in both.lines}) == len(both.lines)
+        times, *lines = played.columns(both)
+        assert [(len(each), *set(each)) for each in lines] == [
+            (len(times), value) for value in (1.0, 2.0) for _ in single.lines
+        ]
 
 
 def test_rows_of_two_runs_stand_side_by_side():

@@ -19,6 +19,13 @@ Array = NDArray[np.float64]
 # The colours of Okabe and Ito, which colour-blind readers can distinguish. The left foot is blue
 # and the right foot orange, as in figures and films.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
+# Lengths of strokes and gaps, px, by what the legend calls them.
+DASHES: dict[str, list[int]] = {
+    '': [],
+    'dashed': [6, 4],
+    'dotted': [2, 3],
+    'dash-dotted': [8, 3, 2, 3],
+}
 DEGREES = degrees(1.0)
 # Not on any topic of its own: the monitor reports it among its quantities.
 SLIP = Topic('slip', '', 'Way that the loaded soles slid so far, over all steps, m.')
@@ -32,13 +39,13 @@ class Curve:
         label: what the legend calls it.
         terms: topic, index of its number, and weight.
         color: as in CSS.
-        dashed: whether it is.
+        dash: a key of DASHES.
     """
 
     label: str
     terms: tuple[tuple[Topic, int, float], ...]
     color: str
-    dashed: bool = False
+    dash: str = ''
 
 
 @dataclass(frozen=True)
@@ -98,7 +105,7 @@ def _joint(name: str) -> Chart:
         'deg',
         (
             Curve('left', ((JOINT_STATES, left, DEGREES),), BLUE),
-            Curve('right', ((JOINT_STATES, right, DEGREES),), ORANGE, dashed=True),
+            Curve('right', ((JOINT_STATES, right, DEGREES),), ORANGE, 'dashed'),
         ),
         shown=False,
     )
@@ -112,9 +119,9 @@ _OF_SENSORS = (
         'N',
         (
             Curve('left toe', ((L_TOE, 2, 1.0),), BLUE),
-            Curve('left heel', ((L_HEEL, 2, 1.0),), BLUE, dashed=True),
+            Curve('left heel', ((L_HEEL, 2, 1.0),), BLUE, 'dashed'),
             Curve('right toe', ((R_TOE, 2, 1.0),), ORANGE),
-            Curve('right heel', ((R_HEEL, 2, 1.0),), ORANGE, dashed=True),
+            Curve('right heel', ((R_HEEL, 2, 1.0),), ORANGE, 'dashed'),
         ),
     ),
     Chart(
@@ -140,10 +147,10 @@ _OF_THE_REST = (
 @cache
 def charts() -> tuple[Chart, ...]:
     """Return what can be drawn: sensors, the corrections of all controllers, slip, joints."""
-    looks = zip(cycle((BLUE, ORANGE, GREEN, PURPLE)), cycle((False, True)), strict=False)
+    looks = zip(cycle((BLUE, ORANGE, GREEN, PURPLE)), cycle(('', 'dashed')), strict=False)
     lines = [
-        Curve(short_name(name), ((topic, 0, DEGREES),), color, dashed)
-        for (name, topic), (color, dashed) in zip(controllers().items(), looks, strict=False)
+        Curve(short_name(name), ((topic, 0, DEGREES),), color, dash)
+        for (name, topic), (color, dash) in zip(controllers().items(), looks, strict=False)
     ]
     return (*_OF_SENSORS, Chart('Corrections', 'deg', tuple(lines)), *_OF_THE_REST)
 

@@ -91,7 +91,7 @@ class Reports:
         check_status(values, self._identity)
         if status.message == 'waiting' != self._run.status.state:
             self._remote.forget()
-            self._display.forget_spectrum()
+            self._display.show_spectrum(None)
         self._run.heard = time.monotonic()
         self._run.status.state = one_line(status.message)
         self._run.trouble = one_line(values.get('reason', ''))

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from html import escape
 from math import degrees
 from typing import Any
 
 import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE
-from khr_view.model.charts import BLUE, ORANGE, Array, Chart
+from khr_view.model.charts import BLUE, DASHES, ORANGE, Array, Chart
 from khr_view.model.spectrum_lines import SpectrumLines
 from khr_view.model.traces import Columns
 
@@ -26,19 +27,19 @@ AXES: tuple[Any, Any] = (
     LINES | {'space': 18, 'size': 44},
 )
 EMPTY = np.zeros(2)
-NO_SPECTRUM = 'Spectrum of the pitch rate: after the first whole cycle of the gait.'
-STILL = 'Spectrum of the pitch rate: the robot is still.'
+NO_SPECTRUM = 'after the first whole cycle of the gait'
+STILL = 'the robot is still'
 LEAST = 1e-6  # rad/s that are a vibration
 
 
-def _line(label: str, color: str, width: float = 1.5, dashed: bool = False) -> dict[str, Any]:
-    series: dict[str, Any] = {
-        'label': f'{label} (dashed)' if dashed else label,  # the legend's marks have no dashes
+def _line(label: str, color: str, width: float = 1.5, dash: str = '') -> dict[str, Any]:
+    return {
+        'label': f'{label} ({dash})' if dash else label,  # the legend's marks have no dashes
         'stroke': color,
         'width': width,
         'points': {'show': False},
+        'dash': DASHES[dash],
     }
-    return series | ({'dash': [6, 4]} if dashed else {})
 
 
 def _add(gui: Any, title: str, over: str, lines: list[dict[str, Any]], **options: Any) -> Any:
@@ -68,7 +69,7 @@ class TimeCharts:
                 gui,
                 f'{chart.title}, {chart.unit}, over time, s',
                 's',
-                [_line(line.label, line.color, dashed=line.dashed) for line in chart.lines],
+                [_line(line.label, line.color, dash=line.dash) for line in chart.lines],
                 cursor={'sync': {'key': 'time'}},
                 height=HEIGHT,
                 visible=chart.shown,
@@ -95,21 +96,26 @@ class TimeCharts:
 
 
 class SpectrumChart:
-    """The live spectrum, and its peaks in words.
+    """The spectrum of a run, and its peaks in words.
+
+    Args:
+        gui: viser's.
+        name: of the run, if there are several.
 
     Attributes:
         drawn: the newest; None before there is one.
     """
 
-    def __init__(self, gui: Any) -> None:
+    def __init__(self, gui: Any, name: str = '') -> None:
         self.drawn: SpectrumLines | None = None
+        self._of = f' of {name}' if name else ''
         self._chart = _add(
             gui,
-            'Spectrum of the pitch rate, deg/s, over frequency, Hz',
+            f'Spectrum of the pitch rate{self._of}, deg/s, over frequency, Hz',
             'Hz',
             [
                 _line('spectrum', BLUE),
-                _line('gait: n = 4, 8, 12, ...', GREY, 1.0, dashed=True),
+                _line('gait: n = 4, 8, 12, ...', GREY, 1.0, 'dashed'),
                 _line('peaks', ORANGE, 2.5),
                 _line(f'{DOMINANT_SHARE:.0%} of the largest', GREY, 1.0),
             ],
@@ -122,7 +128,7 @@ class SpectrumChart:
 
     def add_choice(self, gui: Any) -> None:
         """Let the reader choose whether it is shown."""
-        box = gui.add_checkbox('Spectrum', True)
+        box = gui.add_checkbox(f'Spectrum{self._of}', True)
         box.on_update(lambda _: self._choose(box.value))
 
     def show(self, lines: SpectrumLines) -> None:
@@ -144,7 +150,9 @@ class SpectrumChart:
     def forget(self, words: str = NO_SPECTRUM) -> None:
         """Draw none, and say why."""
         self.drawn, self._chart.visible = None, False
-        self._peaks.content = f'<div class="khr">{words}</div>'
+        self._peaks.content = (
+            f'<div class="khr">Spectrum of the pitch rate{escape(self._of)}: {words}.</div>'
+        )
 
     def _choose(self, wanted: bool) -> None:
         self._wanted = self._peaks.visible = wanted

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from html import escape
 from math import inf
 from queue import SimpleQueue
@@ -48,10 +49,11 @@ CAMERA_NARROW, TARGET_NARROW = (0.85, -1.4, 0.12), (0.0, 0.0, -0.28)
 SAVE = (
     '<div class="khr-save">'
     '<a href="khr/signals.csv" download="signals.csv">Signals as CSV</a>'
-    '<a href="khr/spectrum.csv" download="spectrum.csv">Spectrum as CSV</a>'
+    '{spectra}'
     '<button data-khr="picture">Charts as PNG</button>'
     '</div>'
 )
+SAVE_SPECTRUM = '<a href="khr/{file}" download="{file}">Spectrum{number} as CSV</a>'
 LOADING = '<div class="khr">Loading ...</div>'  # not khr-state, which the browser waits for
 
 
@@ -69,12 +71,15 @@ class Display:
     Args:
         door: where it is served.
         charts: to show beside the scene.
+        names: of the runs whose spectra are shown, if there are several.
 
     Attributes:
         events: what readers did, oldest first; taken by the one who owns the window.
     """
 
-    def __init__(self, door: Door, charts: tuple[Chart, ...]) -> None:
+    def __init__(
+        self, door: Door, charts: tuple[Chart, ...], names: Sequence[str] = ('',)
+    ) -> None:
         self.events: SimpleQueue[Any] = SimpleQueue()
         self.server = PageServer(door, TITLE)
         server = self.server
@@ -98,16 +103,26 @@ class Display:
         self._status = server.gui.add_html(LOADING)
         panel = server.gui.add_panel()
         with panel.add_tab('Signals'):
-            self._spectrum = SpectrumChart(server.gui)
+            self._spectra = [SpectrumChart(server.gui, name) for name in names]
             self._charts = TimeCharts(server.gui, charts)
-            server.gui.add_html(SAVE)
+            files = {
+                f'spectrum{number}.csv': (number, chart)
+                for number, chart in zip(
+                    ('', *range(2, len(names) + 1)), self._spectra, strict=True
+                )
+            }
+            links = (
+                SAVE_SPECTRUM.format(file=file, number=f' {number}' if number else '')
+                for file, (number, _) in files.items()
+            )
+            server.gui.add_html(SAVE.format(spectra=''.join(links)))
             with server.gui.add_folder('Choose', expand_by_default=False):
-                self._spectrum.add_choice(server.gui)
+                for spectrum in self._spectra:
+                    spectrum.add_choice(server.gui)
                 self._charts.add_choice(server.gui)
-        server.tables |= {
-            'signals.csv': lambda: signals_csv(self._charts.drawn),
-            'spectrum.csv': lambda: spectrum_csv(self._spectrum.drawn),
-        }
+        server.tables['signals.csv'] = lambda: signals_csv(self._charts.drawn)
+        for file, (_, chart) in files.items():
+            server.tables[file] = partial(_spectrum_csv, chart)
         panel.dock_left()
         panel.set_width(360)
         server.gui.main_panel.dock_right()
@@ -178,13 +193,12 @@ class Display:
         """Draw the charts over time."""
         self._charts.show(traces)
 
-    def show_spectrum(self, lines: SpectrumLines) -> None:
-        """Draw the spectrum."""
-        self._spectrum.show(lines)
-
-    def forget_spectrum(self) -> None:
-        """Show no spectrum: a run begins, or a recording is before its first."""
-        self._spectrum.forget()
+    def show_spectrum(self, lines: SpectrumLines | None, number: int = 0) -> None:
+        """Draw the spectrum of a run; none if a run begins, or a recording is before its first."""
+        if lines is None:
+            self._spectra[number].forget()
+        else:
+            self._spectra[number].show(lines)
 
     def show_status(self, note: Note, rows: Sequence[tuple[str, ...]]) -> None:
         """Write how the run goes."""
@@ -200,6 +214,10 @@ class Display:
     def close(self) -> None:
         """Stop serving the page."""
         self.server.stop()
+
+
+def _spectrum_csv(chart: SpectrumChart) -> str:
+    return spectrum_csv(chart.drawn)
 
 
 def _frame(client: Any) -> None:

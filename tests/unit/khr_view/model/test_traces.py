@@ -71,7 +71,7 @@ def test_every_controller_has_a_line():
     titles = {chart.title: chart for chart in charts()}
     lines = titles['Corrections'].lines
     assert [line.label for line in lines] == ['ankle', 'hip', 'roll']
-    assert len({(line.color, line.dashed) for line in lines}) == len(lines)
+    assert len({(line.color, line.dash) for line in lines}) == len(lines)
 
 
 def test_slip_is_on_no_topic_of_its_own_and_joints_are_those_of_both_legs():
