@@ -28,7 +28,7 @@ from std_srvs.srv import Trigger
 
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
-from khr_hardware.client import connect
+from khr_hardware.client import TIMEOUT, connect
 from khr_hardware.driver import BoardDriver
 from khr_hardware.errors import BoardError
 from khr_hardware.protocol.memory import BAUD_RATES, Config
@@ -169,10 +169,11 @@ def _free_on_bad_line(silent: bool) -> float:
         tempfile.TemporaryDirectory() as folder,
         served(rig.board, Path(folder), faults=faults) as (_, line),
     ):
-        client, _ = connect(line, 1_250_000)
+        client, _ = connect(line, 1_250_000, timeout=1.0)
         driver = BoardDriver(client, rig.driver.map, rig.parameters())
         driver.connect()
         driver.start()
+        client._port.timeout = TIMEOUT  # of pyserial: from here on the line is bad
         faults.add(*([Fault('lost', count=10**6)] if silent else []))
         attempt, count = client._attempt, itertools.count()
 
