@@ -80,6 +80,18 @@ def test_the_cursor_shows_the_values_of_one_time_in_all_charts(page):
     assert all(re.fullmatch(r'-?[\d.,]+', text) for text in of_forces + of_rate)
 
 
+def test_a_click_in_the_legend_hides_a_line_and_another_shows_it(page):
+    label = chart(page, 'Foot forces').locator('.u-legend .u-label', has_text='left toe')
+    for shown in (False, True):
+        label.click()
+        wait_for(
+            lambda wanted=shown: (
+                drawn(page, 'Foot forces', 'chart => chart.series[1].show') is wanted
+            ),
+            f'the line {"shown" if shown else "hidden"}',
+        )
+
+
 def test_a_drag_zooms_and_a_double_click_shows_all(page):
     over = chart(page, 'Pitch rate').locator('.u-over')
     box = over.bounding_box()
