@@ -91,6 +91,7 @@ class Reader:
     def follow(self, text):
         """Do what all blocks of a document say."""
         blocks = [match.groups() for match in BLOCK.finditer(text)]
+        blocks = [each for each in blocks if each[1] != 'text']  # what a command says
         other = None
         for (file, kind, body), (_, _, after) in zip(
             blocks, [*blocks[1:], ('',) * 3], strict=True
