@@ -129,7 +129,7 @@ COUNTERPARTS: dict[str, Counterpart] = {
         CURVES,
     ),
     '5.10': Counterpart(
-        f'phase of Gait-3 where the amplitude is at least {DOMINANT_SHARE:.0%} of the largest',
+        f'phase of Gait-3 where the amplitude is at least {100 * DOMINANT_SHARE:.0f} % of the largest',
         14,
         'the walks of 5.6 and 5.7; marks at the published peaks',
         'its phases: printed as points, without numbers',

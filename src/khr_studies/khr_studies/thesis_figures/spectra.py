@@ -64,7 +64,7 @@ def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 def phases(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw the phase of the lines of Gait-3 with at least a third of the largest amplitude."""
     return _per_inclination(
-        f'Figure 5.10: phase of the large lines of Gait-3 (at least {DOMINANT_SHARE:.0%} of the largest)',
+        f'Figure 5.10: phase of the large lines of Gait-3 (at least {100 * DOMINANT_SHARE:.0f} % of the largest)',
         f'{rate.name}, a mark per seed',
         walks_of(runs),
         [lambda of: True],

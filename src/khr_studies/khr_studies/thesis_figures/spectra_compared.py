@@ -141,7 +141,7 @@ def _soles(
         figure,
         f'Figure {number}: smooth against rubber soles, {control(of)}',
         spread(walks.values()),
-        f'phases where the amplitude is at least {DOMINANT_SHARE:.0%} of the largest, a mark per seed',
+        f'phases where the amplitude is at least {100 * DOMINANT_SHARE:.0f} % of the largest, a mark per seed',
         'slip up to the fall (x), a thin line per seed; triangle: a peak of the thesis',
         _lost(shown),
     )

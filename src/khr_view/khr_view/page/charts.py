@@ -117,7 +117,7 @@ class SpectrumChart:
                 _line('spectrum', BLUE),
                 _line('gait: n = 4, 8, 12, ...', GREY, 1.0, 'dashed'),
                 _line('peaks', ORANGE, 2.5),
-                _line(f'{DOMINANT_SHARE:.0%} of the largest', GREY, 1.0),
+                _line(f'{100 * DOMINANT_SHARE:.0f} % of the largest', GREY, 1.0),
             ],
             height=210,
             visible=False,
