@@ -20,7 +20,7 @@ from tests.support.runs import (
     wait_until_running,
 )
 
-pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+pytestmark = [pytest.mark.nightly, pytest.mark.timeout(300)]
 SHORT = ('walk_0deg', '--pace', 4, '--set', 'gait.cycles=1')
 OF_LOCKSTEP = [each for each in tunables() if each.name != 'realtime_factor']
 # What the tests below operate, and those of test_page.py and test_page_charts.py.
