@@ -16,8 +16,6 @@ from tests.fakes.boards import TRIMS, bench_board
 from tests.support.exchanges import exchange
 from tests.support.served import served
 
-# What waits for milliseconds on a line may fail on a busy machine.
-pytestmark = pytest.mark.flaky(reruns=2)
 RATES = (1_250_000,) * 3 + (115_200,) * 3  # it opens the line at each three times
 WAYS = [{}, {'flat': False}, {'servos': False}]  # in which the rcb4 client opens a board
 

@@ -128,6 +128,4 @@ def test_a_module_that_does_not_load_is_one_line(tmp_path):
 
 
 def wait_for_line(folder, name='recorder'):
-    with (folder / f'{name}.log').open() as log:
-        while 'ready' not in log.read():
-            log.seek(0)
+    wait_for(lambda: 'ready' in (folder / f'{name}.log').read_text(), 'the line')
