@@ -271,8 +271,11 @@ class Client:
         self.command(commands.move_servos(positions, cycles))
 
     def free(self, numbers: Sequence[int]) -> None:
-        """Switch the torque of servos off."""
-        self.move(dict.fromkeys(numbers, memory.FREE))
+        """Switch the torque of servos off; on a bad line before any fence, which may fail."""
+        request = commands.move_servos(dict.fromkeys(numbers, memory.FREE))
+        if self._unsure and not self.closed:
+            self._guarded(lambda: self._port.write(request.encode()))
+        self.command(request)
 
 
 def connect(path: str, baud: int = 0, timeout: float = TIMEOUT) -> tuple[Client, int]:
