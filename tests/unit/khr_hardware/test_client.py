@@ -92,6 +92,33 @@ def test_a_reply_that_comes_late_is_never_taken_for_another():
     assert client.counts.timeouts == 1 and client.counts.stray == 5
 
 
+def test_the_reply_to_an_earlier_fence_does_not_pass_for_the_last():
+    """On a line that is always one reply behind, no fence is ever answered in time."""
+    behind = [b'']
+
+    def lag(reply):
+        behind.append(reply)
+        return behind.pop(0)
+
+    client = Client(Loopback(bench_board(), lag), retries=0)
+    with pytest.raises(NoReplyError, match='does not answer'):
+        client.read_ram(0x100, 2)
+
+
+def test_free_goes_out_though_no_fence_is_answered():
+    board, lost = bench_board(), [False]
+    client = Client(Loopback(board, lambda reply: b'' if lost[0] else reply))
+    client.move({18: 7600})
+    board.cycle()
+    assert board.sent[18] != memory.FREE
+    lost[0] = True
+    for ask in (client.acknowledge, lambda: client.free([18])):
+        with pytest.raises(NoReplyError):
+            ask()
+    board.cycle()
+    assert board.sent[18] == memory.FREE
+
+
 def test_after_a_silence_the_first_thing_is_a_fence():
     board = bench_board()
     queue, silent = [], [True]
