@@ -114,7 +114,7 @@ class BoardDriver:
             try:
                 self._move()
             except BoardError:
-                self.free()  # the board may have heard it all the same
+                self.free()  # the board may have received it all the same
                 raise
         self._begin, self._ramped = list(self._target), 0.0
         self._failed_writes = self._failed_reads = 0

@@ -70,7 +70,7 @@ class BoardParameters:
     mixing: str = parameter(
         'computer',
         "Who adds the feedback to the reference: the computer, as the graph's controllers ask, or "
-        'the board, by its own mixing of the gyro; then no controller of the graph is heard.',
+        'the board, by its own mixing of the gyro; then the controllers of the graph are refused.',
         choices=('computer', 'board'),
         read_only=True,
     )

@@ -137,11 +137,11 @@ class Lockstep(Generic[Answer]):
         self.barrier: Barrier[Answer] = Barrier(self._sources)
         self.barrier.open(0)
         self.receipts.begin()
-        self._born = self._heard = self._clock()
+        self._born = self._reported = self._clock()
 
-    def heard(self) -> None:
+    def reported(self) -> None:
         """Count the silence from now on: the run went on, or a listener has reported."""
-        self._heard = self._clock()
+        self._reported = self._clock()
 
     def absent(self) -> list[str]:
         """List those without whom the run does not start."""
@@ -184,7 +184,7 @@ class Lockstep(Generic[Answer]):
 
     @property
     def _silent(self) -> float:
-        return self._clock() - self._heard
+        return self._clock() - self._reported
 
     def _behind(self) -> dict[str, int]:
         return self.receipts.behind(self.barrier.now_ns - LEAD)

@@ -140,7 +140,7 @@ def test_it_asks_again_and_gives_up_on_a_missing_answer(lockstep, clock):
     assert lockstep.late(5.0, ready=False) == (
         'no answer from gait for t = 0.000 s within 5 s of wall time'
     )
-    lockstep.heard()
+    lockstep.reported()
     assert not lockstep.asks()
 
 

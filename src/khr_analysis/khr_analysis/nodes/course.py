@@ -27,7 +27,7 @@ class CourseNode(KhrNode):
         super().__init__(spec)
         self._course = Course(self.parameters)
         self._judge = StampJudge(self._restart)
-        self._heard = float('-inf')  # s of wall time
+        self._reported = float('-inf')  # s of wall time
         self._state = self.publisher(STATE)
         self._publish()
         self.subscribe_bytes(CLOCK, cdr.clock, self._on_clock)
@@ -51,7 +51,7 @@ class CourseNode(KhrNode):
         self._publish()
 
     def _on_clock(self, stamp_ns: int) -> None:
-        self._heard = time.monotonic()
+        self._reported = time.monotonic()
         self._judge.is_new(stamp_ns)
         if self._course.take(stamp_ns):
             self._publish()
@@ -71,5 +71,5 @@ class CourseNode(KhrNode):
         self._state.publish(status('course', course.state, values))
 
     def _report(self) -> None:
-        if time.monotonic() - self._heard < REPORT_PERIOD:
+        if time.monotonic() - self._reported < REPORT_PERIOD:
             self.report(b'\0', self._course.state, {'sync': self.parameters.sync})

@@ -154,7 +154,7 @@ class Server:
             for frame in self._splitter.feed(os.read(self._own, CHUNK)):
                 baud = self.board.config.baud
                 if now < self._dark_until or baud is None or self._baud != baud:
-                    continue  # a board hears nothing at another rate
+                    continue  # a board receives nothing at another rate
                 moves = frame.command in (0x0F, 0x10, 0x11)
                 reply = self.board.answer(frame)
                 delay, data = self._faults.reply(now - began, reply.encode())

@@ -97,7 +97,7 @@ class SimulatorNode(KhrNode):
 
     def finish(self) -> None:
         """Publish how far the run got."""
-        self._lockstep.heard()
+        self._lockstep.reported()
         if self.state != 'finished':
             self._enter('finished', end='stopped')
 
@@ -171,7 +171,7 @@ class SimulatorNode(KhrNode):
         truth = self.plant.advance()
         self.now_ns = truth.stamp_ns
         self._lockstep.barrier.open(self.now_ns)
-        self._lockstep.heard()
+        self._lockstep.reported()
         self._published = time.monotonic()
         self._output.publish(truth)
         if self.plant.end:
@@ -205,7 +205,7 @@ class SimulatorNode(KhrNode):
     def _on_ready(self, message: String) -> None:
         name, stamp_ns = read_ready(message.data, self.run)
         if self._lockstep.receipts.take(name, stamp_ns, self.now_ns):
-            self._lockstep.heard()
+            self._lockstep.reported()
             self._pump()
 
     def _on_push(self, message: WrenchStamped) -> None:
@@ -220,7 +220,7 @@ class SimulatorNode(KhrNode):
 
     def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
         if self._started:
-            self._lockstep.heard()
+            self._lockstep.reported()
             self._enter('resetting', end='reset')
         else:
             self._restart()
@@ -232,7 +232,7 @@ class SimulatorNode(KhrNode):
         if able:
             self._enter('paused' if request.data else 'running')
             self._punctuality.rest()
-            self._lockstep.heard()
+            self._lockstep.reported()
             self._pump()
         response.success, response.message = able, self.state
         return response

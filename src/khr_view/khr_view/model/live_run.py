@@ -24,13 +24,13 @@ class LiveRun:
     Attributes:
         status: that the graph reports.
         now: simulated time of the newest sample, s.
-        heard: wall time of the simulator's last report, s.
+        reported: wall time of the simulator's last report, s.
         trouble: what is wrong, for the reader; empty if nothing is.
     """
 
     def __init__(self) -> None:
         self.status = Status()
-        self.now, self.heard = 0.0, time.monotonic()
+        self.now, self.reported = 0.0, time.monotonic()
         self.trouble = ''
         self._motion: GaitMotion | None = (
             None  # of what is known of the gait, once it is asked for
@@ -92,7 +92,7 @@ class LiveRun:
 
     @property
     def _silent(self) -> bool:
-        return time.monotonic() - self.heard > SILENCE
+        return time.monotonic() - self.reported > SILENCE
 
     @property
     def _seen(self) -> Status:

@@ -92,7 +92,7 @@ class Reports:
         if status.message == 'waiting' != self._run.status.state:
             self._remote.forget()
             self._display.show_spectrum(None)
-        self._run.heard = time.monotonic()
+        self._run.reported = time.monotonic()
         self._run.status.state = one_line(status.message)
         self._run.trouble = one_line(values.get('reason', ''))
         self._panel.show_state(status.message)
@@ -108,7 +108,7 @@ class Reports:
             elif 'sync' in values:  # of the simulator, or of who stands in its place
                 self._run.status.simulator(values)
                 self._panel.show_sync(values['sync'])
-                self._run.heard = time.monotonic()
+                self._run.reported = time.monotonic()
 
     def _on_peaks(self, array: DiagnosticArray) -> None:
         self._tones = peaks_in(array)

@@ -56,6 +56,6 @@ def test_a_simulator_that_is_silent_for_long_is_gone():
     run.status.state = 'running'
     assert run.known
     assert run.in_words('same').startswith('running')
-    run.heard -= SILENCE + 1.0
+    run.reported -= SILENCE + 1.0
     assert run.in_words('same') == 'no run is going on: the page waits for one'
     assert not run.over
