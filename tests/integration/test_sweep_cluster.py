@@ -18,7 +18,7 @@ from distributed.security import Security
 from khr.cli.verbs.options import scheduler_of
 from khr_common import KhrError
 from khr_sweeps import cluster
-from khr_sweeps.cluster import Scheduler, open_pool
+from khr_sweeps.cluster import CREDENTIALS, Scheduler, open_pool
 from tests.support.certificates import make_certificates
 from tests.support.runs import KHR
 from tests.support.sweeps import PATIENCE, check_complete, khr, specification, wait_for, written
@@ -168,6 +168,13 @@ def test_a_stranger_behind_the_port_is_refused_soon(tls, protected, monkeypatch)
         place = f'127.0.0.1:{mute.getsockname()[1]}'
         how = (f'tls://{place}', tls) if protected else (f'tcp://{place}', None, True)
         assert place in refusal(*how)
+
+
+@pytest.mark.parametrize('name', CREDENTIALS)
+def test_credentials_that_are_none_are_named_before_anything_is_reached(tls, tmp_path, name):
+    mine = shutil.copytree(tls, tmp_path / 'tls')
+    (mine / name).write_text('no certificate')
+    assert f"--tls: '{mine}': not certificates with their key" in refusal('tls://h:9', mine)
 
 
 def test_credentials_must_be_there_and_closed_to_others(tls, tmp_path):

@@ -19,6 +19,7 @@ import yaml
 from khr_common.block import GROUP
 from khr_common.parameters import ParameterError
 from khr_common.text.quoting import named
+from khr_common.text.strict_yaml import read_file
 
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 _SIMILAR = 0.85  # of 1: a name that differs by a letter
@@ -67,9 +68,19 @@ def files_in(arguments: Sequence[str]) -> list[str]:
 
 
 def read_blocks(file: str) -> list[ParameterBlock]:
-    """Return the blocks of a parameter file that ROS 2 has read."""
-    document = yaml.load(Path(file).read_text(encoding='utf-8'), _LOADER)
-    return list(_blocks(file, '', document))
+    """Return the blocks of a parameter file.
+
+    Raises:
+        KhrError: if the file cannot be read, or is none, whatever ROS 2 has made of it.
+    """
+    text = read_file(Path(file))
+    try:
+        return list(_blocks(file, '', yaml.load(text, _LOADER)))
+    except (yaml.YAMLError, ValueError, IndexError, RecursionError) as error:
+        reason = getattr(error, 'problem', None) or type(error).__name__
+        raise ParameterError(
+            f'{file}: {named(reason)}; accepted: a ROS 2 parameter file'
+        ) from error
 
 
 def check_blocks(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from khr_common.interfaces import JOINTS
 from khr_common.maths.rotation import applied, dot, matrix, product
-from khr_common.text.quoting import quoted
+from khr_common.text.quoting import named, quoted
 from khr_sim.errors import SimError
 
 __all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
@@ -78,7 +78,7 @@ class Robot:
         revolute = {name for name, joint in self.joints.items() if joint.kind == 'revolute'}
         if revolute != set(JOINTS):
             raise SimError(
-                f'urdf: {sorted(revolute ^ set(JOINTS))} missing or unknown; '
+                f'urdf: {quoted(", ".join(sorted(revolute ^ set(JOINTS))))} missing or unknown; '
                 f'accepted: the 17 joints of the KHR-3HV'
             )
 
@@ -162,7 +162,7 @@ def _link(element: ElementTree.Element) -> Link:
         return Link(element.attrib['name'], 0.0, np.zeros(3), np.zeros((3, 3)))
     mass, inertia = inertial.find('mass'), inertial.find('inertia')
     if mass is None or inertia is None:
-        raise SimError(f'urdf: {element.get("name")}: inertial needs mass and inertia')
+        raise SimError(f'urdf: {named(element.get("name"))}: inertial needs mass and inertia')
     i = {key: float(value) for key, value in inertia.attrib.items()}
     return Link(
         element.attrib['name'],
@@ -181,7 +181,7 @@ def _link(element: ElementTree.Element) -> Link:
 def _joint(element: ElementTree.Element) -> Joint:
     parent, child, limit = element.find('parent'), element.find('child'), element.find('limit')
     if parent is None or child is None:
-        raise SimError(f'urdf: {element.get("name")}: joint needs parent and child')
+        raise SimError(f'urdf: {named(element.get("name"))}: joint needs parent and child')
     bound = {} if limit is None else limit.attrib
     return Joint(
         element.attrib['name'],

@@ -146,18 +146,9 @@ def _result(remote: Any) -> Any:
 
 def _connect(scheduler: Scheduler) -> Any:
     from distributed import Client
-    from distributed.security import Security
 
-    security = None
+    security = security_of(scheduler)
     try:
-        if scheduler.tls:
-            authority, certificate, key = map(str, scheduler.files)
-            security = Security(
-                tls_ca_file=authority,
-                tls_client_cert=certificate,
-                tls_client_key=key,
-                require_encryption=True,
-            )
         _probe(scheduler, security)
         return Client(
             scheduler.address, timeout=CONNECT_TIMEOUT, name='khr-sweep', security=security
@@ -170,6 +161,33 @@ def _connect(scheduler: Scheduler) -> Any:
             + ' with a certificate of the same authority'
             * bool(scheduler.tls)
         ) from error
+
+
+def security_of(scheduler: Scheduler) -> Any:
+    """Return the credentials of a scheduler as Dask takes them; None without.
+
+    Raises:
+        SweepError: if they are no certificates with their key.
+    """
+    if not scheduler.tls:
+        return None
+    from distributed.security import Security
+
+    authority, certificate, key = map(str, scheduler.files)
+    security = Security(
+        tls_ca_file=authority,
+        tls_client_cert=certificate,
+        tls_client_key=key,
+        require_encryption=True,
+    )
+    try:
+        security.get_connection_args('client')
+    except (OSError, ValueError) as error:  # of the TLS library
+        raise SweepError(
+            f'--tls: {str(scheduler.tls)!r}: not certificates with their key '
+            f'({" ".join(str(error).split())}); accepted: {", ".join(CREDENTIALS)} in PEM'
+        ) from error
+    return security
 
 
 def _probe(scheduler: Scheduler, security: Any) -> None:

@@ -86,3 +86,14 @@ def test_a_parameter_for_all_that_this_node_lacks_is_a_warning(tmp_path):
 def test_files_are_those_that_the_flag_names():
     arguments = ['gait', '--ros-args', '--params-file', 'a', '-p', 'x:=1', '--params-file', 'b']
     assert files_in(arguments) == ['a', 'b']
+
+
+@pytest.mark.parametrize(
+    'text', ['a: [', 'a: 2001-99-99', 'a: &b {c: *b}', 'a: !!int ""', 'a: !!python/name:os.system']
+)
+def test_what_is_no_parameter_file_is_one_line(tmp_path, text):
+    file = tmp_path / 'parameters.yaml'
+    file.write_text(text)
+    with pytest.raises(ParameterError, match='accepted: a ROS 2 parameter file') as refused:
+        read_blocks(str(file))
+    assert '\n' not in str(refused.value) and str(refused.value).startswith(str(file))

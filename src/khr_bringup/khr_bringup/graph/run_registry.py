@@ -16,6 +16,7 @@ from dataclasses import asdict, dataclass, field
 from importlib.resources import files
 from pathlib import Path
 from stat import S_ISDIR
+from typing import Any
 from uuid import uuid4
 
 from khr_bringup.errors import BringupError
@@ -33,6 +34,7 @@ FIRST_PARTICIPANT, PARTICIPANTS = 10, 32  # offset of the first one's port; as i
 CLAIM = PORTS_PER_DOMAIN - 1  # offset of a port that no participant takes, which holds the domain
 PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'  # environment variable of the middleware
 _CONSUMER = re.compile('<consumer>.*?</consumer>', re.DOTALL)  # of what the middleware logs
+_LARGEST_PID = 2**22  # of Linux
 _FLOCK = struct.Struct('hhqqi')  # struct flock of fcntl(2): type, whence, start, length, process
 
 
@@ -141,13 +143,24 @@ def running() -> list[RunEntry]:
     entries = []
     paths = [path for path in register().glob('*.json') if not path.name.startswith('.')]
     for path in sorted(paths, key=_time_of):  # a name with a dot is of one that is being written
-        with suppress(ValueError, TypeError, OSError):
-            entry = RunEntry(**json.loads(path.read_text(encoding='utf-8')))
+        with suppress(ValueError, TypeError, OSError, RecursionError):
+            entry = _entry(json.loads(path.read_text(encoding='utf-8')))
             if _alive(entry.pid) and _held(entry.domain):
                 entries.append(entry)
                 continue
         _forget(path)
     return entries
+
+
+def _entry(values: Any) -> RunEntry:
+    """Return a registered run; raise ValueError or TypeError if the values are none."""
+    entry, example = RunEntry(**values), RunEntry(1, 1, '', '')
+    for name, value in vars(example).items():
+        if type(getattr(entry, name)) is not type(value) and name != 'locks':
+            raise TypeError(name)
+    if entry.domain not in DOMAINS or not 0 < entry.pid <= _LARGEST_PID:
+        raise ValueError('domain or process')
+    return entry
 
 
 def check_domain(domain: int | None) -> None:

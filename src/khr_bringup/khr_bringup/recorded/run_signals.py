@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from math import atan2
@@ -172,7 +173,15 @@ class Series:
                     if name != 'controllers'
                 }
                 return Series(**arrays, controllers=tuple(stored['controllers'].tolist()))
-        except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile) as error:
+        except (
+            OSError,
+            EOFError,
+            ValueError,
+            KeyError,
+            TypeError,
+            BadZipFile,
+            zlib.error,
+        ) as error:
             raise BringupError(
                 f'{path}: not the signals of a run; accepted: a file that '
                 'khr reproduce has written'

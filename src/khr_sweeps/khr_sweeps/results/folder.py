@@ -150,9 +150,10 @@ def request_of(results: pa.Table) -> dict[str, Any]:
     """
     try:
         request: dict[str, Any] = json.loads(results.schema.metadata[b'khr.sweep'])
+        names = results.column_names
     except (KeyError, TypeError, ValueError) as error:
         raise SweepError('the file is not from a sweep; accepted: results of khr sweep') from error
-    _check_columns(results.column_names)
+    _check_columns(names)
     return request
 
 

@@ -7,6 +7,7 @@ import subprocess
 import sys
 import textwrap
 from contextlib import ExitStack
+from dataclasses import asdict
 
 import pytest
 
@@ -173,3 +174,29 @@ def test_what_the_middleware_complains_of_is_not_on_the_command_s_standard_error
             said[name] = subprocess.run(script, capture_output=True, env=own, check=True).stderr
     assert b'RTPS_TRANSPORT_SHM' in said['environment'], 'it has nothing to complain of here'
     assert said['quiet_environment'] == b''
+
+
+@pytest.mark.parametrize(
+    'changed',
+    [
+        {'pid': 10**30},
+        {'pid': -1},
+        {'domain': '../x'},
+        {'domain': 100},
+        {'since': 'now'},
+        {'x': 1},
+    ],
+    ids=str,
+)
+def test_what_is_no_entry_of_a_run_is_not_listed(tmp_path, changed):
+    with registered('walk_0deg', tmp_path) as entry:
+        foreign = register() / 'foreign.json'
+        foreign.write_text(json.dumps({**asdict(entry), **changed}))
+        assert running() == [entry]
+        assert not foreign.exists()
+
+
+def test_an_entry_nested_without_end_is_not_listed():
+    deep = register() / 'deep.json'
+    deep.write_text('[' * 100_000)
+    assert not running() and not deep.exists()
