@@ -22,8 +22,9 @@ import psutil
 from khr_common.files import write_text
 from khr_common.text.markdown import table
 from tests import ROOT
-from tests.reliability.cases import HARMS, NO_OTHER_MACHINE, attempt, cases
-from tests.reliability.harmed_run import Case
+from tests.reliability.cases import HARMS, attempt, cases
+from tests.reliability.harms.harmed_run import Case
+from tests.reliability.strangers.other_machine import why_not
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
 LOOK = 1.0  # s of wall time over which their use is measured
@@ -128,7 +129,7 @@ def _done(journal: Path) -> list[Result]:
 
 def page(results: Sequence[Result], seed: int) -> str:
     """Return the table of a campaign as Markdown, and all that fell short."""
-    rows, short = [], []
+    rows, short, alone = [], [], why_not()
     measured = [
         f'- {each.kind}, {"loaded" if each.loaded else "quiet"}: {each.figures}'
         for each in results
@@ -149,7 +150,7 @@ def page(results: Sequence[Result], seed: int) -> str:
         f'Seed {seed}, version {source_version()} of sources and harms. A machine is loaded if other processes '
         f'used {LOADED:g} core or more of it just before; {_others(results)}.',
         table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
-        *(['The network was not tried: ' + NO_OTHER_MACHINE] if NO_OTHER_MACHINE else []),
+        *([f'The network was not tried: {alone}'] if alone else []),
         *(['\n'.join(short)] if short else []),
         *(['Measured:', '\n'.join(measured)] if measured else []),
     ]

@@ -9,8 +9,9 @@ import pytest
 from khr_bringup.scenario import scenario as scenarios
 from tests import ROOT
 from tests.reliability.__main__ import Result, page, source_version
-from tests.reliability.cases import HARMS, cases, growth
-from tests.reliability.harmed_run import PHASES, SCENARIO, Case
+from tests.reliability.cases import HARMS, cases
+from tests.reliability.harms.harmed_run import PHASES, SCENARIO, Case
+from tests.reliability.harms.load import growth
 
 
 def campaign(folder, *arguments):

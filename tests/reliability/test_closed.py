@@ -3,7 +3,7 @@
 import psutil
 import pytest
 
-from tests.reliability.netns import other_machine, spied, why_not
+from tests.reliability.strangers.other_machine import other_machine, spied, why_not
 from tests.support.runs import LONG, children, wait_until_running
 
 pytestmark = pytest.mark.slow

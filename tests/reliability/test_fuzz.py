@@ -8,9 +8,9 @@ import pytest
 from tests import ROOT
 
 
-def fuzz(count, program='fuzz'):
+def fuzz(count, program='files'):
     ended = subprocess.run(
-        [sys.executable, '-m', f'tests.reliability.{program}', str(count)],
+        [sys.executable, '-m', f'tests.reliability.mutated.{program}', str(count)],
         cwd=ROOT,
         capture_output=True,
         text=True,
@@ -26,13 +26,13 @@ def test_a_few_mutants_are_refused_in_one_line():
 @pytest.mark.slow
 @pytest.mark.timeout(300)
 def test_a_few_damaged_runs_are_refused_in_one_line():
-    fuzz(8, 'bag_fuzz')
+    fuzz(8, 'runs')
 
 
 @pytest.mark.nightly
 @pytest.mark.timeout(300)
 def test_damaged_runs_are_refused_in_one_line():
-    fuzz(36, 'bag_fuzz')
+    fuzz(36, 'runs')
 
 
 @pytest.mark.nightly

@@ -45,7 +45,7 @@ def nobody(folder, *words, hidden=True):
         )
     own.write_text(head + users + rest)
     process = subprocess.Popen(
-        [sys.executable, '-m', 'tests.reliability.other_user', *map(str, words)],
+        [sys.executable, '-m', 'tests.reliability.strangers.other_user', *map(str, words)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,

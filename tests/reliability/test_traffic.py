@@ -3,7 +3,7 @@
 import pytest
 
 from khr_common.interfaces import CLOCK, GYRO, JOINT_REFERENCE, OUTCOME, STATE
-from tests.reliability.traffic import EMPTY, publisher, read, send, shared, topics
+from tests.reliability.strangers.traffic import EMPTY, publisher, read, send, shared, topics
 from tests.support.runs import LONG, finish, joined, khr, wait_for, wait_until
 
 SHORT = ('--duration', '40')  # not over before a test on a loaded machine has halted it

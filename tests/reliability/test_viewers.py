@@ -2,7 +2,7 @@
 
 import pytest
 
-from tests.reliability.viewers import trouble
+from tests.reliability.harms.viewers import trouble
 
 
 @pytest.mark.slow

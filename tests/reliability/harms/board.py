@@ -7,18 +7,15 @@ import signal
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import psutil
 import pytest
 from std_srvs.srv import Trigger
 
 from khr_hardware.virtual.faults import Fault, Faults
+from tests.reliability.harms.harmed_run import BOTH, Case
 from tests.support.runs import call, children, finish, joined, wait_for, wait_until
 from tests.support.served import ServedRobot
-
-if TYPE_CHECKING:
-    from tests.reliability.harmed_run import Case
 
 SECONDS = 3.0  # of a run that survives its harm
 NCK, FREED, KEPT = 'nck', 'free', 'keeps its last target'
@@ -152,24 +149,22 @@ def harm(case: Case, folder: Path) -> list[str]:
         run.close()
 
 
-BOARD_HARMS = dict.fromkeys(_HARMS, harm)
+HARMS = dict.fromkeys(_HARMS, harm)
+SIGNALLED = (
+    ('board: SIGKILL of a node', ('board', 'gait', 'ankle_controller')),
+    ('board: SIGSTOP of a node', ('gait', 'ankle_controller')),
+)
 
 
-def board_cases(seed: int) -> list[tuple[str, str, str, str, int]]:
-    """Return kind, mode, victim, phase and seed of each case."""
-    both = ('--processes', '--one-process')
-    found = [
-        ('board: replies', mode, kind, str(count), seed) for mode in both for kind, count in LINES
-    ]
-    found += [
-        ('board: silence, brown-out', mode, kind, '', seed) for mode in both for kind in OVER
-    ]
-    found += [('board: port closed', mode, '', '', seed) for mode in both]
-    found += [('board: signal to khr', mode, name, '', seed) for mode in both for name in SIGNALS]
-    for kind, victims in (
-        ('board: SIGKILL of a node', ('board', 'gait', 'ankle_controller')),
-        ('board: SIGSTOP of a node', ('gait', 'ankle_controller')),
-    ):
-        found += [(kind, '--processes', victim, '', seed) for victim in victims]
-    found.append(('board: SIGKILL of a node', '--one-process', 'graph', '', seed))
-    return found
+def cases(seed: int) -> list[Case]:
+    """Return the cases of these harms."""
+    return [
+        *(Case('board: replies', mode, kind, str(count), seed)
+          for mode in BOTH for kind, count in LINES),
+        *(Case('board: silence, brown-out', mode, kind, '', seed) for mode in BOTH for kind in OVER),
+        *(Case('board: port closed', mode, '', '', seed) for mode in BOTH),
+        *(Case('board: signal to khr', mode, name, '', seed) for mode in BOTH for name in SIGNALS),
+        *(Case(kind, '--processes', victim, '', seed)
+          for kind, victims in SIGNALLED for victim in victims),
+        Case('board: SIGKILL of a node', '--one-process', 'graph', '', seed),
+    ]  # fmt: skip

@@ -55,7 +55,7 @@ def spied(machine, domain):
     plain = {k: v for k, v in os.environ.items() if not k.startswith(('ROS_', 'FAST', 'RMW_'))}
     ended = subprocess.run(
         ['ip', 'netns', 'exec', machine, 'unshare', '--mount', 'sh', '-c',
-         f'mount -t tmpfs none /dev/shm && exec {sys.executable} -m tests.reliability.spy'],
+         f'mount -t tmpfs none /dev/shm && exec {sys.executable} -m tests.reliability.strangers.spy'],
         env={**plain, 'ROS_DOMAIN_ID': str(domain), 'ROS_STATIC_PEERS': HERE},
         cwd=ROOT, capture_output=True, text=True, check=False,
     )  # fmt: skip

@@ -1,6 +1,7 @@
 """What another local user tries on a run: each of its services, parameters and topics.
 
-python -m tests.reliability.other_user paths PLACE SECRET | services | topics | look | TOPIC
+python -m tests.reliability.strangers.other_user ACT, of
+paths PLACE SECRET | services | topics | look | TOPIC
 prints a mapping as JSON; with the name of a topic it publishes there until it is killed, and as
 long it looks on
 """
@@ -29,7 +30,7 @@ from khr_bringup.node_registry import registry
 from khr_common.interfaces import DIAGNOSTICS, JOINT_REFERENCE
 from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED
-from tests.reliability.traffic import messages, read, shared, topics
+from tests.reliability.strangers.traffic import messages, read, shared, topics
 
 SECONDS = 60.0  # of wall time, for an answer
 REFUSED = f'{JOINT_REFERENCE.name}: refused'

@@ -7,17 +7,20 @@ import random
 import re
 import subprocess
 import time
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from types import MappingProxyType
 
 import psutil
 
 from tests.support.runs import KHR, children
 
 SCENARIO = 'stand_0deg'
+BOTH = ('--processes', '--one-process')
 PHASES = ('start', 'run', 'end')
 GONE = 5.0  # s of wall time within which nothing of a run is left
 LIMIT = 150.0  # s of wall time for a case: 30 for a hang to be noticed, on a loaded machine
@@ -44,12 +47,19 @@ class Case:
 class Run:
     """A run that is being harmed, with all that must hold at its end."""
 
-    def __init__(self, folder: Path, mode: str, seconds: float = SECONDS, *more: str) -> None:
+    def __init__(
+        self,
+        folder: Path,
+        mode: str,
+        seconds: float = SECONDS,
+        *more: str,
+        env: Mapping[str, str] = MappingProxyType({}),
+    ) -> None:
         self.folder, self.faults = folder, list[str]()
         self.process = subprocess.Popen(
             [*KHR, 'run', SCENARIO, mode, '--duration', str(seconds), '--out', str(folder), *more],
             stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
-            env={**os.environ, 'COLUMNS': '1000'},
+            env={**os.environ, 'COLUMNS': '1000', **env},
         )  # fmt: skip
         self.seen: dict[int, psutil.Process] = {}
 

@@ -1,6 +1,6 @@
 """What another machine can do to a run: see its nodes, receive its clock, change a gain.
 
-python -m tests.reliability.spy; prints a mapping as JSON
+python -m tests.reliability.strangers.spy; prints a mapping as JSON
 """
 
 import json

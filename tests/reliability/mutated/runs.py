@@ -1,6 +1,6 @@
 """Hand damaged runs to report, verify and film, each within some seconds; print what fails.
 
-python -m tests.reliability.bag_fuzz COUNT [SEED]
+python -m tests.reliability.mutated.runs COUNT [SEED]
 """
 
 from __future__ import annotations
@@ -18,12 +18,12 @@ from tempfile import TemporaryDirectory
 from unittest.mock import patch
 
 from khr.cli import command
-from tests.reliability.mutants import LONGEST_LINE, NASTY
+from tests.reliability.mutated.mutants import LONGEST_LINE, NASTY
 from tests.support.runs import KHR
 
 SECONDS = 0.6  # simulated, of the run that is damaged
 LIMIT = 60  # s for a command: what is whole enough to be read takes a few, under load too
-COMMANDS = (('verify',), ('report',), ('film', '--still', '0.3'))
+COMMANDS = (('verify',), ('report',), ('film', '--still', '0.3'), ('lines',), ('recover',))
 EXPECTED = {0, 1, 2}
 
 
@@ -76,7 +76,11 @@ def attempt(arguments: list[str]) -> str:
 
 
 def _harm(run: Path, chance: random.Random) -> str:
-    """Damage a file of a run; return which and how."""
+    """Damage a file of a run, or its folder; return which and how."""
+    if chance.random() < LAYOUT:
+        how, lay = chance.choice(LAYOUTS)
+        lay(run / 'bag')
+        return f'bag {how}'
     names = ['bag/*.mcap'] * 4 + ['bag/metadata.yaml', 'outcome.json', 'scenario.yaml']
     files = sorted(run.glob(chance.choice(names)))
     if not files or not files[0].is_file():
@@ -125,6 +129,53 @@ def _gone(_content: bytearray, _chance: random.Random) -> None:
     return None
 
 
+def _moved(bag: Path) -> None:
+    for file in list(bag.glob('*.mcap')):
+        file.rename(bag.parent / file.name)
+
+
+def _renamed(bag: Path) -> None:
+    for file in list(bag.glob('*.mcap')):
+        file.rename(file.with_name('other.mcap'))
+
+
+def _doubled(bag: Path) -> None:
+    for file in list(bag.glob('*.mcap')):
+        shutil.copyfile(file, file.with_name('bag_1.mcap'))
+
+
+def _swapped(bag: Path) -> None:
+    for file in list(bag.glob('*')):
+        file.unlink()
+        file.mkdir()
+
+
+def _circle(bag: Path) -> None:
+    for file in list(bag.glob('*')):
+        file.unlink()
+        file.symlink_to(file)
+
+
+def _nothing(bag: Path) -> None:
+    shutil.rmtree(bag, ignore_errors=True)
+    bag.mkdir(exist_ok=True)
+
+
+def _file(bag: Path) -> None:
+    shutil.rmtree(bag, ignore_errors=True)
+    bag.write_bytes(b'no folder')
+
+
+LAYOUT = 0.25  # share of the harms that are done to the folder
+LAYOUTS: tuple[tuple[str, Callable[[Path], None]], ...] = (
+    ('files beside the folder', _moved),
+    ('file with another name', _renamed),
+    ('file twice', _doubled),
+    ('with folders in place of files', _swapped),
+    ('with links that lead in a circle', _circle),
+    ('empty', _nothing),
+    ('a file', _file),
+)
 HARMS: tuple[tuple[str, Callable[[bytearray, random.Random], bytes | None]], ...] = (
     ('with other bytes', _flip),
     ('with something nasty in it', _nasty),

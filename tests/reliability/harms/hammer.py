@@ -1,6 +1,6 @@
 """Change a parameter of a run 500 times a second, or call 220 of its services at once.
 
-python -m tests.reliability.hammer changes | calls
+python -m tests.reliability.harms.hammer changes | calls
 """
 
 import sys

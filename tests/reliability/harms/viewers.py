@@ -1,6 +1,6 @@
 """Ten viewers open a live page, and a playback of two runs, and leave again, beside busy loops.
 
-python -m tests.reliability.viewers [--seconds N] [--seed N]
+python -m tests.reliability.harms.viewers [--seconds N] [--seed N]
 """
 
 from __future__ import annotations

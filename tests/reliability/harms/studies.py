@@ -1,14 +1,12 @@
-"""More of what runs and studies must withstand: terminals, intruders, floods, false results."""
+"""Commands that compute for long are interrupted or killed, and results changed."""
 
 from __future__ import annotations
 
 import json
-import os
 import random
 import shutil
 import signal
 import subprocess
-import sys
 import time
 from contextlib import suppress
 from functools import cache
@@ -17,13 +15,9 @@ from tempfile import TemporaryDirectory
 
 import psutil
 
-from khr_bringup.graph.run_registry import RunEntry, running
-from tests import ROOT
-from tests.reliability.harmed_run import FIGURES, GONE, LIMIT, PHASES, Case, Run
-from tests.reliability.viewers import trouble
+from tests.reliability.harms.harmed_run import GONE, LIMIT, Case
 from tests.support.runs import KHR
 
-BOTH = ('--processes', '--one-process')
 STUDIES = {
     'film': ['film', 'stand_0deg'],
     'reproduce': ['reproduce', '--fast', '--workers', '2'],
@@ -45,65 +39,6 @@ grid:
   ankle_controller.gain: [3.0, 6.0, 9.0]
 """
 LONG_SWEEP = SWEEP.replace('seeds: 4', 'seeds: 40')
-
-
-def group(case: Case, folder: Path) -> list[str]:
-    """Press Ctrl-C in the terminal of a run: all its processes receive it."""
-    run = Run(folder / 'run', case.mode)
-    run.reach(case.phase, random.Random(case.name))
-    with suppress(ProcessLookupError):
-        os.killpg(run.process.pid, signal.SIGINT)
-    return run.finish({0, 130, 1, -2} if case.phase == 'start' else {0, 130, 1})
-
-
-def halt(case: Case, folder: Path) -> list[str]:
-    """Stop khr itself for some seconds: its run goes on, and the result is right."""
-    run = Run(folder / 'run', case.mode)
-    run.reach('start', random.Random(case.name))
-    run.process.send_signal(signal.SIGSTOP)
-    time.sleep(case.seed)  # how long it is stopped: the harm itself
-    run.process.send_signal(signal.SIGCONT)
-    return run.finish({0})
-
-
-def simulator(case: Case, folder: Path) -> list[str]:
-    """Start a second simulator in the domain of a run: the run ends by its name."""
-    run = Run(folder / 'run', case.mode, 600.0)
-    run.reach('run', random.Random(case.name))
-    entry = _entry(run)
-    second = subprocess.Popen(
-        [sys.executable, '-m', 'khr_common.nodes.run', 'khr_sim.node_specs:SIMULATOR'],
-        env={**os.environ, **entry.environment()} if entry else None,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    try:
-        return run.finish({1}, 'published by .*simulator')
-    finally:
-        second.kill()
-        second.wait()
-
-
-def flood(case: Case, folder: Path) -> list[str]:
-    """Change a parameter 500 times a second, or call 220 services at once: it verifies after."""
-    run = Run(folder / 'run', case.mode, 600.0, '--set', 'simulator.pace=2')
-    run.reach('run', random.Random(case.name))
-    entry = _entry(run)
-    hammered = subprocess.run(
-        [sys.executable, '-m', 'tests.reliability.hammer', case.victim],
-        cwd=ROOT, env={**os.environ, **entry.environment()} if entry else None,
-        capture_output=True, text=True, check=False, timeout=LIMIT,
-    )  # fmt: skip
-    run.process.send_signal(signal.SIGINT)
-    faults = run.finish({130})
-    if hammered.returncode != 0:
-        faults.append(f'hammer: {hammered.stderr[-300:]}')
-    (folder / FIGURES).write_text(f'{case.mode} {case.victim}: {hammered.stdout.strip()}')
-    verified = subprocess.run(
-        [*KHR, 'verify', str(folder / 'run')], capture_output=True, text=True, check=False
-    )
-    if verified.returncode != 0:
-        faults.append(f'verify: exit {verified.returncode}: {verified.stderr[-300:]}')
-    return faults
 
 
 def study(case: Case, folder: Path) -> list[str]:
@@ -181,39 +116,13 @@ def _rows(folder: Path) -> dict[str, object]:
     return {row['id']: row.get('trajectory_hash') for row in map(json.loads, lines)}
 
 
-def viewers(case: Case, folder: Path) -> list[str]:
-    """Let ten viewers each of a live page and of a playback come and go, beside busy loops."""
-    faults, figures = trouble(folder, float(case.seed))
-    (folder / FIGURES).write_text(figures)
-    return faults
+HARMS = {'film, sweep, reproduction stopped': study, 'results changed': poison}
 
 
-def _entry(run: Run) -> RunEntry | None:
-    return next((each for each in running() if each.folder == str(run.folder)), None)
-
-
-MORE = {
-    'Ctrl-C of the process group': group,
-    'SIGSTOP of khr': halt,
-    'a second simulator': simulator,
-    '500 changes a second, 220 calls at once': flood,
-    'film, sweep, reproduction stopped': study,
-    'results changed': poison,
-    'ten viewers that come and go': viewers,
-}
-
-
-def more_cases(seed: int) -> list[Case]:
+def cases(seed: int) -> list[Case]:
     """Return the cases of these harms."""
     return [
-        *(Case('Ctrl-C of the process group', mode, '', phase, seed)
-          for mode in BOTH for phase in PHASES),
-        *(Case('SIGSTOP of khr', mode, '', '', seconds) for mode in BOTH for seconds in (1, 5, 20)),
-        *(Case('a second simulator', mode, '', '', seed) for mode in BOTH),
-        *(Case('500 changes a second, 220 calls at once', mode, victim, '', seed)
-          for mode in BOTH for victim in ('changes', 'calls')),
         *(Case('film, sweep, reproduction stopped', '', victim, number, seed + n)
           for victim in STUDIES for number in ('SIGINT', 'SIGTERM', 'SIGKILL') for n in range(2)),
         *(Case('results changed', '', '', '', seed + n) for n in range(3)),
-        Case('ten viewers that come and go', '', 'run and playback', '', 600),
     ]  # fmt: skip

@@ -1,6 +1,6 @@
 """Read mutants one after another, each within some seconds; print what fails.
 
-python -m tests.reliability.fuzz COUNT [SEED]
+python -m tests.reliability.mutated.files COUNT [SEED]
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ import sys
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from tests.reliability.mutants import mutants, seeds, try_change, try_file
+from tests.reliability.mutated.mutants import mutants
+from tests.reliability.mutated.readers import seeds, try_change, try_file
 
 LIMIT = 20  # s for a file: what is bounded takes far less, on a loaded machine too
 

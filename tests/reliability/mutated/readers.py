@@ -1,0 +1,178 @@
+"""Whatever khr reads of what others may have written: read, it is as it should be, or refused."""
+
+from __future__ import annotations
+
+import atexit
+import io
+import json
+import os
+import shutil
+from collections.abc import Callable
+from contextlib import redirect_stderr
+from dataclasses import asdict
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+from tempfile import TemporaryDirectory, mkdtemp
+
+import pyarrow
+from pyarrow import parquet
+
+from khr_bringup.graph.run_registry import RunEntry, register, running
+from khr_bringup.node_registry import table_of
+from khr_bringup.recorded.run_signals import Series
+from khr_bringup.scenario import scenario as scenarios
+from khr_common import KhrError
+from khr_common.parameter_files import check_blocks, read_blocks
+from khr_common.parameters import specifications
+from khr_hardware.joint_map import JointMap
+from khr_sim.robot import Robot
+from khr_studies.calibration.plan import read_plan
+from khr_studies.measuring.ensemble_file import SHIPPED_ENSEMBLE, read_ensemble
+from khr_studies.measuring.experiments import shipped
+from khr_studies.measuring.json_file import read_json
+from khr_studies.third_stage.study import Plane
+from khr_sweeps.cluster import Scheduler, security_of
+from khr_sweeps.reading import load_sweep
+from khr_sweeps.results.folder import read_results, request_of
+from khr_sweeps.results.store import Store, read_store
+from khr_sweeps.trial import RESULTS as COLUMNS
+from tests import ROOT
+from tests.fakes.invented_runs import signals
+from tests.reliability.mutated.mutants import LONGEST_LINE
+from tests.support.certificates import make_certificates
+
+
+def try_file(path: Path, kind: str) -> str:
+    """Read a file as what it claims to be; return what is wrong with the way it is refused."""
+    try:
+        READERS[kind](path)
+    except KhrError as error:
+        return _fault(str(error))
+    except Exception as error:  # what this looks for
+        return f'{type(error).__name__}: {error}'
+    return ''
+
+
+def try_change(text: str) -> str:
+    """Read a change as ``--set`` does; return what is wrong with the way it is refused."""
+    try:
+        scenarios.load('walk_0deg').changed(scenarios.changes_of([text]))
+    except KhrError as error:
+        return _fault(str(error))
+    except Exception as error:  # what this looks for
+        return f'{type(error).__name__}: {error}'
+    return ''
+
+
+def _fault(text: str) -> str:
+    return '' if len(text) < LONGEST_LINE and '\n' not in text else f'a long refusal: {text[:99]}'
+
+
+def _results(path: Path) -> None:
+    """Read results of which every line that is believed is as it was written."""
+    with redirect_stderr(io.StringIO()):
+        _, kept = read_store(path, dict)
+    assert all(entry in RESULTS for entry in kept), 'a changed line is believed'
+
+
+def _written(write: Callable[[Path], object]) -> bytes:
+    """Return the content of a file that is written so."""
+    with TemporaryDirectory() as folder:
+        path = Path(folder) / 'file'
+        write(path)
+        return path.read_bytes()
+
+
+def _write_results(path: Path) -> None:
+    """Write a file of results as a sweep or a search leaves it."""
+    with Store(path, {'of': 'a study'}, dict) as store:
+        store.add(RESULTS)
+
+
+def _write_sweep(path: Path) -> None:
+    """Write a Parquet file as a sweep leaves it."""
+    table = pyarrow.table({name: [kind()] for name, kind in COLUMNS.items()})
+    request = {b'khr.sweep': json.dumps({'axes': {'simulator.friction': [0.1]}}).encode()}
+    parquet.write_table(table.replace_schema_metadata(request), path)
+
+
+RUN = RunEntry(99, os.getpid(), 'walk_0deg', 'runs/walk_0deg', since=1.7e9)
+RESULTS = [{'id': f'{n}', 'verdict': 'walked', 'limit_deg': n / 7} for n in range(20)]
+
+
+def _registered(path: Path) -> None:
+    """List the runs of a register in which there is such an entry."""
+    entry = register() / f'{path.stem}.json'
+    shutil.copyfile(path, entry)
+    try:
+        assert all(type(each.title) is str and each.domain < 100 for each in running())
+    finally:
+        entry.unlink(missing_ok=True)
+
+
+def _parameters(path: Path) -> None:
+    """Check a parameter file as each node checks those that it is given."""
+    check_blocks(
+        read_blocks(str(path)), '/simulator', frozenset(specifications(table_of('simulator')))
+    )
+
+
+def _credentials(path: Path) -> None:
+    """Take credentials of which the certificate is such a one."""
+    with TemporaryDirectory() as folder:
+        own = Path(shutil.copytree(_certificates(), Path(folder) / 'tls'))
+        shutil.copyfile(path, own / 'cert.pem')
+        security_of(Scheduler('tls://localhost:1', own))
+
+
+@cache
+def _certificates() -> Path:
+    """Return a folder of good credentials."""
+    folder = Path(mkdtemp())
+    atexit.register(shutil.rmtree, folder)
+    return make_certificates(folder)
+
+
+def _sweep(path: Path) -> None:
+    """Read the results of a sweep from its Parquet file."""
+    request_of(read_results(path))
+
+
+# What khr reads of what others may have written, by what it is.
+READERS: dict[str, Callable[[Path], object]] = {
+    'scenario': lambda path: scenarios.load(str(path)).to_yaml(),
+    'sweep': load_sweep,
+    'calibration': read_plan,
+    'ensemble': read_ensemble,
+    'study': lambda path: read_json(path, Plane),
+    'joint map': lambda path: JointMap.load(str(path)),
+    'description': lambda path: Robot(path.read_text(errors='replace')),
+    'results': _results,
+    'signals': Series.load,
+    'sweep results': _sweep,
+    'parameters': _parameters,
+    'registered run': _registered,
+    'credentials': _credentials,
+}
+
+
+def seeds() -> dict[str, list[bytes]]:
+    """Return good files of each kind."""
+    config, maps = files('khr_bringup') / 'config', files('khr_hardware') / 'maps'
+    return {
+        'scenario': [path.read_bytes() for path in scenarios.shipped()]
+        + [scenarios.load('walk_9.7deg_ka12_kh13').to_yaml().encode()],
+        'sweep': [path.read_bytes() for path in shipped().values()],
+        'calibration': [(config / 'calibration.yaml').read_bytes()],
+        'ensemble': [SHIPPED_ENSEMBLE.read_bytes()],
+        'study': [(ROOT / 'docs' / 'stage3.json').read_bytes()],
+        'joint map': [(maps / 'khr3hv.yaml').read_bytes()],
+        'description': [(files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_bytes()],
+        'results': [_written(_write_results)],
+        'signals': [_written(signals(scenarios.load('walk_0deg'), 0, 1.0).save)],
+        'sweep results': [_written(_write_sweep)],
+        'parameters': [path.read_bytes() for path in scenarios.shipped()],
+        'registered run': [json.dumps(asdict(RUN)).encode()],
+        'credentials': [(_certificates() / 'cert.pem').read_bytes()],
+    }
