@@ -74,7 +74,7 @@ def panels(
 
 def head(figure: Figure, title: str, *notes: str) -> None:
     """Set the heading of a figure, and below its panels what helps to read them."""
-    figure.suptitle(textwrap.fill(title, LINE))
+    figure.suptitle(balanced(title))
     text = textwrap.fill('; '.join(each for each in notes if each), NOTE_LINE)
     if text and figure.legends:
         figure.legends[-1].set_title(
@@ -82,6 +82,13 @@ def head(figure: Figure, title: str, *notes: str) -> None:
         )  # the layout keeps no place for both
     elif text:
         figure.supxlabel(text, fontsize=8)
+
+
+def balanced(title: str) -> str:
+    """Return a title in as few lines as it needs, about equally long: no word stands alone."""
+    lines = len(textwrap.wrap(title, LINE))
+    width = next(width for width in range(1, LINE + 1) if len(textwrap.wrap(title, width)) <= lines)
+    return textwrap.fill(title, width)
 
 
 def typeset(text: str) -> str:

@@ -54,7 +54,7 @@ def origin_of_lines(runs: Mapping[str, Runs]) -> Figure:
     figure.supylabel('amplitude of the true pitch rate (°/s)', fontsize=9)
     figure.suptitle(
         'Origin of the lines: n on a line n/T of the gait; K feedback, s slipping, '
-        '? not settled\ngrey: between the lines; shaded: where a loop rings with more '
+        '? not settled;\ngrey: between the lines; shaded: where a loop rings with more '
         'gain',
         fontsize=10,
     )
