@@ -87,7 +87,9 @@ def head(figure: Figure, title: str, *notes: str) -> None:
 def balanced(title: str) -> str:
     """Return a title in as few lines as it needs, about equally long: no word stands alone."""
     lines = len(textwrap.wrap(title, LINE))
-    width = next(width for width in range(1, LINE + 1) if len(textwrap.wrap(title, width)) <= lines)
+    width = next(
+        width for width in range(1, LINE + 1) if len(textwrap.wrap(title, width)) <= lines
+    )
     return textwrap.fill(title, width)
 
 

@@ -272,7 +272,6 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
             lifts[stage],
             partial(overshoot_of, rate=rate),
             f'robot, {control(stage)}',
-            lost_at=0.97,
             color=color,
             linestyle=line,
         )

@@ -120,17 +120,15 @@ def draw_seeds(
             axis.plot(time[-1:], value[-1:], label=f'{name}: fell', **FALLEN)
 
 
+UPPER_EDGE = 0.97  # of the height of a panel: a mark at the lower one would read as a value
+
+
 def draw_over_inclination(
-    axis: Axes,
-    runs: Runs,
-    value: Callable[[Run], float],
-    label: str,
-    lost_at: float = 0.02,
-    **look: Any,
+    axis: Axes, runs: Runs, value: Callable[[Run], float], label: str, **look: Any
 ) -> None:
     """Draw a value over the inclination; it is NaN for a run that was lost too early.
 
-    Such a run is marked at a share of the panel's height, and has no value in the CSV.
+    Such a run is marked at the upper edge of the panel, and has no value in the CSV.
     """
     groups = sorted(grouped(runs, inclination_deg).items())
     samples = [np.array([value(run) for run in group]) for _, group in groups]
@@ -166,7 +164,7 @@ def draw_over_inclination(
     if early:
         (mark,) = axis.plot(
             early,
-            [lost_at] * len(early),
+            [UPPER_EDGE] * len(early),
             label='_lost before',
             transform=axis.get_xaxis_transform(),
             **look,

@@ -60,7 +60,7 @@ DIFFERENCE = 'Δ = F_T − F_H (N)'
 
 def spread_with_lost(groups: Iterable[Runs]) -> str:
     """Say what is drawn over the inclination."""
-    return f'{records.spread(groups)}; x: a seed lost'
+    return f'{records.spread(groups)}; x: a seed lost, at the upper edge if before it had a value'
 
 
 def draw_own_difference(axis: Axes, run: Run) -> None:

@@ -284,9 +284,10 @@ def test_gait_3_of_the_flat_lies_beneath_that_of_each_slope(table, number):
         np.testing.assert_allclose(curve(rows, 'φ = 0°, no control', panel), flat)
 
 
-def test_a_lost_seed_has_its_mark_at_the_top_of_the_largest_rates():
+@pytest.mark.parametrize('number', ['3.13', '3.15'])
+def test_a_lost_seed_has_its_mark_at_the_top_where_it_is_no_value(number):
     with styled():
-        (axis,) = FIGURES['3.13'].draw(runs_for('3.13', BEYOND_7)).axes
+        (axis,) = FIGURES[number].draw(runs_for(number, BEYOND_7)).axes
     lost = [line for line in axis.lines if line.get_label() == '_lost before']
     assert lost and all(min(line.get_ydata()) > 0.9 for line in lost)
 
