@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import ctypes
 import os
+import select
 import signal
+import time
 from collections.abc import Callable
+from contextlib import suppress
+from threading import Thread
 
 PARENT = 'KHR_PARENT'  # environment variable: the process that a child must not outlive
 _PR_SET_PDEATHSIG = 1  # prctl(2)
@@ -39,14 +43,20 @@ def end_with_parent() -> None:
             os.kill(os.getpid(), signal.SIGKILL)
 
 
-def report_parents_end(orphaned: Callable[[], object]) -> None:
+def report_parents_end(orphaned: Callable[[], object], last: float = 30.0) -> None:
     """Have a function called when the parent dies, in the place of ``end_with_parent``.
 
     For a process that has to close what it writes. It takes SIGCONT, which wakes a stopped process
     as well, and which anybody may send: the parent is looked for before the call.
+
+    Args:
+        orphaned: is called in the main thread.
+        last: s of wall time from the parent's end until this process is killed if it is still
+            there: a main thread that hangs outside of Python calls nothing.
     """
     if PARENT not in os.environ:
         return
+    Thread(target=_end_late, args=(last,), daemon=True).start()
 
     def look(*_: object) -> None:
         if _orphaned():
@@ -55,6 +65,16 @@ def report_parents_end(orphaned: Callable[[], object]) -> None:
     signal.signal(signal.SIGCONT, look)
     _ask(signal.SIGCONT)
     look()
+
+
+def _end_late(last: float) -> None:
+    """Kill this process some time after its parent has ended."""
+    with suppress(ProcessLookupError):  # it has ended already
+        parent = os.pidfd_open(int(os.environ[PARENT]))
+        select.select([parent], [], [])
+        os.close(parent)
+    time.sleep(last)
+    os.kill(os.getpid(), signal.SIGKILL)
 
 
 def _ask(number: int) -> None:
