@@ -211,10 +211,11 @@ def run_on(pool: Pool, sweeps: Sequence[Opened], bar: Bar) -> int:
     Raises:
         RunError: if the computation could not go on; what is finished is kept.
     """
-    lost = 0
+    lost, simulated = 0, 0.0  # runs, s
     for batch in run_missing(pool, sweeps):
         lost += batch.count(None)
-        bar.advance(len(batch))
+        simulated += sum(row['time_s'] or 0.0 for row in batch if row is not None)
+        bar.advance(len(batch), f'{simulated:.0f} s simulated')
     return lost
 
 

@@ -1,6 +1,7 @@
 """Experiments: what is shipped, what is run, and what figures get of it."""
 
 from contextlib import nullcontext
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -186,3 +187,12 @@ def test_lost_runs_are_reported_once_with_what_to_do(capsys):
     assert capsys.readouterr().err == (
         'khr: 3 runs lost their worker several times; repeat the command to try them again\n'
     )
+
+
+def test_progress_counts_runs_and_simulated_seconds(monkeypatch):
+    batches = [[{'time_s': 12.0}, None], [{'time_s': 3.6}], [{'time_s': None}]]
+    monkeypatch.setattr(experiments, 'run_missing', lambda *_: iter(batches))
+    told = []
+    bar = SimpleNamespace(advance=lambda runs, text: told.append((runs, text)))
+    assert experiments.run_on(None, [], bar) == 1
+    assert told == [(2, '12 s simulated'), (1, '16 s simulated'), (1, '16 s simulated')]
