@@ -34,7 +34,8 @@ def pytest_collection_modifyitems(config, items):
     patience = {}
     again = config.pluginmanager.hasplugin('rerunfailures')  # not under colcon
     for item in items:
-        alike = item.path.parent.name in OF_PROCESSES or item.path.match(*OF_MILLISECONDS)
+        alike = not set(OF_PROCESSES).isdisjoint(item.path.relative_to(ROOT).parts)
+        alike = alike or item.path.match(*OF_MILLISECONDS)
         if again and alike:
             item.add_marker(pytest.mark.flaky(reruns=2))
         mark = item.get_closest_marker('timeout')

@@ -15,11 +15,12 @@ pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 DRAWN = 'window.__viserTestpoints.uplots'  # viser's own, for tests
 VERMILION = (213, 94, 0)
 DELTA = 'Delta, toes less heels'
+TITLES = ('Spectrum', 'Pitch rate', 'Foot forces', 'Delta', 'Corrections')
 
 
 @pytest.fixture(scope='module')
 def page(tmp_path_factory):
-    """A walk whose first spectrum has come, halted."""
+    """A walk whose first spectrum has come, halted when every chart has points."""
     folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
     process = start_khr('view', 'walk_3deg', '--no-browser', '--port', port, '--out', folder)
     try:
@@ -29,6 +30,14 @@ def page(tmp_path_factory):
             page.goto(f'http://127.0.0.1:{port}/')
             slider(page, 'Ankle gain K_A').wait_for()
             page.get_by_text(re.compile('^gait, n = ')).first.wait_for()
+            # once halted, no chart gets points that it does not have yet
+            for title in TITLES:
+                wait_for(
+                    lambda title=title: (
+                        (drawn(page, title, 'chart => chart.data[0].length') or 0) > 10
+                    ),
+                    f'points of {title}',
+                )
             page.get_by_role('button', name='Pause').click()
             page.get_by_text(re.compile('^paused at')).wait_for()
             yield page
@@ -57,9 +66,7 @@ def choose(page, label, shown):
     box.set_checked(shown)
 
 
-@pytest.mark.parametrize(
-    'title', ['Spectrum', 'Pitch rate', 'Foot forces', 'Delta', 'Corrections']
-)
+@pytest.mark.parametrize('title', TITLES)
 def test_every_axis_has_ticks_and_every_chart_its_units(page, title):
     for axis in (0, 1):
 
