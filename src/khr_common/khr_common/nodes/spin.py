@@ -60,6 +60,11 @@ class Turn:
         self.signals += 1
         self._stop(self)
 
+    def abandon(self) -> None:
+        """Count as two signals: who started this process is gone, and with it whom it waits for."""
+        self.signals += 1
+        self.interrupt()
+
 
 def node_class(spec: NodeSpec) -> type[KhrNode]:
     """Return the class that runs a node."""
@@ -87,7 +92,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         signal.signal(number, turn.interrupt)
     classes = [node_class(spec) for spec in specs]
     if any(each.keeps for each in classes):
-        report_parents_end(turn.interrupt)
+        report_parents_end(turn.abandon)
     else:
         end_with_parent()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
