@@ -19,6 +19,7 @@ from pydantic.dataclasses import dataclass as checked
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario.scenario import CONFIG
 from khr_common import KhrError, check, specifications
+from khr_common.text.quoting import named, one_line, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_studies.calibration.rows import (
     STRICT,
@@ -180,7 +181,7 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
         plan = TypeAdapter(CalibrationPlan).validate_python(document)
     except ValidationError as error:
         first = error.errors()[0]
-        place = '.'.join(map(str, first['loc'])) or 'the file'
+        place = '.'.join(named(part) for part in first['loc']) or 'the file'
         raise StudyError(
             f'{path}: {place}: {first["msg"]}; accepted: constants, limits and walks as in the '
             'shipped config/calibration.yaml'
@@ -190,7 +191,7 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
     for number, candidate in enumerate(plan.placed):
         if set(candidate) != set(plan.constants):
             raise StudyError(
-                f'{path}: placed.{number}: {", ".join(candidate)} are not accepted; '
+                f'{path}: placed.{number}: {one_line(", ".join(candidate))} are not accepted; '
                 f'accepted: {", ".join(plan.constants)}'
             )
     titles = [row.condition.title for row in plan.fitted]
@@ -198,13 +199,13 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
         for title in (row.above, row.below):
             if title not in titles:
                 raise StudyError(
-                    f'{path}: differences.{number}: {title!r} is not accepted; '
+                    f'{path}: differences.{number}: {quoted(title)} is not accepted; '
                     f'accepted: {" | ".join(titles)}'
                 )
     for parameter, value in plan.settings.items():
         _check_parameter(f'{path}: settings', parameter, value)
     for name, constant in plan.constants.items():
-        _check_constant(f'{path}: {name}', constant)
+        _check_constant(f'{path}: {named(name)}', constant)
     return plan
 
 
@@ -224,7 +225,7 @@ def _check_parameter(place: str, parameter: str, value: Any) -> None:
         node, key = _parameter(parameter)
         check(table_of(node), key, value)
     except (KhrError, KeyError, ValueError) as error:
-        raise StudyError(f'{place}: {parameter}: {error}') from error
+        raise StudyError(f'{place}: {named(parameter)}: {one_line(str(error))}') from error
 
 
 def _parameter(text: str) -> tuple[str, str]:
