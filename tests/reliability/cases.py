@@ -7,6 +7,7 @@ import shutil
 from contextlib import suppress
 from pathlib import Path
 from tempfile import mkdtemp
+from traceback import extract_tb
 
 import psutil
 
@@ -48,7 +49,8 @@ def attempt(case: Case) -> tuple[list[str], str]:
         with suppress(FileNotFoundError):
             figures = (folder / FIGURES).read_text()
     except Exception as error:  # of the campaign itself: it counts as a fault, and is looked into
-        faults = [f'campaign: {type(error).__name__}: {error}']
+        where = extract_tb(error.__traceback__)[-1]
+        faults = [f'campaign: {where.name}, line {where.lineno}: {type(error).__name__}: {error}']
     finally:
         shutil.rmtree(folder, ignore_errors=True)
     return [' '.join(fault.split())[:LONGEST_LINE] for fault in faults + left_over()], figures

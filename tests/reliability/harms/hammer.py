@@ -12,8 +12,9 @@ from rclpy.parameter import Parameter
 
 RATE, SECONDS = 500, 3.0  # changes a second, and for how long
 AT_ONCE = 220
-# Share of the calls that must be answered: of what comes at once a service of ROS keeps ten.
-LEAST = {'calls': 10 / AT_ONCE, 'changes': 0.5}
+# Calls that must be answered: of what comes at once a service of ROS keeps ten, and a node takes
+# at least one whenever it takes part in a control period of 15 ms.
+LEAST = {'calls': 10, 'changes': round(SECONDS / 0.015)}
 PATIENCE = 20.0  # s of wall time for all answers
 
 
@@ -35,7 +36,7 @@ def main(what):
     done = [each for each in answers if each.done()]
     refused = [each for each in done if not each.result().results[0].successful]
     print(f'{len(done)} of {len(answers)} answered')
-    if len(done) < LEAST[what] * len(answers):
+    if len(done) < LEAST[what]:
         sys.exit(f'{len(done)} of {len(answers)} answered')
     sys.exit(f'{len(refused)} refused' if refused else 0)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from khr_bringup.scenario import scenario as scenarios
 from tests.reliability.harms.harmed_run import BOTH, PHASES, SCENARIO, Case, Run
 
-TRIES = 5  # runs until a process is killed before it has ended by itself
+TRIES = 20  # runs until a process is killed before it has ended by itself
 
 
 def kill(case: Case, folder: Path) -> list[str]:
