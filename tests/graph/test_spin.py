@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from khr_common import parameter
 from khr_common.interfaces import READY
 from khr_common.nodes.node import KhrNode
-from khr_common.nodes.spin import _close, _spin
+from khr_common.nodes.spin import Turn, _close, _spin
 from khr_sim.node_specs import GYRO
 
 # A signal handler runs between two lines of Python, so it is called at each of them in turn.
@@ -122,3 +122,11 @@ def test_a_process_that_does_not_get_away_is_ended_once_it_has_closed():
 def test_a_signal_at_any_moment_ends_a_turn():
     done = run_python(INTERRUPTED)
     assert int(done.stdout) > 5, done.stderr
+
+
+def test_an_orphan_waits_for_nobody_before_it_closes():
+    turn, closed = Turn(), []
+    turn.abandon()
+    never = SimpleNamespace(patience=20.0, settled=lambda: False, close=lambda: closed.append(1))
+    _close(never, None, turn)  # without an executor to spin
+    assert closed
