@@ -1,4 +1,4 @@
-"""Tutorial and tuning do what they say: every command and every script in them is run, in order.
+"""Documents do what they say: every command and script in them is run, in order, and says that.
 
 Commands of all documents, also those amid the text, have verbs and options that there are.
 """
@@ -21,10 +21,13 @@ from tests.support.runs import wait_for, wait_until_running
 DOCUMENTS = [ROOT / 'README.md', ROOT / 'CONTRIBUTING.md', *sorted((ROOT / 'docs').glob('*.md'))]
 BLOCK = re.compile(r'(?:`(\S+\.yaml)`[^\n]*\n)?^```(\w+)\n(.*?)^```', re.MULTILINE | re.DOTALL)
 SECOND = '# second terminal'
-# What takes minutes is run with less: the last of an option counts.
+REFUSED = '# refused'
+# What takes minutes is run with less: the last of an option counts. What is printed then, and by
+# what is measured against the wall clock, has other numbers than the document.
 LESS = {
-    'khr run walk': '--duration 5',
-    'khr run slippery': '--duration 2',
+    'khr run walk_8.88deg_ka12 --out': '--duration 5',
+    'khr verify': '',
+    'khr run stand_0deg --realtime': '',
     'khr critical': '--seeds 1 --tolerance 0.8 --set simulator.engine=mujoco',
     'khr tune': '--candidates 8 --seeds 1 --set simulator.engine=mujoco',
     'khr film runs/without --against runs/with --start': '--rate 5',
@@ -38,6 +41,32 @@ def commands_of(text):
     """Return the commands of a block, without comments."""
     lines = (line.partition('#')[0].strip() for line in text.replace('\\\n', ' ').splitlines())
     return [line for line in lines if line]
+
+
+def less_of(command):
+    """Return what a command is run with to take less; None if it is run as it stands."""
+    return next((less for start, less in LESS.items() if command.startswith(start)), None)
+
+
+def missing(shown, printed, numbers):
+    """Return the lines of a document that no printed line is like: ``...`` is any text.
+
+    Args:
+        shown: the block of the document.
+        printed: what its commands printed.
+        numbers: whether numbers are compared.
+    """
+    lines = [_plain(line, numbers) for line in printed.splitlines()]
+    patterns = [
+        re.escape(_plain(line, numbers)).replace(r'\.\.\.', '.*') for line in shown.splitlines()
+    ]
+    return [each for each in patterns if not any(re.fullmatch(each, line) for line in lines)]
+
+
+def _plain(line, numbers):
+    """Return a line without the width of its table and, if need be, without numbers."""
+    line = re.sub('real time .*', 'real time', ' '.join(line.replace('│', ' ').split()))
+    return line if numbers else re.sub(r'\d+(\.\d+)?', '0', line)
 
 
 class Reader:
@@ -70,12 +99,11 @@ class Reader:
         assert process.returncode in codes, f'{process.args}\n{process.said.read_text()}'
         return process.said.read_text()
 
-    def run(self, command):
+    def run(self, command, *codes):
         if command.startswith('khr critical') and command in ASKED:
-            return  # another document asks the same, and it leaves nothing
+            return ''  # another document asks the same, and it leaves nothing
         ASKED.add(command)
-        more = next((less for start, less in LESS.items() if command.startswith(start)), '')
-        self.end(self.start(f'{command} {more}'), 0, interrupt=False)
+        return self.end(self.start(f'{command} {less_of(command) or ""}'), *codes, interrupt=False)
 
     def look(self, command):
         """Open a page, see that it is served, and leave."""
@@ -86,32 +114,42 @@ class Reader:
             return re.search(r'http://\S+', process.said.read_text())
 
         wait_for(served, 'the page')
-        self.end(process, 0, 130)  # the second if the run had not begun yet
+        return self.end(process, 0, 130)  # the second if the run had not begun yet
 
     def follow(self, text):
-        """Do what all blocks of a document say."""
+        """Do what all blocks of a document say; what it shows of their output, they print."""
         blocks = [match.groups() for match in BLOCK.finditer(text)]
-        blocks = [each for each in blocks if each[1] != 'text']  # what a command says
-        other = None
-        for (file, kind, body), (_, _, after) in zip(
-            blocks, [*blocks[1:], ('',) * 3], strict=True
-        ):
+        other, printed, numbers = None, '', True
+        for (file, kind, body), after in zip(blocks, [*blocks[1:], ('', '', '')], strict=True):
             if kind == 'python':
                 self.scripts += body
             elif kind == 'yaml':
                 (self.folder / file).write_text(body)
-            elif after.startswith(SECOND):
+            elif kind == 'text':
+                assert not missing(body, printed, numbers), printed
+            elif after[2].startswith(SECOND):
                 (command,) = commands_of(body)
                 other = self.start(command)
                 wait_until_running(Path(command.split('--out ')[1]))
             else:
                 assert kind == 'sh'
-                for command in commands_of(body):
-                    (self.look if command.startswith('khr view') else self.run)(command)
+                printed = ''.join(self.do(line) for line in body.splitlines())
                 if body.startswith(SECOND):
-                    assert 'real time' in self.end(other, 130)
+                    printed += self.end(other, 130)
+                numbers = all(less_of(each) is None for each in commands_of(body)) and not other
+                other = None
         (self.folder / 'session.py').write_text(self.scripts)
-        self.run(f'{sys.executable} session.py')
+        self.run(f'{sys.executable} session.py', 0)
+
+    def do(self, line):
+        """Do a line of a block; return what it prints."""
+        shown = ''
+        for command in commands_of(line):
+            if command.startswith('khr view') or '--view' in command:
+                shown += self.look(command)
+            else:
+                shown += self.run(command, 2 if REFUSED in line else 0)
+        return shown
 
 
 @pytest.mark.slow
@@ -129,6 +167,35 @@ def test_a_reader_gets_through(name, tmp_path, monkeypatch):
     }  # fmt: skip
     for path in promised[name]:
         assert (tmp_path / path).is_file(), path
+
+
+@pytest.mark.slow
+def test_a_reader_sees_what_the_document_of_the_page_says(tmp_path, monkeypatch):
+    monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
+    monkeypatch.chdir(tmp_path)
+    reader = Reader(tmp_path)
+    for name in ('RUN', 'OTHER'):
+        reader.run(f'khr run stand_0deg --duration 1 --out runs/{name}', 0)
+    shown, switch, _ = (
+        body for _, kind, body in BLOCK.findall((ROOT / 'docs' / 'view.md').read_text())
+    )  # the last one is for two machines
+    for line in shown.splitlines():
+        reader.do(line)
+    running = reader.start('khr run walk_7.68deg_ka12 --set simulator.pace=2 --out runs/switched')
+    wait_until_running(Path('runs/switched'))
+    assert 'walk_8.88deg_ka18' in reader.do(switch)
+    reader.end(running, 0, 130)
+    assert (tmp_path / 'runs' / 'switched' / 'bag_2').is_dir()
+
+
+def test_what_a_document_shows_is_compared():
+    printed = '│ fell at, s │ 2.1 │\ngain: 12.0 -> 18.0 # Gain of the ankle'
+    assert not missing(
+        '│ fell at, s    │ 2.1   │\ngain: 12.0 -> 18.0 # ...', printed, numbers=True
+    )
+    assert missing('│ fell at, s │ 2.2 │', printed, numbers=True)
+    assert not missing('│ fell at, s │ 2.2 │', printed, numbers=False)
+    assert missing('│ slipped │', printed, numbers=False)
 
 
 def spoken(text):

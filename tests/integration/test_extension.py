@@ -293,3 +293,16 @@ def test_a_scenario_without_it_is_untouched(python, tmp_path):
         check=True,
     )
     assert text.splitlines()[-1] == done.stdout.splitlines()[-1]
+
+
+def test_the_document_shows_the_example_and_its_commands_run(python, recorded, tmp_path):
+    document = (ROOT / 'docs' / 'extending.md').read_text()
+    excerpt = re.search(r'```python\n(.*?)```', document, re.S)[1]
+    law = iter((EXAMPLE / 'khr_example_controller' / 'knee.py').read_text().splitlines())
+    assert all(line in law for line in excerpt.splitlines() if line), 'not as in knee.py'
+    install, *runs = re.search(r'```sh\n(.*?)```', document, re.S)[1].splitlines()
+    assert install.startswith('pip install') and install.endswith(str(EXAMPLE.relative_to(ROOT)))
+    for number, command in enumerate(runs):
+        _, *words = command.partition('#')[0].split()
+        less = ('--duration', SECONDS, '--out', tmp_path / str(number))
+        assert khr(python, *words, *less, cwd=ROOT).split()[-1] == recorded[1]
