@@ -1,4 +1,4 @@
-"""The robot as the graph shows it: described once, posed by the newest signals."""
+"""The robot as the graph shows it: described once, posed by the signals of one instant."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 
 from khr_common.block import Numbers
 from khr_common.interfaces import JOINT_STATES, Topic
+from khr_common.stamps import ExactTimeSynchronizer
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
@@ -16,7 +17,10 @@ OF_SOLES = ('surface', 'pad_distance')  # parameters of the simulator that say h
 
 
 class LiveScene:
-    """Keep the newest signals, and make scenes of them.
+    """Keep the newest signals, and make scenes of those of one instant.
+
+    What comes is not what one instant has: a message may be lost, or come between two looks. Arrows
+    of one instant at the soles of another would be forces on the air.
 
     Attributes:
         signals: the newest of each topic.
@@ -29,6 +33,8 @@ class LiveScene:
         self.signals: dict[Topic, Numbers] = {}
         self.snapshot: Snapshot | None = None
         self.truth = self.pushable = True
+        self._instants = ExactTimeSynchronizer[Topic](NEEDED)
+        self._whole: Mapping[Topic, Numbers] | None = None  # the newest instant that has all
         self._robot: Robot | None = None
         self._builder: SnapshotBuilder | None = None
 
@@ -50,14 +56,23 @@ class LiveScene:
         if self._robot is not None:
             self._builder = SnapshotBuilder(self._robot, replace(RunParameters(), **own))
 
+    def take(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
+        """Take what a topic carried at an instant."""
+        self.signals[topic] = numbers
+        if topic in NEEDED:
+            self._whole = self._instants.put(topic, stamp_ns, numbers) or self._whole
+
     def build(self) -> Snapshot | None:
-        """Return the scene of the newest signals; None if some are missing."""
-        signals: Mapping[Topic, Numbers] = self.signals
+        """Return the scene of the newest instant that has all; None if there is none yet.
+
+        Without a true pose it is that of the newest signals.
+        """
         if self._builder is None:
             return None
-        if not self.truth and JOINT_STATES in signals:
-            signals = self._builder.completed(signals)
-        if any(topic not in signals for topic in NEEDED):
+        signals = self._whole
+        if not self.truth and JOINT_STATES in self.signals:
+            signals = self._builder.completed(self.signals)
+        if signals is None:
             return None
         self.snapshot = self._builder.build(signals)
         return self.snapshot

@@ -126,7 +126,8 @@ class PageNode(KhrNode):
         fresh = False
         for topic, stamp_ns, numbers in self._taps.take():
             fresh = True
-            self._scene.signals[topic], self._run.now = numbers, stamp_ns / 1e9
+            self._scene.take(topic, stamp_ns, numbers)
+            self._run.now = stamp_ns / 1e9
             if topic in tapped():
                 self._traces.add(topic, stamp_ns, numbers)
         snapshot = self._scene.build() if fresh else None
