@@ -1,5 +1,7 @@
 """The whole page without a browser: what is drawn and what its controls do."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
@@ -11,7 +13,7 @@ from khr_view.model.charts import charts
 from khr_view.model.snapshot import SnapshotBuilder
 from khr_view.model.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.model.traces import Traces
-from khr_view.page.display import Display, Note
+from khr_view.page.display import CAMERA, CAMERA_NARROW, Display, Note, _frame
 from khr_view.page.live_panel import LivePanel
 
 PERIOD = 15_000_000
@@ -78,3 +80,19 @@ def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
     display.show_spectrum(None)
     assert len(display.server.tables['spectrum.csv']().splitlines()) == 1
     display.show_status(Note('walking', '<trouble>'), [('time', '1.00 s')])
+
+
+def test_the_camera_follows_a_window_that_becomes_narrow_or_wide_and_else_the_reader():
+    turned = []
+    camera = SimpleNamespace(aspect=1.6, position=CAMERA, look_at=None, on_update=turned.append)
+    _frame(SimpleNamespace(camera=camera))
+    (on_camera,) = turned
+    for aspect, position, expected in (
+        (1.6, (9, 9, 9), (9, 9, 9)),  # the reader has turned it
+        (0.5, (9, 9, 9), CAMERA_NARROW),
+        (0.4, (8, 8, 8), (8, 8, 8)),
+        (0.8, (8, 8, 8), CAMERA),
+    ):
+        camera.aspect, camera.position = aspect, position
+        on_camera(camera)
+        assert camera.position == expected, aspect

@@ -41,7 +41,7 @@ BRAND = (
     '#005a8c',
     '#004a73',
 )
-WIDE = 1.0  # width by height of a window from which on panels lie beside the scene
+WIDE = 0.65  # width by height of the scene from which on it has room below the robot
 PUSH_SHOWN = 0.5  # s of wall time
 CAMERA, TARGET = (0.45, -0.75, 0.35), (0.0, 0.0, 0.17)
 # On a phone the controls cover the lower half: the robot stands in the upper one.
@@ -221,7 +221,16 @@ def _spectrum_csv(chart: SpectrumChart) -> str:
 
 
 def _frame(client: Any) -> None:
-    """Keep the robot clear of the controls, however wide the window is."""
-    if client.camera.aspect < WIDE:
-        client.camera.position = CAMERA_NARROW
-        client.camera.look_at = TARGET_NARROW
+    """Keep the robot clear of the controls, however wide the window is or becomes."""
+    framed = WIDE  # aspect for which the camera stands as it does
+
+    def on_camera(camera: Any) -> None:
+        nonlocal framed
+        narrow = camera.aspect < WIDE
+        if narrow != (framed < WIDE):
+            framed = camera.aspect
+            camera.position = CAMERA_NARROW if narrow else CAMERA
+            camera.look_at = TARGET_NARROW if narrow else TARGET
+
+    on_camera(client.camera)
+    client.camera.on_update(on_camera)
