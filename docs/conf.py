@@ -10,6 +10,7 @@ root_doc = 'README'
 myst_fence_as_directive = ['mermaid']
 myst_heading_anchors = 3
 html_theme = 'furo'
+html_static_path, html_css_files = ['style'], ['site.css']
 html_show_copyright = html_show_sphinx = False
 autodoc_typehints = 'description'
 

@@ -1,4 +1,4 @@
-"""Run the simulated KHR-3HV from Python: the same runs as the ``khr`` command's.
+"""Run the simulated KHR-3HV from Python: the same runs as the ``khr`` command's::
 
     import khr
 
