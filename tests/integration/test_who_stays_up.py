@@ -100,7 +100,7 @@ def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
 
 
 def test_calibration_ensemble_and_tuning_say_so(asked, slide):
-    robot = measure_robot(Task(PLAN, {}, (), 1, hopeless=1e9))
+    robot = measure_robot(Task(PLAN, {}, ('bullet',), 1, hopeless=1e9))
     assert robot.limit(PLAN.fitted[0].condition.title) == ENDS[0]
     cost = walk_cost(WALK, slide[0].outcome)
     assert cost == FALL

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -24,7 +24,7 @@ from khr_studies.measuring.condition import Changes, Condition
 from khr_sweeps.results.store import Entry, OtherResultsError, Store, read_store
 
 ROBOT = TypeAdapter(Candidate)
-SEARCH = 'search'  # the stage in which the search measures; others are named by their engine
+SEARCH = 'search'  # the stage in which the search measures
 PROBES = (Condition('walk', 12.0, 13.0), Condition('leg_lift', 12.0, 13.0))
 PROBED_DEG, PROBED_S = 4.0, 4.0  # until the walk has taken its first steps
 
@@ -69,7 +69,7 @@ class Journal:
         """Return the candidates of a stage, in the order in which they were measured."""
         return [each.robot for each in self._store.values.values() if each.stage == stage]
 
-    def find(self, constants: dict[str, float], stage: str = SEARCH) -> Candidate | None:
+    def find(self, constants: Mapping[str, float], stage: str = SEARCH) -> Candidate | None:
         """Return a candidate measured before."""
         found = self._store.values.get(_key(stage, constants))
         return found.robot if found else None
@@ -123,8 +123,8 @@ def _measured(entry: Entry) -> JournalLine:
     return JournalLine(str(entry['stage']), ROBOT.validate_python(entry['robot']))
 
 
-def _key(stage: str, constants: dict[str, float]) -> str:
-    return f'{stage} {json.dumps(constants, sort_keys=True)}'
+def _key(stage: str, constants: Mapping[str, float]) -> str:
+    return f'{stage} {json.dumps(dict(constants), sort_keys=True)}'
 
 
 def complete(robots: Sequence[Candidate]) -> list[Candidate]:

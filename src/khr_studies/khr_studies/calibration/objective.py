@@ -45,7 +45,7 @@ class Candidate:
         complete: whether every row was measured with every seed.
         runs: that it took.
         slides_mm: per walk the slide per step of each seed that stayed up.
-        engines: mean limits by physics engine and row, deg, if it was measured on both.
+        engines: mean limits by physics engine and row, deg, of those that it was measured on.
     """
 
     constants: dict[str, float]
@@ -69,7 +69,7 @@ class Task:
     Attributes:
         plan: with the rows.
         constants: of the candidate.
-        settings: further parameters, the physics engine for one.
+        engines: physics engines, the quick one first.
         seeds: how many.
         hopeless: cost above which no further row is measured.
         tolerance: of each bisection, deg.
@@ -77,24 +77,54 @@ class Task:
 
     plan: CalibrationPlan
     constants: Mapping[str, float]
-    settings: Changes
+    engines: tuple[str, ...]
     seeds: int
     hopeless: float
     tolerance: float = COARSE
 
-    @property
-    def changes(self) -> Changes:
-        """Return all parameters that differ from the defaults."""
-        return (*self.settings, *self.plan.changes(self.constants))
-
 
 def measure_robot(task: Task) -> Candidate:
-    """Measure a candidate, one seed after the other, until it is known to be hopeless.
+    """Measure a candidate on one engine after the other, until it is known to be hopeless."""
+    on: dict[str, Candidate] = {}
+    for engine in task.engines:
+        on[engine] = _measured_on(engine, task)
+        if not on[engine].complete:
+            break
+    return joined(on)
+
+
+def joined(on: Mapping[str, Candidate]) -> Candidate:
+    """Return one candidate of what engines measured of it: the cost is that of the worst."""
+
+    def all_of(name: str) -> dict[str, list[float]]:
+        titles = dict.fromkeys(title for robot in on.values() for title in getattr(robot, name))
+        return {
+            title: [one for robot in on.values() for one in getattr(robot, name).get(title, [])]
+            for title in titles
+        }
+
+    return Candidate(
+        next(iter(on.values())).constants,
+        all_of('limits'),
+        all_of('walks'),
+        max(robot.cost for robot in on.values()),
+        all(robot.complete for robot in on.values()),
+        sum(robot.runs for robot in on.values()),
+        all_of('slides_mm'),
+        {
+            engine: {title: robot.limit(title) for title in robot.limits}
+            for engine, robot in on.items()
+        },
+    )
+
+
+def _measured_on(engine: str, task: Task) -> Candidate:
+    """Measure a candidate on an engine, one seed after the other.
 
     Walks come first: who cannot walk at all falls early in each, in a tenth of a second.
     """
     robot = Candidate(dict(task.constants))
-    counted = _Counter(task.changes)
+    counted = _Counter(((('simulator', 'engine'), engine), *task.plan.changes(task.constants)))
     rows: list[WantedLimit | WantedWalk] = [*task.plan.walks, *task.plan.fitted]
     complete = True
     for seed in range(task.seeds):

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import islice
 from pathlib import Path
 from time import monotonic
 from typing import Any
@@ -18,15 +19,15 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from khr_sim.physics.engines import LIBRARIES
 from khr_studies.calibration import objective
 from khr_studies.calibration.journal import SEARCH, Journal, complete, physics_of
 from khr_studies.calibration.objective import Candidate, Task, measure_robot
 from khr_studies.calibration.plan import CalibrationPlan, Kind
-from khr_studies.measuring.condition import Changes
 from khr_studies.measuring.optimiser import evolution
 from khr_sweeps.pool import Pool, compute
 
-HOPELESS = 24.0  # cost above which a candidate of the first generation is given up
+HOPELESS = 60.0  # cost above which a candidate of the first generation is given up
 ELITE = 4  # later the cost of the last of the best quarter of the generation before
 FIRST = 4  # populations spread over the ranges, for each kind of offset
 SPREAD = 0.2  # of the generation after them, in shares of the ranges
@@ -38,7 +39,8 @@ class Search:
 
     Attributes:
         plan: constants and rows.
-        engine: physics engine.
+        engine: physics engine that measures first; only who is not hopeless there is measured
+            on the others.
         seed: of the optimiser.
         seeds: of each measurement.
         population: candidates of a generation.
@@ -62,13 +64,13 @@ class Search:
             'seeds': self.seeds,
             'population': self.population,
             'cost': hashlib.sha256(Path(objective.__file__).read_bytes()).hexdigest()[:16],
-            'physics': physics_of(self.plan, self.engine),
+            'physics': [physics_of(self.plan, engine) for engine in self.engines],
         }
 
     @property
-    def settings(self) -> Changes:
-        """Return the parameters of every run."""
-        return ((('simulator', 'engine'), self.engine),)
+    def engines(self) -> tuple[str, ...]:
+        """Return the physics engines in the order in which they measure."""
+        return (self.engine, *(other for other in LIBRARIES if other != self.engine))
 
 
 class Strand:
@@ -155,26 +157,29 @@ class Measuring:
     began: float = field(default_factory=monotonic)
 
     def measure(
-        self, wanted: Sequence[dict[str, float]], task: Callable[[Any], Task], stage: str = SEARCH
+        self,
+        tasks: Sequence[Task],
+        stage: str = SEARCH,
+        progress: Callable[[], None] = lambda: None,
     ) -> list[Candidate]:
-        """Return candidates as a stage measures them.
+        """Return candidates as a stage of the calibration measures them.
 
         Args:
-            wanted: their constants.
-            task: makes the task of a candidate from its constants.
-            stage: of the calibration.
+            tasks: the candidates.
+            stage: in whose part of the journal they are.
+            progress: called after each that was not there.
         """
-        tasks = (
-            (f'{stage}-{index}', task(constants))
-            for index, constants in enumerate(wanted)
-            if self.book.find(constants, stage) is None
+        missing = (
+            (f'{stage}-{index}', task)
+            for index, task in enumerate(tasks)
+            if self.book.find(task.constants, stage) is None
         )
-        for batch in compute(self.pool, measure_robot, tasks):
+        for batch in compute(self.pool, measure_robot, missing):
             for _, robot in batch:
                 if robot is not None:
                     self.book.add(robot, stage)
-        found = [self.book.find(constants, stage) for constants in wanted]
-        return [robot or _lost(constants) for robot, constants in zip(found, wanted, strict=True)]
+                    progress()
+        return [self.book.find(task.constants, stage) or _lost(task.constants) for task in tasks]
 
     def say(self, text: str, stage: str = SEARCH) -> None:
         """Print how far a stage is."""
@@ -195,32 +200,38 @@ def search(search: Search, measuring: Measuring) -> list[Candidate]:
         RunError: if a worker fails.
     """
     strands = [Strand(search, kind) for kind in search.plan.kinds]
-    while any(not strand.is_over for strand in strands):
-        for strand in strands:
-            if not strand.is_over:
-                _generation(search, strand, measuring)
+    while going := [strand for strand in strands if not strand.is_over]:
+        known = len(measuring.book.robots())
+        asked = [
+            [
+                Task(search.plan, constants, search.engines, search.seeds, strand.hopeless)
+                for constants in strand.ask()
+            ]
+            for strand in going
+        ]
+        # All at once: else all workers wait for the last of each generation.
+        robots = iter(measuring.measure([task for tasks in asked for task in tasks]))
+        for strand, tasks in zip(going, asked, strict=True):
+            strand.tell([robot.cost for robot in islice(robots, len(tasks))])
+        if len(measuring.book.robots()) > known:
+            for strand in going:
+                measuring.say(_best_text(search, strand, measuring.book.robots()))
     return measuring.book.robots()
 
 
-def _generation(search: Search, strand: Strand, measuring: Measuring) -> None:
-    known = len(measuring.book.robots())
-
-    def task(constants: dict[str, float]) -> Task:
-        return Task(search.plan, constants, search.settings, search.seeds, strand.hopeless)
-
-    robots = measuring.measure(strand.ask(), task)
-    strand.tell([robot.cost for robot in robots])
-    every = measuring.book.robots()
-    if len(every) > known:
-        own = [each for each in every if search.plan.kind(each.constants) == strand.kind]
-        best = min(own, key=lambda robot: (not robot.complete, robot.cost))
-        limits = ' '.join(f'{best.limit(title):.2f}' for title in best.limits)
-        measuring.say(
-            f'offset {strand.kind}, generation {strand.generation}, spread {strand.spread:.3f}: '
-            f'best {best.cost:.2f} with {limits} deg'
-        )
+def _best_text(search: Search, strand: Strand, robots: Sequence[Candidate]) -> str:
+    own = [robot for robot in robots if search.plan.kind(robot.constants) == strand.kind]
+    best = min(own, key=lambda robot: (not robot.complete, robot.cost))
+    limits = ', '.join(
+        f'{engine} {" ".join(f"{limit:.2f}" for limit in known.values())}'
+        for engine, known in best.engines.items()
+    )
+    return (
+        f'offset {strand.kind}, generation {strand.generation}, spread {strand.spread:.3f}: '
+        f'best {best.cost:.2f} with {limits} deg'
+    )
 
 
-def _lost(constants: dict[str, float]) -> Candidate:
+def _lost(constants: Mapping[str, float]) -> Candidate:
     """Return a candidate whose workers died again and again."""
-    return Candidate(constants, cost=1e3)
+    return Candidate(dict(constants), cost=1e3)

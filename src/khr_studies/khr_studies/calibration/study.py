@@ -1,14 +1,13 @@
 """``khr calibrate``: search the free constants so that the thesis's rows come out at once.
 
-Two stages: a search on one physics engine, and the best of it measured again, finer and with more
-seeds, on both engines. What a robot costs is then what it costs on the worse of them.
+Two stages: a search with few seeds, and the best of it measured again, finer and with more seeds.
+What a robot costs is what it costs on the worse of the physics engines.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from math import inf
 from pathlib import Path
 
@@ -17,7 +16,6 @@ import numpy as np
 from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
 from khr_common import RunError, check
-from khr_sim.physics.engines import LIBRARIES
 from khr_studies.calibration.ensemble import ensemble
 from khr_studies.calibration.journal import Journal, complete
 from khr_studies.calibration.objective import Candidate, Task
@@ -30,6 +28,7 @@ from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
 
 CONFIRM_SEEDS, CONFIRM_DEG = 3, 0.2  # of the second stage: seeds, tolerance of a bisection
+CONFIRMED = 'confirmed'  # that stage in the journal
 LEAN_AT = Condition('walk', 12.0), 8.88  # deg: where the constant part of a correction is taken
 
 
@@ -103,27 +102,20 @@ def calibrate(request: Request) -> Calibrated:
 def confirm(
     made: Search, robots: Sequence[Candidate], count: int, measuring: Measuring
 ) -> list[Candidate]:
-    """Measure the best robots on both engines; return them with the cost of the worse one.
+    """Measure the best robots again, finer and with more seeds.
 
     Of each kind of offset the best are among them, so that the kinds can stand side by side.
     """
     some = best_of_kinds(made.plan, complete(robots), count)
-    found: list[Candidate] = []
-    for number, robot in enumerate(some):
-        on = {}
-        for engine in LIBRARIES:
-            task = partial(_confirming, made.plan, engine)
-            known = len(measuring.book.robots(engine))
-            (on[engine],) = measuring.measure([robot.constants], task, engine)
-            if len(measuring.book.robots(engine)) > known:
-                measuring.say(f'{number + 1} of {len(some)} confirmed on {engine}', engine)
-        found.append(joined(on))
-    return found
 
+    def progress() -> None:
+        measuring.say(f'{len(some)} to confirm', CONFIRMED)
 
-def _confirming(plan: CalibrationPlan, engine: str, constants: dict[str, float]) -> Task:
-    settings = ((('simulator', 'engine'), engine),)
-    return Task(plan, constants, settings, CONFIRM_SEEDS, inf, CONFIRM_DEG)
+    tasks = [
+        Task(made.plan, robot.constants, made.engines, CONFIRM_SEEDS, inf, CONFIRM_DEG)
+        for robot in some
+    ]
+    return measuring.measure(tasks, CONFIRMED, progress)
 
 
 def best_of_kinds(
@@ -139,32 +131,6 @@ def best_of_kinds(
     others = [robot for robot in ranked if robot not in of_kinds]
     chosen = [*of_kinds, *others[: count - len(of_kinds)]]
     return sorted(chosen, key=lambda robot: robot.cost)
-
-
-def joined(on: dict[str, Candidate]) -> Candidate:
-    """Return one candidate of what the engines measured of it: the cost is that of the worse."""
-    first, *_ = on.values()
-
-    def both(name: str) -> dict[str, list[float]]:
-        titles = dict.fromkeys(title for robot in on.values() for title in getattr(robot, name))
-        return {
-            title: [one for robot in on.values() for one in getattr(robot, name).get(title, [])]
-            for title in titles
-        }
-
-    return Candidate(
-        first.constants,
-        both('limits'),
-        both('walks'),
-        max(robot.cost for robot in on.values()),
-        all(robot.complete for robot in on.values()),
-        sum(robot.runs for robot in on.values()),
-        both('slides_mm'),
-        {
-            engine: {title: robot.limit(title) for title in robot.limits}
-            for engine, robot in on.items()
-        },
-    )
 
 
 def judged(
