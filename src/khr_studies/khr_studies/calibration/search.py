@@ -27,8 +27,7 @@ from khr_studies.calibration.plan import CalibrationPlan, Kind
 from khr_studies.measuring.optimiser import evolution
 from khr_sweeps.pool import Pool, compute
 
-HOPELESS = 60.0  # cost above which a candidate of the first generation is given up
-ELITE = 4  # later the cost of the last of the best quarter of the generation before
+HOPELESS = 60.0  # cost above which a candidate is given up until enough were measured in whole
 FIRST = 4  # populations spread over the ranges, for each kind of offset
 SPREAD = 0.2  # of the generation after them, in shares of the ranges
 
@@ -89,6 +88,7 @@ class Strand:
         self._optimiser: Any = None
         self._shares: list[Any] = []
         self._best: tuple[float, Any] | None = None
+        self._whole: list[float] = []  # costs of those measured on every row, the best first
 
     @property
     def is_over(self) -> bool:
@@ -112,14 +112,23 @@ class Strand:
         self.generation += 1
         return [self._constants(shares) for shares in self._shares]
 
-    def tell(self, costs: Sequence[float]) -> None:
-        """Take the costs of that generation."""
+    def tell(self, robots: Sequence[Candidate]) -> None:
+        """Take what was measured of that generation.
+
+        A candidate that was given up costs more than it is known to, so those alone that were
+        measured in whole decide who is hopeless: who is worse than as many of them as the
+        optimiser goes on from, half of a generation.
+        """
+        costs = [robot.cost for robot in robots]
         if self._optimiser is not None:
-            self._optimiser.tell(self._shares, list(costs))
+            self._optimiser.tell(self._shares, costs)
         best = min(zip(costs, self._shares, strict=True), key=lambda pair: pair[0])
         if self._best is None or best[0] < self._best[0]:
             self._best = best
-        self.hopeless = min(HOPELESS, sorted(costs)[len(costs) // ELITE])
+        self._whole = sorted([*self._whole, *(robot.cost for robot in robots if robot.complete)])
+        parents = self._search.population // 2
+        if len(self._whole) >= parents:
+            self.hopeless = min(HOPELESS, self._whole[parents - 1])
 
     def _everywhere(self) -> list[Any]:
         sampler = qmc.LatinHypercube(
@@ -212,7 +221,7 @@ def search(search: Search, measuring: Measuring) -> list[Candidate]:
         # All at once: else all workers wait for the last of each generation.
         robots = iter(measuring.measure([task for tasks in asked for task in tasks]))
         for strand, tasks in zip(going, asked, strict=True):
-            strand.tell([robot.cost for robot in islice(robots, len(tasks))])
+            strand.tell([*islice(robots, len(tasks))])
         if len(measuring.book.robots()) > known:
             for strand in going:
                 measuring.say(_best_text(search, strand, measuring.book.robots()))

@@ -339,12 +339,15 @@ def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says
     assert worst_miss(PLAN, both) == worst_miss(PLAN, worse)
 
 
-def test_generation_after_the_first_gives_up_at_the_cost_of_its_elite():
+def test_who_is_worse_than_the_parents_that_were_measured_in_whole_is_given_up():
     strand = Strand(SEARCH, 'none')
-    wanted = strand.ask()
+    number = len(strand.ask())
     before = strand.hopeless
-    strand.tell([float(number) for number in range(len(wanted))])
-    assert strand.hopeless == len(wanted) // 4 < before
+    given_up = [Candidate({}, cost=float(each)) for each in range(number)]
+    strand.tell(given_up)
+    assert strand.hopeless == before, 'nobody knows what they cost'
+    strand.tell([replace(each, complete=True) for each in given_up])
+    assert strand.hopeless == SEARCH.population // 2 - 1 < before
 
 
 def many(count, **figures):
