@@ -86,8 +86,10 @@ class Task:
 def measure_robot(task: Task) -> Candidate:
     """Measure a candidate on one engine after the other, until it is known to be hopeless."""
     on: dict[str, Candidate] = {}
+    known: dict[str, list[float]] = {}
     for engine in task.engines:
-        on[engine] = _measured_on(engine, task)
+        on[engine] = _measured_on(engine, task, known)
+        known = on[engine].limits
         if not on[engine].complete:
             break
     return joined(on)
@@ -118,10 +120,15 @@ def joined(on: Mapping[str, Candidate]) -> Candidate:
     )
 
 
-def _measured_on(engine: str, task: Task) -> Candidate:
+def _measured_on(engine: str, task: Task, elsewhere: Mapping[str, list[float]]) -> Candidate:
     """Measure a candidate on an engine, one seed after the other.
 
     Walks come first: who cannot walk at all falls early in each, in a tenth of a second.
+
+    Args:
+        engine: physics engine.
+        task: what to measure.
+        elsewhere: limits of the candidate on another engine, at which searches begin.
     """
     robot = Candidate(dict(task.constants))
     counted = _Counter(((('simulator', 'engine'), engine), *task.plan.changes(task.constants)))
@@ -131,7 +138,10 @@ def _measured_on(engine: str, task: Task) -> Candidate:
         for row in rows:
             if isinstance(row, WantedLimit):
                 limit = limit_near(
-                    partial(counted.stays_up, row, seed), _near(robot, row), seed, task.tolerance
+                    partial(counted.stays_up, row, seed),
+                    _near(robot, row, elsewhere),
+                    seed,
+                    task.tolerance,
                 )
                 robot.limits.setdefault(row.condition.title, []).append(limit)
             else:
@@ -184,13 +194,15 @@ def row_costs(plan: CalibrationPlan, robot: Candidate) -> dict[str, float]:
     return limits | differences | walks
 
 
-def _near(robot: Candidate, row: WantedLimit) -> float:
+def _near(robot: Candidate, row: WantedLimit, elsewhere: Mapping[str, list[float]]) -> float:
     """Return where the search of a limit begins: at the robot's own last one, deg.
 
-    That is the same row's of the seed before, or the row's before, but no number of the thesis.
+    That is the same row's of the seed before, or of another engine, or the row's before, but no
+    number of the thesis.
     """
-    known = robot.limits.get(row.condition.title) or next(reversed(robot.limits.values()), [START])
-    return known[-1]
+    title = row.condition.title
+    known = robot.limits.get(title) or elsewhere.get(title)
+    return (known or next(reversed(robot.limits.values()), [START]))[-1]
 
 
 def limit_near(
