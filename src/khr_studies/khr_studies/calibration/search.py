@@ -38,8 +38,7 @@ class Search:
 
     Attributes:
         plan: constants and rows.
-        engine: physics engine that measures first; only who is not hopeless there is measured
-            on the others.
+        engine: physics engine on which it measures.
         seed: of the optimiser.
         seeds: of each measurement.
         population: candidates of a generation.
@@ -68,7 +67,7 @@ class Search:
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """Return the physics engines in the order in which they measure."""
+        """Return all physics engines, that of the search first."""
         return (self.engine, *(other for other in LIBRARIES if other != self.engine))
 
 
@@ -213,7 +212,7 @@ def search(search: Search, measuring: Measuring) -> list[Candidate]:
         known = len(measuring.book.robots())
         asked = [
             [
-                Task(search.plan, constants, search.engines, search.seeds, strand.hopeless)
+                Task(search.plan, constants, (search.engine,), search.seeds, strand.hopeless)
                 for constants in strand.ask()
             ]
             for strand in going

@@ -1,7 +1,7 @@
 """``khr calibrate``: search the free constants so that the thesis's rows come out at once.
 
-Two stages: a search with few seeds, and the best of it measured again, finer and with more seeds.
-What a robot costs is what it costs on the worse of the physics engines.
+Two stages: a search on one physics engine, and the best of it measured again, finer and with more
+seeds, on both engines. What a robot costs is then what it costs on the worse of them.
 """
 
 from __future__ import annotations
@@ -102,7 +102,7 @@ def calibrate(request: Request) -> Calibrated:
 def confirm(
     made: Search, robots: Sequence[Candidate], count: int, measuring: Measuring
 ) -> list[Candidate]:
-    """Measure the best robots again, finer and with more seeds.
+    """Measure the best robots again: on both engines, finer, and with more seeds.
 
     Of each kind of offset the best are among them, so that the kinds can stand side by side.
     """
