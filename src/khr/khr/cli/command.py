@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-import os
-import signal
 import sys
 import warnings
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
+from khr.cli.interruption import (
+    INTERRUPTED,
+    interrupt,
+    keep_interruptions,
+    leave_at_once,
+    on_signals,
+)
 from khr_common.arithmetic import enter
-
-INTERRUPTED = 130  # the shell's exit code for SIGINT
 
 
 def main() -> None:
     """Run the command; a user's mistake is one line on stderr and exit code 2."""
     enter()
-    _on_signals(_leave_at_once)  # imports take longer than a finger takes to Ctrl-C
+    on_signals(leave_at_once)  # imports take longer than a finger takes to Ctrl-C
     try:
         from typer.exceptions import TyperException
 
@@ -26,7 +29,8 @@ def main() -> None:
     except (ImportError, MemoryError) as error:
         _leave(_of_library(error), 1)
 
-    _on_signals(signal.default_int_handler)
+    keep_interruptions()
+    on_signals(interrupt)
     warnings.formatwarning = lambda message, *_: f'khr: {message}\n'
     if isinstance(sys.stdout, TextIOWrapper):  # a path may hold what the terminal cannot show
         sys.stdout.reconfigure(errors='backslashreplace')
@@ -48,19 +52,6 @@ def main() -> None:
         _leave('interrupted', INTERRUPTED)
     except (ImportError, MemoryError) as error:
         _leave(_of_library(error), 1)
-
-
-def _on_signals(handler: Any) -> None:
-    """Take the signals that ask a process to end; SIGINT and SIGHUP may be ignored."""
-    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        if number == signal.SIGTERM or signal.getsignal(number) != signal.SIG_IGN:
-            signal.signal(number, handler)
-
-
-def _leave_at_once(*_: object) -> None:
-    """End without a word of what was interrupted: nothing has begun."""
-    os.write(2, b'khr: interrupted\n')
-    os._exit(INTERRUPTED)
 
 
 def _of_library(error: Exception) -> str:
