@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -73,6 +74,7 @@ def main() -> int:
     parser.add_argument('--journal', type=Path, default=Path('runs/chaos.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
     given = parser.parse_args()
+    hand_on_signals()
     found = cases(given.seed, given.kills, given.soak)
     wanted = [case for case in found if case.kind.startswith(given.only)]
     names = {case.name for case in wanted}
@@ -87,6 +89,20 @@ def main() -> int:
             for _ in _campaign(wanted, given.journal, loaded=loops >= LOADED):
                 write()
     return int(any(result.faults for result in write()))
+
+
+def hand_on_signals() -> None:
+    """Let commands that are started take the signals that are tried, also if this one ignores them.
+
+    A shell has what it starts in the background ignore SIGINT, nohup SIGHUP, and who is started
+    inherits that; what is handled here is as in a terminal there.
+    """
+    for number, handler in (
+        (signal.SIGINT, signal.default_int_handler),
+        (signal.SIGHUP, lambda *_: None),
+    ):
+        if signal.getsignal(number) == signal.SIG_IGN:
+            signal.signal(number, handler)
 
 
 def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> Iterator[Result]:

@@ -1,6 +1,7 @@
 """The campaign of faults, in its short form; it goes on where it was ended, and counts."""
 
 import json
+import signal
 import subprocess
 import sys
 
@@ -45,6 +46,24 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
     killed = {(case.victim, case.phase) for case in found if case.kind == 'SIGKILL of a process'}
     victims = {*scenarios.load(SCENARIO).nodes, 'graph'}
     assert killed == {(victim, phase) for victim in victims for phase in PHASES}
+
+
+IGNORED = """
+import signal, subprocess, sys
+from tests.reliability.__main__ import hand_on_signals
+hand_on_signals()
+sys.exit(subprocess.run([sys.executable, '-c', sys.argv[1]]).returncode)
+"""
+
+
+@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGHUP])
+def test_signals_are_tried_also_by_a_campaign_in_the_background(number):
+    hit = f'import os\nos.kill(os.getpid(), {int(number)})'
+    done = subprocess.run(
+        [sys.executable, '-c', IGNORED, hit], cwd=ROOT, capture_output=True, check=False,
+        preexec_fn=lambda: signal.signal(number, signal.SIG_IGN),
+    )  # fmt: skip
+    assert done.returncode != 0
 
 
 @pytest.mark.parametrize(
