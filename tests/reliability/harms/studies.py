@@ -23,6 +23,8 @@ STUDIES = {
     'reproduce': ['reproduce', '--fast', '--workers', '2'],
     'sweep': ['sweep', 'sweep.yaml', '--workers', '2'],
 }
+# Commands whose results are kept for the next time; the figure is of one run.
+KEPT = {'sweep': ['sweep', 'sweep.yaml'], 'reproduce': ['reproduce', '--fast', '--only', '5.5']}
 # Exit codes by signal: 0 if the command was over before; a signal's own while it still imports.
 ENDS = {
     'SIGINT': {0, 130, -signal.SIGINT},
@@ -89,25 +91,39 @@ def _good_rows() -> dict[str, object]:
 
 
 def poison(case: Case, folder: Path) -> list[str]:
-    """Change results of a finished sweep: what is changed is named and computed again."""
-    (folder / 'sweep.yaml').write_text(SWEEP)
-    command = [*KHR, 'sweep', str(folder / 'sweep.yaml'), '--workers', '1', '--out']
-    good, out = folder / 'good', folder / 'out'
-    subprocess.run([*command, str(good)], check=True, capture_output=True)
-    rows = (good / 'rows.jsonl').read_bytes()
-    shutil.copytree(good, out)
-    chance = random.Random(case.name)
-    content = bytearray(rows)
-    for _ in range(3):
-        content[chance.randrange(rows.index(b'\n') + 1, len(content))] = chance.randrange(32, 127)
-    (out / 'rows.jsonl').write_bytes(content)
-    again = subprocess.run([*command, str(out)], capture_output=True, text=True, check=False)
+    """Change kept results: what is changed is computed again, and all is as it was before."""
+    good, harmed = folder / 'good', folder / 'harmed'
+    good.mkdir()
+    (good / 'sweep.yaml').write_text(SWEEP)
+    command = [*KHR, *KEPT[case.victim], '--workers', '1', '--out', 'out']
+    subprocess.run(command, cwd=good, check=True, capture_output=True)
+    shutil.copytree(good, harmed)
+    (rows,) = harmed.glob('**/rows.jsonl')
+    _change(rows, random.Random(case.name))
+    again = subprocess.run(command, cwd=harmed, capture_output=True, text=True, check=False)
     faults = [] if again.returncode == 0 else [f'exit {again.returncode}: {again.stderr[-300:]}']
-    if _rows(out) != _rows(good):
+    if _rows(rows.parent) != _rows(good / rows.parent.relative_to(harmed)):
         faults.append('other results than before')
+    if _points(harmed) != _points(good):
+        faults.append('another figure than before')
     if 'Traceback' in again.stderr:
         faults.append(f'a traceback: {again.stderr.strip().splitlines()[-1][:200]}')
     return faults
+
+
+def _change(rows: Path, chance: random.Random) -> None:
+    """Put other letters into the rows of a file of results."""
+    content = bytearray(rows.read_bytes())
+    for _ in range(3):
+        content[chance.randrange(content.index(b'\n') + 1, len(content))] = chance.randrange(
+            32, 127
+        )
+    rows.write_bytes(content)
+
+
+def _points(folder: Path) -> list[bytes]:
+    """Return the points of the figures that a reproduction has drawn."""
+    return [path.read_bytes() for path in sorted(folder.glob('out/figures/*.csv'))]
 
 
 def _rows(folder: Path) -> dict[str, object]:
@@ -124,5 +140,5 @@ def cases(seed: int) -> list[Case]:
     return [
         *(Case('film, sweep, reproduction stopped', '', victim, number, seed + n)
           for victim in STUDIES for number in ('SIGINT', 'SIGTERM', 'SIGKILL') for n in range(2)),
-        *(Case('results changed', '', '', '', seed + n) for n in range(3)),
+        *(Case('results changed', '', victim, '', seed + n) for victim in KEPT for n in range(3)),
     ]  # fmt: skip
