@@ -79,7 +79,7 @@ def test_signals_are_tried_also_by_a_campaign_in_the_background(number):
 )
 def test_tests_that_do_not_all_pass_fall_short(tmp_path, text, fault):
     (tmp_path / 'test_it.py').write_text(text)
-    found = HARMS['tests of traffic, users, network, hangs'](
+    found = HARMS['tests of traffic, users, network, workers, hangs'](
         Case('tests', '', str(tmp_path / 'test_it.py')), tmp_path
     )
     assert fault in ' '.join(found) and bool(found) == bool(fault)

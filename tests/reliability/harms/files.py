@@ -30,9 +30,10 @@ def damage(case: Case, _: Path) -> list[str]:
 
 
 def tested(case: Case, _: Path) -> list[str]:
-    """Run the tests of a file that does harm of its own; all must pass, none be left out."""
+    """Run the tests of a file that does harm of its own; all must pass, at once, none left out."""
+    without = ('-p', 'no:cacheprovider', '-p', 'no:rerunfailures')
     ended = subprocess.run(
-        [sys.executable, '-m', 'pytest', '-q', '-rs', '-p', 'no:cacheprovider', case.victim],
+        [sys.executable, '-m', 'pytest', '-q', '-rs', *without, case.victim],
         cwd=ROOT, capture_output=True, text=True, check=False,
         env={**os.environ, 'ROS_PYTHON_CHECK_FIELDS': '1'},
     )  # fmt: skip
@@ -46,10 +47,12 @@ def tested(case: Case, _: Path) -> list[str]:
 HARMS = {
     'mutated files, 500 each': fuzz,
     'damaged runs, 50 each': damage,
-    'tests of traffic, users, network, hangs': tested,
+    'tests of traffic, users, network, workers, hangs': tested,
 }
 TESTED = (
     'reliability/test_traffic', 'reliability/test_no_hang', 'reliability/test_closed',
+    'reliability/test_other_user', 'reliability/test_workers_elsewhere',
+    'integration/test_sweep_cluster',
 )  # fmt: skip
 
 
@@ -58,6 +61,6 @@ def cases(seed: int) -> list[Case]:
     return [
         *(Case('mutated files, 500 each', '', '', '', seed + n) for n in range(20)),
         *(Case('damaged runs, 50 each', '', '', '', seed + n) for n in range(6)),
-        *(Case('tests of traffic, users, network, hangs', '', f'tests/{name}.py')
+        *(Case('tests of traffic, users, network, workers, hangs', '', f'tests/{name}.py')
           for name in TESTED),
     ]  # fmt: skip
