@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from matplotlib.figure import Figure
 
@@ -19,8 +20,8 @@ from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin import figure as lines
-from khr_studies.push import model_figures as pushes
-from khr_studies.push import robot_figures as push_robot
+from khr_studies.push import figure as pushes
+from khr_studies.push import largest, largest_figure, motions
 from khr_studies.thesis_figures import (
     gaits,
     gyro,
@@ -41,18 +42,21 @@ class Drawing:
 
     Attributes:
         title: what it shows, in one line.
-        draw: returns it; receives a mapping of experiments to their runs if it needs any.
-        experiments: names of those that it is drawn from; none for a figure of the models.
-        quick: draws a coarse form in seconds where ``draw`` takes minutes.
-        pushes: whether ``draw`` pushes the robot, and takes the physics engine to do it on.
+        figure: returns it, from a mapping of experiments to their runs, or from what ``measure``
+            returned; a figure of the models needs neither.
+        experiments: names of those that it is drawn from.
+        measure: measures what it shows, if that is no experiment.
+        quick: the same coarsely, in seconds where ``measure`` takes minutes.
+        pushes: whether the robot is pushed to measure it, on the physics engine asked for.
         rate: the signal that it shows of runs unless another is asked for, one of RATES, which
-            ``draw`` then takes as well; empty if it shows no pitch rate of runs.
+            ``figure`` then takes as well; empty if it shows no pitch rate of runs.
     """
 
     title: str
-    draw: Callable[..., Figure]
+    figure: Callable[..., Figure]
     experiments: tuple[str, ...] = ()
-    quick: Callable[..., Figure] | None = None
+    measure: Callable[..., Any] | None = None
+    quick: Callable[..., Any] | None = None
     rate: str = ''
     pushes: bool = False
 
@@ -60,6 +64,19 @@ class Drawing:
     def of_robot(self) -> bool:
         """Return whether it shows the simulated robot, and depends on the physics engine."""
         return self.pushes or bool(self.experiments)
+
+    def draw(self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False) -> Figure:
+        """Measure what is no experiment, then draw it.
+
+        Args:
+            of_runs: the runs of its experiments, and a pitch rate of RATES if it shows one.
+            engine: physics engine of what is measured.
+            fast: whether to measure coarsely, if that can be.
+        """
+        measure = (fast and self.quick) or self.measure
+        if measure is None:
+            return self.figure(*of_runs)
+        return self.figure(measure(engine) if self.pushes else measure())
 
 
 LIFTS = ('lift_inclination',)
@@ -98,15 +115,26 @@ FIGURES: dict[str, Drawing] = {
     '4.5': Drawing('Demodulated output of the gyro', gyro.demodulated),
     '4.6': Drawing('Static characteristic of the gyro', gyro.static_characteristic),
     '4.8': Drawing(
-        'Pitch rate under a lasting push, without control', pushes.rising_force, pushes=True
-    ),
-    '4.10': Drawing('Recovery from a push, with and without control', pushes.recovery),
-    '4.11': Drawing(
-        'Recovery of robot and model, with and without control',
-        push_robot.with_and_without_control,
+        'Pitch rate under a lasting push, without control',
+        pushes.rising_force,
+        measure=motions.rising_force,
         pushes=True,
     ),
-    '4.12': Drawing('Pushes from behind and from the front', pushes.both_directions, pushes=True),
+    '4.10': Drawing(
+        'Recovery from a push, with and without control', pushes.recovery, measure=motions.recovery
+    ),
+    '4.11': Drawing(
+        'Recovery of robot and model, with and without control',
+        pushes.with_and_without_control,
+        measure=motions.with_and_without_control,
+        pushes=True,
+    ),
+    '4.12': Drawing(
+        'Pushes from behind and from the front',
+        pushes.both_directions,
+        measure=motions.both_directions,
+        pushes=True,
+    ),
     '5.5': Drawing(
         'Pitch rate of a whole walk', gaits.whole_walk, gaits.FINGERPRINT, rate=GYRO_RATE
     ),
@@ -164,11 +192,16 @@ FIGURES: dict[str, Drawing] = {
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
     'lines': Drawing('Origin of the spectral lines', lines.origin_of_lines, ('lines',)),
-    'push': Drawing('Largest push against the gain, models', pushes.largest),
+    'push': Drawing(
+        'Largest push against the gain, models',
+        largest_figure.largest_of_thesis,
+        measure=largest.largest_of_thesis,
+    ),
     'push_robot': Drawing(
         'Largest push against the gain, robot and models',
-        push_robot.side_by_side,
-        quick=push_robot.for_one_duration,
+        largest_figure.largest_pushes,
+        measure=lambda engine: largest.largest_pushes(engine=engine),
+        quick=largest.coarse_pushes,
         pushes=True,
     ),
     'stages': Drawing('Staged control on tilting ground', stages.climb, ('stages',)),
@@ -241,13 +274,9 @@ def draw(
         raise StudyError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
     image, points = paths(number, out, engine)
     with styled():
-        function = drawing.quick if fast and drawing.quick else drawing.draw
         needed = {name: (runs or {})[name] for name in drawing.experiments}
-        of_runs = [needed] if needed else []
-        own = {'engine': engine} if drawing.pushes else {}
-        figure = function(
-            *of_runs, *([RATES[signal or drawing.rate]] if drawing.rate else []), **own
-        )
+        rate = [RATES[signal or drawing.rate]] if drawing.rate else []
+        figure = drawing.draw(*([needed] if needed else []), *rate, engine=engine, fast=fast)
         if suffix(number, engine):
             head(figure, f'{figure.get_suptitle()}; on {engine}')
         try:

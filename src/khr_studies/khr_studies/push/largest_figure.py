@@ -1,0 +1,106 @@
+"""The largest pushes survived over the gain, of the thesis's model, and of robot and models."""
+
+from __future__ import annotations
+
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from khr_models.checks import FORMS
+from khr_models.standing.push import DIRECTIONS
+from khr_report.plots.plot_style import head, legend_above, panels, share_scale
+from khr_studies.push.figure import SIDES, show_band
+from khr_studies.push.largest import SETTINGS, Impulses, LargestPushes
+from khr_studies.push.motions import FATAL, PUSHED, SURVIVED, PushedBody, RobotAndModel
+
+MARKS = {'packaged': 'o', 'circuit': '^'}  # by gyro
+DASHES = {'robot': '--', 'thesis': ':'}  # by body of the model
+
+
+def largest_of_thesis(found: list[Impulses]) -> Figure:
+    """Draw the largest push survived over the gain, for both forms, durations and directions."""
+    figure, axes = panels('as published: both directions alike', 'physical, φ = 2°')
+    durations = list(dict.fromkeys(each.duration for each in found))
+    for form, axis in zip(FORMS, axes, strict=True):
+        for each in (one for one in found if one.form == form):
+            side = '' if form == 'published' else f', from {SIDES[each.direction]}'
+            axis.plot(
+                SETTINGS,
+                each.values,
+                marker='o',
+                color=f'C{durations.index(each.duration)}',
+                linestyle='-' if each.direction == 'behind' else '--',
+                label=f'{each.duration:g} s{side}',
+            )
+        axis.set(xlabel='gain K_A (board setting)', ylabel='largest impulse survived (N s)')
+        legend_above(axis, columns=2)
+    share_scale(axes)
+    head(figure, 'The largest push survived: gyro circuit, board and servo in the loop')
+    return figure
+
+
+def largest_pushes(found: LargestPushes) -> Figure:
+    """Draw the largest impulse over the gain, and x_COM for pushes near the largest one."""
+    figure, axes = panels(
+        *(f'the largest, from {SIDES[side]}' for side in DIRECTIONS),
+        *(f'{PUSHED:g} s, {share:.0%} of the limit at K_A = 0' for share in (SURVIVED, FATAL)),
+        columns=2,
+        height=6.0,
+    )
+    durations = list(dict.fromkeys(each.duration for each in found.impulses))
+    for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
+        for each in (one for one in found.impulses if one.direction == direction):
+            who = f'robot, {each.gyro}' if each.gyro else f'model, {each.form}, {each.body}'
+            axis.plot(
+                found.gains,
+                each.values,
+                color=f'C{durations.index(each.duration)}',
+                linestyle='-' if each.gyro else DASHES[each.body],
+                marker=MARKS[each.gyro] if each.gyro else '',
+                label=f'{who}, {each.duration:g} s',
+            )
+        axis.set(
+            xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)', ylim=(0.0, 2.1)
+        )
+    for near, axis in zip(found.near, axes[2:], strict=True):
+        _draw_motions(axis, near)
+    axes[2].legend(loc='upper left', fontsize=7)
+    figure.legend(
+        loc='outside lower center',
+        ncols=4,
+        fontsize=7,
+        handles=[
+            *(
+                Line2D([], [], color='0.3', marker=mark, label=f'robot, {gyro} gyro')
+                for gyro, mark in MARKS.items()
+                if gyro in {each.gyro for each in found.impulses}
+            ),
+            Line2D([], [], color='0.3', linestyle='--', label='model of its body, physical'),
+            Line2D([], [], color='0.3', linestyle=':', label="thesis's model, published"),
+            *(
+                Line2D([], [], color=f'C{index}', linewidth=4, label=f'push of {duration:g} s')
+                for index, duration in enumerate(durations)
+            ),
+        ],
+    )
+    figure.suptitle('Pushes on the simulated robot and on the model, on the flat')
+    return figure
+
+
+def _draw_motions(axis: Axes, near: RobotAndModel) -> None:
+    last = len(near.robot) - 1  # whose colour the model has
+    lines = [(f'C{index}', '-', 'robot', each) for index, each in enumerate(near.robot)]
+    lines += [(f'C{last}', '--', 'model', each) for each in near.model]
+    for color, line, who, each in lines:
+        axis.plot(
+            each.time,
+            1e3 * each.values,
+            color=color,
+            linestyle=line,
+            label=f'{who}, {_control(each)}',
+        )
+    show_band(axis, near)
+
+
+def _control(pushed: PushedBody) -> str:
+    return f'K_A = {pushed.gain:g}' + (f', {pushed.gyro}' if pushed.gain else '')

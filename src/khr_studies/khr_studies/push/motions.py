@@ -1,0 +1,246 @@
+"""Measure the motions that the figures of pushes show, of the robot and of the models."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from khr_bringup.recorded.run_signals import run_with_series
+from khr_models.checks import FORMS, Array, Form
+from khr_models.servo.servo_loop import gain_of_board
+from khr_models.standing.push import DIRECTIONS, Direction, Gyro, simulate_push
+from khr_models.standing.push import largest_push as largest_of_model
+from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
+from khr_sim.physics import engines
+from khr_sim.sensors.gyro_circuit.baseband import Baseband
+from khr_studies.push.model import model_gyro, model_loop, model_push
+from khr_studies.push.study import GYROS, START, PushCondition, on, push_robot, stance
+
+LOOP = PushLoop()  # of the thesis's model
+CONTROL = 12.0  # K_A, the thesis's
+LASTING = 1.0  # s, longer than the robot takes to fall
+SHARES = (0.8, 1.05, 1.5, 2.0, 4.0)  # of m g b/l, the force that lifts the heel
+SLOPES = (0.0, math.radians(2.0))  # of the model that is pushed from both sides
+BEYOND = 1.1  # of half a foot, end of the robot's curves
+SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
+WATCHED = 2.0  # s, of pushes of 0.1 s
+PUSHED = 0.5  # s, a longer push, at which control matters most
+WATCHED_LONG = 1.6  # s, of that one
+CONTROLLED = (12.0, 18.0)  # K_A, of that one
+
+
+@dataclass(frozen=True, eq=False)
+class PushedBody:
+    """A body after a push.
+
+    Attributes:
+        force: of the push, N.
+        time: since the push began, s, (N,).
+        values: what is shown of its motion, pitch rate in rad/s or x_COM in m, (N,).
+        fell: whether it fell, and the motion ends there.
+        gain: K_A; 0 is no control.
+        gyro: one of GYROS.
+        direction: where the push came from.
+    """
+
+    force: float
+    time: Array
+    values: Array
+    fell: bool = False
+    gain: float = 0.0
+    gyro: str = 'circuit'
+    direction: Direction = 'behind'
+
+
+@dataclass(frozen=True, eq=False)
+class PushedBothWays:
+    """One body pushed from both sides, with and without control.
+
+    Attributes:
+        half_foot: m.
+        inclination: of the ground, rad.
+        pushed: by x_COM.
+    """
+
+    half_foot: float
+    inclination: float
+    pushed: list[PushedBody]
+
+
+@dataclass(frozen=True, eq=False)
+class RobotAndModel:
+    """The robot and the model of its body under one push, by x_COM.
+
+    Attributes:
+        force: of the push, N; it lasts PUSHED.
+        half_foot: of both, m.
+    """
+
+    force: float
+    half_foot: float
+    robot: list[PushedBody]
+    model: list[PushedBody]
+
+
+def circuit() -> Gyro:
+    """Make a gyro: the circuit, averaged over its carrier, at the board's period."""
+    return Baseband(LOOP.period).update
+
+
+def rising_force(engine: str = engines.DEFAULT) -> list[list[PushedBody]]:
+    """Push ever harder, without control; pitch rates of LASTING s, of the robot up to its fall.
+
+    Returns:
+        The thesis's model as published and physical, the model of the robot's body, the robot.
+    """
+    condition = PushCondition(duration=LASTING, changes=on(engine))
+    own = stance(condition.base()).tipping('behind')[0]
+    loops = [replace(LOOP, form=form) for form in FORMS]
+    loops.append(model_loop(condition, 'physical', 'robot'))
+    found = []
+    for loop, body in zip(loops, (LOOP.pendulum, LOOP.pendulum, own), strict=True):
+        forces = [share * tipping_force(body) for share in SHARES]
+        runs = [simulate_push(loop, ForcePulse(force), duration=LASTING) for force in forces]
+        found.append(
+            [PushedBody(f, run.time, run.rate) for f, run in zip(forces, runs, strict=True)]
+        )
+    found.append([_rate_of_robot(condition, share * tipping_force(own)) for share in SHARES])
+    return found
+
+
+def _rate_of_robot(condition: PushCondition, force: float) -> PushedBody:
+    result, series = run_with_series(condition.scenario(force))
+    end = min(START + LASTING, result.outcome.fell_at or np.inf)
+    shown = (series.time >= START) & (series.time <= end)
+    return PushedBody(force, series.time[shown] - START, series.pitch_rate[shown])
+
+
+def recovery() -> dict[Form, list[PushedBody]]:
+    """Push the thesis's model from behind below its limit, and between those of both controls.
+
+    Returns:
+        By form: the weaker push without and with control, then the stronger one.
+    """
+    found = {}
+    for form in FORMS:
+        loop = replace(LOOP, form=form)
+        without, limit = _limits(loop, 'behind')
+        between = 0.5 * (without + limit) if limit > without else FATAL * without
+        found[form] = [
+            _push_model(loop, setting, force)
+            for force in (SURVIVED * without, between)
+            for setting in (0.0, CONTROL)
+        ]
+    return found
+
+
+def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
+    """Push the thesis's model on SLOPES, and the robot on the flat, with and without control."""
+    half_foot = LOOP.pendulum.half_foot
+    found = []
+    for slope in SLOPES:
+        loop = replace(LOOP, inclination=slope)
+        forces = {direction: 0.5 * sum(_limits(loop, direction)) for direction in DIRECTIONS}
+        pushed = [
+            _push_model(loop, setting, force, direction)
+            for direction, force in forces.items()
+            for setting in (CONTROL, 0.0)
+        ]
+        found.append(PushedBothWays(half_foot, slope, pushed))
+    alone = PushCondition(changes=on(engine))
+    half_foot = stance(alone.base()).pendulum.half_foot
+    pushed = []
+    for direction in DIRECTIONS:
+        of = replace(alone, direction=direction)
+        force = FATAL * model_push(of, 'physical', 'robot')
+        pushed += [
+            _push_robot(
+                replace(of, gain=setting, gyro='circuit'), force, (0.0, WATCHED), half_foot
+            )
+            for setting in (CONTROL, 0.0)
+        ]
+    return [*found, PushedBothWays(half_foot, 0.0, pushed)]
+
+
+def with_and_without_control(engine: str = engines.DEFAULT) -> RobotAndModel:
+    """Push robot and model beyond the model's limit without control, with several gains."""
+    alone = PushCondition(duration=PUSHED, changes=on(engine))
+    force = FATAL * model_push(alone, 'physical', 'robot')
+    tried = [replace(alone, gain=gain, gyro='circuit') for gain in (0.0, *CONTROLLED)]
+    return RobotAndModel(
+        force,
+        stance().pendulum.half_foot,
+        [_push_robot(condition, force, (0.0, WATCHED_LONG)) for condition in tried],
+        [_push_its_model(condition, force) for condition in tried],
+    )
+
+
+def near_limit(alone: PushCondition, force: float) -> RobotAndModel:
+    """Push the robot without and with control, with either gyro, and the model with the last."""
+    conditions = [alone, *(replace(alone, gain=CONTROLLED[-1], gyro=gyro) for gyro in GYROS)]
+    return RobotAndModel(
+        force,
+        stance().pendulum.half_foot,
+        [_push_robot(condition, force, (-0.1, WATCHED_LONG)) for condition in conditions],
+        [_push_its_model(conditions[-1], force)],
+    )
+
+
+def _push_robot(
+    condition: PushCondition, force: float, part: tuple[float, float], half_foot: float = math.inf
+) -> PushedBody:
+    """Push the robot; return a part of its motion, up to where the mass is well beyond the foot."""
+    motion = push_robot(condition, force)
+    lost = motion.time[np.abs(motion.x_com + half_foot) > BEYOND * half_foot]
+    shown = (motion.time >= part[0]) & (motion.time < min([part[1], *lost[:1]]))
+    return PushedBody(
+        force,
+        motion.time[shown],
+        motion.x_com[shown],
+        motion.fell,
+        condition.gain,
+        condition.gyro,
+        condition.direction,
+    )
+
+
+def _push_its_model(condition: PushCondition, force: float) -> PushedBody:
+    run = simulate_push(
+        model_loop(condition, 'physical', 'robot'),
+        ForcePulse(force, PUSHED),
+        gyro=model_gyro(condition),
+        duration=WATCHED_LONG,
+    )
+    return PushedBody(force, run.time, run.x_com, run.fell, condition.gain, condition.gyro)
+
+
+def _limits(loop: PushLoop, direction: Direction) -> tuple[float, float]:
+    """Return the largest push of 0.1 s survived without and with control, N."""
+    without, limit = (
+        largest_with_circuit(replace(loop, gain=gain_of_board(setting)), 0.1, direction)
+        for setting in (0.0, CONTROL)
+    )
+    return without, limit
+
+
+def largest_with_circuit(loop: PushLoop, duration: float, direction: Direction) -> float:
+    """Return the largest push that a model survives with the gyro's circuit in its loop, N."""
+    return largest_of_model(
+        loop, duration=duration, direction=direction, gyro=circuit, watch=WATCHED
+    )
+
+
+def _push_model(
+    loop: PushLoop, setting: float, force: float, direction: Direction = 'behind'
+) -> PushedBody:
+    """Push a model for 0.1 s."""
+    side = 1.0 if direction == 'behind' else -1.0
+    run = simulate_push(
+        replace(loop, gain=gain_of_board(setting)),
+        ForcePulse(side * force, 0.1),
+        gyro=circuit(),
+        duration=WATCHED,
+    )
+    return PushedBody(force, run.time, run.x_com, run.fell, setting, direction=direction)
