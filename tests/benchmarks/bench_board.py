@@ -78,7 +78,7 @@ def on_board(name: str, way: str, wire: int = 0) -> Measured:
         the share of them that came late, in %, the node's own figures, and how many cores others
         used meanwhile.
     """
-    twin = run_offline(scenarios.load(name).set_to([ENGINE])).verdict
+    twin = run_offline(scenarios.load_scenario(name).set_to([ENGINE])).verdict
     with tempfile.TemporaryDirectory() as folder:
         link, out = Path(folder) / 'rcb4', Path(folder) / 'run'
         serving = serve(name, link, wire)

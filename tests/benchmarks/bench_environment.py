@@ -44,7 +44,8 @@ def _twin(engine: str) -> Numbers:
     began: list[tuple[float, float]] = []
     changes = {('simulator', 'engine'): engine, ('simulator', 'duration'): SECONDS}
     seconds = run_offline(
-        scenarios.load(SCENARIO).changed(changes), lambda *_: began or began.append(clocks())
+        scenarios.load_scenario(SCENARIO).changed(changes),
+        lambda *_: began or began.append(clocks()),
     ).time
     return factors(seconds, began[0])
 

@@ -32,7 +32,7 @@ from tests.support.runs import Bag, children
 
 SCENARIO = 'walk_0deg'
 SECONDS = 6.0  # simulated
-SHORT = scenarios.load(SCENARIO).changed({('simulator', 'duration'): SECONDS})
+SHORT = scenarios.load_scenario(SCENARIO).changed({('simulator', 'duration'): SECONDS})
 SECOND_ENGINE = SHORT.changed({('simulator', 'engine'): 'mujoco'})
 REPEATS = 3
 KHR = [sys.executable, '-m', 'khr.cli.command', 'run']

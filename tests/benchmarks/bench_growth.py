@@ -22,7 +22,7 @@ PARTS = 0.0, 10.0, 60.0, 600.0, 1800.0, 3600.0  # simulated s; costs are compare
 def measure(engine: str, seconds: float = PARTS[-1]) -> list[Numbers]:
     """Return, for each part of a long standing, computing time per simulated s, and MiB."""
     log(f'growth: {seconds:g} s of standing on {engine}')
-    scenario = scenarios.load('stand_0deg').changed(
+    scenario = scenarios.load_scenario('stand_0deg').changed(
         {('simulator', 'engine'): engine, ('simulator', 'duration'): seconds}
     )
     found: list[Numbers] = []

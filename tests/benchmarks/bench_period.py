@@ -38,7 +38,7 @@ def measure(name: str) -> Numbers:
 
 
 def _round(name: str) -> Numbers:
-    scenario = scenarios.load(SCENARIO).changed(
+    scenario = scenarios.load_scenario(SCENARIO).changed(
         {('simulator', 'engine'): name, ('simulator', 'duration'): SECONDS}
     )
     spent: Counter[str] = Counter()

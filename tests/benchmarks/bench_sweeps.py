@@ -57,7 +57,7 @@ def sweep(workers: int, runs: int, engine: str) -> float:
 
 def in_place(runs: int) -> float:
     """Return the wall time of so many runs one after another in this process, s."""
-    base = scenarios.load(SCENARIO).changed(
+    base = scenarios.load_scenario(SCENARIO).changed(
         {tuple(key.split('.')): value for key, value in changes('bullet').items()}
     )
     run_offline(base)  # what is loaded and compiled once

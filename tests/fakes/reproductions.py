@@ -7,7 +7,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from khr_analysis.outcome import RIDES
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_studies.measuring.experiments import Run
 from khr_studies.peak_origin.study import PeakOrigin
 from khr_studies.reproduction.findings import Findings
@@ -54,7 +54,7 @@ TIMES = count(1.0, 0.125)  # no two runs take as long
 
 
 def run(name, seed, verdict='walked', slip=0.01, **changes):
-    scenario = load(name).changed(
+    scenario = load_scenario(name).changed(
         {tuple(key.split('__')): value for key, value in changes.items()}
     )
     row = {

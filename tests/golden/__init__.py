@@ -8,7 +8,7 @@ import json
 from pathlib import Path
 
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 
 FILE = Path(__file__).with_name('hashes.json')
 ENGINES = ('bullet', 'mujoco')
@@ -26,7 +26,7 @@ EMULATED = ('walk_8.88deg_ka12', 0.6)  # an emulator takes some 15 s for it
 def measure(scenario, engine, seconds):
     """Return the trajectory hash of a scenario's first seconds."""
     changes = {('simulator', 'engine'): engine, ('simulator', 'duration'): seconds}
-    return run_offline(load(scenario).changed(changes)).trajectory_hash
+    return run_offline(load_scenario(scenario).changed(changes)).trajectory_hash
 
 
 def measure_all():

@@ -18,7 +18,7 @@ PATIENCE = 60.0  # s of wall time
 FIRST = ['simulator']
 LATER = ['recorder', 'hip_controller', 'monitor', 'gait', 'transforms']
 LAST = ['foot_force', 'ankle_controller', 'fft_analyser', 'gyro']
-SCENARIO = scenarios.load('walk_7.68deg_ka12').changed({('simulator', 'duration'): 1.5})
+SCENARIO = scenarios.load_scenario('walk_7.68deg_ka12').changed({('simulator', 'duration'): 1.5})
 
 
 @pytest.fixture(scope='module')

@@ -12,7 +12,7 @@ import pytest
 
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from tests.support.drivers import PENDULUM, install_example
 from tests.support.runs import Bag, wait_for
 
@@ -118,7 +118,7 @@ def test_a_launch_ends_by_itself_with_the_verdict(launched):
     )
     assert launch.wait() == 0, launch.text
     changes = {('simulator', 'duration'): 1.5, ('ankle_controller', 'enabled'): True}
-    expected = run_offline(load('stand_0deg').changed(changes)).trajectory_hash
+    expected = run_offline(load_scenario('stand_0deg').changed(changes)).trajectory_hash
     assert 'stand_0deg: stood, ended by duration' in launch.text
     assert f'trajectory hash {expected}' in launch.text
     assert len(Bag(launch.folder / 'bag')['/clock']) == 101

@@ -44,7 +44,7 @@ def robots(tmp_path, monkeypatch):
         found = {
             name: Robot(
                 name,
-                scenarios.load(scenario).changed({('simulator', 'duration'): DURATION}),
+                scenarios.load_scenario(scenario).changed({('simulator', 'duration'): DURATION}),
                 tmp_path / name,
             )
             for name, scenario in ROBOTS.items()

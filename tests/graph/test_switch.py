@@ -4,7 +4,7 @@ import pytest
 import yaml
 
 from khr_bringup.recorded.bags import read_messages
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import SCENARIO
 from tests.support.runs import LONG, call, finish, joined, khr, wait_until, wait_until_running
 
@@ -25,7 +25,7 @@ def other(request, tmp_path):
     if not request.param.startswith('by'):
         return request.param
     file = tmp_path / 'other.yaml'
-    scenario = load('lift_7.6deg_ka12').changed(
+    scenario = load_scenario('lift_7.6deg_ka12').changed(
         {('simulator', 'control_period'): 0.02, ('simulator', 'duration'): 3.0}
     )
     file.write_text(scenario.to_yaml())
@@ -39,7 +39,10 @@ def test_the_run_after_a_switch_is_that_of_the_scenario_from_its_start(run, tmp_
     assert ended.code == 0, ended.err
     fresh = khr('run', other, '--offline', '--out', tmp_path / 'fresh')
     assert ended.hash == fresh.hash
-    for bag, motion in (('bag', 'stand'), ('bag_2', load(str(other)).values['gait']['motion'])):
+    for bag, motion in (
+        ('bag', 'stand'),
+        ('bag_2', load_scenario(str(other)).values['gait']['motion']),
+    ):
         (text,) = read_messages(run.folder / bag, [SCENARIO])[SCENARIO]
         assert f'motion: {motion}' in text.data
 

@@ -20,7 +20,7 @@ from khr_hardware.virtual.loopback import Loopback
 from tests.support.served import served
 
 MAP = JointMap.load()
-WALK = scenarios.load('walk_6.99deg_ka12')
+WALK = scenarios.load_scenario('walk_6.99deg_ka12')
 
 
 def write(client, loop):
@@ -39,7 +39,7 @@ def rig():
 
 
 def test_the_gains_of_a_scenario_are_whole_numbers_of_the_board():
-    both = loop_of(scenarios.load('walk_9.7deg_ka12_kh13'), MAP)
+    both = loop_of(scenarios.load_scenario('walk_9.7deg_ka12_kh13'), MAP)
     assert both == BoardLoop(
         {'l_ankle_pitch': 12, 'r_ankle_pitch': 12, 'l_hip_pitch': 13, 'r_hip_pitch': 13}, -5
     )

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
 from khr_report.film.film import render_run
@@ -21,7 +21,7 @@ SMALL = (96, 80, 20.0)
 
 
 def short(seconds=0.3):
-    return load('walk_3deg').changed({('simulator', 'duration'): seconds})
+    return load_scenario('walk_3deg').changed({('simulator', 'duration'): seconds})
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def near(picture, spot, color, reach=6):
 
 @pytest.mark.parametrize('yaw', [2.2, 0.7, -2.2])
 def test_the_feet_are_where_the_run_has_them_and_told_apart(yaw):
-    kept = frames(load('walk_3deg').changed({('simulator', 'duration'): 1.5}))
+    kept = frames(load_scenario('walk_3deg').changed({('simulator', 'duration'): 1.5}))
     scene, look = PosedScene(short()), Look(480, 360, yaw=yaw, pitch=-0.4)
     for frame in kept[::25]:
         camera = look.camera(frame.truth)
@@ -91,7 +91,7 @@ def test_the_shadow_lies_on_the_board_and_begins_at_the_soles(degrees):
 
 
 def test_the_overlay_says_what_acts_and_what_becomes_of_it():
-    scenario = load('walk_9.7deg_ka12_kh13')
+    scenario = load_scenario('walk_9.7deg_ka12_kh13')
     assert control_of(scenario) == 'K_A 12 (gyro), K_H 13'
     off = {('ankle_controller', 'enabled'): False, ('hip_controller', 'enabled'): False}
     assert control_of(scenario.changed(off)) == 'without control'

@@ -19,7 +19,7 @@ from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.code_version import code_version, surroundings
 from khr_bringup.recorded.bags import read_messages, read_what_is_left
 from khr_bringup.recorded.run_signals import run_with_series, series_of_bag
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
 from khr_common.interfaces import PUSHED
 from khr_report.run.contents import find
@@ -85,7 +85,7 @@ def rows_after(page, title):
 
 def test_signals_of_a_bag_are_those_of_the_run_bit_for_bit(recorded):
     read = series_of_bag(recorded)
-    _, run = run_with_series(load(str(recorded / 'scenario.yaml')))
+    _, run = run_with_series(load_scenario(str(recorded / 'scenario.yaml')))
     for each in fields(run):
         np.testing.assert_array_equal(
             getattr(read, each.name), getattr(run, each.name), err_msg=each.name
@@ -141,7 +141,7 @@ def test_the_bag_alone_will_do(recorded, tmp_path):
 
 
 def test_changes_while_it_ran_are_listed(tmp_path):
-    scenario = load('stand_0deg').changed({('simulator', 'duration'): 0.3})
+    scenario = load_scenario('stand_0deg').changed({('simulator', 'duration'): 0.3})
     event = change('/ankle_controller', 'gain', 18.0)
     event.stamp.sec = 1_800_000_000  # of the system's clock: the bag has the simulated time
     folder = make_bag(

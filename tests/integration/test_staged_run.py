@@ -10,7 +10,7 @@ import pytest
 from khr_balance.stage import StageParameters
 from khr_bringup.errors import BringupError
 from khr_bringup.recorded.run_signals import run_with_series
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_studies.measuring.experiments import Run
@@ -28,7 +28,7 @@ def entries(stage):
 
 @pytest.fixture(scope='module')
 def climb():
-    return run_with_series(load(TILTING).changed({('simulator', 'duration'): 17.5}))
+    return run_with_series(load_scenario(TILTING).changed({('simulator', 'duration'): 17.5}))
 
 
 def test_reading_is_within_half_a_degree_up_to_each_limit(climb):
@@ -63,7 +63,7 @@ def test_a_control_that_comes_on_does_not_shake_the_robot(climb):
 
 def test_without_its_stages_the_robot_falls_where_with_them_it_stands(climb):
     result, _ = climb
-    fixed = load(TILTING).changed(
+    fixed = load_scenario(TILTING).changed(
         {('simulator', 'duration'): 17.5, ('stage', 'mode'): 'fixed', ('stage', 'fixed_stage'): 1}
     )
     assert result.outcome.verdict == 'stood'
@@ -74,7 +74,7 @@ def test_without_its_stages_the_robot_falls_where_with_them_it_stands(climb):
 
 @pytest.mark.parametrize('foot', ['left', 'right'])
 def test_on_one_leg_the_inclination_is_read_as_well(foot):
-    scenario = load('lift_3.8deg').changed(
+    scenario = load_scenario('lift_3.8deg').changed(
         {
             ('gait', 'first_foot'): foot,
             ('stage', 'mode'): 'auto',
@@ -96,7 +96,7 @@ def test_on_one_leg_the_inclination_is_read_as_well(foot):
 
 
 def test_at_the_threshold_it_does_not_chatter():
-    scenario = load(TILTING).changed(
+    scenario = load_scenario(TILTING).changed(
         {
             ('simulator', 'inclination_rate_deg_s'): 0.0,
             ('simulator', 'level_start'): True,
@@ -110,7 +110,7 @@ def test_at_the_threshold_it_does_not_chatter():
 
 def test_down_it_goes_as_it_came():
     """The ground tilts past 6.6 deg and back."""
-    scenario = load(TILTING).changed(
+    scenario = load_scenario(TILTING).changed(
         {
             ('simulator', 'inclination_rate_deg_s'): -0.25,
             ('simulator', 'level_start'): True,
@@ -134,12 +134,14 @@ def test_delays_and_distances_are_those_of_the_robot():
 
 def test_a_staged_controller_needs_stages():
     with pytest.raises(BringupError, match='ankle_controller: staged: True is not accepted'):
-        load('stand_0deg').changed({('ankle_controller', 'staged'): True})
-    load('stand_0deg').changed({('ankle_controller', 'staged'): True, ('stage', 'mode'): 'fixed'})
+        load_scenario('stand_0deg').changed({('ankle_controller', 'staged'): True})
+    load_scenario('stand_0deg').changed(
+        {('ankle_controller', 'staged'): True, ('stage', 'mode'): 'fixed'}
+    )
 
 
 def test_the_figure_draws_each_case_up_to_its_fall(climb, tmp_path):
-    scenario, (_, series) = load(TILTING), climb
+    scenario, (_, series) = load_scenario(TILTING), climb
     series.save(tmp_path / 'run.npz')
     fell_at = {'no control': 12.0, 'automatic': None}  # the one is invented
     runs = [

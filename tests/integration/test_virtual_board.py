@@ -72,7 +72,7 @@ def counts(target):
 )
 def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
     """Up to the board's own rounding of the offset, which is an AD step, nothing is rounded."""
-    scenario = scenarios.load(name).set_to(
+    scenario = scenarios.load_scenario(name).set_to(
         [
             f'simulator.engine={engine}',
             f'simulator.duration={PERIODS * 0.015}',
@@ -103,7 +103,7 @@ def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
 )
 def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
     """The board is given what the twin's gyro reads: its counts are K times 0.19 steps off."""
-    scenario = scenarios.load(name).set_to(
+    scenario = scenarios.load_scenario(name).set_to(
         ['simulator.engine=mujoco', f'simulator.duration={PERIODS * 0.015}']
     )
     bench = TableServos(counts([0.0] * len(JOINTS)), {1: 512})
@@ -129,7 +129,7 @@ def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
 
 @pytest.fixture(scope='module')
 def scenario():
-    return scenarios.load('stand_0deg').set_to(['simulator.engine=mujoco'])
+    return scenarios.load_scenario('stand_0deg').set_to(['simulator.engine=mujoco'])
 
 
 def test_it_is_put_down_when_it_has_taken_its_stance_and_stands(scenario):

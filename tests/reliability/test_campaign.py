@@ -44,7 +44,7 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
     assert len({case.name for case in found}) == len(found)
     assert sum(case.kind == 'SIGKILL of a process' for case in found) == 200
     killed = {(case.victim, case.phase) for case in found if case.kind == 'SIGKILL of a process'}
-    victims = {*scenarios.load(SCENARIO).nodes, 'graph'}
+    victims = {*scenarios.load_scenario(SCENARIO).nodes, 'graph'}
     assert killed == {(victim, phase) for victim in victims for phase in PHASES}
 
 

@@ -55,7 +55,7 @@ def stand_and_squat(link, robot, bends=BENDS, seconds=0.6):
 
 def draw(file):
     """Film it, from the moment when the robot is put on the ground."""
-    scenario = scenarios.load('stand_0deg').set_to(['simulator.engine=mujoco'])
+    scenario = scenarios.load_scenario('stand_0deg').set_to(['simulator.engine=mujoco'])
     board, robot = virtual_board(scenario, MAP)
     kept = []
 

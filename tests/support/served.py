@@ -38,7 +38,7 @@ class ServedRobot:
     def __init__(self, folder, scenario='stand_0deg', map_='', faults=None):
         self.folder, self.link = folder / 'run', folder / 'rcb4'
         self.map, self._map, self._scenario = JointMap.load(map_), map_, scenario
-        chosen = scenarios.load(scenario).set_to(['simulator.engine=mujoco'])
+        chosen = scenarios.load_scenario(scenario).set_to(['simulator.engine=mujoco'])
         self.board, self.robot = virtual_board(chosen, self.map)
         self.server = Server(self.board, self.link, faults=faults)
         self._stop = threading.Event()

@@ -218,7 +218,9 @@ def prepared(
     Raises:
         BringupError: if there is no such scenario, or a value is not accepted.
     """
-    base = scenario if isinstance(scenario, Scenario) else scenario_files.load(str(scenario))
+    base = (
+        scenario if isinstance(scenario, Scenario) else scenario_files.load_scenario(str(scenario))
+    )
     stated = {key: value for key, value in of_simulator.items() if value is not None}
     named = {f'simulator.{key}': value for key, value in stated.items()}
     return base.changed(changes_of({**(set or {}), **named}))

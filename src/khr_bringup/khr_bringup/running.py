@@ -60,7 +60,7 @@ class Hooks:
     beside: Callable[[Processes], None] = lambda _: None
 
 
-def run(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Result:
+def run_to_end(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Result:
     """Run a scenario to its end.
 
     Args:

@@ -167,7 +167,7 @@ def _scenarios(where: str, form: SweepForm) -> dict[str, Scenario]:
     found: dict[str, Scenario] = {}
     for name in names:
         try:
-            scenario = scenarios.load(name).changed(keyed(changes))
+            scenario = scenarios.load_scenario(name).changed(keyed(changes))
         except KhrError as error:
             raise SweepError(f'{where}: scenario: {error}') from error
         if scenario.name in found:

@@ -10,7 +10,7 @@ import yaml
 from khr_balance.ankle import ANKLE_CONTROLLER
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.scenario.driver import driver_of
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO
 from tests.support.drivers import PATIENT, PENDULUM, ROUGH
 from tests.support.namespaced import Robot
@@ -61,7 +61,7 @@ def test_a_run_on_a_driver_begins_and_ends_by_its_clock(driven):
 
 def test_corrections_answer_what_the_driver_measured(driven):
     """As the same law does without a graph, bit for bit."""
-    scenario = load('stand_0deg').changed({('ankle_controller', 'enabled'): True})
+    scenario = load_scenario('stand_0deg').changed({('ankle_controller', 'enabled'): True})
     check_corrections(driven.bag(), scenario)
 
 
@@ -82,7 +82,7 @@ def test_a_report_shows_what_there_is_and_there_is_nothing_to_verify(driven):
 def test_system_time_jitter_and_lost_samples_change_neither_spectrum_nor_corrections(
     roughly_driven, driven
 ):
-    scenario = load('stand_0deg').changed({('ankle_controller', 'enabled'): True})
+    scenario = load_scenario('stand_0deg').changed({('ankle_controller', 'enabled'): True})
     bag = roughly_driven.bag()
     first = min(stamp_ns(message) for _, message in bag['/ankle_controller/correction'])
     assert first > 10**18
@@ -99,7 +99,7 @@ def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
 
 
 def test_a_driver_runs_in_a_namespace(with_example, tmp_path, monkeypatch):
-    scenario = load('stand_0deg').changed(
+    scenario = load_scenario('stand_0deg').changed(
         {('ankle_controller', 'enabled'): True, ('simulator', 'duration'): 3.0}
     )
     with registered('namespace', tmp_path) as entry:

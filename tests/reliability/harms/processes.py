@@ -94,7 +94,7 @@ HARMS = {
 
 def cases(seed: int, kills: int) -> list[Case]:
     """Return the cases of these harms, with so many processes killed."""
-    victims = [('--processes', node) for node in scenarios.load(SCENARIO).nodes]
+    victims = [('--processes', node) for node in scenarios.load_scenario(SCENARIO).nodes]
     victims.append(('--one-process', 'graph'))
     return [
         *(Case('SIGKILL of a process', *victims[number % len(victims)],

@@ -57,7 +57,7 @@ def try_file(path: Path, kind: str) -> str:
 def try_change(text: str) -> str:
     """Read a change as ``--set`` does; return what is wrong with the way it is refused."""
     try:
-        scenarios.load('walk_0deg').changed(scenarios.changes_of([text]))
+        scenarios.load_scenario('walk_0deg').changed(scenarios.changes_of([text]))
     except KhrError as error:
         return _fault(str(error))
     except Exception as error:  # what this looks for
@@ -141,7 +141,7 @@ def _sweep(path: Path) -> None:
 
 # What khr reads of what others may have written, by what it is.
 READERS: dict[str, Callable[[Path], object]] = {
-    'scenario': lambda path: scenarios.load(str(path)).to_yaml(),
+    'scenario': lambda path: scenarios.load_scenario(str(path)).to_yaml(),
     'sweep': load_sweep,
     'calibration': read_plan,
     'ensemble': read_ensemble,
@@ -162,7 +162,7 @@ def seeds() -> dict[str, list[bytes]]:
     config, maps = files('khr_bringup') / 'config', files('khr_hardware') / 'maps'
     return {
         'scenario': [path.read_bytes() for path in scenarios.shipped()]
-        + [scenarios.load('walk_9.7deg_ka12_kh13').to_yaml().encode()],
+        + [scenarios.load_scenario('walk_9.7deg_ka12_kh13').to_yaml().encode()],
         'sweep': [path.read_bytes() for path in shipped().values()],
         'calibration': [(config / 'calibration.yaml').read_bytes()],
         'ensemble': [SHIPPED_ENSEMBLE.read_bytes()],
@@ -170,7 +170,7 @@ def seeds() -> dict[str, list[bytes]]:
         'joint map': [(maps / 'khr3hv.yaml').read_bytes()],
         'description': [(files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_bytes()],
         'results': [_written(_write_results)],
-        'signals': [_written(signals(scenarios.load('walk_0deg'), 0, 1.0).save)],
+        'signals': [_written(signals(scenarios.load_scenario('walk_0deg'), 0, 1.0).save)],
         'sweep results': [_written(_write_sweep)],
         'parameters': [path.read_bytes() for path in scenarios.shipped()],
         'registered run': [json.dumps(asdict(RUN)).encode()],

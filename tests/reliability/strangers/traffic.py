@@ -38,7 +38,7 @@ def topics() -> dict[str, Topic]:
 
 def read(scenario: str) -> set[str]:
     """Return the names of the topics that somebody reads in a scenario."""
-    nodes = [registry()[name].spec for name in scenarios.load(scenario).nodes]
+    nodes = [registry()[name].spec for name in scenarios.load_scenario(scenario).nodes]
     return {topic.name for spec in nodes for topic in spec.subscribes} | {PUSH.name}
 
 

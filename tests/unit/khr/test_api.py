@@ -19,7 +19,7 @@ def walk():
 
 
 def test_a_run_is_that_of_the_twin(walk):
-    scenario = scenarios.load('walk_7.68deg_ka12').changed(
+    scenario = scenarios.load_scenario('walk_7.68deg_ka12').changed(
         {('ankle_controller', 'gain'): 15.0, ('simulator', 'duration'): 5.0}
     )
     assert walk.trajectory_hash == run_offline(scenario).trajectory_hash

@@ -5,7 +5,7 @@ import pytest
 from khr_analysis.outcome import SENSED, MonitorParameters
 from khr_analysis.sensed_outcome import SensedMonitor
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO
 
 
@@ -24,7 +24,7 @@ def sensed(scenario):
     ('enabled', 'verdicts'), [(True, ('walked', 'upright')), (False, ('fell', 'fell'))]
 )
 def test_a_fall_is_sensed_and_a_walk_is_none(enabled, verdicts):
-    scenario = load('walk_8.88deg_ka12').changed(
+    scenario = load_scenario('walk_8.88deg_ka12').changed(
         {
             ('ankle_controller', 'enabled'): enabled,
             ('simulator', 'stop_when_tilted_deg'): 180.0,

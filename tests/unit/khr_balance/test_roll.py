@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from khr_balance.errors import BalanceError
 from khr_balance.roll import RollController, RollControllerParameters
 from khr_bringup.offline import run_offline
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import GYRO
 
 ON = RollControllerParameters(enabled=True, gain=12.0)
@@ -41,7 +41,7 @@ def test_off_is_exactly_zero_and_a_rate_that_is_no_number_is_refused():
 def test_a_robot_pushed_sideways_rolls_less():
     def roll_rate(*changes):
         rates = []
-        scenario = load('stand_0deg').changed(
+        scenario = load_scenario('stand_0deg').changed(
             {('simulator', 'duration'): 2.5, ('simulator', 'pushes'): [PUSH]} | dict(changes)
         )
         run_offline(scenario, lambda truth, *_: rates.append(truth.mean_angular_velocity[0]))

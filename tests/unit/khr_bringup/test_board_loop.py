@@ -7,7 +7,7 @@ import pytest
 from khr_bringup.board_loop import on_board
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, GYRO, ROBOT_DESCRIPTION
 from khr_hardware.parameters import BoardParameters
@@ -18,7 +18,7 @@ MIXING = 'board.mixing=board'
 
 def driven(name, *changes):
     """Return a scenario on the board, as khr run --board prepares it."""
-    return on_board(load(name).set_to(changes)).driven_by(driver_of(OF_ROBOT, '--board'))
+    return on_board(load_scenario(name).set_to(changes)).driven_by(driver_of(OF_ROBOT, '--board'))
 
 
 def without(kind, folder):

@@ -9,7 +9,7 @@ import pytest
 from khr_analysis.recorded_topics import OF_EVERY_RUN
 from khr_bringup.code_version import version_in, version_of
 from khr_bringup.node_registry import node_of, registry, table_of
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import REGIONS
 
 GOOD = """
@@ -66,7 +66,7 @@ def test_a_node_of_one_module_takes_part_in_runs_and_in_their_code_version(tmp_p
         done = listed(tmp_path / name, module, arguments=run)
         assert done.returncode == 0, done.stderr
         codes.append(version_in((tmp_path / name / 'x' / 'scenario.yaml').read_text()))
-    assert len({*codes, version_of(load('stand_0deg'))}) == 3
+    assert len({*codes, version_of(load_scenario('stand_0deg'))}) == 3
 
 
 @pytest.mark.parametrize(

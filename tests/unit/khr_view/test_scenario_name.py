@@ -2,14 +2,14 @@
 
 import pytest
 
-from khr_bringup.scenario.scenario import load, shipped
+from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_view.scenario_name import scenario_name
 
 
 @pytest.mark.parametrize('path', shipped(), ids=lambda path: path.stem)
 def test_a_scenario_as_run_has_the_name_of_its_file(path, tmp_path):
     file = tmp_path / 'scenario.yaml'
-    changed = load(str(path)).changed({('simulator', 'seed'): 3})
+    changed = load_scenario(str(path)).changed({('simulator', 'seed'): 3})
     file.write_text(changed.to_yaml())
     assert scenario_name(file.read_text()) == path.stem
 

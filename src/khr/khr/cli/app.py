@@ -12,7 +12,7 @@ from khr.cli.verbs import board, live, recordings, runs, studies, thesis
 
 app = typer.Typer(no_args_is_help=True, pretty_exceptions_enable=False)
 VERBS: dict[str, Callable[..., None]] = {
-    'run': runs.run,
+    'run': runs.start_run,
     'view': runs.view,
     'scenarios': runs.list_scenarios,
     'list': live.list_runs,
@@ -31,7 +31,7 @@ VERBS: dict[str, Callable[..., None]] = {
     'tune': studies.tune,
     'stage3': studies.stage3,
     'film': recordings.film,
-    'sweep': studies.sweep,
+    'sweep': studies.start_sweep,
     'map': studies.draw_stability_map,
     'report': recordings.report,
     'verify': recordings.verify_bag,

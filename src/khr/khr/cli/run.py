@@ -14,7 +14,7 @@ from khr.cli.viewing import Viewing, page
 from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.result import INTERRUPTED, Result, write_outcome
 from khr_bringup.run_folder import claimed
-from khr_bringup.running import Hooks, Way, bounded, run
+from khr_bringup.running import Hooks, Way, bounded, run_to_end
 from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -67,7 +67,7 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
                 report(f'khr: {NETWORK}')
             line.show('starting', 0.0)
 
-        result = run(scenario, folder, way, Hooks(begun, line.show_run, beside))
+        result = run_to_end(scenario, folder, way, Hooks(begun, line.show_run, beside))
     for warning in result.warnings:
         report(f'khr: {warning}')
     failures = _kept(folder, result, options, console)

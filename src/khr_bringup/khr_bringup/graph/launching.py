@@ -92,7 +92,9 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
         for name in OF_SIMULATOR
         if given[name]
     )
-    scenario = scenarios.load(given['scenario']).changed(changes).set_to(_parted(given['set']))
+    scenario = (
+        scenarios.load_scenario(given['scenario']).changed(changes).set_to(_parted(given['set']))
+    )
     if given['board']:
         if given['driver']:
             raise BringupError('board: not with driver; accepted: one of them')

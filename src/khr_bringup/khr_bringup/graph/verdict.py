@@ -36,7 +36,7 @@ def main() -> int:
     parser.add_argument('--name', help='of the scenario; that of the file by default')
     options = parser.parse_args(own)
     try:
-        scenario = scenarios.load(str(options.parameters))
+        scenario = scenarios.load_scenario(str(options.parameters))
         scenario = replace(scenario, name=options.name or scenario.name)
         if options.driver:
             scenario = scenario.driven_by(driver_of(options.driver, '--driver'))

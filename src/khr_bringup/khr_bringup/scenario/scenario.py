@@ -169,7 +169,7 @@ class Scenario:
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 
 
-def load(name: str, sought: str = 'scenario') -> Scenario:
+def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
     """Read a scenario by path, or by name from the current config folder or the installed one.
 
     Args:
@@ -188,7 +188,7 @@ def parse(text: str, file: str, name: str) -> Scenario:
     """Read a scenario from the text of a ROS 2 parameter file.
 
     Raises:
-        BringupError: as :func:`load`; ``file`` is what its text calls the file.
+        BringupError: as :func:`load_scenario`; ``file`` is what its text calls the file.
     """
     document = read_yaml(text, file)
     if not isinstance(document, dict):
@@ -212,7 +212,7 @@ def find(name: str, sought: str = 'scenario') -> Path:
     """Return the file of a scenario given by path or name.
 
     Raises:
-        BringupError: if there is none, as :func:`load`.
+        BringupError: if there is none, as :func:`load_scenario`.
     """
     for path in (
         Path(name),

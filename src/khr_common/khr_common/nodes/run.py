@@ -9,7 +9,7 @@ from khr_common.block import NodeSpec
 from khr_common.nodes.spin import run_nodes
 
 
-def load(entry: str) -> NodeSpec:
+def load_spec(entry: str) -> NodeSpec:
     """Return the specification that an entry point such as ``khr_sim.node_specs:GYRO`` names."""
     module, name = entry.split(':')
     spec: NodeSpec = getattr(importlib.import_module(module), name)
@@ -21,7 +21,7 @@ def main() -> int:
     arguments = sys.argv[1:]
     if '--ros-args' in arguments:
         arguments = arguments[: arguments.index('--ros-args')]
-    return run_nodes([load(entry) for entry in arguments])
+    return run_nodes([load_spec(entry) for entry in arguments])
 
 
 if __name__ == '__main__':

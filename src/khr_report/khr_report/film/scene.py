@@ -15,7 +15,7 @@ from PIL import Image
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import ControlLoop, run_offline
-from khr_bringup.scenario.scenario import Scenario, load
+from khr_bringup.scenario.scenario import Scenario, load_scenario
 from khr_common import RunError
 from khr_common.maths.rotation import matrix
 from khr_common.text.quoting import quoted
@@ -81,8 +81,8 @@ def scenario_of(run: str) -> Scenario:
     if folder.is_dir():
         if not (folder / 'scenario.yaml').is_file():
             raise ReportError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
-        return load(str(folder / 'scenario.yaml'))
-    return load(run, 'run or scenario')
+        return load_scenario(str(folder / 'scenario.yaml'))
+    return load_scenario(run, 'run or scenario')
 
 
 def frames(

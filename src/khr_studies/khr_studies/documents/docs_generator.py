@@ -57,7 +57,7 @@ def generated(root: Path) -> dict[Path, str]:
     """Return all generated documents by path."""
     docs = root / 'docs'
     changelog = (root / 'CHANGELOG.md').read_text(encoding='utf-8')
-    shipped = [scenarios.load(str(path)) for path in scenarios.shipped()]
+    shipped = [scenarios.load_scenario(str(path)) for path in scenarios.shipped()]
     return {
         root / 'config' / 'defaults.yaml': defaults_yaml(),
         docs / 'nodes.md': nodes_markdown(),

@@ -187,7 +187,7 @@ class Comparison:
 
 def measure_scenario(name: str, changes: Changes) -> Measured:
     """Run a scenario offline and take its numbers."""
-    scenario = scenarios.load(name).changed(dict(changes))
+    scenario = scenarios.load_scenario(name).changed(dict(changes))
     gait = scenario.table(GaitParameters)
     truths: list[Truth] = []
     result = run_offline(scenario, lambda truth, *_: truths.append(truth))
@@ -229,7 +229,7 @@ def compare_engines(
         raise StudyError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]
     for name in names:
-        scenarios.load(name)  # a mistake is reported before anything starts
+        scenarios.load_scenario(name)  # a mistake is reported before anything starts
     with local_pool(jobs, '--jobs') as pool:
         return compare(Bench(pool, seeds, tolerance), names)
 

@@ -14,7 +14,7 @@ from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
-from khr_bringup.scenario.scenario import changes_of, load
+from khr_bringup.scenario.scenario import changes_of, load_scenario
 from khr_common.published import GAIT_PERIOD
 from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
@@ -322,7 +322,7 @@ def run_variants(
         RunError: if the computation could not go on; what is finished is kept.
     """
     processes = check_workers(workers)
-    walk = load(scenario)
+    walk = load_scenario(scenario)
     if walk.table(GaitParameters).motion != 'walk':
         raise StudyError(f'{scenario}: its motion is not accepted; accepted: a walk')
     text = shipped()[EXPERIMENT].read_text(encoding='utf-8')

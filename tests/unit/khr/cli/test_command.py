@@ -128,7 +128,7 @@ def test_expectation_that_fails_is_exit_code_1(monkeypatch, capsys, tmp_path):
 def test_a_run_says_what_was_run(monkeypatch, capsys, tmp_path):
     monkeypatch.setenv('COLUMNS', '80')
     folder = tmp_path / ('a[b]' * 20)
-    title = f'{scenarios.load("stand_0deg").title}, simulator.friction=0.3'
+    title = f'{scenarios.load_scenario("stand_0deg").title}, simulator.friction=0.3'
     command_line = ['run', 'stand_0deg', '--set', 'simulator.friction=0.3']
     code, out, _ = khr(
         monkeypatch, capsys, *command_line, '--offline', '--duration', 0.3, '--out', folder
@@ -224,7 +224,7 @@ def test_interruption_is_exit_code_130(monkeypatch, capsys):
     def interrupt(_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(scenarios, 'load', interrupt)
+    monkeypatch.setattr(scenarios, 'load_scenario', interrupt)
     code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
     assert (code, out, err) == (130, '', '')
 
@@ -277,7 +277,7 @@ def test_a_path_of_other_bytes_is_refused_in_one_line(tmp_path, words, locale):
 
 
 def test_file_that_fails_is_one_line(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr(scenarios, 'load', lambda _: (tmp_path / 'gone').read_text())
+    monkeypatch.setattr(scenarios, 'load_scenario', lambda _: (tmp_path / 'gone').read_text())
     code, out, err = khr(monkeypatch, capsys, 'run', 'walk_0deg')
     assert (code, out) == (2, '')
     assert err == f"khr: '{tmp_path / 'gone'}': No such file or directory\n"

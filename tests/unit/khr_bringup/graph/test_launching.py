@@ -19,7 +19,7 @@ def test_a_launch_lasts_as_long_as_the_motion(tmp_path):
     launch = arrange({**DEFAULTS, 'out': str(tmp_path / 'run')})
     assert launch.folder == tmp_path / 'run'
     assert {name for _, name in launch.nodes} >= {'simulator', 'gait', 'recorder', 'monitor'}
-    table = scenarios.load(str(launch.parameters)).table(RunParameters)
+    table = scenarios.load_scenario(str(launch.parameters)).table(RunParameters)
     assert table.duration > 5.0
     assert 'recorder' in table.listeners
 

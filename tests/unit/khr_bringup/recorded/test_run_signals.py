@@ -8,7 +8,7 @@ import pytest
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import Series, run_with_series, series_of, topics
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import BOARD_CORRECTION, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 WEIGHT = 1.5 * 9.81  # N
@@ -16,7 +16,7 @@ WEIGHT = 1.5 * 9.81  # N
 
 @pytest.fixture(scope='module')
 def standing():
-    scenario = load('lift_3.8deg').changed({('simulator', 'duration'): 3.0})
+    scenario = load_scenario('lift_3.8deg').changed({('simulator', 'duration'): 3.0})
     return scenario, *run_with_series(scenario)
 
 
@@ -98,7 +98,7 @@ def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
 
 def test_a_further_controller_has_a_column_of_its_own(tmp_path):
     on = {('roll_controller', key): value for key, value in (('enabled', True), ('gain', 12.0))}
-    scenario = load('walk_3deg').changed({('simulator', 'duration'): 1.5, **on})
+    scenario = load_scenario('walk_3deg').changed({('simulator', 'duration'): 1.5, **on})
     _, series = run_with_series(scenario)
     assert series.controllers == ('ankle', 'hip', 'roll')
     roll = series.correction_of('roll')

@@ -5,7 +5,7 @@ import pytest
 from khr_analysis.outcome import OBSERVED
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario.driver import OF_BOARD, STATED, Driver, driver_of
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import CLOCK, GYRO, JOINT_STATES, STATE, TRUE_FORCES, TRUE_RATE
 from tests.support.drivers import PENDULUM, install_example
 
@@ -23,7 +23,7 @@ def driver(*publishes):
 
 
 def nodes(*publishes, scenario='stand_0deg'):
-    return set(load(scenario).driven_by(driver(*publishes)).nodes)
+    return set(load_scenario(scenario).driven_by(driver(*publishes)).nodes)
 
 
 def test_sensors_stay_where_the_driver_publishes_the_truth():
@@ -50,7 +50,7 @@ def test_a_run_is_judged_by_what_there_is(publishes, by):
 
 
 def test_without_anything_to_judge_by_there_is_no_monitor():
-    by_rate = load('walk_8.88deg_ka12').driven_by(driver(CLOCK, JOINT_STATES, GYRO))
+    by_rate = load_scenario('walk_8.88deg_ka12').driven_by(driver(CLOCK, JOINT_STATES, GYRO))
     assert 'monitor' not in by_rate.nodes
 
 
@@ -67,7 +67,7 @@ def test_a_controller_without_its_sensor_is_refused_by_name():
 
 
 def test_a_driver_runs_in_real_time_unless_it_is_stated():
-    scenario = load('stand_0deg')
+    scenario = load_scenario('stand_0deg')
     assert scenario.driven_by(driver(*OF_BOARD)).values['simulator']['sync'] == 'realtime'
     stated = scenario.changed({('simulator', 'sync'): 'lockstep'})
     assert stated.driven_by(driver(*OF_BOARD)).values['simulator']['sync'] == 'lockstep'

@@ -7,7 +7,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import Expectation
 from khr_common.punctuality import Punctuality
 
-LOCKSTEP = scenarios.load('stand_0deg')
+LOCKSTEP = scenarios.load_scenario('stand_0deg')
 WALL_CLOCK = LOCKSTEP.changed({('simulator', 'sync'): 'realtime'})
 HELD = Punctuality(periods=9).figures()
 NOT_HELD = Punctuality(periods=9, late=5).figures()

@@ -19,7 +19,7 @@ GOOD = 'gait:\n  ros__parameters:\n    motion: walk\n'
 
 @pytest.mark.parametrize('path', scenarios.shipped(), ids=lambda path: path.stem)
 def test_shipped_scenarios_are_accepted_and_titled(path):
-    scenario = scenarios.load(str(path))
+    scenario = scenarios.load_scenario(str(path))
     assert scenario.title
     for node in registry():
         scenario.table(table_of(node))
@@ -27,7 +27,7 @@ def test_shipped_scenarios_are_accepted_and_titled(path):
 
 def test_names_agree_with_the_files():
     for path in scenarios.shipped():
-        scenario = scenarios.load(path.stem)
+        scenario = scenarios.load_scenario(path.stem)
         words = path.stem.split('_')
         simulator = scenario.table(RunParameters)
         for word in words:
@@ -47,7 +47,7 @@ def test_names_agree_with_the_files():
 
 
 def test_whole_scenario_reads_back_the_same():
-    scenario = scenarios.load('walk_9.7deg_ka12_kh13')
+    scenario = scenarios.load_scenario('walk_9.7deg_ka12_kh13')
     text = scenario.to_yaml()
     again = scenarios.parse(text, 'again.yaml', scenario.name)
     assert all(again.of(node) == again.of(node) | scenario.of(node) for node in registry())
@@ -56,7 +56,7 @@ def test_whole_scenario_reads_back_the_same():
 
 
 def test_keys_without_a_namespace_are_read_too():
-    scenario = scenarios.load('walk_0deg')
+    scenario = scenarios.load_scenario('walk_0deg')
     text = scenario.to_yaml()
     assert text.count('/**/') == len(scenario.nodes)
     again = scenarios.parse(text.replace('/**/', ''), 'again.yaml', scenario.name)
@@ -66,7 +66,7 @@ def test_keys_without_a_namespace_are_read_too():
 def test_defaults_file_holds_the_defaults_of_the_tables():
     document = yaml.safe_load((scenarios.CONFIG / 'defaults.yaml').read_text())
     assert set(document) == {f'/**/{node}' for node in registry()}
-    defaults = scenarios.load(str(scenarios.CONFIG / 'defaults.yaml'))
+    defaults = scenarios.load_scenario(str(scenarios.CONFIG / 'defaults.yaml'))
     for node in registry():
         assert defaults.table(table_of(node)) == table_of(node)()
 
@@ -103,7 +103,7 @@ def test_mistakes_are_named(tmp_path, text, says):
     path = tmp_path / 'mine.yaml'
     path.write_text(text)
     with pytest.raises(KhrError) as refusal:
-        scenarios.load(str(path))
+        scenarios.load_scenario(str(path))
     message = str(refusal.value)
     assert str(path) in message
     assert '\n' not in message
@@ -128,7 +128,7 @@ OF_888 = 'walk_8.88deg_ka12 or walk_8.88deg_ka12_rubber or walk_8.88deg_ka18'
 )
 def test_unknown_scenario_says_which_was_meant_and_what_lists_all(name, near):
     with pytest.raises(KhrError) as refusal:
-        scenarios.load(name)
+        scenarios.load_scenario(name)
     assert 'no such scenario; ' in str(refusal.value) and '"khr scenarios"' in str(refusal.value)
     assert ('did you mean' in str(refusal.value)) == (near is not None)
     assert near is None or f'did you mean {near}?' in str(refusal.value)
@@ -146,19 +146,19 @@ def test_unknown_scenario_says_which_was_meant_and_what_lists_all(name, near):
 )
 def test_changes_are_checked(text, says):
     with pytest.raises(KhrError) as refusal:
-        scenarios.load('walk_0deg').changed(scenarios.changes_of([text]))
+        scenarios.load_scenario('walk_0deg').changed(scenarios.changes_of([text]))
     assert says in str(refusal.value)
 
 
 def test_change_takes_an_integer_for_a_float():
-    changed = scenarios.load('walk_0deg').changed(
+    changed = scenarios.load_scenario('walk_0deg').changed(
         scenarios.changes_of(['ankle_controller.gain=18'])
     )
     assert changed.table(AnkleControllerParameters).gain == 18.0
 
 
 def test_what_was_set_stands_in_the_title_and_reads_back():
-    scenario = scenarios.load('walk_8.88deg_ka12')
+    scenario = scenarios.load_scenario('walk_8.88deg_ka12')
     changed = scenario.set_to(['ankle_controller.enabled=false', 'simulator.pushes=[\n]'])
     assert changed.values['ankle_controller']['enabled'] is False
     assert changed.values['simulator']['pushes'] == []
@@ -172,7 +172,7 @@ def test_what_was_set_stands_in_the_title_and_reads_back():
 
 
 def test_all_nodes_share_the_control_period():
-    changed = scenarios.load('walk_0deg').changed(
+    changed = scenarios.load_scenario('walk_0deg').changed(
         scenarios.changes_of(['simulator.control_period=0.02'])
     )
     again = scenarios.parse(changed.to_yaml(), 'again.yaml', 'again')
@@ -182,7 +182,9 @@ def test_all_nodes_share_the_control_period():
 
 
 def test_all_nodes_share_the_seed_unless_one_has_its_own():
-    scenario = scenarios.load('walk_0deg').changed(scenarios.changes_of(['simulator.seed=7']))
+    scenario = scenarios.load_scenario('walk_0deg').changed(
+        scenarios.changes_of(['simulator.seed=7'])
+    )
     seeded = [name for name in registry() if 'seed' in specifications(table_of(name))]
     assert {'simulator', 'gyro', 'foot_force'} <= set(seeded)
     assert {scenario.table(table_of(node)).seed for node in seeded} == {7}
@@ -192,7 +194,9 @@ def test_all_nodes_share_the_seed_unless_one_has_its_own():
 
 @pytest.mark.parametrize(('inclination_deg', 'start'), [(0.0, 2.0), (7.6, 5.8), (-3.0, 3.5)])
 def test_a_leg_lift_starts_when_the_board_has_been_tilted(inclination_deg, start):
-    lift = scenarios.load('lift_0deg').changed({('simulator', 'inclination_deg'): inclination_deg})
+    lift = scenarios.load_scenario('lift_0deg').changed(
+        {('simulator', 'inclination_deg'): inclination_deg}
+    )
     assert lift.table(table_of('gait')).start_delay == start
     stated = lift.changed({('gait', 'start_delay'): 1.25})
     assert stated.table(table_of('gait')).start_delay == 1.25
@@ -203,7 +207,7 @@ def test_a_leg_lift_starts_when_the_board_has_been_tilted(inclination_deg, start
 @pytest.mark.parametrize('period', [2.1, 2.4, 3.0])
 def test_the_spectrum_follows_the_period_of_the_gait(period):
     """In a window of one cycle a gait of even lines has no odd ones."""
-    walk = scenarios.load('walk_0deg').changed({('gait', 'cycle_period'): period})
+    walk = scenarios.load_scenario('walk_0deg').changed({('gait', 'cycle_period'): period})
     analyser = walk.table(FftAnalyserParameters)
     assert analyser.window_length == period
     time = np.arange(analyser.size) * analyser.control_period
@@ -214,13 +218,20 @@ def test_the_spectrum_follows_the_period_of_the_gait(period):
         assert walk.table(table_of(controller)).reference_frequency == 4.0 / period
     own = walk.changed({('fft_analyser', 'window_length'): 4.8})
     assert own.table(FftAnalyserParameters).window_length == 4.8
-    assert scenarios.load('walk_0deg').table(FftAnalyserParameters) == FftAnalyserParameters()
+    assert (
+        scenarios.load_scenario('walk_0deg').table(FftAnalyserParameters)
+        == FftAnalyserParameters()
+    )
 
 
 def test_nodes_of_a_run_are_those_that_it_needs():
-    assert 'stage' not in scenarios.load('walk_0deg').nodes
-    assert 'stage' in scenarios.load('stand_tilting_staged').nodes
-    assert scenarios.load('walk_0deg').answers == ['gait', 'ankle_controller', 'hip_controller']
+    assert 'stage' not in scenarios.load_scenario('walk_0deg').nodes
+    assert 'stage' in scenarios.load_scenario('stand_tilting_staged').nodes
+    assert scenarios.load_scenario('walk_0deg').answers == [
+        'gait',
+        'ankle_controller',
+        'hip_controller',
+    ]
 
 
 def test_a_node_is_described_once():
@@ -230,4 +241,4 @@ def test_a_node_is_described_once():
 
 
 def test_a_scenario_has_the_name_of_its_file():
-    assert scenarios.load('walk_8.88deg_ka18').name == 'walk_8.88deg_ka18'
+    assert scenarios.load_scenario('walk_8.88deg_ka18').name == 'walk_8.88deg_ka18'

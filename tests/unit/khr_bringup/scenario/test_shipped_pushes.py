@@ -12,7 +12,7 @@ PUSHED = [path for path in scenarios.shipped() if 'push' in path.stem]
 
 @pytest.mark.parametrize('path', PUSHED, ids=lambda path: path.stem)
 def test_a_push_ends_seconds_before_the_run(path):
-    scenario = scenarios.load(str(path))
+    scenario = scenarios.load_scenario(str(path))
     pushes = [Push.parse(text) for text in scenario.table(RunParameters).pushes if text]
     assert pushes
     assert max(push.start + push.duration for push in pushes) + 2.0 < duration(scenario)

@@ -7,7 +7,7 @@ import pytest
 
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.overview import (
     RANGE_DB,
@@ -21,7 +21,7 @@ from khr_report.run.overview import (
 from tests.fakes.invented_runs import RATE, READ, TONE, signals
 from tests.support.figures import check_whole
 
-SCENARIO = load('walk_6.99deg_ka12')
+SCENARIO = load_scenario('walk_6.99deg_ka12')
 
 
 @pytest.fixture(scope='module')

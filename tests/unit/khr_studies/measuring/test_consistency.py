@@ -41,7 +41,7 @@ def test_an_experiment_tries_a_condition_as_the_scoreboard_does(name, fast):
 
 @pytest.mark.parametrize('name', SHIPPED)
 def test_a_shipped_scenario_is_its_condition_without_an_error_of_posture(name):
-    scenario = scenarios.load(name)
+    scenario = scenarios.load_scenario(name)
     condition, inclination_deg, _ = named(scenario)
     assert complete(condition.scenario(inclination_deg)) == complete(scenario)
 

@@ -7,7 +7,7 @@ import pytest
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.published import GAIT_PERIOD
 from khr_studies.errors import StudyError
 from khr_studies.peak_origin.page import recorded
@@ -27,7 +27,9 @@ def series(seconds, *tones, name='pitch_rate', start=0.0):
 
 
 def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
-    found = peaks_of('run', load('walk_0deg'), series(15.0, (0.2, ON_LINE), (0.1, BETWEEN)))
+    found = peaks_of(
+        'run', load_scenario('walk_0deg'), series(15.0, (0.2, ON_LINE), (0.1, BETWEEN))
+    )
     assert [peak.frequency for peak in found.peaks] == pytest.approx([ON_LINE, BETWEEN], abs=0.02)
     assert [peak.amplitude for peak in found.peaks] == pytest.approx([0.2, 0.1], rel=0.1)
     assert [found.place(peak) for peak in found.peaks] == ['gait, n = 6', 'loop or slip, n = 12.5']
@@ -37,9 +39,9 @@ def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
 
 
 def test_a_part_of_a_cycle_does_not_count():
-    whole = whole_cycles(load('walk_0deg').table(GaitParameters))
+    whole = whole_cycles(load_scenario('walk_0deg').table(GaitParameters))
     end = whole[0] + 2.6 * GAIT_PERIOD
-    found = peaks_of('run', load('walk_0deg'), series(end, (0.2, ON_LINE)))
+    found = peaks_of('run', load_scenario('walk_0deg'), series(end, (0.2, ON_LINE)))
     assert found.end - found.begin + PERIOD == pytest.approx(2 * GAIT_PERIOD)
 
 
@@ -47,7 +49,7 @@ def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
     given = series(6.0, (0.2, 3.0), name='gyro_rate', start=1.7e9)
     lossy = given.gyro_rate.copy()
     lossy[::17] = np.nan
-    found = peaks_of('run', load('stand_0deg'), replace(given, gyro_rate=lossy))
+    found = peaks_of('run', load_scenario('stand_0deg'), replace(given, gyro_rate=lossy))
     assert found.peaks[0].frequency == pytest.approx(3.0, abs=0.02)
     assert found.signal == 'gyro' and 'place' not in recorded(found)
 
@@ -60,4 +62,4 @@ def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
 )  # fmt: skip
 def test_too_little_is_one_line(scenario, seconds, name, says):
     with pytest.raises(StudyError, match=says):
-        peaks_of('run', load(scenario), series(seconds, (0.2, 3.0), name=name))
+        peaks_of('run', load_scenario(scenario), series(seconds, (0.2, 3.0), name=name))

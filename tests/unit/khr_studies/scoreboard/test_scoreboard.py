@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.node_registry import table_of
-from khr_bringup.scenario.scenario import load, shipped
+from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_common import KhrError, check
 from khr_common.maths.limit import bracket_limit
 from khr_sim.run_parameters import RunParameters
@@ -274,7 +274,7 @@ def test_every_walk_and_lift_limit_of_the_thesis_has_a_scenario_to_run():
     tables = [
         tuple(
             map(
-                load(str(path)).table,
+                load_scenario(str(path)).table,
                 (RunParameters, AnkleControllerParameters, HipControllerParameters),
             )
         )

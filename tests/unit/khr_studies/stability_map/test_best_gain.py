@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from khr_bringup.scenario.scenario import load
+from khr_bringup.scenario.scenario import load_scenario
 from khr_studies.measuring.experiments import Run, specification_of
 from khr_studies.stability_map.best_gain import (
     FRICTION,
@@ -33,7 +33,9 @@ def run(x, y, seed, verdict, vibration, slip=0.01, axis=GAIN):
         'vibration_rad_s': vibration,
         'largest_slip_m': slip,
     }
-    return Run({INCLINATION: x, axis: y}, seed, row, load('walk_6.99deg_ka12'), Path('none'))
+    return Run(
+        {INCLINATION: x, axis: y}, seed, row, load_scenario('walk_6.99deg_ka12'), Path('none')
+    )
 
 
 @pytest.mark.parametrize(

@@ -22,7 +22,7 @@ from khr_studies.tuning.knobs import GAINS, PLACEMENT, changes
 from khr_studies.tuning.study import Question, Tuned, TunedRun, tune
 from tests.fakes.pools import HerePool
 
-WALK = scenarios.load('walk_7.68deg_ka12')
+WALK = scenarios.load_scenario('walk_7.68deg_ka12')
 
 
 @pytest.fixture
@@ -169,7 +169,7 @@ def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
     text = tune_page.write(answer, tmp_path)
     path = tmp_path / 'walk_7.68deg_ka12_tuned.yaml'
     assert str(path) in text and text.startswith('K_A ')
-    again = scenarios.load(str(path))
+    again = scenarios.load_scenario(str(path))
     assert again.values == answer.scenario.values and 'tuned: K_A' in again.title
     assert set(yaml.safe_load(path.read_text())) == {f'/**/{node}' for node in again.values}
     assert (tmp_path / 'front.png').stat().st_size > 10_000
@@ -212,7 +212,7 @@ def test_numbers_are_refused_in_one_line(change, word):
 def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
     def ask(scenario='walk_0deg', changed=(), gait=False, robust=False, jobs=1):
         question = study.ask(
-            scenarios.load(scenario).set_to(changed),
+            scenarios.load_scenario(scenario).set_to(changed),
             gait=gait,
             robust=robust,
             seeds=1,
@@ -242,7 +242,7 @@ def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
 def test_real_runs_are_tuned(tmp_path):
     changed = ['simulator.duration=0.3', 'gait.start_delay=0.0']
     answer = tune(
-        study.ask(scenarios.load('stand_0deg').set_to(changed), seeds=1, candidates=8),
+        study.ask(scenarios.load_scenario('stand_0deg').set_to(changed), seeds=1, candidates=8),
         1,
         tmp_path / 'jobs',
     )

@@ -4,13 +4,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_bringup.scenario.scenario import load, parse
+from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_view.controls import WATCHED, tunables
 from khr_view.errors import ViewError
 from khr_view.model.live_run import SILENCE, LiveRun
 
 BY_KEY = {each.key: each for each in (*tunables(), *WATCHED)}
-WALK = load('walk_8.88deg_ka12')
+WALK = load_scenario('walk_8.88deg_ka12')
 
 
 def told(**gains):

@@ -171,7 +171,7 @@ def deploy(
         print('the mixings are as they were')
         return
     joint_map = JointMap.load(map_)
-    loop = loop_of(scenarios.load(scenario).set_to(set_ or []), joint_map)
+    loop = loop_of(scenarios.load_scenario(scenario).set_to(set_ or []), joint_map)
     if before.exists():
         raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
     with _connected(port, baud) as (client, _):
@@ -234,7 +234,7 @@ def serve(
     from khr_hardware.virtual.faults import Fault, Faults
     from khr_hardware.virtual.server import Server, Wire
 
-    chosen = scenarios.load(scenario).set_to(set_ or [])
+    chosen = scenarios.load_scenario(scenario).set_to(set_ or [])
     ask_for_real_time(priority)  # a board has a processor of its own
     faults = Faults([Fault.parse(text) for text in fault or []])
     board, robot = virtual_board(chosen, JointMap.load(map_), ground)

@@ -64,7 +64,7 @@ def switch_scenario(
 ) -> None:
     """Start a running graph anew with another scenario, taken as a whole or not at all."""
     path = scenarios.find(scenario)
-    scenarios.load(str(path))
+    scenarios.load_scenario(str(path))
     entry = choose(domain)
     print(f'{path.stem}: {switch(path, entry.domain)}')
     _name(entry)

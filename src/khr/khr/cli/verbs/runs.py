@@ -23,7 +23,7 @@ from khr_bringup.scenario.expectation import MEANING
 from khr_common import KhrError
 
 
-def run(
+def start_run(
     scenario: Annotated[str | None, ScenarioArgument] = None,
     duration: Annotated[
         float | None,
@@ -104,7 +104,7 @@ def run(
             )
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
-    chosen = scenarios.load(scenario).set_to(set_ or []).changed(changes)
+    chosen = scenarios.load_scenario(scenario).set_to(set_ or []).changed(changes)
     if board:
         if driver:
             raise KhrError('--board: not with --driver; accepted: one of them')
@@ -172,7 +172,7 @@ def view(
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = Way(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
-    chosen = scenarios.load(what, 'run or scenario').set_to(set_ or []).changed(changes)
+    chosen = scenarios.load_scenario(what, 'run or scenario').set_to(set_ or []).changed(changes)
     warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(run_scenario(chosen, options))
 
@@ -181,7 +181,7 @@ def list_scenarios() -> None:
     """List the scenarios that come with the project."""
     from khr_bringup.scenario.scenario_table import scenario_table
 
-    Console().print(scenario_table(map(scenarios.load, map(str, scenarios.shipped()))))
+    Console().print(scenario_table(map(scenarios.load_scenario, map(str, scenarios.shipped()))))
 
 
 def doctor() -> None:

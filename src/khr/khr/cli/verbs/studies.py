@@ -182,7 +182,7 @@ def tune(
     from khr_studies.tuning import page, study
 
     question = study.ask(
-        scenarios.load(scenario).set_to(set_ or []),
+        scenarios.load_scenario(scenario).set_to(set_ or []),
         gait=gait,
         robust=robust,
         seeds=seeds,
@@ -217,7 +217,7 @@ def stage3(
     print(page.write(plane, out))
 
 
-def sweep(
+def start_sweep(
     specification: Annotated[Path, typer.Argument(help='A sweep file.')],
     out: Annotated[
         Path | None,
