@@ -11,8 +11,7 @@ from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.frames import refusal
 from khr_hardware.protocol.memory import FREE
 from khr_hardware.virtual.board import Setup, VirtualBoard
-from khr_hardware.virtual.loopback import Loopback
-from khr_hardware.virtual.robot import TableServos
+from tests.fakes.loopback import Loopback, TableServos
 
 TRIMS = {0: 0, 2: -1350, 3: 1350, 12: 20, 13: -20, 18: -600, 19: 600}
 AD = {0: 450, 1: 512, 2: 100}

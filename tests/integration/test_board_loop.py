@@ -16,7 +16,7 @@ from khr_hardware.deployment import BoardLoop, deploy, undo
 from khr_hardware.errors import HardwareError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import Mixing
-from khr_hardware.virtual.loopback import Loopback
+from tests.fakes.loopback import Loopback
 from tests.support.served import served
 
 MAP = JointMap.load()

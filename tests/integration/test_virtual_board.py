@@ -26,11 +26,10 @@ from khr_hardware.inspection import hold_pose, inspect
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address
 from khr_hardware.virtual.board import Setup, VirtualBoard
-from khr_hardware.virtual.loopback import Loopback
-from khr_hardware.virtual.robot import TableServos
 from khr_sim.plant import mix
 from khr_sim.robot import JOINTS
 from tests import ROOT
+from tests.fakes.loopback import Loopback, TableServos
 from tests.support.board_film import stand_and_squat
 from tests.support.served import served
 

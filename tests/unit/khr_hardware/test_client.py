@@ -10,8 +10,8 @@ from khr_hardware.errors import BadReplyError, BoardError, NoReplyError, PortErr
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.frames import refusal
 from khr_hardware.protocol.memory import Config, Mixing
-from khr_hardware.virtual.loopback import Loopback
 from tests.fakes.boards import TRIMS, bench_board
+from tests.fakes.loopback import Loopback
 from tests.support.exchanges import exchange
 
 STREAMS = 10_000

@@ -10,8 +10,8 @@ from khr_hardware.errors import RefusedError
 from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.frames import Packet
 from khr_hardware.protocol.memory import FREE, HOLD, Config, Mixing
-from khr_hardware.virtual.loopback import Loopback
 from tests.fakes.boards import TRIMS, bench_board
+from tests.fakes.loopback import Loopback
 
 SERVOS = st.sampled_from(sorted(TRIMS))
 POSITIONS = st.integers(5000, 10000)
