@@ -6,8 +6,8 @@ import signal
 import pytest
 import yaml
 
+from khr_view.charts.charts import charts
 from khr_view.controls import tunables
-from khr_view.model.charts import charts
 from tests.support.browser import browser_page, chart, choose, free_port, labels, said, slider
 from tests.support.runs import (
     Bag,

@@ -7,7 +7,7 @@ from contextlib import suppress
 import pytest
 from playwright.sync_api import TimeoutError
 
-from khr_view.model.charts import charts
+from khr_view.charts.charts import charts
 from tests.support.browser import (
     browser_page,
     chart,

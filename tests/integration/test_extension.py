@@ -113,7 +113,7 @@ WHERE_SHOWN = """
 import json, sys, khr
 from khr_report.run.overview import CORRECTIONS, panes_of
 from khr_view.controls import tunables
-from khr_view.model.charts import charts
+from khr_view.charts.charts import charts
 run = khr.load(sys.argv[1])
 lines = [line for pane in panes_of({'': run.signals}, [CORRECTIONS]) for line in pane.lines]
 print(json.dumps({

@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
 from khr_view.guard import Door
 from khr_view.model.again import PAUSE
-from khr_view.model.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
 from khr_view.model.events import Loop, Play, Seek, Speed, Step
 from khr_view.model.recorded import RecordedRun
 

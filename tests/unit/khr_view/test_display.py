@@ -8,11 +8,11 @@ import pytest
 from khr_common.interfaces import GYRO, JOINT_STATES, JOINTS
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
+from khr_view.charts.charts import charts
+from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
+from khr_view.charts.traces import Traces
 from khr_view.guard import open_door
-from khr_view.model.charts import charts
 from khr_view.model.snapshot import SnapshotBuilder
-from khr_view.model.spectrum_lines import PlacedPeak, spectrum_lines
-from khr_view.model.traces import Traces
 from khr_view.page.display import CAMERA, CAMERA_NARROW, Display, Note, _frame
 from khr_view.page.live_panel import LivePanel
 

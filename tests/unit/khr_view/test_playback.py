@@ -4,8 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from khr_view.charts.charts import charts
 from khr_view.model.again import PAUSE
-from khr_view.model.charts import charts
 from khr_view.model.events import Loop, Play, Seek, Speed, Step
 from khr_view.model.status import Status
 from khr_view.playback import PlayedRuns, Player, side_by_side

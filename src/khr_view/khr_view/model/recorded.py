@@ -30,13 +30,13 @@ from khr_common.interfaces import (
 )
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
+from khr_view.charts.charts import SLIP, Chart, tapped
+from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
+from khr_view.charts.traces import SPAN
 from khr_view.errors import ViewError
-from khr_view.model.charts import SLIP, Chart, tapped
 from khr_view.model.motion import motion_of
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
-from khr_view.model.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
 from khr_view.model.status import Status
-from khr_view.model.traces import SPAN
 
 Array = NDArray[np.float64]
 
@@ -128,7 +128,7 @@ class RecordedRun:
         return self._snapshots.build(signals)
 
     def columns(self, chart: Chart, time: float) -> tuple[Array, ...]:
-        """Return what :meth:`khr_view.model.traces.Traces.columns` would have at a time, s."""
+        """Return what :meth:`khr_view.charts.traces.Traces.columns` would have at a time, s."""
         first = self._tracks.get(chart.clock)
         stamps = first.stamps if first else self.stamps
         start, stop = np.searchsorted(stamps, [round((time - SPAN) * 1e9), round(time * 1e9) + 1])

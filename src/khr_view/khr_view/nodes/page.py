@@ -27,15 +27,15 @@ from khr_common.interfaces import (
 from khr_common.nodes.node import KhrNode
 from khr_common.text.strict_yaml import read_file
 from khr_sim.robot import Robot
+from khr_view.charts.charts import charts, tapped
+from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, Tunable, Value, tunables
 from khr_view.guard import SOCKET, TOKEN, inherited, open_door
 from khr_view.model import events
 from khr_view.model.again import Again
-from khr_view.model.charts import charts, tapped
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
 from khr_view.model.snapshot import NEEDED
-from khr_view.model.traces import Traces
 from khr_view.nodes.remote import Remote
 from khr_view.nodes.reports import Reports
 from khr_view.nodes.taps import Taps

@@ -25,11 +25,11 @@ from khr_common.interfaces import (
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import MalformedError, check_status
 from khr_common.text.quoting import one_line
-from khr_view.model.charts import SLIP
+from khr_view.charts.charts import SLIP
+from khr_view.charts.spectrum_lines import PlacedPeak, bins_in, peaks_in, spectrum_lines
+from khr_view.charts.traces import Traces
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
-from khr_view.model.spectrum_lines import PlacedPeak, bins_in, peaks_in, spectrum_lines
-from khr_view.model.traces import Traces
 from khr_view.nodes.remote import Remote
 from khr_view.page.display import Display
 from khr_view.page.live_panel import LivePanel

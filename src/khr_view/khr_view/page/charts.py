@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE
-from khr_view.model.charts import BLUE, DASHES, ORANGE, Array, Chart
-from khr_view.model.spectrum_lines import SpectrumLines
-from khr_view.model.traces import Columns
+from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart
+from khr_view.charts.spectrum_lines import SpectrumLines
+from khr_view.charts.traces import Columns
 
 HEIGHT = 150  # px
 GREY = '#8A8F98'

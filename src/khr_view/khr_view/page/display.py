@@ -15,12 +15,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_sim.robot import Robot
+from khr_view.charts.charts import Chart
+from khr_view.charts.export import signals_csv, spectrum_csv
+from khr_view.charts.spectrum_lines import SpectrumLines
+from khr_view.charts.traces import Columns
 from khr_view.guard import Door
-from khr_view.model.charts import Chart
-from khr_view.model.export import signals_csv, spectrum_csv
 from khr_view.model.snapshot import Snapshot
-from khr_view.model.spectrum_lines import SpectrumLines
-from khr_view.model.traces import Columns
 from khr_view.page.board_view import BoardView
 from khr_view.page.charts import SpectrumChart, TimeCharts
 from khr_view.page.robot_view import RobotView

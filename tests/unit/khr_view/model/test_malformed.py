@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from khr_analysis.nodes.fft_analyser import _array
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_common.run_identity import MalformedError
-from khr_view.model.spectrum_lines import bins_in, peaks_in, spectrum_lines
+from khr_view.charts.spectrum_lines import bins_in, peaks_in, spectrum_lines
 from khr_view.model.status import QUANTITIES, Status
 
 texts = st.sampled_from(['', 'nan', 'inf', '1e999', '3', '-0.5', '1_0', '9' * 50]) | st.text()

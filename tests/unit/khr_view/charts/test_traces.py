@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 from khr_balance.ankle import toe_heel_difference
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
-from khr_view.model.charts import SLIP, charts, tapped, traced
-from khr_view.model.traces import SPAN, Traces
+from khr_view.charts.charts import SLIP, charts, tapped, traced
+from khr_view.charts.traces import SPAN, Traces
 
 PERIOD = 15_000_000
 BY_TITLE = {chart.title: chart for chart in charts()}

@@ -8,8 +8,8 @@ from io import StringIO
 
 import numpy as np
 
-from khr_view.model.charts import Array, Chart
-from khr_view.model.spectrum_lines import SpectrumLines
+from khr_view.charts.charts import Array, Chart
+from khr_view.charts.spectrum_lines import SpectrumLines
 
 
 def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_analysis.peaks import DOMINANT_SHARE, ON_LINE
-from khr_view.model.spectrum_lines import PlacedPeak, spectrum_lines
+from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 
 BINS = np.arange(30) / 2.31
 

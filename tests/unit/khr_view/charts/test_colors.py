@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from khr_view.model.charts import BLUE, GREEN, ORANGE, PURPLE
+from khr_view.charts.charts import BLUE, GREEN, ORANGE, PURPLE
 
 # Of linear RGB, for no red, no green and no blue cones: Machado, Oliveira and Fernandes 2009.
 MACHADO = {

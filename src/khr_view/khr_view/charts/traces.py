@@ -10,7 +10,7 @@ import numpy as np
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common.block import Numbers
 from khr_common.interfaces import Topic
-from khr_view.model.charts import Array, Chart, traced
+from khr_view.charts.charts import Array, Chart, traced
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s
 SHORTEST_PERIOD = 0.010  # s between samples
