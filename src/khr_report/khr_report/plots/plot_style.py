@@ -20,7 +20,11 @@ from matplotlib.text import Text
 STYLE = Path(__file__).with_name('khr.mplstyle')
 TITLES = {'published': 'as published', 'physical': 'physical'}
 WIDTH = 7.0  # inches
-LOOKS = [('#0072B2', '-'), ('#D55E00', '--'), ('#009E73', '-.'), ('#CC79A7', ':')]  # of lines
+COLORS = ('#0072B2', '#D55E00', '#009E73', '#CC79A7')
+LOOKS: list[dict[str, Any]] = [  # of lines
+    {'color': color, 'linestyle': line}
+    for color, line in zip(COLORS, ('-', '--', '-.', ':'), strict=True)
+]
 FALLEN: dict[str, Any] = {  # the mark of a run that fell or was lost
     'color': '#b00000',
     'linestyle': '',
@@ -116,6 +120,22 @@ def save(figure: Figure, target: Path | IO[bytes], **options: Any) -> None:
         text.set_text(typeset(text.get_text()))
     with styled():
         figure.savefig(target, format='png', metadata={'Software': None}, **options)
+
+
+def named_level(
+    axis: Axes, height: float, name: str, x: float, shift: int = 3, **look: Any
+) -> None:
+    """Draw a level across a panel, and its name from ``x`` on, so many points above it."""
+    axis.axhline(height, color='0.4', linewidth=0.8)
+    axis.annotate(
+        name,
+        (x, height),
+        xytext=(0, shift),
+        textcoords='offset points',
+        fontsize=8,
+        color='0.3',
+        **look,
+    )
 
 
 def share_scale(axes: Iterable[Axes]) -> None:

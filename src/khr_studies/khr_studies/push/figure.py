@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from khr_models.checks import FORMS, Form
 from khr_models.standing.push import Direction
 from khr_report.plots.plot_style import (
+    COLORS,
     FALLEN,
     LOOKS,
     TITLES,
@@ -40,7 +41,7 @@ FORMS_EXPLAINED = (
     'torque ends where toe or heel carries everything'
 )
 SIDES = {'behind': 'behind', 'front': 'the front'}
-COLORS: dict[Direction, str] = {'behind': '#0072B2', 'front': '#D55E00'}
+OF_SIDES: dict[Direction, str] = {'behind': COLORS[0], 'front': COLORS[1]}
 LINES: dict[float, dict[str, Any]] = {  # by gain
     CONTROL: {'linestyle': '-', 'linewidth': 1.8},
     0.0: {'linestyle': ':', 'linewidth': 1.0},
@@ -81,7 +82,7 @@ def recovery(found: Mapping[Form, list[PushedBody]]) -> Figure:
     for form, axis in zip(FORMS, axes, strict=True):
         for number, each in enumerate(found[form]):
             look = {
-                'color': '#D55E00' if each.gain else '#0072B2',
+                'color': COLORS[bool(each.gain)],
                 'linestyle': '-' if number < 2 else '--',  # the weaker push comes first
                 'linewidth': 1.2 if each.gain else 3.0,
             }
@@ -107,9 +108,8 @@ def with_and_without_control(found: RobotAndModel) -> Figure:
     """Draw x_COM over time with and without control, of the robot and the model of its body."""
     figure, axes = panels('simulated robot', 'model of its body, physical')
     for axis, pushed in zip(axes, (found.robot, found.model), strict=True):
-        for each, (color, line) in zip(pushed, LOOKS, strict=False):
-            label = f'K_A = {each.gain:g}'
-            axis.plot(each.time, 1e3 * each.values, color=color, linestyle=line, label=label)
+        for each, look in zip(pushed, LOOKS, strict=False):
+            axis.plot(each.time, 1e3 * each.values, label=f'K_A = {each.gain:g}', **look)
         show_band(axis, found)
         axis.legend(loc='upper right')
     head(
@@ -135,7 +135,7 @@ def both_directions(found: list[PushedBothWays]) -> Figure:
             side = 1.0 if each.direction == 'behind' else -1.0
             ahead = side * (1e3 * each.values + half_foot * math.cos(body.inclination))
             label = f'{each.force:.2f} N from {SIDES[each.direction]}'
-            look = LINES[each.gain] | {'color': COLORS[each.direction]}
+            look = LINES[each.gain] | {'color': OF_SIDES[each.direction]}
             _draw_until_fall(axis, each, ahead, label + UNCONTROLLED * (not each.gain), look)
         _shade(axis, -half_foot, half_foot, 'heel to toe')
         axis.set(

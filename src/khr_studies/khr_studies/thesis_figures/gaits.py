@@ -13,7 +13,7 @@ from scipy.signal import find_peaks
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Array
-from khr_report.plots.plot_style import LOOKS, head, panels, share_scale
+from khr_report.plots.plot_style import COLORS, head, panels, share_scale
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
@@ -32,7 +32,7 @@ from khr_studies.thesis_figures.records import (
 EXPERIMENTS = ('walk_inclination', 'walk_between')
 FINGERPRINT = ('walk_left_first',)
 PEAKS = 2  # of the pitch rate while one leg swings
-BLUE = LOOKS[0][0]
+BLUE = COLORS[0]
 ONE_PER_SEED = 'a thin line per seed; x: it fell'
 Walk = tuple[float, Condition]  # inclination in deg, and condition
 

@@ -22,6 +22,7 @@ from khr_report.plots.plot_style import (
     head,
     legend_above,
     legend_below,
+    named_level,
     panels,
     share_scale,
 )
@@ -88,16 +89,7 @@ def critical_inclination() -> Figure:
         left.plot(np.degrees(lean), np.degrees(critical), label=label)
         right.plot(np.degrees(lean), np.degrees(critical - exact), label=label)
     left.plot([np.degrees(INITIAL_LEAN)], [5.7], 'ko', label='thesis: θ_A0 = 0.05°, 5.7°')
-    left.axhline(EXPERIMENT_DEG, color='0.4', linewidth=0.8)
-    left.annotate(
-        'experiment 6.4°',
-        (2.0, EXPERIMENT_DEG),
-        xytext=(0, 3),
-        color='0.3',
-        textcoords='offset points',
-        ha='right',
-        fontsize=8,
-    )
+    named_level(left, EXPERIMENT_DEG, 'experiment 6.4°', 2.0, ha='right')
     left.set(xlabel='initial lean θ_A0 (°)', ylabel='φ_cr (°)')
     right.set(xlabel='initial lean θ_A0 (°)', ylabel='φ_cr − exact (°)')
     legend_below(left, 2)
@@ -127,15 +119,7 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
         for phi in coarse
     ]
     axis.plot(coarse, settled, 'o', label="(3.11), thesis's pendulum, settled")
-    axis.axhline(ROBOT.weight, color='0.4', linewidth=0.8)
-    axis.annotate(
-        'm g: the toe carries everything',
-        (0.0, ROBOT.weight),
-        xytext=(0, -11),
-        textcoords='offset points',
-        fontsize=8,
-        color='0.3',
-    )
+    named_level(axis, ROBOT.weight, 'm g: the toe carries everything', 0.0, shift=-11)
     lifts = runs['lift_inclination']
     standing.draw_own_difference(axis, lifts[0])
     for side, color, line, mark in (('left', 'C2', '-', 'o'), ('right', 'C3', '--', 's')):
@@ -178,16 +162,9 @@ def servo_characteristic() -> Figure:
     axis.plot(np.degrees(error), output, label='K_P, K_I, K_D; the same at −84.3, 0 and +84.3°')
     ends = np.array([-sweep, sweep])
     axis.plot(np.degrees(ends), pid.proportional * ends, label='K_P alone: 69 per rad')
-    for side in (-1.0, 1.0):
-        axis.axhline(side * STALL_TORQUE, color='0.4', linewidth=0.8)
-    axis.annotate(
-        'stall torque of the real servo, if the output is in N m',
-        (-2.0, STALL_TORQUE),
-        xytext=(0, 3),
-        textcoords='offset points',
-        fontsize=8,
-        color='0.3',
-    )
+    axis.axhline(-STALL_TORQUE, color='0.4', linewidth=0.8)
+    what = 'stall torque of the real servo, if the output is in N m'
+    named_level(axis, STALL_TORQUE, what, -2.0)
     axis.set(xlabel='error θ* − θ (°)', ylabel='controller output (units of (3.11))')
     axis.legend(loc='lower right')
     figure.suptitle('Figure 3.11b: the servo (3.12) as its error sweeps ±2° in 4 s')
@@ -215,15 +192,9 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     axes[1].legend(loc='lower right', ncols=2)
     lifts = grouped(runs['lift_stages'], lambda run: (condition(run), inclination_deg(run)))
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
-        for phi, (color, line) in zip(ADJUSTED_DEG, LOOKS, strict=False):
-            draw_seeds(
-                axis,
-                lifts.get((stage, phi), []),
-                partial(rate_of_run, rate=rate),
-                f'φ = {phi:g}°',
-                color=color,
-                linestyle=line,
-            )
+        for phi, look in zip(ADJUSTED_DEG, LOOKS, strict=False):
+            group, shown = lifts.get((stage, phi), []), partial(rate_of_run, rate=rate)
+            draw_seeds(axis, group, shown, f'φ = {phi:g}°', **look)
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(
             xlabel='time, the board tilting from 0 s on (s)',
@@ -257,24 +228,12 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
             linestyle=line,
             label=f'step of (3.11), {TITLES[form]}',
         )
-    lifts = grouped(
-        (
-            run
-            for name in standing.EXPERIMENTS
-            for run in runs[name]
-            if lift_of(run).support == 'left'
-        ),
-        condition,
+    lifts, value = (
+        standing.on_the_left(runs, standing.EXPERIMENTS),
+        partial(overshoot_of, rate=rate),
     )
-    for stage, (color, line) in zip(standing.STAGES, LOOKS, strict=False):
-        draw_over_inclination(
-            axis,
-            lifts[stage],
-            partial(overshoot_of, rate=rate),
-            f'robot, {control(stage)}',
-            color=color,
-            linestyle=line,
-        )
+    for stage, look in zip(standing.STAGES, LOOKS, strict=False):
+        draw_over_inclination(axis, lifts[stage], value, f'robot, {control(stage)}', **look)
     axis.axvline(RISES_DEG, color='0.4', linewidth=0.8, label='_')
     axis.annotate(
         f'the thesis: rises abruptly beyond {RISES_DEG:g}°',

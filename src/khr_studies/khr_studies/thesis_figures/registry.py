@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
+from inspect import signature
 from pathlib import Path
 from typing import Any
 
@@ -43,13 +44,12 @@ class Drawing:
     Attributes:
         title: what it shows, in one line.
         figure: returns it, from a mapping of experiments to their runs, or from what ``measure``
-            returned; a figure of the models needs neither.
+            returned; a figure of the models needs neither. One that shows a pitch rate of runs
+            takes as ``rate`` which one, by default the gyro's, as in the thesis, or the true one
+            where the gyro's steps hide what is shown.
         experiments: names of those that it is drawn from.
-        measure: measures what it shows, if that is no experiment.
+        measure: measures what it shows, if that is no experiment, on an ``engine`` if it takes one.
         quick: the same coarsely, in seconds where ``measure`` takes minutes.
-        pushes: whether the robot is pushed to measure it, on the physics engine asked for.
-        rate: the signal that it shows of runs unless another is asked for, one of RATES, which
-            ``figure`` then takes as well; empty if it shows no pitch rate of runs.
     """
 
     title: str
@@ -57,13 +57,16 @@ class Drawing:
     experiments: tuple[str, ...] = ()
     measure: Callable[..., Any] | None = None
     quick: Callable[..., Any] | None = None
-    rate: str = ''
-    pushes: bool = False
 
     @property
     def of_robot(self) -> bool:
         """Return whether it shows the simulated robot, and depends on the physics engine."""
-        return self.pushes or bool(self.experiments)
+        return bool(self.experiments) or _takes(self.measure, 'engine')
+
+    @property
+    def rate(self) -> bool:
+        """Return whether it shows a pitch rate of runs, and another may be asked for."""
+        return _takes(self.figure, 'rate')
 
     def draw(self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False) -> Figure:
         """Measure what is no experiment, then draw it.
@@ -76,12 +79,14 @@ class Drawing:
         measure = (fast and self.quick) or self.measure
         if measure is None:
             return self.figure(*of_runs)
-        return self.figure(measure(engine) if self.pushes else measure())
+        return self.figure(measure(engine=engine) if _takes(measure, 'engine') else measure())
+
+
+def _takes(function: Callable[..., Any] | None, name: str) -> bool:
+    return function is not None and name in signature(function).parameters
 
 
 LIFTS = ('lift_inclination',)
-GYRO_RATE = 'gyro_rate'  # as in the thesis
-TRUE_RATE = 'pitch_rate'  # where the gyro's steps hide what is shown
 ALL = 'all'
 FIGURES: dict[str, Drawing] = {
     '3.4': Drawing('Toe and heel force of the support foot', standing.forces_over_time, LIFTS),
@@ -97,14 +102,11 @@ FIGURES: dict[str, Drawing] = {
         LIFTS,
     ),
     '3.11b': Drawing('Output of the servo against its error', balance.servo_characteristic),
-    '3.12': Drawing(
-        'Step response of the servo (3.11)', balance.servo_step, ('lift_stages',), rate=TRUE_RATE
-    ),
+    '3.12': Drawing('Step response of the servo (3.11)', balance.servo_step, ('lift_stages',)),
     '3.13': Drawing(
         'Largest pitch rate against the inclination',
         balance.largest_overshoot,
         standing.EXPERIMENTS,
-        rate=TRUE_RATE,
     ),
     '3.15': Drawing(
         'Delta against the inclination, by ankle gain',
@@ -118,7 +120,6 @@ FIGURES: dict[str, Drawing] = {
         'Pitch rate under a lasting push, without control',
         pushes.rising_force,
         measure=motions.rising_force,
-        pushes=True,
     ),
     '4.10': Drawing(
         'Recovery from a push, with and without control', pushes.recovery, measure=motions.recovery
@@ -127,67 +128,45 @@ FIGURES: dict[str, Drawing] = {
         'Recovery of robot and model, with and without control',
         pushes.with_and_without_control,
         measure=motions.with_and_without_control,
-        pushes=True,
     ),
     '4.12': Drawing(
         'Pushes from behind and from the front',
         pushes.both_directions,
         measure=motions.both_directions,
-        pushes=True,
     ),
-    '5.5': Drawing(
-        'Pitch rate of a whole walk', gaits.whole_walk, gaits.FINGERPRINT, rate=GYRO_RATE
-    ),
+    '5.5': Drawing('Pitch rate of a whole walk', gaits.whole_walk, gaits.FINGERPRINT),
     '5.6': Drawing(
         'Gait-3 without control, and with ankle control',
         gaits.without_and_with_ankle,
         gaits.EXPERIMENTS,
-        rate=GYRO_RATE,
     ),
     '5.7': Drawing(
-        'Gait-3 with ankle and hip control',
-        gaits.with_ankle_and_hip,
-        gaits.EXPERIMENTS,
-        rate=GYRO_RATE,
+        'Gait-3 with ankle and hip control', gaits.with_ankle_and_hip, gaits.EXPERIMENTS
     ),
     '5.8': Drawing(
         'Spectra without control, and with ankle control',
         spectra.without_and_with_ankle,
         gaits.EXPERIMENTS,
-        rate=GYRO_RATE,
     ),
     '5.9': Drawing(
-        'Spectra with ankle and hip control',
-        spectra.with_ankle_and_hip,
-        gaits.EXPERIMENTS,
-        rate=GYRO_RATE,
+        'Spectra with ankle and hip control', spectra.with_ankle_and_hip, gaits.EXPERIMENTS
     ),
-    '5.10': Drawing(
-        'Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS, rate=GYRO_RATE
-    ),
+    '5.10': Drawing('Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS),
     '5.11': Drawing(
         'Dominant frequencies against the inclination',
         walking.dominant_frequencies,
         gaits.EXPERIMENTS,
-        rate=GYRO_RATE,
     ),
     '5.12': Drawing(
-        'Spectra by ankle and hip gain',
-        spectra_compared.gains,
-        spectra_compared.GAINS,
-        rate=GYRO_RATE,
+        'Spectra by ankle and hip gain', spectra_compared.gains, spectra_compared.GAINS
     ),
     '5.13': Drawing(
-        'Smooth and rubber soles, ankle control',
-        spectra_compared.ankle_on_soles,
-        ('walk_soles',),
-        rate=GYRO_RATE,
+        'Smooth and rubber soles, ankle control', spectra_compared.ankle_on_soles, ('walk_soles',)
     ),
     '5.14': Drawing(
         'Smooth and rubber soles, ankle and hip control',
         spectra_compared.ankle_and_hip_on_soles,
         ('walk_soles',),
-        rate=GYRO_RATE,
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
@@ -200,9 +179,8 @@ FIGURES: dict[str, Drawing] = {
     'push_robot': Drawing(
         'Largest push against the gain, robot and models',
         largest_figure.largest_pushes,
-        measure=lambda engine: largest.largest_pushes(engine=engine),
+        measure=largest.largest_pushes,
         quick=largest.coarse_pushes,
-        pushes=True,
     ),
     'stages': Drawing('Staged control on tilting ground', stages.climb, ('stages',)),
     'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
@@ -275,7 +253,7 @@ def draw(
     image, points = paths(number, out, engine)
     with styled():
         needed = {name: (runs or {})[name] for name in drawing.experiments}
-        rate = [RATES[signal or drawing.rate]] if drawing.rate else []
+        rate = [RATES[signal]] if signal and drawing.rate else []
         figure = drawing.draw(*([needed] if needed else []), *rate, engine=engine, fast=fast)
         if suffix(number, engine):
             head(figure, f'{figure.get_suptitle()}; on {engine}')

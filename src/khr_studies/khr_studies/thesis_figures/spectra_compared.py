@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_analysis.peaks import DOMINANT_SHARE
-from khr_report.plots.plot_style import LOOKS, head, legend_above, panels, share_scale
+from khr_report.plots.plot_style import COLORS, LOOKS, head, legend_above, panels, share_scale
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import COMMON_DEG, walking
@@ -163,15 +163,15 @@ def _draw_soles(axes: list[Axes], ground: _Compared, rate: Rate) -> None:
     pairs = [(amplitude, (ground.smooth, ground.rubber))]
     pairs += [(axis, (ground.other, ground.rubber)) for axis in others if ground.other]
     for axis, pair in pairs:
-        for (of, group), (color, line) in zip(pair, LOOKS, strict=False):
-            draw_spectra(axis, group, ground.name(of), rate, color=color, linestyle=line)
-        for (of, _), (color, _) in zip(pair, LOOKS, strict=False):
+        for (of, group), look in zip(pair, LOOKS, strict=False):
+            draw_spectra(axis, group, ground.name(of), rate, **look)
+        for (of, _), color in zip(pair, COLORS, strict=False):
             mark_thesis(axis, ground.phi, of, color)
         finish_spectrum(axis, rate)
         legend_above(axis, columns=1 if axis in others else 2)
-    for (of, group), (color, line) in zip((ground.smooth, ground.rubber), LOOKS, strict=False):
-        draw_phases(phase, group, ground.name(of), rate, color=color)
-        draw_seeds(way, group, slip, ground.name(of), color=color, linestyle=line)
+    for (of, group), look in zip((ground.smooth, ground.rubber), LOOKS, strict=False):
+        draw_phases(phase, group, ground.name(of), rate, color=look['color'])
+        draw_seeds(way, group, slip, ground.name(of), **look)
     finish_phases(phase, rate)
     way.set(xlabel='time in the walk (s)', ylabel='slip of the soles (mm)', ylim=(0.0, None))
     for axis in (phase, way):

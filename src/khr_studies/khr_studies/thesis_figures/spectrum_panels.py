@@ -12,14 +12,14 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Array
 from khr_common.published import GAIT_PERIOD
-from khr_report.plots.plot_style import LOOKS, legend_above
+from khr_report.plots.plot_style import COLORS, legend_above
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import LINE_HZ, WALKS
 from khr_studies.thesis_figures.gaits import cycle_of, gait_3
 from khr_studies.thesis_figures.records import GYRO, Rate, control, record
 
-ROBOT, THESIS = LOOKS[0][0], LOOKS[1][0]  # colours
+ROBOT, THESIS = COLORS[:2]
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
 MARK_HEIGHT = 0.96  # of a panel, where the thesis's peaks are marked
 PITCH = "where no seed stays up, the torso's pitch up to the fall (x), a thin line per seed"

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
@@ -26,9 +24,8 @@ def climb(runs: dict[str, Runs]) -> Figure:
         columns=2,
         height=5.4,
     )
-    for (case, group), (color, line) in zip(cases.items(), LOOKS, strict=False):
+    for (case, group), look in zip(cases.items(), LOOKS, strict=False):
         label = case + _where_it_fell(group)
-        look: dict[str, Any] = {'color': color, 'linestyle': line}
         draw_seeds(slope, group, _read, f'read back, {case}', **look)
         draw_seeds(stage, group, _stage, case, **look)
         draw_seeds(difference, group, _difference, label, **look)

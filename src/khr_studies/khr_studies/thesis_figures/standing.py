@@ -23,6 +23,7 @@ from khr_report.plots.plot_style import (
     head,
     legend_above,
     legend_below,
+    named_level,
     panels,
     share_scale,
 )
@@ -61,6 +62,12 @@ DIFFERENCE = 'Δ = F_T − F_H (N)'
 def spread_with_lost(groups: Iterable[Runs]) -> str:
     """Say what is drawn over the inclination."""
     return f'{records.spread(groups)}; x: a seed lost, at the upper edge if before it had a value'
+
+
+def on_the_left(runs: Mapping[str, Runs], experiments: Iterable[str]) -> dict[Condition, Runs]:
+    """Return the lifts of experiments in which the robot stands on its left leg, by condition."""
+    lifts = (run for name in experiments for run in runs[name])
+    return grouped((run for run in lifts if lift_of(run).support == 'left'), condition)
 
 
 def draw_own_difference(axis: Axes, run: Run) -> None:
@@ -102,22 +109,16 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
         height=6.6,
     )
     shown = lifts[SHOWN_DEG]
-    for name, parts, (color, line) in zip(
+    for name, parts, look in zip(
         ('toe', 'heel', 'toe and heel'), ((0,), (1,), (0, 1)), LOOKS, strict=False
     ):
-        draw_seeds(axes[0], shown, _force(*parts), name, color=color, linestyle=line)
+        draw_seeds(axes[0], shown, _force(*parts), name, **look)
     for part, axis in enumerate(axes[1:]):
-        for phi, (color, line) in zip(STAGE_1_READ, LOOKS, strict=False):
-            name = f'φ = {phi:g}°'
-            draw_seeds(axis, lifts[phi], _force(part), name, color=color, linestyle=line)
-            draw_seeds(
-                axis,
-                [run for run in lifts[phi] if run.stayed_up],
-                _force_of_both(part),
-                f'{name}{BOTH}',
-                color=color,
-                linestyle=(0, (1, 2)),
-            )
+        for phi, look in zip(STAGE_1_READ, LOOKS, strict=False):
+            name, up = f'φ = {phi:g}°', [run for run in lifts[phi] if run.stayed_up]
+            dotted = look | {'linestyle': (0, (1, 2))}
+            draw_seeds(axis, lifts[phi], _force(part), name, **look)
+            draw_seeds(axis, up, _force_of_both(part), f'{name}{BOTH}', **dotted)
     for axis in axes:
         _mark_parts(axis, lift_of(shown[0]))
         axis.set(
@@ -142,8 +143,8 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
     figure, axes = panels('left leg', 'right leg')
     for side, axis in zip(SIDES, axes, strict=True):
         lifts = [run for run in runs['lift_inclination'] if lift_of(run).support == side]
-        for part, (name, (color, line)) in enumerate(zip(('toe', 'heel'), LOOKS, strict=False)):
-            draw_over_inclination(axis, lifts, _held(part), name, color=color, linestyle=line)
+        for part, (name, look) in enumerate(zip(('toe', 'heel'), LOOKS, strict=False)):
+            draw_over_inclination(axis, lifts, _held(part), name, **look)
         _mark_limit(axis, STAGE_1)
         axis.set(xlabel=SLOPE, ylabel='force of the support foot (N)', ylim=(0.0, None))
     legend_below(axes[0], 3)
@@ -160,20 +161,11 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
 def stages(runs: Mapping[str, Runs]) -> Figure:
     """Draw Delta over the inclination in the three stages of control, beside (3.7)."""
     figure, (axis,) = panels('', height=5.0)
-    lifts = grouped(
-        (run for name in EXPERIMENTS for run in runs[name] if lift_of(run).support == 'left'),
-        condition,
-    )
-    for stage, (color, line) in zip(STAGES, LOOKS, strict=False):
-        draw_over_inclination(
-            axis,
-            lifts[stage],
-            held_difference,
-            f'robot, {control(stage)}',
-            color=color,
-            linestyle=line,
-        )
-        _mark_limit(axis, stage, color=color)
+    lifts = on_the_left(runs, EXPERIMENTS)
+    for stage, look in zip(STAGES, LOOKS, strict=False):
+        name = f'robot, {control(stage)}'
+        draw_over_inclination(axis, lifts[stage], held_difference, name, **look)
+        _mark_limit(axis, stage, color=look['color'])
     slope = np.linspace(0.0, thesis_limit(STAGE_2), 77)
     _plot_model(axis, slope, 0.0, '0.3', "(3.7), thesis's pendulum, no control")
     _plot_model(axis, slope, FORCE_GAIN, '0.6', "(3.7) and (3.13), thesis's pendulum, K_A = 12")
@@ -191,30 +183,14 @@ def stages(runs: Mapping[str, Runs]) -> Figure:
 def gains(runs: Mapping[str, Runs]) -> Figure:
     """Draw Delta over the inclination for raised gains of the ankle loop."""
     figure, (axis,) = panels('', height=4.0)
-    lifts = grouped(
-        (
-            run
-            for name in ('lift_inclination', 'lift_stages', 'lift_gains')
-            for run in runs[name]
-            if lift_of(run).support == 'left'
-        ),
-        condition,
-    )
+    lifts = on_the_left(runs, (*EXPERIMENTS, 'lift_gains'))
     tried = sorted((each for each in lifts if not each.hip_gain), key=lambda each: each.ankle_gain)
     colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(tried)))
     for each, color in zip(tried, colors, strict=True):
         draw_over_inclination(
             axis, lifts[each], held_difference, control(each), color=to_hex(color)
         )
-    axis.axhline(ROBOT.weight, color='0.4', linewidth=0.8)
-    axis.annotate(
-        'm g',
-        (0.0, ROBOT.weight),
-        xytext=(0, 3),
-        textcoords='offset points',
-        fontsize=8,
-        color='0.3',
-    )
+    named_level(axis, ROBOT.weight, 'm g', 0.0)
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
     legend_below(axis, 4)
     head(
