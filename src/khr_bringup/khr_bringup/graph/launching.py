@@ -95,17 +95,7 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
     scenario = (
         scenarios.load_scenario(given['scenario']).changed(changes).set_to(_parted(given['set']))
     )
-    if given['board']:
-        if given['driver']:
-            raise BringupError('board: not with driver; accepted: one of them')
-        scenario = scenario.changed({('board', 'port'): given['board']})
-    driver = OF_ROBOT if given['board'] else given['driver']
-    if driver == OF_ROBOT:
-        from khr_bringup.board_loop import on_board
-
-        scenario = on_board(scenario)
-    if driver:
-        scenario = scenario.driven_by(driver_of(driver, 'driver'))
+    scenario = on_driver(scenario, given['driver'], given['board'])
     driver_parameters = parameters_of_driver(given['driver_params'], 'driver_params', scenario)
     scenario = scenario.changed(
         {('simulator', 'duration'): duration(scenario), ('transforms', 'joints'): joints}
@@ -128,6 +118,29 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
         shared_with_driver(prepared),
         driver_parameters,
     )
+
+
+def on_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:
+    """Return a scenario on a driver in the simulator's place, or on the real robot, if asked for.
+
+    Args:
+        scenario: what to run.
+        driver: PACKAGE/EXECUTABLE; empty for the simulator.
+        board: serial line of the real robot; empty without one.
+        dashes: what stands before the names of these options.
+
+    Raises:
+        KhrError: if both are asked for, there is no such driver, or the scenario cannot run on it.
+    """
+    if board:
+        if driver:
+            raise BringupError(f'{dashes}board: not with {dashes}driver; accepted: one of them')
+        driver, scenario = OF_ROBOT, scenario.changed({('board', 'port'): board})
+    if driver == OF_ROBOT:
+        from khr_bringup.board_loop import on_board
+
+        scenario = on_board(scenario)
+    return scenario.driven_by(driver_of(driver, f'{dashes}driver')) if driver else scenario
 
 
 def parameters_of_driver(file: str, option: str, scenario: Scenario) -> Path | None:

@@ -16,9 +16,8 @@ from khr.cli.verbs.options import (
     SetOption,
     warn_of_switched_off,
 )
-from khr_bringup.graph.launching import parameters_of_driver
+from khr_bringup.graph.launching import on_driver, parameters_of_driver
 from khr_bringup.scenario import scenario as scenarios
-from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.expectation import MEANING
 from khr_common import KhrError
 
@@ -105,17 +104,7 @@ def start_run(
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     chosen = scenarios.load_scenario(scenario).set_to(set_ or []).changed(changes)
-    if board:
-        if driver:
-            raise KhrError('--board: not with --driver; accepted: one of them')
-        driver = OF_ROBOT
-        chosen = chosen.changed({('board', 'port'): board})
-    if driver == OF_ROBOT:
-        from khr_bringup.board_loop import on_board
-
-        chosen = on_board(chosen)
-    if driver:
-        chosen = chosen.driven_by(driver_of(driver, '--driver'))
+    chosen = on_driver(chosen, driver, board, '--')
     way = Way(
         offline,
         one_process is not False,
