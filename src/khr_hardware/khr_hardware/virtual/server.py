@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from fcntl import ioctl
 from pathlib import Path
 from struct import Struct
-from types import TracebackType
 
 from khr_hardware.errors import PortError
 from khr_hardware.protocol.frames import Packet, Splitter
@@ -97,12 +96,7 @@ class Server:
     def __enter__(self) -> Server:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         self.close()
 
     def close(self) -> None:
