@@ -152,7 +152,7 @@ def lean_acceleration(
 
 
 def static_force_difference(pendulum: Pendulum, lean: Value, inclination: Value) -> Value:
-    """Return the Delta that balances gravity at rest, N, the same in both forms.  # (3.7)
+    """Return the Delta that balances gravity at rest, N (3.7), the same in both forms.
 
     The foot stands only while it stays within +- the normal force: see
     :func:`critical_inclination`.

@@ -109,7 +109,7 @@ def _result(view: Any, scenario: Scenario, began: float) -> Result:
         scenario=ran,
         judged=view.judged,
         trajectory_hash=values.get('trajectory_hash', ''),
-        end=values.get('end') or 'stopped',  # the second if interrupted before it began
+        end=values.get('end') or 'stopped',  # stopped: interrupted before it began
         time=int(values.get('time_ns', 0)) / 1e9,
         startup=(view.started or now) - began,
         wall_time=view.ran + (now - view.entered if view.state == 'running' else 0.0),

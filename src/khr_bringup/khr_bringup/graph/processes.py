@@ -24,7 +24,7 @@ STOPPED_AS_IT_STARTED = -signal.SIGINT  # before it had anything to close
 LEFT = (0, KILLED_BY_TIMER)
 WELL = (*LEFT, STOPPED_AS_IT_STARTED)
 POLL = 0.02  # s of wall time between looks at a process that is to end
-CLOSING = 25.0  # the same for what may have listeners to wait for, or a bag to finish
+CLOSING = 25.0  # GRACE of what may have listeners to wait for, or a bag to finish
 
 
 class Processes:

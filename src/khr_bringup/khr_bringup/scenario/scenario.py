@@ -164,7 +164,7 @@ class Scenario:
                     for key, specification in specifications(table_of(node)).items()
                 }
             }
-            for node in dict.fromkeys(['simulator', *self.nodes])  # the first concerns all
+            for node in dict.fromkeys(['simulator', *self.nodes])  # the simulator concerns all
         }
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
 

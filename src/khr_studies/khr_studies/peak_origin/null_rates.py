@@ -54,7 +54,7 @@ def null_rates(walks: Sequence[Walks], threshold: float, repeats: int = REPEATS)
 
     def lines(time: Array, cycle_period: float) -> Array:
         turns = np.outer(time / cycle_period, np.arange(1, heights.size + 1))
-        # phases that are whatever they are, but the same in every walk
+        # arbitrary phases, the same in every walk
         return np.asarray(np.cos(2.0 * np.pi * turns + np.arange(heights.size) ** 2) @ heights)
 
     return NullRates(

@@ -78,7 +78,7 @@ def largest_pushes(rows: Sequence[PushRow]) -> Table:
         )
     ]
     whose += [
-        (who, directions[0], (force,))  # the same from both sides
+        (who, directions[0], (force,))  # a model survives as much from both sides
         for who, force in (
             ('model of its body, published', 'published_robot'),
             ("thesis's model, physical", 'physical_thesis'),

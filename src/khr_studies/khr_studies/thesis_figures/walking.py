@@ -30,7 +30,7 @@ MARKS = {
     'no control': ('C0', 'o', 4.5),
     'ankle control': ('C2', '^', 4.5),
     'ankle and hip control': ('C3', 's', 8.0),
-}  # the last around the second
+}  # colour, marker, size: a square is drawn around the triangle of the ankle alone
 
 
 def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:

@@ -158,7 +158,7 @@ def request_of(results: pa.Table) -> dict[str, Any]:
 
 
 def _check_place(path: Path) -> None:
-    """Refuse a folder with something else; what a killed command began, or left empty, is not."""
+    """Refuse a folder with other files; what a killed command began or left empty may be there."""
     others = [
         each
         for each in path.iterdir()

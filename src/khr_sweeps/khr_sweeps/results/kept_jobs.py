@@ -77,7 +77,7 @@ class KeptJobs:
                 done.set_result(kind.validate_python(self._results.values[name]))
                 return done
             except ValueError:
-                pass  # no such result: another is written below it, and read in its place
+                pass  # not of this kind: it is computed again, and the newer line counts
         cost = self._costs.get(function, 1)
         self._bar.expect(cost)
         kept: Future[Any] = Future()

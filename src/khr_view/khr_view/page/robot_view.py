@@ -102,5 +102,5 @@ class RobotView:
             handle = self._scene.add_box(name, color, shape.size, **place)
         else:
             handle = self._scene.add_cylinder(name, *shape.size, color, **place)
-        if shape.link in (BODY, TORSO):  # the first in recordings before there was a torso
+        if shape.link in (BODY, TORSO):  # older recordings have no torso
             self._torso.append(handle)
