@@ -22,7 +22,7 @@ from khr_bringup.recorded.run_signals import run_with_series, series_of_bag
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
 from khr_common.interfaces import PUSHED
-from khr_report.run.contents import find
+from khr_report.run.contents import contents_of
 from khr_report.run.page import OUTCOME, report
 from tests.fakes.bags import change, make_bag, push, state
 from tests.support.pages import check_alone
@@ -131,7 +131,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
 
 def test_the_bag_alone_will_do(recorded, tmp_path):
     bag = copy(recorded, tmp_path / 'run') / 'bag' / 'bag.mcap'
-    found, whole = find(bag), find(recorded)
+    found, whole = contents_of(bag), contents_of(recorded)
     assert not found.notes
     assert found.outcome['verdict'] == whole.outcome['verdict']
     assert found.outcome['trajectory_hash'] == whole.outcome['trajectory_hash']
@@ -165,7 +165,7 @@ def test_run_without_a_bag_is_repeated(offline, tmp_path, capsys):
     text = check_alone(report(offline, None, tmp_path / 'page.html')).text
     assert 'no bag; the signals are those of the run repeated' in text
     assert 'no bag' in capsys.readouterr().err
-    assert find(offline).series.time[-1] == pytest.approx(SECONDS, abs=0.015)
+    assert contents_of(offline).series.time[-1] == pytest.approx(SECONDS, abs=0.015)
 
 
 @pytest.mark.parametrize(
@@ -180,7 +180,7 @@ def test_run_that_does_not_repeat_has_no_signals(offline, tmp_path, change, says
     folder = copy(offline, tmp_path / 'run')
     outcome = json.loads((folder / 'outcome.json').read_text()) | change
     (folder / 'outcome.json').write_text(json.dumps(outcome))
-    found = find(folder)
+    found = contents_of(folder)
     assert found.series is None
     assert says in found.notes[-1]
     assert found.outcome['verdict'] == outcome['verdict']
@@ -216,7 +216,7 @@ def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, te
     (folder / name).unlink()
     if text is not None:
         (folder / name).write_text(text, encoding='latin-1')
-    found = find(folder)
+    found = contents_of(folder)
     assert any(says in note and '\n' not in note for note in found.notes)
     assert found.scenario or found.outcome
 
@@ -254,7 +254,7 @@ def cut(folder, share):
 
 @pytest.mark.parametrize('share', [0.3, 0.7, 0.999])
 def test_truncated_bag_gives_the_signals_before_the_cut(recorded, tmp_path, share):
-    found = find(cut(copy(recorded, tmp_path / 'run'), share))
+    found = contents_of(cut(copy(recorded, tmp_path / 'run'), share))
     assert 'the bag is damaged; shown is what can be read' in found.notes[-1]
     left, whole = found.series, series_of_bag(recorded)
     count = len(left.time)

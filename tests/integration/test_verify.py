@@ -14,8 +14,8 @@ from rosbags.rosbag2 import Reader
 from khr_analysis.recording import Recording
 from khr_bringup.code_version import MADE_WITH, MARK, code_version
 from khr_bringup.errors import BringupError
-from khr_bringup.recorded.integrity import check
-from khr_bringup.recorded.verify import read, verify
+from khr_bringup.recorded.integrity import check_bag
+from khr_bringup.recorded.verify import read_recorded, verify
 from tests.fakes.bags import STORE, change, make_bag, push, reported, state
 from tests.support.runs import khr
 
@@ -88,7 +88,7 @@ def test_a_real_recorded_run_is_repeated_bit_for_bit(run, text, capsys):
     assert verify(run) == verify(run / 'bag') == verify(run / 'bag' / 'bag.mcap') == 0
     out = capsys.readouterr().out.splitlines()
     hashed = json.loads((run / 'outcome.json').read_text())['trajectory_hash']
-    assert read(run).scenario.title  # which the line with the version does not replace
+    assert read_recorded(run).scenario.title  # which the line with the version does not replace
     version = code_version(engine='bullet')
     assert f'{MARK}{version}\n' in text
     compared = 'compared 21 instants of 18 topics'
@@ -359,7 +359,7 @@ def test_of_a_thousand_changed_bytes_each_is_found_or_harmless(run, tmp_path):
     before, harmless = signals(folder / 'bag'), 0
     for flip in flips(folder, 1000, seed=0):
         try:
-            check(folder / 'bag')
+            check_bag(folder / 'bag')
         except BringupError as error:
             assert '\n' not in str(error), flip
         else:
@@ -389,7 +389,7 @@ def test_a_damaged_bag_is_refused_or_read_as_far_as_it_is_whole(run, tmp_path_fa
     content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     file.write_bytes(content)
     with suppress(BringupError):
-        assert read(damaged).time_ns >= 0
+        assert read_recorded(damaged).time_ns >= 0
 
 
 def test_a_bag_that_another_tool_wrote_has_no_checksums(run, tmp_path):

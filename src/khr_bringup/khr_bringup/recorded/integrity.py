@@ -17,7 +17,7 @@ _METADATA_INDEX, _SUMMARY_OFFSET = 0x0D, 0x0E  # kinds of records
 _LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
 
 
-def check(place: Path) -> None:
+def check_bag(place: Path) -> None:
     """Check a bag without decoding its messages.
 
     Args:

@@ -17,7 +17,7 @@ from khr_bringup.node_registry import table_of
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
 from khr_bringup.recorded.bags import Messages, final_state, read_messages, there
 from khr_bringup.recorded.comparison import SideBySide, compared, differences_beside, numbers_of
-from khr_bringup.recorded.integrity import check
+from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.result import Result
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
@@ -81,8 +81,8 @@ def verify(bag: Path) -> int:
             to it acted.
     """
     place = there(bag)
-    check(place)
-    recorded = read(bag)
+    check_bag(place)
+    recorded = read_recorded(bag)
     print(
         f'scenario {recorded.scenario.title}, {recorded.time_ns / 1e9:.3f} s, '
         f'ended by {recorded.end}'
@@ -108,7 +108,7 @@ def verify(bag: Path) -> int:
     return 0 if same else 1
 
 
-def read(bag: Path) -> Recorded:
+def read_recorded(bag: Path) -> Recorded:
     """Read what a bag says of its run.
 
     Raises:

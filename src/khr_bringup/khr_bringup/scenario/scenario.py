@@ -180,7 +180,7 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
         BringupError: if there is none, or it does not read; the text names file, node, key, value
             and what is accepted.
     """
-    path = find(name, sought)
+    path = find_scenario(name, sought)
     return parse(read_file(path), str(path), path.stem)
 
 
@@ -208,7 +208,7 @@ def title_of(text: str) -> str:
     return first.lstrip('# ').strip()[:LONGEST] if first.startswith('#') else ''
 
 
-def find(name: str, sought: str = 'scenario') -> Path:
+def find_scenario(name: str, sought: str = 'scenario') -> Path:
     """Return the file of a scenario given by path or name.
 
     Raises:

@@ -67,7 +67,7 @@ class RunContents:
         )
 
 
-def find(path: Path) -> RunContents:
+def contents_of(path: Path) -> RunContents:
     """Gather what is known of a run.
 
     Raises:

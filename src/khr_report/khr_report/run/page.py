@@ -23,7 +23,7 @@ from khr_report.errors import ReportError
 from khr_report.page.html import Section, data_uri, part, write_page
 from khr_report.page.text import count
 from khr_report.plots.plot_style import panels, save, styled
-from khr_report.run.contents import ACCEPTED, RunContents, find
+from khr_report.run.contents import ACCEPTED, RunContents, contents_of
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_sweeps.trial import complete
 
@@ -52,7 +52,7 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
     Raises:
         ReportError: if a run has nothing to show, or the page cannot be written.
     """
-    found = [find(path) for path in (run, against) if path is not None]
+    found = [contents_of(path) for path in (run, against) if path is not None]
     for each in found:
         if not each.outcome and each.series is None:
             reasons = '; '.join(each.notes)

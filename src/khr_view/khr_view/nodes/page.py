@@ -12,7 +12,7 @@ from geometry_msgs.msg import WrenchStamped
 from rclpy.clock import Clock, ClockType
 from std_msgs.msg import String
 
-from khr_bringup.scenario.scenario import find, shipped
+from khr_bringup.scenario.scenario import find_scenario, shipped
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
@@ -172,7 +172,7 @@ class PageNode(KhrNode):
 
     def _switch(self, scenario: str) -> None:
         try:
-            path = find(scenario)
+            path = find_scenario(scenario)
             self._remote.switch(path.stem, read_file(path))
         except KhrError as error:
             self._run.trouble = str(error)

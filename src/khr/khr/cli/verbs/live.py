@@ -63,7 +63,7 @@ def switch_scenario(
     domain: RunningDomainOption = None,
 ) -> None:
     """Start a running graph anew with another scenario, taken as a whole or not at all."""
-    path = scenarios.find(scenario)
+    path = scenarios.find_scenario(scenario)
     scenarios.load_scenario(str(path))
     entry = choose(domain)
     print(f'{path.stem}: {switch(path, entry.domain)}')
