@@ -11,7 +11,7 @@ from typing import TypeVar
 from markupsafe import Markup, escape
 
 from khr_common.text.markdown import table as markdown_table
-from khr_report.page.html import part
+from khr_report.page.html import paragraphs, part
 
 Item = TypeVar('Item')
 LINK = re.compile(r'\[([^]]+)\]\([^)]+\)')
@@ -134,7 +134,7 @@ def _html(block: Block, level: int) -> Markup:
     if isinstance(block, Passage):
         title = Markup('<h{0}>{1}</h{0}>\n').format(level, block.title)
         return title + html(block.blocks, level + 1)
-    return part('paragraphs', [inline(block)])
+    return paragraphs(inline(block))
 
 
 def inline(text: str) -> Markup:

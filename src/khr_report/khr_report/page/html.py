@@ -46,6 +46,11 @@ def part(name: str, *values: Any) -> Markup:
     return Markup(getattr(environment().get_template('parts.html').module, name)(*values))
 
 
+def paragraphs(*texts: str | Markup) -> Markup:
+    """Render paragraphs."""
+    return part('paragraphs', texts)
+
+
 def write_page(path: Path, title: str, lead: Markup, sections: Sequence[Section]) -> Path:
     """Write a page and return its path.
 

@@ -20,7 +20,7 @@ from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
 from khr_common import specifications
 from khr_report.errors import ReportError
-from khr_report.page.html import Section, data_uri, part, write_page
+from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count
 from khr_report.plots.plot_style import panels, save, styled
 from khr_report.run.contents import ACCEPTED, RunContents, contents_of
@@ -76,10 +76,8 @@ def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str])
     """
     names = [f'{letter}: ' for letter in LETTERS] if len(found) == 2 else ['']
     title = ' against '.join(run.name for run in found)
-    lead = part(
-        'paragraphs',
-        [f'{name}{run.title} ({run.name}).' for name, run in zip(names, found, strict=True)],
-    ) + part('notes', warnings)
+    titles = (f'{name}{run.title} ({run.name}).' for name, run in zip(names, found, strict=True))
+    lead = paragraphs(*titles) + part('notes', warnings)
     sections = [
         Section('Outcome', _outcome(found)),
         Section('Signals', _signals(found)),
@@ -101,7 +99,7 @@ def _outcome(found: Sequence[RunContents]) -> Markup:
         if name == HASH or any(run.outcome.get(name) for run in found)
     ]
     if not any(run.outcome for run in found):
-        return part('paragraphs', ['Unknown: the run has no outcome file.'])
+        return paragraphs('Unknown: the run has no outcome file.')
     heads = ['what', *_heads(found)]
     if len(found) == 2:
         heads.append('B - A')
@@ -131,7 +129,7 @@ def _signals(found: Sequence[RunContents]) -> Markup:
         if run.series is not None
     ]
     if not runs:
-        return part('paragraphs', ['The run kept no signals.'])
+        return paragraphs('The run kept no signals.')
     windows = {
         f'Spectrogram of the gyro, {name}': spectrogram(series, run.parameters)
         for name, run, series in runs
@@ -141,17 +139,13 @@ def _signals(found: Sequence[RunContents]) -> Markup:
         figure, titles = over_time({name: series for name, _, series in runs}, shown)
     body = _picture('; '.join(titles), figure)
     texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
-    body += part(
-        'paragraphs', [f'{text}. Signals that are zero throughout are left out.' for text in texts]
+    body += paragraphs(
+        *(f'{text}. Signals that are zero throughout are left out.' for text in texts)
     )
-    body += part(
-        'paragraphs',
-        [
-            f'Too short for a spectrogram: {name}.'
-            for (name, _, _), each in zip(runs, windows.values(), strict=True)
-            if len(each) <= 1
-        ],
-    )
+    short = [
+        name for (name, *_), each in zip(runs, windows.values(), strict=True) if len(each) <= 1
+    ]
+    body += paragraphs(*(f'Too short for a spectrogram: {name}.' for name in short))
     for name, _, series in runs:
         body += Markup(
             '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
@@ -166,7 +160,7 @@ def _spectrum(found: Sequence[RunContents]) -> Markup:
         if run.series is not None
     }
     if not lines:
-        return part('paragraphs', ['The run kept no signals.'])
+        return paragraphs('The run kept no signals.')
     with styled():
         figure, (axis,) = panels('', height=3.0)
         draw_spectra(axis, lines)
@@ -184,7 +178,7 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
         if run.scenario is not None
     ]
     if not known:
-        return part('paragraphs', ['Unknown: the run has no scenario file.'])
+        return paragraphs('Unknown: the run has no scenario file.')
     rows = []
     for node, registered in registry().items():
         for key, specification in specifications(registered.spec.table).items():
@@ -208,30 +202,28 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
     if len(known) == 2:
         differing = [row for row in rows if row[1] != row[2]]
         body += Markup('<h3>What differs between A and B</h3>')
-        body += (
-            part('table', heads, differing, looks)
-            if differing
-            else part('paragraphs', ['Nothing.'])
-        )
+        body += _table(heads, differing, looks)
     body += Markup('<h3>What differs from the defaults</h3>')
-    body += part('table', heads, rows, looks) if rows else part('paragraphs', ['Nothing.'])
+    body += _table(heads, rows, looks)
     body += Markup('<h3>Changes while it ran</h3>')
     for name, run in zip(_heads(found), found, strict=True):
         changed = [
             (f'{each.time:.3f}', f'{each.node}.{each.parameter}', each.value)
             for each in run.changes
         ]
-        body += (
-            part('table', ('time, s', f'parameter of {name}', 'set to'), changed)
-            if changed
-            else part('paragraphs', [f'{name}: none recorded.'])
-        )
+        heads = ('time, s', f'parameter of {name}', 'set to')
+        body += _table(heads, changed, {}, f'{name}: none recorded.')
         if run.pushes:
-            body += part(
-                'paragraphs',
-                [f'{name}: {count(run.pushes, "push", "pushes")} received over the topic.'],
+            body += paragraphs(
+                f'{name}: {count(run.pushes, "push", "pushes")} received over the topic.'
             )
     return body
+
+
+def _table(
+    heads: Sequence[str], rows: Sequence[Any], looks: dict[str, str], nothing: str = 'Nothing.'
+) -> Markup:
+    return part('table', heads, rows, looks) if rows else paragraphs(nothing)
 
 
 def _making(found: Sequence[RunContents], page: Path) -> Markup:
@@ -246,14 +238,11 @@ def _making(found: Sequence[RunContents], page: Path) -> Markup:
         ),
     ]
     return (
-        part(
-            'paragraphs',
-            [
-                '"khr report" wrote this page from what each run left in its folder; it loads nothing '
-                'from the network. Run again, a scenario takes the same trajectory, bit for bit, in '
-                'the same arithmetic with the same versions; "khr verify" compares the hash of a bag. '
-                'The code version takes in NumPy and the physics engine.'
-            ],
+        paragraphs(
+            '"khr report" wrote this page from what each run left in its folder; it loads nothing '
+            'from the network. Run again, a scenario takes the same trajectory, bit for bit, in '
+            'the same arithmetic with the same versions; "khr verify" compares the hash of a bag. '
+            'The code version takes in NumPy and the physics engine.'
         )
         + part('table', ('version', *_heads(found), 'here'), versions)
         + Markup().join(

@@ -11,7 +11,7 @@ from markupsafe import Markup, escape
 
 from khr_common.files import write_text
 from khr_report.page.document import html
-from khr_report.page.html import Section, data_uri, part, write_page
+from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, duration
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.json_file import write_json
@@ -80,7 +80,7 @@ def write_index(out: Path, results: Reproduction) -> Path:
         origin = html(peak_origin_page.blocks(results.peaks))
         sections.append(Section('Origin of the spectral peaks', origin))
     sections.append(_making(results, out))
-    return write_page(out / 'index.html', TITLE, part('paragraphs', _lead(results)), sections)
+    return write_page(out / 'index.html', TITLE, paragraphs(*_lead(results)), sections)
 
 
 def _lead(results: Reproduction) -> list[str]:
@@ -101,10 +101,10 @@ def _lead(results: Reproduction) -> list[str]:
 def _verdict(results: Reproduction) -> Section:
     board = results.findings.scoreboard
     if board:
-        body = part('paragraphs', [f'{scoreboard_page.summary(board)}.'])
+        body = paragraphs(f'{scoreboard_page.summary(board)}.')
         body += part('verdicts', scoreboard_page.counts(board))
     else:
-        body = part('paragraphs', ['The scoreboard was not measured.'])
+        body = paragraphs('The scoreboard was not measured.')
     if results.ragged:
         title = 'Where the limit is ragged: lost on gentler ground than some on which the robot stays up'
         body += part('folded', title, part('bullets', results.ragged))
@@ -123,9 +123,8 @@ def _figures(results: Reproduction, out: Path) -> Section:
     order = [title for title in (*CHAPTERS.values(), BEYOND) if title in chapters]
     return Section(
         'Figures',
-        part(
-            'paragraphs',
-            ['Below each figure are the command that draws it again and the CSV of its points.'],
+        paragraphs(
+            'Below each figure are the command that draws it again and the CSV of its points.'
         ),
         tuple(Section(title, _all(chapters[title], out)) for title in order),
     )
@@ -182,14 +181,11 @@ def _making(results: Reproduction, out: Path) -> Section:
         (name, len(runs), results.seeds.get(name) or "the scenario's own")
         for name, runs in results.runs.items()
     ]
-    body = part(
-        'paragraphs',
-        [
-            f'"{results.findings.command}" measured all that is on this page, drew its pictures and '
-            f'wrote it, in {duration(results.seconds)} without results computed earlier. The same '
-            'versions give the same trajectories, bit for bit. The page loads nothing from the '
-            'network.'
-        ],
+    body = paragraphs(
+        f'"{results.findings.command}" measured all that is on this page, drew its pictures and '
+        f'wrote it, in {duration(results.seconds)} without results computed earlier. The same '
+        'versions give the same trajectories, bit for bit. The page loads nothing from the '
+        'network.'
     )
     body += part(
         'links',
