@@ -21,11 +21,10 @@ from khr_studies.measuring.published import walking
 from khr_studies.thesis_figures.records import (
     GYRO,
     Rate,
-    condition,
+    Walk,
+    by_ground,
     control,
     draw_seeds,
-    grouped,
-    inclination_deg,
     record,
 )
 
@@ -34,7 +33,6 @@ FINGERPRINT = ('walk_left_first',)
 PEAKS = 2  # of the pitch rate while one leg swings
 BLUE = COLORS[0]
 ONE_PER_SEED = 'a thin line per seed; x: it fell'
-Walk = tuple[float, Condition]  # inclination in deg, and condition
 
 
 def cycle_of(run: Run) -> tuple[float, float]:
@@ -58,16 +56,9 @@ def gait_3(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
 
 def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
     """Return the walks of chapter 5 by inclination and condition, the flattest first."""
-    groups = grouped(
-        (run for name in EXPERIMENTS for run in runs[name]),
-        lambda run: (inclination_deg(run), condition(run)),
-    )
-    return dict(
-        sorted(
-            groups.items(),
-            key=lambda item: (item[0][0], item[0][1].hip_gain, item[0][1].ankle_gain),
-        )
-    )
+    groups = by_ground(run for name in EXPERIMENTS for run in runs[name])
+    order = sorted(groups, key=lambda walk: (walk[0], walk[1].hip_gain, walk[1].ankle_gain))
+    return {walk: groups[walk] for walk in order}
 
 
 def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:

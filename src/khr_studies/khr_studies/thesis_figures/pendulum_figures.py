@@ -33,12 +33,10 @@ from khr_studies.thesis_figures.lifts import held_difference, lift_of, overshoot
 from khr_studies.thesis_figures.records import (
     TRUE,
     Rate,
-    condition,
+    by_ground,
     control,
     draw_over_inclination,
     draw_seeds,
-    grouped,
-    inclination_deg,
     spread,
 )
 
@@ -190,10 +188,10 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     share_scale(axes[:2])
     share_scale(axes[2:4])
     axes[1].legend(loc='lower right', ncols=2)
-    lifts = grouped(runs['lift_stages'], lambda run: (condition(run), inclination_deg(run)))
+    lifts = by_ground(runs['lift_stages'])
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
         for phi, look in zip(ADJUSTED_DEG, LOOKS, strict=False):
-            group, shown = lifts.get((stage, phi), []), partial(rate_of_run, rate=rate)
+            group, shown = lifts.get((phi, stage), []), partial(rate_of_run, rate=rate)
             draw_seeds(axis, group, shown, f'φ = {phi:g}°', **look)
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(

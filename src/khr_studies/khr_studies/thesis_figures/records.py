@@ -24,6 +24,7 @@ from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Key, Run, Runs, by
 
 SEED: dict[str, Any] = {'linewidth': 0.8}
+Walk = tuple[float, Condition]  # inclination in deg, and condition
 
 
 def spread(groups: Iterable[Runs]) -> str:
@@ -88,6 +89,11 @@ def control(of: Condition) -> str:
 def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
     """Group runs by a key, in their order; runs without signals are left out."""
     return by((run for run in runs if run.series is not None), key)
+
+
+def by_ground(runs: Iterable[Run]) -> dict[Walk, Runs]:
+    """Group runs by inclination and condition; runs without signals are left out."""
+    return grouped(runs, lambda run: (inclination_deg(run), condition(run)))
 
 
 def record(run: Run) -> Series:

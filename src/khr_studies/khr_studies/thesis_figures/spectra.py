@@ -17,8 +17,8 @@ from khr_report.plots.plot_style import head, panels, share_scale
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import walking
-from khr_studies.thesis_figures.gaits import Walk, name_of, walks_of
-from khr_studies.thesis_figures.records import GYRO, Rate, control, draw_seeds, spread
+from khr_studies.thesis_figures.gaits import name_of, walks_of
+from khr_studies.thesis_figures.records import GYRO, Rate, Walk, control, draw_seeds, spread
 from khr_studies.thesis_figures.spectrum_panels import (
     PITCH,
     ROBOT,

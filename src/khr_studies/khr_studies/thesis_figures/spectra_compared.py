@@ -12,19 +12,9 @@ from matplotlib.figure import Figure
 from khr_analysis.peaks import DOMINANT_SHARE
 from khr_report.plots.plot_style import COLORS, LOOKS, head, legend_above, panels, share_scale
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.experiments import Run, Runs
+from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import COMMON_DEG, walking
-from khr_studies.thesis_figures.gaits import Walk
-from khr_studies.thesis_figures.records import (
-    GYRO,
-    Rate,
-    condition,
-    control,
-    draw_seeds,
-    grouped,
-    inclination_deg,
-    spread,
-)
+from khr_studies.thesis_figures.records import GYRO, Rate, by_ground, control, draw_seeds, spread
 from khr_studies.thesis_figures.spectrum_panels import (
     ROBOT,
     THESIS,
@@ -46,7 +36,7 @@ def gains(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 
     Each at the inclination of the thesis and, paler, at one on which the simulated robot walks.
     """
-    walks = _walks(chain.from_iterable(runs[name] for name in GAINS))
+    walks = by_ground(chain.from_iterable(runs[name] for name in GAINS))
     steepest: dict[Condition, float] = {}
     for phi, of in walks:
         steepest[of] = max(phi, steepest.get(of, 0.0))
@@ -118,7 +108,7 @@ def _soles(
     number: str, runs: Mapping[str, Runs], of: Condition, more: Condition | None, rate: Rate
 ) -> Figure:
     """Draw spectra, phases and slip on both soles, on the thesis's ground and on gentler one."""
-    walks = _walks(runs['walk_soles'])
+    walks = by_ground(runs['walk_soles'])
     rubber = walking(of.ankle_gain, of.hip_gain, RUBBER)
     grounds = [
         _Compared(
@@ -187,8 +177,3 @@ def _lost(grounds: Iterable[_Compared]) -> str:
         if not any(run.stayed_up for run in group)
     ]
     return f'no seed stays up, so no spectrum: {", ".join(named)}' if named else ''
-
-
-def _walks(runs: Iterable[Run]) -> dict[Walk, Runs]:
-    """Group walks by inclination and condition."""
-    return grouped(runs, lambda run: (inclination_deg(run), condition(run)))
