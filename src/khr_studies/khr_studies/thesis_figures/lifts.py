@@ -9,7 +9,9 @@ import numpy as np
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Array
+from khr_models.pendulum import critical_inclination, static_force_difference
 from khr_studies.measuring.experiments import Run
+from khr_studies.push.study import stance
 from khr_studies.thesis_figures.records import TRUE, Rate, record
 
 SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
@@ -67,6 +69,20 @@ def held_difference(run: Run) -> float:
     """Return the mean Delta = F_T - F_H over the same time as :func:`held_forces`, N."""
     toe, heel = held_forces(run)
     return toe - heel
+
+
+def rigid_difference(run: Run) -> tuple[Array, Array]:
+    """Return Delta of (3.7), N, over the inclination, deg, for a pendulum with the robot's body.
+
+    The body is that of the run's robot, held rigid in its stance on level ground.
+    """
+    level = {'seed': 0, 'initial_tilt_deg': 0.0, 'inclination_deg': 0.0}
+    own = stance(run.scenario.changed({('simulator', key): level[key] for key in level}))
+    lean = math.asin(own.ahead / own.pendulum.length)
+    edge = math.degrees(critical_inclination(own.pendulum, lean, 'exact'))
+    slope = np.linspace(0.0, edge, 77)
+    leans = np.full_like(slope, lean)
+    return slope, static_force_difference(own.pendulum, leans, np.radians(slope))
 
 
 def overshoot_of(run: Run, rate: Rate = TRUE) -> float:

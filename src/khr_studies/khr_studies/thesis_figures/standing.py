@@ -15,7 +15,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from khr_bringup.recorded.run_signals import Array
-from khr_models.pendulum import Pendulum, critical_inclination, static_force_difference
+from khr_models.pendulum import Pendulum, static_force_difference
 from khr_models.standing.ankle_servo import controlled_lean
 from khr_models.thesis import FORCE_GAIN, INITIAL_LEAN
 from khr_report.plots.plot_style import (
@@ -30,7 +30,6 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
-from khr_studies.push.study import stance
 from khr_studies.thesis_figures import records
 from khr_studies.thesis_figures.lifts import (
     SIDES,
@@ -38,6 +37,7 @@ from khr_studies.thesis_figures.lifts import (
     held_difference,
     held_forces,
     lift_of,
+    rigid_difference,
     support_forces,
 )
 from khr_studies.thesis_figures.records import (
@@ -72,22 +72,8 @@ def on_the_left(runs: Mapping[str, Runs], experiments: Iterable[str]) -> dict[Co
 
 def draw_own_difference(axis: Axes, run: Run) -> None:
     """Draw (3.7) for a pendulum with the body of the simulated robot, without control."""
-    own = stance(
-        run.scenario.changed(
-            {
-                ('simulator', 'seed'): 0,
-                ('simulator', 'initial_tilt_deg'): 0.0,
-                ('simulator', 'inclination_deg'): 0.0,
-            }
-        )
-    )
-    lean = math.asin(own.ahead / own.pendulum.length)
-    edge = math.degrees(critical_inclination(own.pendulum, lean, 'exact'))
-    slope = np.linspace(0.0, edge, 77)
-    delta = static_force_difference(own.pendulum, np.full_like(slope, lean), np.radians(slope))
     axis.plot(
-        slope,
-        delta,
+        *rigid_difference(run),
         color='black',
         linestyle=(0, (5, 1, 1, 1, 1, 1)),
         linewidth=1.0,
