@@ -37,6 +37,22 @@ def disk(case: Case, folder: Path) -> list[str]:
         subprocess.run(['umount', '-l', place], check=False)
 
 
+def quota(case: Case, folder: Path) -> list[str]:
+    """Run where each file may have so much: one line with the path, and the hash all the same."""
+    place = folder.resolve() / 'run'
+    limits = {'QUOTA_FOLDER': str(place), 'QUOTA_BYTES': str(case.seed * 1024)}
+    run = Run(place, case.mode, env={'LD_PRELOAD': str(_library('quota', folder)), **limits})
+    run.reach('start', random.Random(0))
+    return run.finish({1}, r'Disk quota exceeded|recording stopped|not a readable')
+
+
+def _library(name: str, folder: Path) -> Path:
+    """Compile what stands in for functions of the C library."""
+    library, source = folder / f'{name}.so', Path(__file__).with_name(f'{name}.c')
+    subprocess.run(['cc', '-shared', '-fPIC', '-o', library, source], check=True)
+    return library
+
+
 def as_nobody(folder: Path) -> list[str]:
     """Return what a command of the user ``nobody`` begins with, who may write into a folder."""
     for each in (folder, folder.parent):
@@ -96,11 +112,9 @@ def environment(case: Case, folder: Path) -> list[str]:
 
 def clock(case: Case, folder: Path) -> list[str]:
     """Set the time of day while a run goes on: it goes on, and its result is right."""
-    library, jump = folder / 'clock_jumps.so', folder / 'jump'
-    source = Path(__file__).with_name('clock_jumps.c')
-    subprocess.run(['cc', '-shared', '-fPIC', '-o', library, source], check=True)
+    jump = folder / 'jump'
     jump.write_text('0')
-    preloaded = {'LD_PRELOAD': str(library), 'CLOCK_JUMP': str(jump)}
+    preloaded = {'LD_PRELOAD': str(_library('clock_jumps', folder)), 'CLOCK_JUMP': str(jump)}
     run = Run(folder / 'run', case.mode, SECONDS, '--set', 'simulator.pace=1', env=preloaded)
     run.reach('run', random.Random(case.name))
     for seconds in (case.seed, -case.seed):
@@ -127,6 +141,7 @@ def removed(case: Case, folder: Path) -> list[str]:
 
 HARMS = {
     'full disk': disk,
+    'a quota that is exceeded': quota,
     'two users': users,
     'environment': environment,
     'two runs with one folder': same_folder,
@@ -143,6 +158,8 @@ def cases(seed: int) -> list[Case]:
     """Return the cases of these harms."""
     return [
         *(Case('full disk', mode, '', '', size) for mode in BOTH for size in (4, 40, 400)),
+        *(Case('a quota that is exceeded', mode, '', '', size)
+          for mode in BOTH for size in (4, 40, 400)),
         *(Case('two users', mode) for mode in BOTH),
         *(Case('environment', mode, name) for mode in BOTH for name in ENVIRONMENTS),
         *(Case('two runs with one folder', mode, '', '', seed + n) for mode in BOTH for n in range(3)),
