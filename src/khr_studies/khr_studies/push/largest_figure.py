@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
@@ -13,8 +15,12 @@ from khr_studies.push.figure import SIDES, show_band
 from khr_studies.push.largest import SETTINGS, Impulses, LargestPushes
 from khr_studies.push.motions import FATAL, PUSHED, SURVIVED, PushedBody, RobotAndModel
 
-MARKS = {'packaged': 'o', 'circuit': '^'}  # by gyro
-DASHES = {'robot': '--', 'thesis': ':'}  # by body of the model
+ROBOT: dict[str, dict[str, Any]] = {  # looks, by gyro
+    'packaged': {'linestyle': '-', 'marker': 'o'},
+    'circuit': {'linestyle': '-', 'marker': '^'},
+}
+OWN_MODEL: dict[str, Any] = {'linestyle': '--', 'marker': ''}
+THESIS_MODEL: dict[str, Any] = {'linestyle': ':', 'marker': ''}
 
 
 def largest_of_thesis(found: list[Impulses]) -> Figure:
@@ -47,18 +53,24 @@ def largest_pushes(found: LargestPushes) -> Figure:
         columns=2,
         height=6.0,
     )
-    durations = list(dict.fromkeys(each.duration for each in found.impulses))
+    rows = {(row.direction, row.duration, row.gyro, row.gain): row for row in found.rows}
+    durations, gyros, gains = (
+        list(dict.fromkeys(getattr(row, name) for row in found.rows))
+        for name in ('duration', 'gyro', 'gain')
+    )
     for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
-        for each in (one for one in found.impulses if one.direction == direction):
-            who = f'robot, {each.gyro}' if each.gyro else f'model, {each.form}, {each.body}'
-            axis.plot(
-                found.gains,
-                each.values,
-                color=f'C{durations.index(each.duration)}',
-                linestyle='-' if each.gyro else DASHES[each.body],
-                marker=MARKS[each.gyro] if each.gyro else '',
-                label=f'{who}, {each.duration:g} s',
-            )
+        for index, duration in enumerate(durations):
+            for name, gyro, force, look in (
+                *((f'robot, {gyro}', gyro, 'middle', ROBOT[gyro]) for gyro in gyros),
+                ('model, physical, robot', gyros[0], 'physical_robot', OWN_MODEL),
+                ('model, published, thesis', gyros[0], 'published_thesis', THESIS_MODEL),
+            ):  # without control the gyro does not matter
+                tried = [
+                    rows[direction, duration, gyro if gain else gyros[0], gain] for gain in gains
+                ]
+                values = [duration * getattr(row, force) for row in tried]
+                label = f'{name}, {duration:g} s'
+                axis.plot(gains, values, color=f'C{index}', label=label, **look)
         axis.set(
             xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)', ylim=(0.0, 2.1)
         )
@@ -71,12 +83,11 @@ def largest_pushes(found: LargestPushes) -> Figure:
         fontsize=7,
         handles=[
             *(
-                Line2D([], [], color='0.3', marker=mark, label=f'robot, {gyro} gyro')
-                for gyro, mark in MARKS.items()
-                if gyro in {each.gyro for each in found.impulses}
+                Line2D([], [], color='0.3', label=f'robot, {gyro} gyro', **ROBOT[gyro])
+                for gyro in gyros
             ),
-            Line2D([], [], color='0.3', linestyle='--', label='model of its body, physical'),
-            Line2D([], [], color='0.3', linestyle=':', label="thesis's model, published"),
+            Line2D([], [], color='0.3', label='model of its body, physical', **OWN_MODEL),
+            Line2D([], [], color='0.3', label="thesis's model, published", **THESIS_MODEL),
             *(
                 Line2D([], [], color=f'C{index}', linewidth=4, label=f'push of {duration:g} s')
                 for index, duration in enumerate(durations)

@@ -17,6 +17,7 @@ from khr_studies.push.study import (
     WATCH,
     Changes,
     PushCondition,
+    PushLimit,
     largest_push,
     push_robot,
     stance,
@@ -50,6 +51,11 @@ class PushRow:
     published_robot: float
     physical_thesis: float
     published_thesis: float
+
+    @property
+    def middle(self) -> float:
+        """Return the geometric mean of what the robot survives and falls at, N."""
+        return PushLimit(self.survived, self.fatal).middle
 
 
 def conditions(
