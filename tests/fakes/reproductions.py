@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from khr_analysis.outcome import RIDES
 from khr_bringup.scenario.scenario import load_scenario
 from khr_studies.measuring.experiments import Run
-from khr_studies.peak_origin.study import PeakOrigin
+from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.results import FigureResult, Reproduction
 from khr_studies.scoreboard.study import compare

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import panels
-from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin.cycle_spectrum import Walks
-from khr_studies.peak_origin.origin import Line, origins
-from khr_studies.peak_origin.study import EXPERIMENT, PEAK, PUBLISHED, Band, bands_of, walks_of
+from khr_studies.peak_origin.origin import Line
+from khr_studies.peak_origin.published_peaks import PUBLISHED, Band
+from khr_studies.peak_origin.study import ExplainedWalks
 
 LARGEST_HZ = 11.0
 SHOWN = (
@@ -31,20 +31,18 @@ COLORS = {'gait': '#0072B2', 'feedback': '#D55E00', 'slipping': '#009E73'}
 MARKS = {'feedback': 'K', 'slipping': 's'}
 
 
-def origin_of_lines(runs: Mapping[str, Runs]) -> Figure:
+def origin_of_lines(found: Sequence[ExplainedWalks]) -> Figure:
     """Draw the spectra of walks that separate lines of the gait from effects of control."""
-    walks = walks_of(runs[EXPERIMENT])
-    shown = [each for each in walks if each.label in SHOWN] or list(walks)
-    bands = {band.more.label: band for band in bands_of(walks)}
+    shown = [each for each in found if each.walks.label in SHOWN] or found
     figure, axes = panels(
-        *(_title(each) for each in shown), columns=1, height=0.9 + 0.95 * len(shown)
+        *(_title(each.walks) for each in shown), columns=1, height=0.9 + 0.95 * len(shown)
     )
     for axis, each in zip(axes, shown, strict=True):
         axis.sharex(axes[0])
         axis.tick_params(labelbottom=axis is axes[-1])
-        _draw(axis, each)
-        _shade(axis, bands.get(each.label))
-        _name(axis, origins(each, [other for other in walks if other is not each], PEAK))
+        _draw(axis, each.walks)
+        _shade(axis, each.band)
+        _name(axis, each.lines)
     axes[0].set_xlim(0.0, LARGEST_HZ)
     axes[-1].set_xlabel(
         "frequency (Hz); dotted: the thesis's "

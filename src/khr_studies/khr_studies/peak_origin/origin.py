@@ -26,6 +26,7 @@ from khr_studies.peak_origin.evidence import (
 
 Sureness = Literal['high', 'medium', 'low']
 
+PEAK = 0.1  # smallest amplitude of a peak, over the largest one
 PEAKS_PER_CYCLE = 4  # f_0 = 4/T
 SPEAKING = 2  # experiments that must speak for a label
 CHANCE = 0.05  # of one false peak or more in a spectrum of noise
@@ -71,7 +72,7 @@ class Line:
     evidence: tuple[Evidence, ...]
 
 
-def origins(base: Walks, others: Sequence[Walks], threshold: float = 0.1) -> tuple[Line, ...]:
+def origins(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tuple[Line, ...]:
     """Label every peak of a walk's spectrum that stands out, from ``threshold`` of the largest on.
 
     Args:

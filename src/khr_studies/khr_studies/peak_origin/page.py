@@ -14,9 +14,10 @@ from khr_report.page.template import page_blocks
 from khr_studies.measuring.published import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
 from khr_studies.peak_origin.line_chance import chance_within, places
-from khr_studies.peak_origin.origin import RULE, Line
+from khr_studies.peak_origin.origin import PEAK, RULE, Line
+from khr_studies.peak_origin.published_peaks import Band, Settled, published_places
 from khr_studies.peak_origin.recorded import RecordedPeaks
-from khr_studies.peak_origin.study import PEAK, Band, PeakStudy, Settled, published_places
+from khr_studies.peak_origin.study import PeakStudy
 
 SPAN = 11.0  # Hz, in which a control frequency might lie
 NEAR = 0.05  # distance from a line, in lines, whose chance is given

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from khr_studies.peak_origin.cycle_spectrum import Walks
 
 Array = NDArray[np.float64]
+LEAST = 2.0  # growth of the amplitude from which on it counts
 SMOOTHED = 3  # spacings of the lines that one value is the mean of
 
 
@@ -36,17 +37,16 @@ class Resonance:
     before: float
     beyond: bool
 
-    def holds(self, frequency: float, error: float = 0.0) -> bool:
-        """Return whether a frequency known to +- ``error`` (Hz) may lie in the band."""
-        return self.low - error <= frequency <= self.high + error
+    def holds(self, frequency: float) -> bool:
+        """Return whether a frequency, Hz, lies in the band."""
+        return self.low <= frequency <= self.high
 
 
-def resonance(reference: Walks, changed: Walks, least: float = 2.0) -> Resonance | None:
+def resonance(reference: Walks, changed: Walks) -> Resonance | None:
     """Find the band in which walks have more between the lines than others of the same cycle.
 
     Args:
         reference, changed: of equal cycles.
-        least: growth of the amplitude from which on it counts.
     """
     first, second = (_smooth(_between(walks)) for walks in (reference, changed))
     added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
@@ -55,7 +55,7 @@ def resonance(reference: Walks, changed: Walks, least: float = 2.0) -> Resonance
     high = top + int(np.argmax(np.append(added[top:] < 0.5 * added[top], True)))
     band = slice(low + 1, high)
     before, after = (np.sqrt(power[:, band].mean(axis=1)) for power in (first, second))
-    if not after.mean() >= least * before.mean():
+    if not after.mean() >= LEAST * before.mean():
         return None
     line = 1.0 / reference.treatment.cycle_period
     return Resonance(

@@ -2,30 +2,32 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from itertools import groupby, product
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
 from math import radians
 from pathlib import Path
-
-import numpy as np
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import changes_of, load_scenario
-from khr_common.published import GAIT_PERIOD
 from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
 from khr_studies.measuring.experiments import Run, Runs, run_sweeps, runs_of, shipped
-from khr_studies.measuring.published import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
-from khr_studies.peak_origin.line_chance import Places, places
 from khr_studies.peak_origin.null_rates import NullRates, null_rates
-from khr_studies.peak_origin.origin import Line, Sureness, origins, strongest_near
-from khr_studies.peak_origin.resonance import Resonance, resonance
+from khr_studies.peak_origin.origin import PEAK, Line, origins
+from khr_studies.peak_origin.published_peaks import (
+    PUBLISHED,
+    Band,
+    PeakOrigin,
+    Settled,
+    bands_of,
+    settle,
+)
 from khr_sweeps.axes import CASE
 from khr_sweeps.pool import check_workers
 from khr_sweeps.reading import sweep_from
@@ -33,92 +35,6 @@ from khr_sweeps.trial import identity
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
-PEAK = 0.1  # smallest amplitude of a peak, over the largest one
-NEAR = (0.9, 2.0)  # range of gains that are compared with a published one, as a factor of it
-
-
-@dataclass(frozen=True)
-class PublishedPeak:
-    """A peak that Dutta (2021) calls a control frequency, Hz, and the gains of its walk."""
-
-    frequency: float
-    ankle_gain: float
-    hip_gain: float = 0.0
-
-    @property
-    def gains(self) -> str:
-        """Name the gains."""
-        return f'K_A {self.ankle_gain:g}' + (f', K_H {self.hip_gain:g}' if self.hip_gain else '')
-
-
-PUBLISHED = (
-    PublishedPeak(2.58, 12.0),
-    PublishedPeak(4.74, 18.0),
-    PublishedPeak(7.33, 12.0, 13.0),
-    PublishedPeak(8.40, 12.0, 14.0),
-)  # the thesis does not say which K_H belongs to 7.33 Hz; 13 is our reading
-
-
-@dataclass(frozen=True)
-class Band:
-    """A band between the gait's lines that grows when the gain of one loop is raised.
-
-    Attributes:
-        less, more: walks on the same ground, with less and with more gain.
-        found: the band; None if the walks do not differ there.
-    """
-
-    less: Walks
-    more: Walks
-    found: Resonance | None
-
-    @property
-    def loop(self) -> str:
-        """Name the gain that was raised."""
-        return 'hip' if self.more.treatment.hip_gain > self.less.treatment.hip_gain else 'ankle'
-
-
-@dataclass(frozen=True)
-class PeakOrigin:
-    """The origin of a published peak on the simulated robot, in words, and how sure it is."""
-
-    frequency: float
-    gains: str
-    verdict: str
-    sure: Sureness
-
-
-@dataclass(frozen=True)
-class Settled:
-    """The evidence on a published peak.
-
-    Attributes:
-        walks: with its gains, on the steepest ground on which they stay up; None if there are none.
-        line: the strongest bin within the reading error of the peak.
-        share: its amplitude over the largest one.
-        bands: comparisons of the peak's loop at gains near the published one.
-        verdict: in words.
-    """
-
-    peak: PublishedPeak
-    walks: Walks | None
-    line: Line | None
-    share: float
-    bands: tuple[Band, ...]
-    verdict: str
-    sure: Sureness
-
-    @property
-    def origin(self) -> PeakOrigin:
-        """Return the result without the evidence."""
-        return PeakOrigin(self.peak.frequency, self.peak.gains, self.verdict, self.sure)
-
-    @property
-    def holding(self) -> tuple[Band, ...]:
-        """Return the bands that contain the published frequency."""
-        return tuple(
-            band for band in self.bands if band.found and band.found.holds(self.peak.frequency)
-        )
 
 
 @dataclass(frozen=True)
@@ -210,75 +126,6 @@ def _record(run: Run, start: float, end: float) -> Record:
     return Record(series.time[inside] - start, series.pitch_rate[inside], series.slip[inside])
 
 
-def bands_of(walks: Sequence[Walks]) -> tuple[Band, ...]:
-    """Compare each walk with the first one that differs only by a lower gain of one loop.
-
-    The one with less gain has ankle feedback. Walks are taken in the order of the experiment, so
-    the unchanged scenario is preferred.
-    """
-    found = []
-    for more, gain in product(walks, ('ankle_gain', 'hip_gain')):
-        below = [
-            less
-            for less in walks
-            if less.treatment.ankle_gain > 0.0
-            and getattr(less.treatment, gain) < getattr(more.treatment, gain)
-            and less.treatment == replace(more.treatment, **{gain: getattr(less.treatment, gain)})
-        ]
-        found += [Band(less, more, resonance(less, more)) for less in below[:1]]
-    return tuple(found)
-
-
-def settle(peak: PublishedPeak, walks: Sequence[Walks], bands: Sequence[Band]) -> Settled:
-    """Find the origin of a published peak."""
-    alike = [
-        each
-        for each in walks
-        if each.treatment.cycle_period == GAIT_PERIOD
-        and (each.treatment.ankle_gain, each.treatment.hip_gain)
-        == (peak.ankle_gain, peak.hip_gain)
-    ]
-    own = max(alike, key=lambda each: each.treatment.inclination, default=None)
-    loop = 'hip' if peak.hip_gain else 'ankle'
-    near = tuple(
-        band
-        for band in bands
-        if band.loop == loop
-        and NEAR[0]
-        <= (getattr(band.more.treatment, f'{loop}_gain') / getattr(peak, f'{loop}_gain'))
-        <= NEAR[1]
-    )
-    if own is None:
-        return Settled(peak, None, None, np.nan, near, 'no walk with these gains', 'low')
-    line = strongest_near(
-        own, [each for each in walks if each is not own], peak.frequency, LINE_HZ
-    )
-    share = line.amplitude / float(own.amplitude[1:].max())
-    settled = Settled(peak, own, line, share, near, '', 'low')
-    ringing = settled.holding
-    stands = line.stands and share >= PEAK
-    if stands and line.origin == 'gait':
-        if not ringing:
-            return replace(settled, verdict=f'{line.label}: the gait', sure=line.sure)
-        return replace(settled, verdict=f'{line.label}: the gait, where the loop rings too')
-    if stands and line.origin is not None:
-        return replace(settled, verdict=line.label, sure=line.sure)
-    if stands:
-        return replace(
-            settled,
-            verdict='not settled: the experiments do not explain the peak there'
-            + (', and the loop rings' if ringing else ''),
-        )
-    if ringing:
-        most = len(ringing) > 1 and 2 * len(ringing) > len(near)
-        return replace(
-            settled,
-            verdict='control: no line stands out there, and the loop rings',
-            sure='medium' if most else 'low',
-        )
-    return replace(settled, verdict='not settled: nothing stands out there')
-
-
 def study(runs: Runs) -> PeakStudy:
     """Find the origin of the peaks of a walk and of the published ones.
 
@@ -336,9 +183,36 @@ def run_variants(
     return runs_of(path)
 
 
-def published_places() -> Places:
-    """Return where the published peaks lie among the lines of the thesis's cycle."""
-    return places([peak.frequency for peak in PUBLISHED], GAIT_PERIOD, LINE_HZ)
+@dataclass(frozen=True)
+class ExplainedWalks:
+    """The peaks of some walks, explained by comparison with all others.
+
+    Attributes:
+        band: where a loop rings that has less gain in other walks; None if there are no such.
+        lines: the peaks.
+    """
+
+    walks: Walks
+    band: Band | None
+    lines: tuple[Line, ...]
+
+
+def explain_all(runs: Mapping[str, Runs]) -> list[ExplainedWalks]:
+    """Find the origin of every walk's peaks, of the runs of the experiment ``lines`` by name.
+
+    Raises:
+        StudyError: if no walk stayed up.
+    """
+    walks = walks_of(runs[EXPERIMENT])
+    bands = {band.more.label: band for band in bands_of(walks)}
+    return [
+        ExplainedWalks(
+            each,
+            bands.get(each.label),
+            origins(each, [other for other in walks if other is not each], PEAK),
+        )
+        for each in walks
+    ]
 
 
 def explained(walks: Sequence[Walks]) -> tuple[Line, ...]:

@@ -15,7 +15,7 @@ from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.experiments import Run, Runs, by
-from khr_studies.peak_origin.study import PeakOrigin
+from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.stability_map.best_gain import BestGains, MapLimits, SoleEffect
 from khr_sweeps.trial import complete

@@ -9,7 +9,7 @@ from typing import TypeVar
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
 from khr_studies.measuring.experiments import by
-from khr_studies.peak_origin.study import PeakOrigin
+from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import (
     Findings,
     FrictionComparison,

@@ -21,6 +21,7 @@ from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin import figure as lines
+from khr_studies.peak_origin.study import explain_all
 from khr_studies.push import figure as pushes
 from khr_studies.push import largest, largest_figure, motions
 from khr_studies.thesis_figures import (
@@ -48,7 +49,8 @@ class Drawing:
             takes as ``rate`` which one, by default the gyro's, as in the thesis, or the true one
             where the gyro's steps hide what is shown.
         experiments: names of those that it is drawn from.
-        measure: measures what it shows, if that is no experiment, on an ``engine`` if it takes one.
+        measure: finds what it shows, if that is more than the runs: of these, if it is drawn from
+            experiments, and on an ``engine`` if it takes one.
         quick: the same coarsely, in seconds where ``measure`` takes minutes.
     """
 
@@ -69,7 +71,7 @@ class Drawing:
         return _takes(self.figure, 'rate')
 
     def draw(self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False) -> Figure:
-        """Measure what is no experiment, then draw it.
+        """Measure what it shows, if that is to be measured, then draw it.
 
         Args:
             of_runs: the runs of its experiments, and a pitch rate of RATES if it shows one.
@@ -79,7 +81,8 @@ class Drawing:
         measure = (fast and self.quick) or self.measure
         if measure is None:
             return self.figure(*of_runs)
-        return self.figure(measure(engine=engine) if _takes(measure, 'engine') else measure())
+        on_engine = {'engine': engine} if _takes(measure, 'engine') else {}
+        return self.figure(measure(*of_runs, **on_engine))
 
 
 def _takes(function: Callable[..., Any] | None, name: str) -> bool:
@@ -170,7 +173,9 @@ FIGURES: dict[str, Drawing] = {
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
-    'lines': Drawing('Origin of the spectral lines', lines.origin_of_lines, ('lines',)),
+    'lines': Drawing(
+        'Origin of the spectral lines', lines.origin_of_lines, ('lines',), measure=explain_all
+    ),
     'push': Drawing(
         'Largest push against the gain, models',
         largest_figure.largest_of_thesis,

@@ -14,17 +14,12 @@ from khr_report.page.document import markdown
 from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Run, specification_of
+from khr_studies.peak_origin import published_peaks
 from khr_studies.peak_origin import study as lines
 from khr_studies.peak_origin.evidence import APART, MOVED
 from khr_studies.peak_origin.page import blocks
-from khr_studies.peak_origin.study import (
-    PUBLISHED,
-    PublishedPeak,
-    bands_of,
-    run_variants,
-    settle,
-    walks_of,
-)
+from khr_studies.peak_origin.published_peaks import PUBLISHED, PublishedPeak, bands_of, settle
+from khr_studies.peak_origin.study import run_variants, walks_of
 from khr_sweeps.trial import RESULTS
 
 PERIOD = 0.015
@@ -151,9 +146,9 @@ def test_what_no_run_shows_is_not_settled(runs):
 
 
 def test_a_peak_that_is_not_explained_stands_out_all_the_same(runs, monkeypatch):
-    near = lines.strongest_near
+    near = published_peaks.strongest_near
     monkeypatch.setattr(
-        lines,
+        published_peaks,
         'strongest_near',
         lambda *given: replace(near(*given), origin=None, label='unexplained', sure='low'),
     )
@@ -196,10 +191,8 @@ def test_the_figure_shows_lines_bands_and_names(runs, tmp_path):
 )
 def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, sure, mark):
     (line,) = (each for each in lines.explained(walks_of(runs)) if round(each.order) == 6)
-    monkeypatch.setattr(
-        figures.lines, 'origins', lambda *_: (replace(line, origin=origin, sure=sure),)
-    )
-    axis = figures.lines.origin_of_lines({'lines': runs}).axes[0]
+    monkeypatch.setattr(lines, 'origins', lambda *_: (replace(line, origin=origin, sure=sure),))
+    axis = figures.lines.origin_of_lines(lines.explain_all({'lines': runs})).axes[0]
     assert [text.get_text() for text in axis.texts] == [mark]
 
 
