@@ -12,7 +12,7 @@ from khr_common import KhrError
 from khr_sim.physics import engines
 from khr_studies.measuring.experiments import folder_of, root_of, runs_by_name
 from khr_studies.reproduction.results import FigureResult
-from khr_studies.stability_map.figure import draw_map
+from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
 from khr_sweeps.pool import Pool
 from khr_sweeps.progress import Bar

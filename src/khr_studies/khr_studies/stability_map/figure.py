@@ -1,8 +1,7 @@
-"""``khr map``: draw a stability map: who stays up, slipping, time of the fall and vibration."""
+"""A stability map as four panels: who stays up, slipping, time of the fall and vibration."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,12 +12,9 @@ from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
 from numpy.typing import NDArray
 
-from khr_report.plots.plot_style import head, save, styled
-from khr_studies.errors import StudyError
+from khr_report.plots.plot_style import head
 from khr_studies.stability_map.best_gain import CRITERION, GAINS
-from khr_studies.stability_map.study import Direction, StabilityMap, stability_map
-from khr_studies.stability_map.tables import tables, write_csv
-from khr_sweeps.results.folder import read_results
+from khr_studies.stability_map.study import Direction, StabilityMap
 
 SIZE = (9.0, 7.0)  # inches
 EMPTY = '0.85'  # grey of a cell without a value
@@ -41,40 +37,6 @@ BEST: dict[str, Any] = {
 SPLIT: dict[str, Any] = {'edgecolor': '0.25', 'hatch': '//', 'linewidth': 0.0}
 PALE = 0.25  # of the colour of a cell that was not run
 MOST_TICKS = 14  # per axis; with more cells matplotlib chooses
-
-
-def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
-    """Draw the map of a sweep; return the paths of the PNG and the CSVs.
-
-    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y; on a
-    map of inclination and a gain a third one, ``..._best``, has the best gain per inclination.
-
-    Args:
-        folder: of the sweep, complete or not.
-        x, y: swept parameters, ``node.parameter``.
-        out: the PNG; ``map_X_Y.png`` in the folder by default.
-
-    Raises:
-        StudyError: if there is no sweep, or a parameter is not swept.
-        StudyError: if a file cannot be written.
-    """
-    counted = stability_map(read_results(folder), x, y)
-    image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
-    rows_by_file = {
-        image.with_name(f'{image.stem}{end}.csv'): rows for end, rows in tables(counted).items()
-    }
-    try:
-        image.parent.mkdir(parents=True, exist_ok=True)
-        with styled():
-            save(figure(counted), image)
-        for path, rows in rows_by_file.items():
-            write_csv(path, rows)
-    except OSError as error:
-        raise StudyError(
-            f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
-            'folder that can be written'
-        ) from error
-    return [image, *rows_by_file]
 
 
 def figure(counted: StabilityMap) -> Figure:

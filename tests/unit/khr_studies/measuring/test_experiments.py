@@ -12,7 +12,7 @@ from khr_bringup.recorded.run_signals import run_with_series
 from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import folder_of, runs_of, shipped, specification_of
-from khr_studies.stability_map.figure import draw_map
+from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.results.folder import JOURNAL
 from khr_sweeps.results.store import Store, read_store

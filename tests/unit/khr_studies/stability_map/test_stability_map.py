@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from khr_studies.errors import StudyError
-from khr_studies.stability_map.figure import draw_map, figure
+from khr_studies.stability_map.figure import figure
+from khr_studies.stability_map.files import draw_map
 from khr_studies.stability_map.study import stability_map
 from khr_sweeps.errors import SweepError
 from khr_sweeps.results.folder import Folder, read_results

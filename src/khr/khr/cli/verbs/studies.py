@@ -252,7 +252,7 @@ def draw_stability_map(
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""
-    from khr_studies.stability_map.figure import draw_map
+    from khr_studies.stability_map.files import draw_map
 
     for path in draw_map(folder, x, y, out):
         print(path)
