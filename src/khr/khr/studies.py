@@ -16,12 +16,12 @@ from khr.arguments import ScenarioLike, checked
 from khr.runs import RunResult, changes_of, prepared
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
-from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import KhrError
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit
 from khr_studies.measuring.limit import Limit
+from khr_studies.peak_origin.study import whole_cycles
 from khr_studies.third_stage.study import SCALES, TIMES, Plane, measure_plane
 from khr_studies.tuning import study as tuning
 from khr_sweeps.pool import check_workers, local_pool
@@ -72,8 +72,7 @@ def spectrum(
     gait = run.scenario.table(GaitParameters)
     first, last = 0.0, float(run.signals.time[-1]) + 1.0
     if gait.motion == 'walk':
-        planned = gait_of(gait)
-        first, last = planned.cycle(1)[0], planned.cycle(gait.cycles)[1]
+        first, last = whole_cycles(gait)
     if run.outcome.fell_at is not None:
         last = min(last, run.outcome.fell_at)
     first, last = (
