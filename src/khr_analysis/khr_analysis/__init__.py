@@ -1,1 +1,1 @@
-"""Spectrum, outcome, recording and pendulum models for balance experiments."""
+"""Spectrum, peaks, outcome and recording of runs."""

@@ -5,9 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from functools import partial
-from math import isfinite
 from pathlib import Path
-from typing import NamedTuple
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.clock import Clock, ClockType
@@ -32,6 +30,7 @@ from khr_common.interfaces import (
     Topic,
     correction,
 )
+from khr_common.nodes.joint_answer import JointAnswer, read_answer
 from khr_common.nodes.messages import status
 from khr_common.nodes.node import KhrNode
 from khr_common.punctuality import Latency, Punctuality
@@ -50,26 +49,16 @@ ASK_AGAIN = 0.1  # s of wall time between questions for the first reference
 REPORT_PERIOD = 1.0  # s of wall time
 
 
-class JointAnswer(NamedTuple):
-    """What a node wants of the joints, rad, for the instant of its stamp."""
-
-    stamp_ns: int
-    name: list[str]
-    position: tuple[float, ...]
-
-
-def read_answer(data: bytes) -> JointAnswer:
-    """Read an answer from the bytes of its message.
+def read_known(data: bytes) -> JointAnswer:
+    """Read an answer for joints that the robot has.
 
     Raises:
         MalformedError: if it is none.
     """
-    names, positions = cdr.joint_positions(data)
-    if len(names) != len(positions) or not isfinite(sum(positions)):
-        raise MalformedError('not one finite position per joint')
-    if not set(names) <= set(JOINTS):
+    answer = read_answer(data)
+    if not set(answer.name) <= set(JOINTS):
         raise MalformedError('a joint that the robot does not have')
-    return JointAnswer(cdr.clock(data), names, positions)
+    return answer
 
 
 class BoardNode(KhrNode):
@@ -104,7 +93,7 @@ class BoardNode(KhrNode):
             self.publisher(ROBOT_DESCRIPTION).publish(String(data=description))
         for source in filter(None, own.answers):
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
-            self.subscribe_bytes(topic, read_answer, partial(self._on_answer, source))
+            self.subscribe_bytes(topic, read_known, partial(self._on_answer, source))
         if self.driver.feedback:
             for topic in (ANKLE_CORRECTION, HIP_CORRECTION):
                 self.subscribe_bytes(topic, cdr.clock, _refuse)

@@ -25,13 +25,14 @@ from khr_common.interfaces import (
     Topic,
     correction,
 )
+from khr_common.nodes.joint_answer import JointAnswer, read_answer
 from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
 from khr_common.punctuality import Latency, Punctuality
 from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
-from khr_sim.nodes.inputs import Answer, read_answer, read_push
 from khr_sim.nodes.metronome import Metronome
+from khr_sim.nodes.pushes import read_push
 from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import GAIT, RunParameters
@@ -58,7 +59,7 @@ class SimulatorNode(KhrNode):
         self._state_out = self.publisher(STATE)
         self._latency = Latency()
         self._sources = [name for name in self.parameters.answers if name]
-        self._lockstep: Lockstep[Answer] = Lockstep(self._sources, self.parameters.listeners)
+        self._lockstep: Lockstep[JointAnswer] = Lockstep(self._sources, self.parameters.listeners)
         for source in self._sources:
             self.subscribe_bytes(
                 _answers_of(source), read_answer, partial(self._on_answer, source)
@@ -157,7 +158,7 @@ class SimulatorNode(KhrNode):
                 return
             self._advance()
 
-    def _answer(self, answers: Mapping[str, Answer]) -> None:
+    def _answer(self, answers: Mapping[str, JointAnswer]) -> None:
         """Hand over the answers to an instant; corrections are added in the order of sources."""
         reference = answers[GAIT].position if GAIT in answers else AT_REST
         corrections = [
@@ -179,7 +180,7 @@ class SimulatorNode(KhrNode):
 
     # ---- what arrives ----
 
-    def _on_answer(self, source: str, answer: Answer) -> None:
+    def _on_answer(self, source: str, answer: JointAnswer) -> None:
         if source == GAIT and tuple(answer.name) != JOINTS:
             raise MalformedError('not all joints in their order')
         if (self._lockstep.barrier.first(source, answer.stamp_ns) or answer) != answer:

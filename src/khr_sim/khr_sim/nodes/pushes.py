@@ -1,38 +1,13 @@
-"""What comes to the simulator over topics: answers of other nodes, and pushes."""
+"""Pushes that come to the simulator over a topic."""
 
 from __future__ import annotations
 
-from math import isfinite
-from typing import NamedTuple
-
 from geometry_msgs.msg import WrenchStamped
 
-from khr_common import cdr
 from khr_common.interfaces import WORLD
 from khr_common.nodes.messages import to_nanoseconds
-from khr_common.run_identity import MalformedError
 from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
-
-
-class Answer(NamedTuple):
-    """What a node wants of the joints, rad, for the instant of its stamp."""
-
-    stamp_ns: int
-    name: list[str]
-    position: tuple[float, ...]
-
-
-def read_answer(data: bytes) -> Answer:
-    """Read an answer from the bytes of its message.
-
-    Raises:
-        MalformedError: if it is none.
-    """
-    names, positions = cdr.joint_positions(data)
-    if len(names) != len(positions) or not isfinite(sum(positions)):
-        raise MalformedError('not one finite position per joint')
-    return Answer(cdr.clock(data), names, positions)
 
 
 def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) -> Push:

@@ -1,0 +1,29 @@
+"""What a node answers: positions of joints for one instant."""
+
+from __future__ import annotations
+
+from math import isfinite
+from typing import NamedTuple
+
+from khr_common import cdr
+from khr_common.run_identity import MalformedError
+
+
+class JointAnswer(NamedTuple):
+    """What a node wants of the joints, rad, for the instant of its stamp."""
+
+    stamp_ns: int
+    name: list[str]
+    position: tuple[float, ...]
+
+
+def read_answer(data: bytes) -> JointAnswer:
+    """Read an answer from the bytes of its message.
+
+    Raises:
+        MalformedError: if it is none.
+    """
+    names, positions = cdr.joint_positions(data)
+    if len(names) != len(positions) or not isfinite(sum(positions)):
+        raise MalformedError('not one finite position per joint')
+    return JointAnswer(cdr.clock(data), names, positions)
