@@ -10,6 +10,7 @@ step resolves. The physics engine has no rotor inertia of its own, and its joint
 from __future__ import annotations
 
 from math import radians
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -82,6 +83,20 @@ def law(
         state[ANGLE, i], state[RATE, i] = angle + h * rate, rate
 
 
+class PositionLoop(NamedTuple):
+    """Gains of the servos' position loop, at the output shaft.
+
+    Attributes:
+        stiffness: N m/rad, (17,).
+        derivative: N m s/rad, (17,).
+        integral: of all servos, N m/(rad s).
+    """
+
+    stiffness: Array
+    derivative: Array
+    integral: float
+
+
 class Servos:
     """All servos at once: command and joint state in, torque on the joints out.
 
@@ -106,24 +121,16 @@ class Servos:
         p, h = parameters, parameters.physics_step
         gear = np.minimum(gear_stiffness(p), SPRING_LIMIT * self._carried / h**2)
         damping = np.minimum(p.gear_damping, DAMPER_LIMIT * self._carried / h)
-        stretch = stretches(p) if self._own_stretch is None else self._own_stretch
-        stiffness = p.stiffness_per_stretch * stretch
-        # (3.11): the identified gains relate armature volts to volts of potentiometer error.
-        kp, ki, kd = (
-            gain * POTENTIOMETER * STALL_TORQUE / SUPPLY for gain in (p.pid_kp, p.pid_ki, p.pid_kd)
-        )
-        derivative = p.derivative_time * stiffness
-        is_pid = p.servo_model == 'pid'
-        if is_pid:
-            stiffness, derivative = np.full(len(JOINTS), kp), np.full(len(JOINTS), kd)
-        self._integrates = is_pid and ki > 0.0
-        self.setting = np.array((stiffness, gear, damping, derivative, self._strength))
+        loop = position_loop(p, self._own_stretch)
+        self._integrates = loop.integral > 0.0
+        self.setting = np.array((loop.stiffness, gear, damping, loop.derivative, self._strength))
         gain = h / p.rotor_inertia  # speed gained per N m and step
         loss = 1.0 / (1.0 + gain * BACK_EMF)  # back-EMF, implicit
         stick = gain * p.servo_friction * loss
         play = radians(p.backlash_deg) / 2.0
         self.constants = np.array(
-            (h, gain, loss, stick, play, derivative.any(), self._integrates, ki), dtype=float
+            (h, gain, loss, stick, play, loop.derivative.any(), self._integrates, loop.integral),
+            dtype=float,
         )
 
     def set_each(self, parameters: SimulatorParameters, stretch: Array, free: Array) -> None:
@@ -174,6 +181,25 @@ class Servos:
             command, position, velocity, self.state, self.setting, self.constants, self.torque
         )
         return self.torque
+
+
+def position_loop(parameters: SimulatorParameters, stretch: Array | None = None) -> PositionLoop:
+    """Return the gains of the servos' position loop.
+
+    Args:
+        parameters: the simulator's parameters, which choose the loop.
+        stretch: setting of each servo, (17,), if not that of the parameters; of no effect on the
+            identified loop.
+    """
+    p = parameters
+    if p.servo_model == 'pid':
+        # (3.11): the identified gains relate armature volts to volts of potentiometer error.
+        kp, ki, kd = (
+            gain * POTENTIOMETER * STALL_TORQUE / SUPPLY for gain in (p.pid_kp, p.pid_ki, p.pid_kd)
+        )
+        return PositionLoop(np.full(len(JOINTS), kp), np.full(len(JOINTS), kd), ki)
+    stiffness = p.stiffness_per_stretch * (stretches(p) if stretch is None else stretch)
+    return PositionLoop(stiffness, p.derivative_time * stiffness, 0.0)
 
 
 def gear_stiffness(parameters: SimulatorParameters) -> Array:

@@ -15,6 +15,14 @@ INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 
 
+def stiffer_pid(times: float) -> Changes:
+    """Return the gains of servos on the identified loop, so many times as stiff."""
+    gains = RunParameters()
+    return tuple(
+        (('simulator', key), times * getattr(gains, key)) for key in ('pid_kp', 'pid_ki', 'pid_kd')
+    )
+
+
 @dataclass(frozen=True)
 class Condition:
     """The motion, surface and gains that are tried at every inclination.

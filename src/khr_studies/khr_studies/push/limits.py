@@ -11,11 +11,11 @@ from khr_models.standing.ankle_servo import Pid
 from khr_models.standing.push import DIRECTIONS, capture_force
 from khr_models.standing.push import largest_push as largest_of_model
 from khr_studies.errors import StudyError
+from khr_studies.measuring.condition import Changes, stiffer_pid
 from khr_studies.push.model import model_loop, model_push
 from khr_studies.push.study import (
     GYROS,
     WATCH,
-    Changes,
     PushCondition,
     PushLimit,
     largest_push,
@@ -28,7 +28,7 @@ DURATIONS = (0.1, 0.2, 0.5)  # s
 SHORT = (0.02, 0.05, *DURATIONS)  # s, of the momentum argument
 IMPULSE = 0.6  # N s, compared over durations
 # Servos four times as stiff; still stiffer ones chatter after the push.
-STIFF: Changes = ((('simulator', 'stiffness_per_stretch'), 1.0),)
+STIFF: Changes = ((('simulator', 'stiffness_per_stretch'), 1.0), *stiffer_pid(4.0))
 STIFFER = 20.0  # times, of the model's servo
 PADS: Changes = ((('simulator', 'surface'), 'pads'),)
 

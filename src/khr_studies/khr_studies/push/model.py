@@ -23,7 +23,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro import Gyro, GyroParameters
-from khr_sim.servo import BACK_EMF, gear_stiffness, stretches
+from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 from khr_studies.push.study import GIVING, WATCH, PushCondition, Stance, stance
 
 Body = Literal['thesis', 'robot']
@@ -37,10 +37,10 @@ def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
     derivative term. No friction.
     """
     giving = [JOINTS.index(name) for name in GIVING]
-    motors = parameters.stiffness_per_stretch * stretches(parameters)[giving]
-    springs = 2.0 / (1.0 / motors + 1.0 / gear_stiffness(parameters)[giving])
+    servo = position_loop(parameters)
+    springs = 2.0 / (1.0 / servo.stiffness[giving] + 1.0 / gear_stiffness(parameters)[giving])
     levers = np.array(own.levers) / own.pendulum.length
-    braking = BACK_EMF + parameters.derivative_time * float(motors[0])
+    braking = BACK_EMF + float(servo.derivative[giving[0]])
     return Pid(
         1.0 / float(np.sum(levers**2 / springs)), 0.0, 2.0 * braking / float(levers[0]) ** 2
     )

@@ -11,7 +11,7 @@ from dataclasses import replace
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_studies.errors import StudyError
 from khr_studies.measuring.bench import Bench, lift, walk
-from khr_studies.measuring.condition import Changes, Condition
+from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import known
 from khr_studies.measuring.published import (
@@ -45,9 +45,12 @@ def _back(key: str) -> tuple[tuple[str, str], float]:
     return ('gait', key), round(getattr(GaitParameters(), key) - 0.005, 6)
 
 
-STIFFER: Changes = tuple(
-    (('simulator', f'stretch_{joint}'), twice)
-    for joint, twice in (('hip', 120), ('knee', 127), ('ankle_pitch', 90), ('ankle_roll', 60))
+STIFFER: Changes = (
+    *(
+        (('simulator', f'stretch_{joint}'), twice)
+        for joint, twice in (('hip', 120), ('knee', 127), ('ankle_pitch', 90), ('ankle_roll', 60))
+    ),
+    *stiffer_pid(2.0),
 )
 NO_OFFSET: Changes = tuple(
     ((node, 'reference_offset'), 0.0) for node in ('ankle_controller', 'hip_controller')

@@ -18,7 +18,7 @@ from khr_sim.robot import JOINTS, Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_sim.sensors.gyro import GyroParameters
-from khr_sim.servo import BACK_EMF, gear_stiffness, stretches
+from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 
 Array = NDArray[np.float64]
 CHAIN = ('ankle_pitch', 'knee', 'hip_pitch')
@@ -37,10 +37,10 @@ def standing_loop(scenario: Scenario, feet: int) -> StandingLoop:
     sides = 'lr' if feet == 2 else ('l' if gait.first_foot == 'right' else 'r')
     simulator = scenario.table(RunParameters)
     ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)
-    stiffness = simulator.stiffness_per_stretch * stretches(simulator)
+    servo = position_loop(simulator)
     # The derivative term brakes the rotor as its back-EMF does; what it makes of a moving command
-    # is left out.
-    braking = BACK_EMF + simulator.derivative_time * stiffness
+    # is left out, and so is an integral term, which is far slower than a swing.
+    braking = BACK_EMF + servo.derivative
 
     def of_legs(values: float | Array) -> Array:
         by_joint = dict(zip(JOINTS, np.broadcast_to(values, len(JOINTS)), strict=True))
@@ -49,7 +49,7 @@ def standing_loop(scenario: Scenario, feet: int) -> StandingLoop:
     return StandingLoop(
         chain_of(Robot.load(), posture, sides),
         JointServos(
-            of_legs(stiffness),
+            of_legs(servo.stiffness),
             of_legs(gear_stiffness(simulator)),
             of_legs(simulator.gear_damping),
             of_legs(simulator.rotor_inertia),

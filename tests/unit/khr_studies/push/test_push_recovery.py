@@ -15,6 +15,7 @@ from khr_report.page.document import markdown
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
+from khr_sim.servo import BACK_EMF
 from khr_studies.errors import StudyError
 from khr_studies.push import limits as push_limits
 from khr_studies.push import page as push_page
@@ -122,6 +123,17 @@ def test_the_stance_is_the_robot_s():
     # Ankle over knee over hip, the maker's 64.5 mm, 129.5 mm and 194.5 mm with straight legs.
     heights = [own.pendulum.length - lever for lever in own.levers]
     assert heights == pytest.approx([0.0645, 0.1225, 0.1795], abs=0.005)
+
+
+def test_the_legs_give_as_the_identified_loop_does():
+    own = stance()
+    slow, fast = (
+        legs(own, SimulatorParameters(servo_model='pid', pid_kp=kp, pid_kd=kd))
+        for kp, kd in ((35.0, 2.0), (69.0, 4.0))
+    )
+    assert slow.proportional < fast.proportional < 69.0 / 35.0 * slow.proportional
+    braking = [pid.derivative * (own.levers[0] / own.pendulum.length) ** 2 for pid in (slow, fast)]
+    assert braking[1] - braking[0] == pytest.approx(braking[0] - 2.0 * BACK_EMF)
 
 
 def test_the_legs_give_as_their_springs_do(brief):

@@ -166,6 +166,11 @@ def test_two_legs_are_twice_as_stiff_and_the_scenario_sets_the_loop():
         assert (seen == 0.0) == (not offset)
     without = standing_loop(Setting(0.004, 0.4, 0.0).condition('bullet').scenario(0.0), 2)
     assert without.hip_gain == 0.0 and without.growth > two.growth
+    identified = standing_loop(scenario.changed({('simulator', 'servo_model'): 'pid'}), 2)
+    assert identified.servos.back_emf.min() > 2.0 * two.servos.back_emf.max(), (
+        'its derivative term'
+    )
+    assert identified.growth < two.growth
 
 
 def test_page_picture_and_data_are_written(tmp_path):
