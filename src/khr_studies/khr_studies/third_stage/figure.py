@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,14 +11,15 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from khr_report.plots.plot_style import WIDTH, head, styled
-from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Edge, Plane, growth
+from khr_studies.third_stage.comparison import Edge, ModelComparison
+from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Plane
 
 Array = NDArray[np.float64]
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
 LARGEST_RATE = 60.0  # deg/s, end of the colours
 
 
-def limits_picture(plane: Plane, found: list[Edge]) -> Figure:
+def limits_picture(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw the limits over the plane, and what the hip adds to them, each number in its place."""
     with styled():
         figure, axes = _page()
@@ -36,10 +38,10 @@ def limits_picture(plane: Plane, found: list[Edge]) -> Figure:
             _cells(axis, plane, values, (-reach, reach), 'RdBu', '+.1f')
             axis.set_title(title)
         title = 'Standing on one leg: what the force loop holds, what the hip adds'
-        return _finished(figure, axes, plane, found, title)
+        return _finished(figure, axes, plane, compared.edges, title)
 
 
-def swing_picture(plane: Plane, found: list[Edge]) -> Figure:
+def swing_picture(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw how far the robot swings over the plane, and how fast the model's swing grows."""
     with styled():
         figure, axes = _page()
@@ -48,9 +50,9 @@ def swing_picture(plane: Plane, found: list[Edge]) -> Figure:
             _cells(axis, plane, values, (0.0, LARGEST_RATE), 'cividis', '.0f')
             axis.set_title(f'overshoot at 3.8° in °/s: {title}')
         for axis, (hip, title) in zip(axes[1], HIPS.items(), strict=True):
-            _growth(axis, plane, hip, title)
+            _growth(axis, plane, compared.growth[hip], title)
         title = 'Standing on one leg: how the force loop swings, with and without hip'
-        return _finished(figure, axes, plane, found, title)
+        return _finished(figure, axes, plane, compared.edges, title)
 
 
 def _page() -> tuple[Figure, Any]:
@@ -58,7 +60,9 @@ def _page() -> tuple[Figure, Any]:
     return figure, figure.subplots(2, 2, sharex=True, sharey=True)
 
 
-def _finished(figure: Figure, axes: Any, plane: Plane, found: list[Edge], title: str) -> Figure:
+def _finished(
+    figure: Figure, axes: Any, plane: Plane, found: Sequence[Edge], title: str
+) -> Figure:
     """Draw the edges into each panel, and name the axes."""
     nearest = plane.nearest
     for axis in axes.flat:
@@ -105,15 +109,14 @@ def _cells(
         )
 
 
-def _growth(axis: Axes, plane: Plane, hip: float, title: str) -> None:
+def _growth(axis: Axes, plane: Plane, values: Array, title: str) -> None:
     """Draw how fast the model's swing grows."""
     axis.set_title(f"growth of the model's swing, 1/s: {title}")
-    values = np.array([[growth(s, time, hip) for s in plane.scales] for time in plane.times])
     reach = float(np.abs(values).max())
     _cells(axis, plane, values, (-reach, reach), 'PuOr_r', '+.1f')
 
 
-def _edges(axis: Axes, plane: Plane, found: list[Edge]) -> None:
+def _edges(axis: Axes, plane: Plane, found: Sequence[Edge]) -> None:
     """Draw what was measured along the borders of the cells, the prediction through them."""
     for name, color, line, scales in (
         ('falls on the flat beyond', 'black', '-', [edge.without_hip for edge in found]),

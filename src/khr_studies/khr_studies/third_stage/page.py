@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from math import degrees, isnan, nan
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from khr_report.page.document import Columns, Table, number, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.json_file import write_json
+from khr_studies.third_stage.comparison import Edge, ModelComparison, ModelLoop
 from khr_studies.third_stage.figure import limits_picture, swing_picture
 from khr_studies.third_stage.study import (
     ANKLE_GAIN,
@@ -20,27 +20,23 @@ from khr_studies.third_stage.study import (
     THESIS,
     WITHIN,
     WORTH,
-    Edge,
     Plane,
     Point,
     Setting,
-    edges,
-    loop_at,
 )
 
 
-def write(plane: Plane, out: Path) -> str:
+def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
     """Write page, picture and data beside one another; return a summary of one line.
 
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
     """
-    found = edges(plane)
     pictures = out.with_suffix('.png'), out.with_name(f'{out.stem}_swing.png')
     write_json(out.with_suffix('.json'), plane)
     for draw, picture in zip((limits_picture, swing_picture), pictures, strict=True):
-        save(draw(plane, found), picture, dpi=200)
-    write_text(out, page(plane, found, *(picture.name for picture in pictures)))
+        save(draw(plane, compared), picture, dpi=200)
+    write_text(out, page(plane, compared, *(picture.name for picture in pictures)))
     return summary(plane)
 
 
@@ -55,8 +51,9 @@ def summary(plane: Plane) -> str:
     )
 
 
-def page(plane: Plane, found: Sequence[Edge], limits_picture: str, swing_picture: str) -> str:
+def page(plane: Plane, compared: ModelComparison, limits_picture: str, swing_picture: str) -> str:
     """Return the page; the pictures are files beside it."""
+    found = compared.edges
     near, worth, without = plane.nearest, plane.worth, plane.limits(0.0)
     held = worth >= WORTH
     pair = [Setting(near.force_scale, near.time_constant, hip) for hip in (0.0, HIP_GAIN)]
@@ -96,7 +93,7 @@ def page(plane: Plane, found: Sequence[Edge], limits_picture: str, swing_picture
         moved=np.mean(moved, axis=0) if moved else (nan, nan),
         misses=[abs(e.with_hip - e.predicted) for e in found if e.with_hip and e.predicted],
         grids=_grids(plane),
-        loops=_loops(plane),
+        loops=table(compared.loops, LOOPS),
         checks=table(plane.checks, _checks(plane)),
     )
 
@@ -142,22 +139,13 @@ def _grids(plane: Plane) -> list[tuple[str, Table]]:
     ]
 
 
-def _loops(plane: Plane) -> Table:
-    """Return the model's swings at the point nearest to the thesis's limits."""
-    near = plane.nearest
-    rows = []
-    for feet, hip in ((2, 0.0), (2, HIP_GAIN), (1, 0.0), (1, HIP_GAIN)):
-        loop = loop_at(Setting(near.force_scale, near.time_constant, hip), feet)
-        rows.append(
-            (
-                str(feet),
-                f'{hip:g}',
-                f'{loop.frequency:.2f}',
-                f'{loop.damping_ratio:+.3f}',
-                f'{loop.growth:+.2f}',
-            )
-        )
-    return Table(('feet', 'K_H', 'swing, Hz', 'damping ratio', 'growth, 1/s'), tuple(rows))
+LOOPS: Columns[ModelLoop] = {
+    'feet': lambda row: str(row.feet),
+    'K_H': lambda row: f'{row.hip_gain:g}',
+    'swing, Hz': lambda row: f'{row.model.frequency:.2f}',
+    'damping ratio': lambda row: f'{row.model.damping_ratio:+.3f}',
+    'growth, 1/s': lambda row: f'{row.model.growth:+.2f}',
+}
 
 
 def _checks(plane: Plane) -> Columns[Point]:

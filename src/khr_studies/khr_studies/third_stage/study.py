@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import cache
 from itertools import product
 from math import inf, nan
 from pathlib import Path
@@ -21,13 +20,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.maths.limit import bracket_limit
-from khr_models.standing.force_loop import StandingLoop
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.errors import StudyError
 from khr_studies.measuring.bench import MeasuredLift, lift
 from khr_studies.measuring.condition import Changes, Condition
 from khr_studies.measuring.study_version import version_of_study
-from khr_studies.third_stage.standing_model import standing_loop
 from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
@@ -225,76 +222,6 @@ class Plane:
             return None
         first = holds.index(False)
         return (self.scales[first - 1] + self.scales[first]) / 2.0
-
-
-@dataclass(frozen=True)
-class Edge:
-    """Where the loop begins to topple the robot on the flat, measured and from the linear model.
-
-    Attributes:
-        time_constant: of the force sensors, s.
-        without_hip, with_hip: force scales, V/N, the second with the rate alone, as the model has
-            it; None if they lie outside of the plane.
-        growth: of the model's worst motion at ``without_hip``, 1/s.
-        predicted: force scale at which the model with the hip grows as fast as those without do
-            on average; None if that lies outside of the plane.
-    """
-
-    time_constant: float
-    without_hip: float | None
-    with_hip: float | None
-    growth: float | None
-    predicted: float | None
-
-
-def growth(scale: float, time: float, hip_gain: float, feet: int = 2) -> float:
-    """Return how fast the linear model's worst motion grows on the flat, 1/s."""
-    return loop_at(Setting(scale, time, hip_gain), feet).growth
-
-
-def loop_at(setting: Setting, feet: int) -> StandingLoop:
-    """Return the linear model at a point of the plane, on the flat, on one foot or two."""
-    unit = _of_unit_scale(setting.hip_gain, feet)
-    return replace(
-        unit, ankle_gain=setting.force_scale * unit.ankle_gain, force_time=setting.time_constant
-    )
-
-
-@cache
-def _of_unit_scale(hip_gain: float, feet: int) -> StandingLoop:
-    """Return the model for 1 V/N: to plan the posture takes a fifth of a second."""
-    return standing_loop(Setting(1.0, 1.0, hip_gain).condition('bullet').scenario(0.0), feet)
-
-
-def edges(plane: Plane) -> list[Edge]:
-    """Compare where the robot is toppled with where the linear model swings.
-
-    The model has no dry friction, which takes energy from every swing. What it takes is one number,
-    the growth rate that the robot without the hip just bears, here its mean over the time
-    constants; that number then predicts the edge with the hip.
-    """
-    measured = {time: plane.edge(time, 0.0) for time in plane.times}
-    rates = {
-        time: growth(scale, time, 0.0) for time, scale in measured.items() if scale is not None
-    }
-    borne = float(np.mean([*rates.values()])) if rates else nan
-    return [
-        Edge(
-            time,
-            measured[time],
-            plane.edge(time, HIP_GAIN),
-            rates.get(time),
-            _scale_at(borne, time, plane.scales),
-        )
-        for time in plane.times
-    ]
-
-
-def _scale_at(rate: float, time: float, scales: Sequence[float]) -> float | None:
-    rates = [growth(scale, time, HIP_GAIN) for scale in scales]
-    if not rates[0] <= rate <= rates[-1]:
-        return None
-    return float(np.interp(rate, rates, scales))
 
 
 def measure_plane(

@@ -15,6 +15,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.json_file import read_json
 from khr_studies.third_stage import study as stage3
+from khr_studies.third_stage.comparison import compare_with_model, edges, growth
 from khr_studies.third_stage.page import summary, write
 from khr_studies.third_stage.standing_model import chain_of, standing_loop
 from khr_studies.third_stage.study import (
@@ -25,8 +26,6 @@ from khr_studies.third_stage.study import (
     Point,
     Setting,
     climb,
-    edges,
-    growth,
     measure_plane,
 )
 
@@ -175,7 +174,7 @@ def test_two_legs_are_twice_as_stiff_and_the_scenario_sets_the_loop():
 
 def test_page_picture_and_data_are_written(tmp_path):
     out = tmp_path / 'stage3.md'
-    assert write(plane(), out) == summary(plane())
+    assert write(plane(), compare_with_model(plane()), out) == summary(plane())
     assert read_json(out.with_suffix('.json'), Plane) == plane()
     text = out.read_text(encoding='utf-8')
     assert (tmp_path / 'stage3.png').stat().st_size > 10_000
