@@ -29,6 +29,12 @@ OF_PROCESSES = ('graph', 'reliability', 'integration', 'installation')
 OF_MILLISECONDS = ('khr_hardware/test_server.py',)  # on a pseudo-terminal
 
 
+def pytest_configure():
+    from tests.support.process_signals import hand_on_signals  # its asserts are rewritten by now
+
+    hand_on_signals()
+
+
 def pytest_collection_modifyitems(config, items):
     """Begin with the files that take longest, so that none of them is left alone at the end."""
     patience = {}

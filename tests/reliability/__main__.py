@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import signal
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -26,6 +25,7 @@ from tests import ROOT
 from tests.reliability.cases import HARMS, attempt, cases
 from tests.reliability.harms.harmed_run import Case
 from tests.reliability.strangers.other_machine import why_not
+from tests.support.process_signals import hand_on_signals
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
 LOOK = 1.0  # s of wall time over which their use is measured
@@ -89,20 +89,6 @@ def main() -> int:
             for _ in _campaign(wanted, given.journal, loaded=loops >= LOADED):
                 write()
     return int(any(result.faults for result in write()))
-
-
-def hand_on_signals() -> None:
-    """Let commands that are started take the signals that are tried, also if this one ignores them.
-
-    A shell has what it starts in the background ignore SIGINT, nohup SIGHUP, and who is started
-    inherits that; what is handled here is as in a terminal there.
-    """
-    for number, handler in (
-        (signal.SIGINT, signal.default_int_handler),
-        (signal.SIGHUP, lambda *_: None),
-    ):
-        if signal.getsignal(number) == signal.SIG_IGN:
-            signal.signal(number, handler)
 
 
 def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> Iterator[Result]:

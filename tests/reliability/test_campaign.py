@@ -50,7 +50,7 @@ def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
 
 IGNORED = """
 import signal, subprocess, sys
-from tests.reliability.__main__ import hand_on_signals
+from tests.support.process_signals import hand_on_signals
 hand_on_signals()
 sys.exit(subprocess.run([sys.executable, '-c', sys.argv[1]]).returncode)
 """
