@@ -204,7 +204,7 @@ def test_a_taken_port_is_one_line(viewed, tmp_path):
     assert 'Traceback' not in done.err
 
 
-def test_all_that_was_done_is_in_the_bags(viewed):
+def test_all_that_was_done_is_in_the_bags(page, viewed):
     """Last in the module: it ends the run."""
     ended = interrupt(viewed, signal.SIGINT)
     assert ended.code == 0, ended.err
