@@ -1,7 +1,7 @@
 # make run    installs what a run needs into .venv and runs the main job
 # make test   installs the tools as well, checks the code, runs the tests
 # make quick  runs the tests but the slow ones
-# make nightly  runs all tests, also those of whole studies, which take minutes each
+# make nightly  runs all tests, also those of whole studies and the longest of the others
 # make coverage  runs all tests, measured, and prints their coverage by package
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
 # make film   renders docs/walk.gif; make site makes pages of the documents

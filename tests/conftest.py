@@ -8,6 +8,7 @@ import pytest
 from hypothesis import settings
 
 from tests import ROOT
+from tests.nightly import is_by_night
 
 pytest.register_assert_rewrite('tests.support')
 
@@ -35,11 +36,14 @@ def pytest_configure():
     hand_on_signals()
 
 
+@pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config, items):
     """Begin with the files that take longest, so that none of them is left alone at the end."""
     patience = {}
     again = config.pluginmanager.hasplugin('rerunfailures')  # not under colcon
     for item in items:
+        if is_by_night(f'{item.path.relative_to(ROOT)}::{item.name}'):
+            item.add_marker('nightly')
         alike = not set(OF_PROCESSES).isdisjoint(item.path.relative_to(ROOT).parts)
         alike = alike or item.path.match(*OF_MILLISECONDS)
         if again and alike:
