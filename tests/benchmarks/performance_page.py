@@ -146,7 +146,8 @@ def _environments(rounds: Sequence[dict[str, Numbers]]) -> tuple[str, str]:
     ]
     return (
         f'## Environment\n\n`khr.env({environment.SCENARIO!r})` without corrections, the run of the '
-        'twin; on each core one environment, counted singly.',
+        'twin; on each core one environment of those that `gymnasium.make_vec` makes by default, '
+        'counted singly.',
         table(('case', 'control periods per s of computing', 'per s'), rows),
     )
 

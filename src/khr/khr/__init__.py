@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from khr.environment import BalanceEnv, env
     from khr.runs import RunResult, load, run, scenarios
     from khr.studies import critical, spectrum, stage3, sweep, tune
+    from khr.vector import vector_env
     from khr_common import KhrError
 
 __all__ = [
@@ -36,11 +37,13 @@ __all__ = [
     'stage3',
     'sweep',
     'tune',
+    'vector_env',
 ]
 _HOMES = {
     'khr.environment': ('BalanceEnv', 'env'),
     'khr.runs': ('RunResult', 'load', 'run', 'scenarios'),
     'khr.studies': ('critical', 'spectrum', 'stage3', 'sweep', 'tune'),
+    'khr.vector': ('vector_env',),
     'khr_common': ('KhrError',),
 }
 

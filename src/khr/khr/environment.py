@@ -177,7 +177,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         """
         if self._plant is None:
             raise KhrError('step: no episode; accepted: after reset()')
-        self._action = _clipped(action)
+        self._action = clipped(action)
         corrections = [
             dict.fromkeys(topic.names, ACTION_SCALE * share)
             for topic, share in zip(CORRECTIONS, self._action, strict=True)
@@ -291,7 +291,7 @@ def _figures(outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _clipped(action: Sequence[float] | Observation) -> list[float]:
+def clipped(action: Sequence[float] | Observation) -> list[float]:
     """Return an action within the action space."""
     try:
         ankle, hip = (float(share) for share in action)

@@ -29,7 +29,10 @@ def _register(registration: ModuleType) -> None:
     for name, scenario in ENVIRONMENTS.items():
         if name not in registration.registry:
             registration.register(
-                name, entry_point='khr.environment:env', kwargs={'scenario': scenario}
+                name,
+                entry_point='khr.environment:env',
+                vector_entry_point='khr.vector:vector_env',
+                kwargs={'scenario': scenario},
             )
 
 

@@ -6,7 +6,7 @@ import itertools
 import os
 import pickle
 import sys
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -213,7 +213,7 @@ class _Job:
 class _Worker:
     """A process that computes one job after the other (:mod:`khr_sweeps.worker`).
 
-    It has a process group of its own, so that Ctrl-C reaches the command alone.
+    Its thread starts it and serves it until its end.
     """
 
     def __init__(self, quiet: bool) -> None:
@@ -221,15 +221,7 @@ class _Worker:
         self._answers, answers = Pipe(duplex=False)
         with tasks, answers:  # the worker's ends, or neither side would see the other's end
             ends = tasks.fileno(), answers.fileno()
-            self._process = Popen(
-                [sys.executable, '-P', '-m', 'khr_sweeps.worker', *map(str, ends)],
-                pass_fds=ends,
-                stdin=DEVNULL,
-                stderr=DEVNULL if quiet else None,
-                process_group=0,
-                env=SINGLE_THREADED | os.environ | _same_modules(),
-                preexec_fn=tied_to_parent(),  # to this thread, which serves it until its end
-            )
+            self._process = start_worker('khr_sweeps.worker', ends, quiet)
 
     def compute(self, data: bytes) -> tuple[bool, Any] | None:
         """Return whether the job succeeded, with result or error; None if the worker ended."""
@@ -249,6 +241,30 @@ class _Worker:
         self._process.wait()
         self._tasks.close()
         self._answers.close()
+
+
+def start_worker(module: str, ends: Sequence[int], quiet: bool = False) -> Popen[bytes]:
+    """Start a module as a process that computes for this one, and is killed with this thread.
+
+    It has a process group of its own, so that Ctrl-C reaches the command alone.
+
+    Args:
+        module: is given the files' numbers as its arguments.
+        ends: files that it is to have: its ends of pipes.
+        quiet: whether its errors are dropped.
+
+    Raises:
+        OSError: if it cannot be started.
+    """
+    return Popen(
+        [sys.executable, '-P', '-m', module, *map(str, ends)],
+        pass_fds=ends,
+        stdin=DEVNULL,
+        stderr=DEVNULL if quiet else None,
+        process_group=0,
+        env=SINGLE_THREADED | os.environ | _same_modules(),
+        preexec_fn=tied_to_parent(),
+    )
 
 
 def _same_modules() -> dict[str, str]:
