@@ -55,9 +55,12 @@ def driven(tmp_path_factory):
             before = served.board.sent
             early = call(node, Trigger, 'board/hold', Trigger.Request())
             said = [early.message, *(board(verb, node) for verb in ('start', 'start', 'hold'))]
-            held = served.targets
+            asked = served.targets
             domain = node.context.get_domain_id()
             assert khr('set', 'board', 'at_exit', 'hold', '--domain', domain).code == 0
+            held = served.targets  # what was on its way to the board has come
+            assert held == pytest.approx(asked, abs=0.02)
+            assert khr('get', 'board', '--domain', domain).code == 0
             assert served.targets == held
             said.append(board('start', node))
         ended = finish(process, served.folder)
