@@ -44,7 +44,7 @@ RECORD = np.dtype(
 )
 Columns = dict[str, NDArray[Any]]
 STEP, CALL = b's', b'c'  # asked: a step, or what a message says
-DONE, TOLD = b'd', b't'  # answered: nothing but what is in the record, or a message
+DONE, REPLY = b'd', b't'  # answered: nothing but what is in the record, or a message
 
 
 def columns(file: int) -> Columns:
@@ -113,7 +113,7 @@ class Elsewhere:
         self._asked.send_bytes(data)
 
     def answer(self) -> Any:
-        """Return what has been asked for; None after a step of which the record tells all.
+        """Return what has been asked for; None after a step of which the record has all.
 
         Raises:
             KhrError: as the environment raised it.
@@ -189,12 +189,12 @@ def _serve(asked: Connection, answers: Connection, file: int) -> None:
     while True:
         _wait(poller, patience)
         if os.read(asked.fileno(), 1) == STEP:
-            told = _answered(partial(advance, environment, shared, index))
+            reply = _answered(partial(advance, environment, shared, index))
         else:  # or an end, after which there is nothing to receive
-            told = _answered(partial(call, environment, *pickle.loads(asked.recv_bytes())))
-        os.write(answers.fileno(), DONE if told is None else TOLD)
-        if told is not None:
-            answers.send_bytes(told)
+            reply = _answered(partial(call, environment, *pickle.loads(asked.recv_bytes())))
+        os.write(answers.fileno(), DONE if reply is None else REPLY)
+        if reply is not None:
+            answers.send_bytes(reply)
 
 
 def _answered(do: Callable[[], Any]) -> bytes | None:

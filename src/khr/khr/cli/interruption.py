@@ -1,4 +1,4 @@
-"""An interruption is raised where it is heard: Python raises it between any two steps.
+"""An interruption is raised where it is not lost: Python raises it between any two steps.
 
 It is lost in an import, where C extensions and classes that are being made drop or replace what is
 raised in them, in a destructor and in the callback of a weak reference; a lock is left held if it
@@ -39,7 +39,7 @@ def leave_at_once(*_: object) -> None:
 
 
 def interrupt(_: int, frame: FrameType | None) -> None:
-    """Raise KeyboardInterrupt, now or where it is heard; leave at once if nothing has begun."""
+    """Raise KeyboardInterrupt, now or where it is not lost; leave at once if nothing has begun."""
     importer = _importer(frame)
     if importer.startswith(_VERBS):
         leave_at_once()
