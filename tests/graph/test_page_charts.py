@@ -22,7 +22,11 @@ TITLES = ('Spectrum', 'Pitch rate', 'Foot forces', 'Delta', 'Corrections')
 def page(tmp_path_factory):
     """A walk whose first spectrum has come, halted when every chart has points."""
     folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
-    process = start_khr('view', 'walk_3deg', '--no-browser', '--port', port, '--out', folder)
+    process = start_khr(
+        # as long as a browser may take: a walk that begins again has no spectrum at first
+        *('view', 'walk_3deg', '--set', 'gait.cycles=20'),
+        *('--no-browser', '--port', port, '--out', folder),
+    )
     try:
         with joined(folder) as node:
             wait_until(node, seconds=0.0)
