@@ -13,6 +13,7 @@ from tests.support.runs import joined, start_khr, wait_for, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
 DRAWN = 'window.__viserTestpoints.uplots'  # viser's own, for tests
+POINTS = 'chart => chart.data[0].length'
 VERMILION = (213, 94, 0)
 DELTA = 'Delta, toes less heels'
 TITLES = ('Spectrum', 'Pitch rate', 'Foot forces', 'Delta', 'Corrections')
@@ -23,7 +24,6 @@ def page(tmp_path_factory):
     """A walk whose first spectrum has come, halted when every chart has points."""
     folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
     process = start_khr(
-        # as long as a browser may take: a walk that begins again has no spectrum at first
         *('view', 'walk_3deg', '--set', 'gait.cycles=20'),
         *('--no-browser', '--port', port, '--out', folder),
     )
@@ -34,20 +34,30 @@ def page(tmp_path_factory):
             page.goto(f'http://127.0.0.1:{port}/')
             slider(page, 'Ankle gain K_A').wait_for()
             page.get_by_text(re.compile('^gait, n = ')).first.wait_for()
-            # once halted, no chart gets points that it does not have yet
-            for title in TITLES:
-                wait_for(
-                    lambda title=title: (
-                        (drawn(page, title, 'chart => chart.data[0].length') or 0) > 10
-                    ),
-                    f'points of {title}',
-                )
-            page.get_by_role('button', name='Pause').click()
-            page.get_by_text(re.compile('^paused at')).wait_for()
+            halt_with_points(page)
             yield page
     finally:
         process.terminate()
         process.communicate(timeout=60)
+
+
+def halt_with_points(page):
+    """Halt the run while every chart has points: once halted, none gets more.
+
+    A walk that begins again has no spectrum at first, and may do so before a slow browser halts it.
+    """
+
+    def all_have_points():
+        return all((drawn(page, title, POINTS) or 0) > 10 for title in TITLES)
+
+    while True:
+        wait_for(all_have_points, 'points of all charts')
+        page.get_by_role('button', name='Pause').click()
+        page.get_by_text(re.compile('^paused at')).wait_for()
+        if all_have_points():
+            return
+        page.get_by_role('button', name='Go on').click()
+        page.get_by_text(re.compile('^paused at')).wait_for(state='hidden')
 
 
 def drawn(page, title, what):
