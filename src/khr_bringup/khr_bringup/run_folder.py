@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import fcntl
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -12,12 +13,15 @@ from khr_bringup.errors import BringupError
 
 SCENARIO = 'scenario.yaml'
 ACCEPTED = 'accepted: a new or empty folder'
+_locks: dict[Path, int] = {}  # of what this process has claimed
 
 
 def claim(folder: Path, option: str) -> Path:
     """Make a folder if it is not there, and take it for a run.
 
-    Of several runs that want it at the same moment the one has it that makes its scenario file.
+    Of several runs that want it at the same moment the one has it that locks its scenario file. A
+    run that was killed before it had written that file leaves it empty and unlocked: the folder is
+    free again.
 
     Raises:
         BringupError: if it holds something, cannot be written, or another run has it;
@@ -26,12 +30,16 @@ def claim(folder: Path, option: str) -> Path:
     where = f'{option}: {str(folder)!r}'
     try:
         str(folder).encode()
-        if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        if folder.exists() and not _empty(folder):
             raise BringupError(f'{where} holds something; {ACCEPTED}')
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
-        os.close(os.open(folder / SCENARIO, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o600))
-    except FileExistsError as error:
+        lock = _locked(folder / SCENARIO)
+        if not _empty(folder):
+            os.close(lock)
+            raise FileExistsError
+        _locks[folder] = lock
+    except (BlockingIOError, FileExistsError, FileNotFoundError) as error:
         raise BringupError(f'{where} has been taken by another run; {ACCEPTED}') from error
     except UnicodeError as error:  # it is to stand in files, and on the lines of processes
         raise BringupError(f'{where} is not accepted; accepted: a path in UTF-8') from error
@@ -40,6 +48,36 @@ def claim(folder: Path, option: str) -> Path:
             f'{where}: {error.strerror}; accepted: a folder that can be written'
         ) from error
     return folder
+
+
+def release(folder: Path) -> None:
+    """Let go of a claim: the folder's scenario has been written, or it is not needed."""
+    os.close(_locks.pop(folder))
+
+
+def _locked(file: Path) -> int:
+    """Make a file if it is not there, lock it, and return its descriptor.
+
+    Raises:
+        BlockingIOError: if another run has locked it.
+        FileExistsError: if another file has taken its place meanwhile.
+    """
+    lock = os.open(file, os.O_CREAT | os.O_WRONLY, 0o600)
+    try:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        if not os.path.samestat(os.fstat(lock), os.stat(file)):
+            raise FileExistsError
+    except OSError:
+        os.close(lock)
+        raise
+    return lock
+
+
+def _empty(folder: Path) -> bool:
+    """Return whether a folder holds nothing, or only what is left of an interrupted claim."""
+    return folder.is_dir() and all(
+        each.name == SCENARIO and not each.stat().st_size for each in folder.iterdir()
+    )
 
 
 @contextmanager
@@ -61,3 +99,5 @@ def claimed(out: Path | None, name: str) -> Iterator[Path]:
                 if made:
                     folder.rmdir()
         raise
+    finally:
+        release(folder)

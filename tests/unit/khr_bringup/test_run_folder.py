@@ -1,5 +1,8 @@
 """The folder of a run: one run has it, and it is left alone if none began."""
 
+import signal
+import subprocess
+import sys
 from concurrent.futures import ThreadPoolExecutor
 from threading import Barrier
 
@@ -29,10 +32,25 @@ def test_of_runs_that_want_a_folder_at_once_one_has_it(tmp_path):
 
 def test_an_empty_folder_that_another_run_takes_meanwhile_is_refused(tmp_path, monkeypatch):
     # Both have looked and found nothing; the file of the other comes between look and claim.
-    monkeypatch.setattr('khr_bringup.run_folder.any', lambda _: False, raising=False)
+    monkeypatch.setattr('khr_bringup.run_folder._empty', lambda _: True)
     claim(tmp_path, 'out')
     with pytest.raises(BringupError, match=r'out: .* has been taken by another run'):
         claim(tmp_path, 'out')
+
+
+def test_a_folder_whose_run_was_killed_before_it_began_is_taken_over(tmp_path):
+    code = f"""
+import os, signal
+from pathlib import Path
+from khr_bringup.run_folder import claim
+claim(Path({str(tmp_path)!r}), '--out')
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    assert subprocess.run([sys.executable, '-c', code], check=False).returncode == -signal.SIGKILL
+    assert [path.name for path in tmp_path.iterdir()] == [SCENARIO]
+    assert claim(tmp_path, '--out') == tmp_path
+    with pytest.raises(BringupError, match='taken by another run'):
+        claim(tmp_path, '--out')
 
 
 def test_nothing_is_left_of_a_run_that_did_not_begin(tmp_path):
