@@ -17,10 +17,10 @@ from khr_hardware.errors import HardwareError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import Mixing
 from tests.fakes.loopback import Loopback
-from tests.support.served import served
+from tests.support.served import BOARD_UNITS, served
 
 MAP = JointMap.load()
-WALK = scenarios.load_scenario('walk_6.99deg_ka12')
+WALK = scenarios.load_scenario('walk_6.99deg_ka12').set_to(BOARD_UNITS)
 
 
 def write(client, loop):
@@ -39,16 +39,23 @@ def rig():
 
 
 def test_the_gains_of_a_scenario_are_whole_numbers_of_the_board():
-    both = loop_of(scenarios.load_scenario('walk_9.7deg_ka12_kh13'), MAP)
+    both = loop_of(scenarios.load_scenario('walk_9.7deg_ka12_kh13').set_to(BOARD_UNITS), MAP)
     assert both == BoardLoop(
         {'l_ankle_pitch': 12, 'r_ankle_pitch': 12, 'l_hip_pitch': 13, 'r_hip_pitch': 13}, -5
     )
 
 
+@pytest.mark.parametrize(('gain', 'ratio'), [(12.4, 12), (12.6, 13), (0.6, 1)])
+def test_a_gain_between_two_ratios_is_rounded_and_keeps_what_was_asked_for(gain, ratio):
+    loop = loop_of(WALK.set_to([f'ankle_controller.gain={gain}']), MAP)
+    assert loop.factors == {'l_ankle_pitch': ratio, 'r_ankle_pitch': ratio}
+    assert loop.asked['l_ankle_pitch'] == pytest.approx(gain, abs=1e-3)
+
+
 @pytest.mark.parametrize(
     ('changes', 'says'),
     [
-        (['ankle_controller.gain=12.5'], 'ratio of 12.500'),
+        (['ankle_controller.gain=0.4'], 'ratio of 0.400'),
         (['ankle_controller.source=force'], 'gyro: a servo has two mixings'),
         (['ankle_controller.lean_deg=1.0'], 'lean_deg: 1.0 cannot be done'),
         (['ankle_controller.enabled=false'], 'no controller is enabled'),
@@ -115,6 +122,7 @@ def test_the_verbs_deploy_and_undo(rig, tmp_path, monkeypatch):
     before, file = bytes(board.ram[0x90:]), tmp_path / 'before.json'
     with served(board, tmp_path, stepped=True) as (_, link):
         words = ['deploy', 'walk_6.99deg_ka12', link, '--before', str(file)]
+        words += ['--set', 'ankle_controller.gain_unit=1']
         turning = count(512, 2)
         answer = board.answer
         with monkeypatch.context() as moved:

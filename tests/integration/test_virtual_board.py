@@ -31,7 +31,7 @@ from khr_sim.robot import JOINTS
 from tests import ROOT
 from tests.fakes.loopback import Loopback, TableServos
 from tests.support.board_film import stand_and_squat
-from tests.support.served import served
+from tests.support.served import BOARD_UNITS, served
 
 PERIODS = 100
 OFFSET = 5  # AD steps, in place of the 5.2 that the scenarios ask for: the board has integers
@@ -73,6 +73,7 @@ def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
     """Up to the board's own rounding of the offset, which is an AD step, nothing is rounded."""
     scenario = scenarios.load_scenario(name).set_to(
         [
+            *BOARD_UNITS,
             f'simulator.engine={engine}',
             f'simulator.duration={PERIODS * 0.015}',
             f'ankle_controller.reference_offset={-OFFSET * MAP.gyro.step!r}',
@@ -103,7 +104,7 @@ def test_the_loop_on_the_board_is_the_twins_count_for_count(name, engine, hip):
 def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
     """The board is given what the twin's gyro reads: its counts are K times 0.19 steps off."""
     scenario = scenarios.load_scenario(name).set_to(
-        ['simulator.engine=mujoco', f'simulator.duration={PERIODS * 0.015}']
+        [*BOARD_UNITS, 'simulator.engine=mujoco', f'simulator.duration={PERIODS * 0.015}']
     )
     bench = TableServos(counts([0.0] * len(JOINTS)), {1: 512})
     board = VirtualBoard(bench, Setup(MAP.trims, ad_references={1: 512}, mixing_delay=0))
@@ -167,7 +168,7 @@ def test_a_robot_that_is_set_free_falls_and_its_servos_are_read_all_the_same(sce
 
 
 def test_softer_servos_sag_more(scenario):
-    sag = {}
+    scenario, sag = scenario.set_to(['simulator.servo_model=stretch']), {}
     for stretch in (30, 90):
         board, robot = virtual_board(scenario, MAP, on_ground=True)
         robot.stiffen(dict.fromkeys(MAP.numbers, stretch))

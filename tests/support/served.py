@@ -11,6 +11,13 @@ from khr_hardware.protocol.memory import FREE
 from khr_hardware.virtual.server import Server
 from tests.support.runs import start_khr
 
+# A gyro without an amplifier: a gain is the board's ratio, and acts from the start.
+BOARD_UNITS = [
+    f'{controller}.{value}'
+    for controller in ('ankle_controller', 'hip_controller')
+    for value in ('gain_unit=1', 'reference_offset=-0.66', 'start_ramp=0')
+]
+
 
 @contextmanager
 def served(board, folder, **options):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from math import isclose
 from typing import Any
 
 from khr_balance.ankle import ANKLE_CONTROLLER, AnkleControllerParameters
@@ -42,13 +41,15 @@ def on_board(scenario: Scenario) -> Scenario:
 def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
     """Return the loop that the board is to have for the gains of a scenario.
 
-    The board has no ``limit_deg``, and rounds ``reference_offset`` to AD steps.
+    The board has no ``limit_deg``, and rounds gains to whole ratios and ``reference_offset`` to AD
+    steps.
 
     Raises:
         KhrError: if the board cannot do what the scenario asks for, or the map has no gyro.
     """
     step = gyro_of(joint_map).step
     factors: dict[str, int] = {}
+    asked: dict[str, float] = {}
     offsets: dict[str, int] = {}
     for spec in CONTROLLERS:
         own = scenario.table(spec.table)
@@ -57,13 +58,14 @@ def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
         _check(own, f'{scenario.name}: {spec.name}')
         exact = rate_gain(own.gain * own.gain_unit) * abs(step) / COUNT
         factor = round(exact)
-        if not isclose(exact, factor, abs_tol=1e-3) or not 0 <= factor <= LARGEST_RATIO:
+        if factor > LARGEST_RATIO or (exact and not factor):
             raise BringupError(
                 f'{scenario.name}: {spec.name}: gain {own.gain:g} is a ratio of {exact:.3f} on '
-                f'this board; accepted: a whole number from 0 to {LARGEST_RATIO}'
+                f'this board; accepted: 0, or what is rounded to 1 to {LARGEST_RATIO}'
             )
         joints = spec.publishes[0].names
         factors |= dict.fromkeys(joints, factor if step > 0 else -factor)
+        asked |= dict.fromkeys(joints, exact if step > 0 else -exact)
         offsets[spec.name] = round(own.reference_offset / step)
     for name in controllers().keys() - {spec.name for spec in CONTROLLERS}:
         if getattr(build(table_of(name), scenario.of(name)), 'enabled', True):
@@ -80,7 +82,7 @@ def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
             f'{scenario.name}: reference_offset of {" and ".join(offsets)} differ; accepted: one, '
             'since both read the same port'
         )
-    return BoardLoop(factors, next(iter(offsets.values())))
+    return BoardLoop(factors, next(iter(offsets.values())), asked)
 
 
 def _check(own: BalanceParameters, where: str) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from khr_hardware.client import Client
@@ -28,10 +28,12 @@ class BoardLoop:
     Attributes:
         factors: counts per AD step of the gyro, by joint; the signs of the servos are left out.
         offset: AD steps that the gyro's reference lies off its voltage at rest.
+        asked: the factors before they were rounded.
     """
 
     factors: Mapping[str, int]
     offset: int
+    asked: Mapping[str, float] = field(default_factory=dict, compare=False)
 
 
 def deploy(

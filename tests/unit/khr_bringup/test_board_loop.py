@@ -11,6 +11,7 @@ from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, GYRO, ROBOT_DESCRIPTION
 from khr_hardware.parameters import BoardParameters
+from tests.support.served import BOARD_UNITS
 
 CONTROLLERS = {'ankle_controller', 'hip_controller'}
 MIXING = 'board.mixing=board'
@@ -55,7 +56,7 @@ def test_the_description_is_published():
 
 
 def test_with_the_loop_on_the_board_it_has_the_gains_and_no_controller_runs():
-    scenario = driven('walk_9.7deg_ka12_kh13', MIXING)
+    scenario = driven('walk_9.7deg_ka12_kh13', MIXING, *BOARD_UNITS)
     own = scenario.table(BoardParameters)
     assert (own.ankle_ratio, own.hip_ratio, own.ad_offset) == (12, 13, -5)
     assert not CONTROLLERS & set(scenario.nodes) and scenario.answers == ['gait']

@@ -109,7 +109,7 @@ def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
     given = {
         'scenario': 'walk_6.99deg_ka12',
         'board': '/dev/ttyUSB7',
-        'set': 'board.mixing=board',
+        'set': 'board.mixing=board,ankle_controller.gain_unit=1',
         'out': str(tmp_path / 'run'),
     }
     launch = arrange({**DEFAULTS, **given})

@@ -6,7 +6,7 @@ import json
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from math import degrees
+from math import degrees, isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -179,7 +179,9 @@ def deploy(
             client, joint_map, loop, keep=lambda held: write_text(before, json.dumps(held))
         )
     for joint, factor in loop.factors.items():
-        print(f'{joint:16}{factor} counts per AD step of the gyro')
+        asked = loop.asked[joint]
+        rounded = '' if isclose(asked, factor, abs_tol=1e-3) else f', rounded from {asked:.2f}'
+        print(f'{joint:16}{factor} counts per AD step of the gyro{rounded}')
     print(f'{"reference":16}{loop.offset} AD steps off the voltage at rest')
     print('in RAM until the battery is switched off; the same command with --undo takes it back')
 
