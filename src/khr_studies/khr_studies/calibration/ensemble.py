@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_studies.calibration.objective import FALL, Candidate
+from khr_studies.calibration.objective import FALL, Candidate, row_costs
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit
 from khr_studies.measuring.ensemble_file import Member
@@ -41,7 +41,7 @@ class Ensemble:
 
     @property
     def best(self) -> Candidate:
-        """Return the robot of least cost."""
+        """Return the robot that misses the fewest rows, among equals at the least cost."""
         return self.robots[0]
 
     def values(self, name: str) -> Array:
@@ -58,9 +58,10 @@ def ensemble(
 ) -> Ensemble:
     """Choose the robots that fit within a tolerance, or the ``least`` best if fewer do.
 
-    The best has the least cost. A robot that does not stay up on level ground does not fit at
-    all. If more than ``most`` fit, the best is kept, and others one by one, each the furthest from
-    all that were kept.
+    The best misses the fewest rows by more than their tolerance, and among equals has the least
+    cost: a cost sums all misses, so many small ones outweigh a row that is met. A robot that does
+    not stay up on level ground does not fit at all. If more than ``most`` fit, the best is kept,
+    and others one by one, each the furthest from all that were kept.
     """
     complete = [robot for robot in robots if robot.complete and not lost_on_level(plan, robot)]
     ranked = sorted(complete, key=lambda robot: worst_miss(plan, robot))
@@ -69,7 +70,7 @@ def ensemble(
         edge = ranked[min(least, len(ranked)) - 1]
         tolerances = max(1.0, worst_miss(plan, edge))
     fitting = [robot for robot in ranked if worst_miss(plan, robot) <= tolerances + 1e-9]
-    fitting.sort(key=lambda robot: robot.cost)
+    fitting.sort(key=lambda robot: merit(plan, robot))
     return Ensemble(
         tuple(thinned(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
     )
@@ -92,6 +93,19 @@ def members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
 def plain(value: object) -> float | str:
     """Return a parameter's value as a file holds it."""
     return value if isinstance(value, str) else float(str(value))
+
+
+def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:
+    """Name the rows that a robot misses by more than their tolerance."""
+    weights = {row.condition.title: row.weight for row in plan.fitted}
+    weights |= {row.title: row.weight for row in plan.differences}
+    weights |= {row.title: row.weight for row in plan.walks}
+    return [title for title, cost in row_costs(plan, robot).items() if cost / weights[title] > 1.0]
+
+
+def merit(plan: CalibrationPlan, robot: Candidate) -> tuple[int, float]:
+    """Return how many rows a robot misses, and its cost: the least is the best."""
+    return len(cannot(plan, robot)), robot.cost
 
 
 def lost_on_level(plan: CalibrationPlan, robot: Candidate) -> bool:

@@ -17,10 +17,18 @@ from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
-from khr_studies.calibration.ensemble import LEAST, OPEN, Determined, Ensemble, determined, gains
+from khr_studies.calibration.ensemble import (
+    LEAST,
+    OPEN,
+    Determined,
+    Ensemble,
+    cannot,
+    determined,
+    gains,
+)
 from khr_studies.calibration.figure import correlation_picture, frontier_picture
-from khr_studies.calibration.objective import FALL, Candidate, row_costs
-from khr_studies.calibration.plan import CalibrationPlan, FreeConstant
+from khr_studies.calibration.objective import FALL, Candidate
+from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.result import (
     CONSTANTS,
     Calibration,
@@ -136,6 +144,7 @@ def page(calibration: Calibration, stem: str) -> str:
     free = [_Free(plan.constants[one.name], one, enough(found)) for one in determined(plan, found)]
     moved = {parameter for parameter, _ in plan.changes(constants)}
     offset = constants.get('reference_offset')
+    cheapest = min(found.robots, key=lambda robot: robot.cost)
     placed = [robot.constants in plan.placed for robot in found.robots]
     return page_text(
         __name__,
@@ -149,6 +158,9 @@ def page(calibration: Calibration, stem: str) -> str:
         rows=table(_rows(calibration), ROW_COLUMNS),
         free=table(free, FREE_COLUMNS),
         gaps=_gaps(calibration),
+        missed=cannot(plan, found.best),
+        cheapest=cheapest if cheapest != found.best else None,
+        missed_by_cheapest=cannot(plan, cheapest),
         chosen_by_hand=placed[0],
         by_hand=sum(placed),
         kinds=_kinds_table(calibration),
@@ -195,14 +207,6 @@ def _kinds_table(calibration: Calibration) -> Table:
 
 def _walked(costs: Sequence[float]) -> str:
     return f'{sum(cost < FALL for cost in costs)} of {len(costs)}'
-
-
-def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:
-    """Name the rows that a robot misses by more than their tolerance."""
-    weights = {row.condition.title: row.weight for row in plan.fitted}
-    weights |= {row.title: row.weight for row in plan.differences}
-    weights |= {row.title: row.weight for row in plan.walks}
-    return [title for title, cost in row_costs(plan, robot).items() if cost / weights[title] > 1.0]
 
 
 def _rows(calibration: Calibration) -> list[_Row]:

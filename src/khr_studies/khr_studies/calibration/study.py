@@ -16,7 +16,7 @@ import numpy as np
 from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
 from khr_common import RunError, check
-from khr_studies.calibration.ensemble import ensemble
+from khr_studies.calibration.ensemble import ensemble, merit
 from khr_studies.calibration.journal import Journal, complete
 from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import SHIPPED_PLAN, CalibrationPlan, read_plan
@@ -146,7 +146,7 @@ def judged(
         raise RunError(
             f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
         )
-    ranked = complete(confirmed or robots)
+    ranked = sorted(complete(confirmed or robots), key=lambda robot: merit(made.plan, robot))
     of_kinds = {made.plan.kind(robot.constants): robot for robot in reversed(ranked)}
     kinds = tuple(of_kinds[kind] for kind in made.plan.kinds if kind in of_kinds)
     runs = sum(robot.runs for robot in (*robots, *confirmed))

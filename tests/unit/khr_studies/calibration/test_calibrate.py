@@ -13,7 +13,14 @@ from khr_bringup.node_registry import table_of
 from khr_common import KhrError, RunError, check, specifications
 from khr_studies.calibration import objective as calibration_objective
 from khr_studies.calibration import search as calibration_search
-from khr_studies.calibration.ensemble import determined, ensemble, members, thinned, worst_miss
+from khr_studies.calibration.ensemble import (
+    cannot,
+    determined,
+    ensemble,
+    members,
+    thinned,
+    worst_miss,
+)
 from khr_studies.calibration.journal import Journal, physics_of, read_journal
 from khr_studies.calibration.objective import (
     ENDS,
@@ -27,7 +34,7 @@ from khr_studies.calibration.objective import (
     row_costs,
     walk_cost,
 )
-from khr_studies.calibration.page import cannot, page, write
+from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant, read_plan
 from khr_studies.calibration.result import CONSTANTS, Calibration, differences, parameter_file
 from khr_studies.calibration.rows import WantedDifference
@@ -407,6 +414,24 @@ def test_page_data_pictures_and_constants_are_written(tmp_path):
     assert page(read_json(out.with_suffix('.json'), Calibration), 'calibration') == text
     with pytest.raises(RunError, match='raise --candidates'):
         judged(SEARCH, [robot(complete=False)])
+
+
+def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost():
+    def limited(*limits):
+        made = replace(robot(), limits={t: [x] for t, x in zip(TITLES, limits, strict=True)})
+        return replace(made, cost=cost_of(PLAN, made))
+
+    one_far, both_near = (
+        limited(5.9, 9.2 + 2.0 * PLAN.limits[1].tolerance_deg),
+        limited(
+            5.9 + 1.05 * PLAN.limits[0].tolerance_deg, 9.2 + 1.05 * PLAN.limits[1].tolerance_deg
+        ),
+    )
+    assert one_far.cost > both_near.cost
+    assert [len(cannot(PLAN, each)) for each in (one_far, both_near)] == [1, 2]
+    found = judged(SEARCH, [both_near, one_far]).calibration
+    assert found.best == one_far
+    assert 'misses 2' in page(found, 'calibration')
 
 
 def test_page_of_three_kinds_says_what_each_cannot_do(tmp_path):
