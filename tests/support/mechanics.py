@@ -7,6 +7,15 @@ import numpy as np
 from khr_common.maths.rotation import matrix
 from khr_sim.robot import JOINTS
 
+# Servos whose mechanics is a closed form: springs in series, little friction, no play.
+PLAIN_SERVOS = {
+    'servo_model': 'stretch',
+    'gear_stiffness': 40.0,
+    'gear_stiffness_ankle': 0.0,
+    'backlash_deg': 0.0,
+    'servo_friction': 0.05,
+}
+
 
 def motions(robot, truth):
     """Return origin, rotation, velocity of the origin and angular velocity of each link."""

@@ -8,7 +8,7 @@ import pytest
 from khr_common.interfaces import GYRO
 from khr_example_controller.knee import KneeController, KneeControllerParameters
 
-ON = KneeControllerParameters(enabled=True, gain=6.0)
+ON = KneeControllerParameters(enabled=True, gain=6.0, gain_unit=1.0)
 
 
 def knees(rate, parameters=ON):

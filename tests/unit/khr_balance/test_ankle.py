@@ -17,8 +17,8 @@ from khr_common.interfaces import FOOT_FORCES, STAGE
 from khr_common.interfaces import GYRO as GYRO_TOPIC
 from tests.support.signals import corrected
 
-GYRO = AnkleControllerParameters(enabled=True)
-FORCE = AnkleControllerParameters(enabled=True, source='force')
+GYRO = AnkleControllerParameters(enabled=True, start_ramp=0.0)
+FORCE = replace(GYRO, source='force')
 NEWTONS = st.floats(0.0, 25.0)
 WEIGHT = 1.5 * 9.80665
 
@@ -26,7 +26,8 @@ WEIGHT = 1.5 * 9.80665
 @given(st.floats(-5.0, 5.0), st.floats(0.0, 60.0), st.floats(0.0, 10.0))
 def test_one_law_for_ankle_and_hip(rate, gain, time):
     ankle = AnkleController(replace(GYRO, gain=gain, reference_amplitude=0.2))
-    hip = HipController(HipControllerParameters(enabled=True, gain=gain, reference_amplitude=0.2))
+    own = HipControllerParameters(enabled=True, start_ramp=0.0)
+    hip = HipController(replace(own, gain=gain, reference_amplitude=0.2))
     assert corrected(ankle, time, rate=rate) == corrected(hip, time, rate=rate)
 
 

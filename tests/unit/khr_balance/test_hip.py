@@ -14,7 +14,9 @@ from khr_balance.hip import HipController, HipControllerParameters
 from khr_common import build
 from tests.support.signals import corrected
 
-ON = HipControllerParameters(enabled=True, gain=13.0, reference_offset=0.0)
+ON = HipControllerParameters(
+    enabled=True, gain=13.0, gain_unit=1.0, reference_offset=0.0, start_ramp=0.0
+)
 RATES = st.floats(-5.0, 5.0)
 
 

@@ -14,7 +14,7 @@ from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import GYRO
 
-ON = RollControllerParameters(enabled=True, gain=12.0)
+ON = RollControllerParameters(enabled=True, gain=12.0, gain_unit=1.0)
 PUSH = 't=1.0 duration=0.1 link=base_link frame=odom force=0,4,0 point=0,0,0.05'
 
 

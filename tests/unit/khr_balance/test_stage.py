@@ -219,7 +219,9 @@ def test_a_new_run_begins_below():
 
 
 def test_a_control_acts_by_its_share():
-    law = AnkleControllerParameters(enabled=True, source='force', gain=12.0, staged=True)
+    law = AnkleControllerParameters(
+        enabled=True, source='force', gain=12.0, staged=True, start_ramp=0.0
+    )
     ankle, all_of_it = AnkleController(law), AnkleController(replace(law, staged=False))
     loaded = forces(0.1)
 
@@ -232,7 +234,7 @@ def test_a_control_acts_by_its_share():
     assert corrected(ankle, forces=loaded, stage=share(0.0)) == 0.0
     assert corrected(ankle, forces=loaded, stage=share(0.5)) == pytest.approx(full / 2.0)
     assert corrected(all_of_it, forces=loaded, stage=share(0.5)) == full
-    hip = HipController(HipControllerParameters(enabled=True, staged=True))
+    hip = HipController(HipControllerParameters(enabled=True, staged=True, start_ramp=0.0))
     quarter, whole = (corrected(hip, rate=1.0, stage=share(value)) for value in (0.25, 1.0))
     assert quarter == pytest.approx(whole / 4.0)
     with pytest.raises(BalanceError, match='share'):

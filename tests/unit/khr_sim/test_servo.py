@@ -11,9 +11,12 @@ from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, stretches
+from tests.support.mechanics import PLAIN_SERVOS
 
 CARRIED = Robot.load().joint_inertia()
-SMOOTH = SimulatorParameters(servo_friction=0.0, stiffness_per_stretch=0.235)
+SMOOTH = SimulatorParameters(
+    **PLAIN_SERVOS | {'servo_friction': 0.0, 'stiffness_per_stretch': 0.235}
+)
 KNEE = JOINTS.index('l_knee')
 ZERO = np.zeros(len(JOINTS))
 FAR = np.full(len(JOINTS), 100.0)

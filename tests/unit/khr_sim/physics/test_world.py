@@ -18,7 +18,7 @@ from khr_sim.physics.truth import Truth
 from khr_sim.physics.world import World
 from khr_sim.robot import JOINTS
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
-from tests.support.mechanics import momenta
+from tests.support.mechanics import PLAIN_SERVOS, momenta
 
 WEIGHT = 1.5 * GRAVITY
 
@@ -51,7 +51,7 @@ def normal_error(truth):
 
 
 @pytest.mark.parametrize('posture', [STANCE, crouch(-17, 34, -17), STRAIGHT])
-@pytest.mark.parametrize('values', [{}, {'servo_model': 'pid'}])
+@pytest.mark.parametrize('values', [PLAIN_SERVOS, PLAIN_SERVOS | {'servo_model': 'pid'}])
 def test_stands_still_on_flat_ground(world_with, posture, values):
     world = world_with(**values)
     start = world.reset(posture)
@@ -125,7 +125,10 @@ def test_a_lean_loads_the_toe_or_the_heel(world_with, side):
 def test_slides_at_the_angle_of_friction(world_with, friction):
     critical = degrees(atan(friction))
     world = world_with(
-        friction_smooth=friction, inclination_deg=critical - 1.0, inclination_rate_deg_s=1.0
+        **PLAIN_SERVOS,
+        friction_smooth=friction,
+        inclination_deg=critical - 1.0,
+        inclination_rate_deg_s=1.0,
     )
     world.reset(STANCE)
     for _ in range(30):  # the weight comes on
@@ -180,7 +183,7 @@ def test_does_not_move_with_the_ground_out_of_reach(world_with):
 
 
 def test_targets_beyond_the_limits_are_held_at_them(world_with):
-    world = world_with()
+    world = world_with(**PLAIN_SERVOS)
     world.reset(STRAIGHT, clearance=5.0)
     target = list(STRAIGHT)
     target[JOINTS.index('head_yaw')] = 10.0
@@ -213,7 +216,7 @@ def test_truth_is_consistent_with_itself(world_with):
 
 
 def test_velocity_is_the_rate_of_position(world_with):
-    world = world_with()
+    world = world_with(**PLAIN_SERVOS)
     world.reset(STANCE, clearance=1.0)
     world.push(Push(0.0, 0.015, 'base_link', 'odom', (4.0, -2.0, 1.0), (0.0, 0.02, 0.05)))
     for _ in range(20):
