@@ -38,7 +38,9 @@ from khr_studies.errors import StudyError
 Array = NDArray[np.float64]
 Changes = tuple[tuple[tuple[str, str], object], ...]
 
-START = 1.05  # s, start of the push: the robot has come to rest, leant as its controller leans it
+START = (
+    2.1  # s, start of the push: the robot is at rest, leant by its controller's whole correction
+)
 AT_REST = {GYRO: (0.0, 0.0, 0.0)}
 WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
@@ -172,7 +174,9 @@ def _stance(
 ) -> Stance:
     posture = gait_of(gait).reference(0.0)
     if ankle.source == 'gyro':
-        (angles,) = AnkleController(replace(ankle, staged=False)).update(0.0, AT_REST)
+        (angles,) = AnkleController(replace(ankle, staged=False, start_ramp=0.0)).update(
+            0.0, AT_REST
+        )
         lean = dict(zip(ANKLE_CORRECTION.names, angles, strict=True))
         posture = tuple(mix(posture, [lean]))
     plant = Plant(simulator)

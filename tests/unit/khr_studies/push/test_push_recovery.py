@@ -23,6 +23,7 @@ from khr_studies.push import study as push_recovery
 from khr_studies.push.model import legs
 from khr_studies.push.study import GYROS, START, PushCondition, bracket, push_robot, stance
 from tests import ROOT
+from tests.support.mechanics import PLAIN_SERVOS
 
 DOCUMENT = ROOT / 'docs' / 'models.md'
 FOOT = 2.0 * stance().pendulum.half_foot
@@ -67,7 +68,7 @@ def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
     before = motion.time <= 0.0
     assert before.sum() == round(START / 0.015) + 1
     distance = stance().tipping(direction)[0].half_foot
-    assert motion.x_com[before] == pytest.approx(-distance, abs=0.0005)
+    assert motion.x_com[before] == pytest.approx(-distance, abs=0.004)  # the play of its gears
     first = (motion.time > 0.0) & (motion.time < 0.2)
     assert np.max(motion.x_com[first]) > motion.x_com[before][-1] + 0.005
     assert not motion.fell
@@ -76,7 +77,7 @@ def test_a_push_carries_the_mass_to_the_side_it_is_asked_to(direction, brief):
 
 
 @pytest.mark.parametrize(
-    ('gain', 'gyro', 'most'), [(12.0, 'packaged', 0.001), (18.0, 'circuit', 0.006)]
+    ('gain', 'gyro', 'most'), [(12.0, 'packaged', 0.002), (18.0, 'circuit', 0.006)]
 )
 def test_without_a_push_it_stands_still(brief, gain, gyro, most):
     """Before, its controller leans it; under the largest gain and the fastest gyro it rings."""
@@ -137,7 +138,7 @@ def test_the_legs_give_as_the_identified_loop_does():
 
 
 def test_the_legs_give_as_their_springs_do(brief):
-    own, parameters = stance(), SimulatorParameters()
+    own, parameters = stance(), SimulatorParameters(**PLAIN_SERVOS)
     servo = legs(own, parameters)
     # An ankle alone: two motors in series with their gears, their lever shorter than the height.
     motor = parameters.stiffness_per_stretch * parameters.stretch_ankle_pitch
@@ -147,8 +148,9 @@ def test_the_legs_give_as_their_springs_do(brief):
     # The robot itself, its servos without dry friction, leans by that angle under a lasting
     # push, and some more: gravity's moment is the same at every joint, whatever its lever.
     force = 1.0
-    smooth = (('simulator', 'servo_friction'), 0.0)
-    motion = push_robot(PushCondition(duration=1.5, changes=(smooth,)), force)
+    smooth = PLAIN_SERVOS | {'servo_friction': 0.0}
+    changes = tuple((('simulator', key), value) for key, value in smooth.items())
+    motion = push_robot(PushCondition(duration=1.5, changes=changes), force)
     leant = motion.x_com[(motion.time > 1.0) & (motion.time < 1.5)].mean() - motion.x_com[0]
     stiffness = servo.proportional - own.pendulum.gravity_moment
     assert 1.0 < leant / (force * own.pendulum.length**2 / stiffness) < 1.3
