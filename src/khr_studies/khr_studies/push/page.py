@@ -137,4 +137,7 @@ def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
 PART = WrittenPart('khr_studies.push.page docs/models.md', lambda: document_part(measure_limits()))
 
 if __name__ == '__main__':
-    PART.main()
+    # by the module's own name, at which its template is
+    from khr_studies.push import page
+
+    page.PART.main()
