@@ -121,3 +121,9 @@ def test_arguments_are_refused_in_one_line(seeds, tolerance, word):
 def test_unknown_surface_is_refused_before_anything_starts():
     with pytest.raises(KhrError, match='surface'):
         measure_limit(Condition(surface='ice'), 1, 0.1)
+
+
+def test_an_inclination_has_no_more_digits_than_a_page_shows_of_it():
+    """The sums of a bisection end beside the number that a page names, and there another falls."""
+    assert 9.8 + 0.4 != 10.2
+    assert Condition('walk').scenario(9.8 + 0.4).of('simulator')['inclination_deg'] == 10.2
