@@ -46,6 +46,8 @@ def run(in_background, tmp_path):
         '--set',
         'ankle_controller.reference_offset=0',
         '--set',
+        'ankle_controller.start_ramp=0',
+        '--set',
         'gyro.adc=false',
         '--out',
         folder,

@@ -28,7 +28,8 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp('real') / 'run'
     ended = khr(
         *('run', 'stand_0deg', '--one-process', '--duration', 0.3, '--out', folder),
-        *('--set', 'ankle_controller.enabled=true', '--set', 'simulator.initial_tilt_deg=0.5'),
+        *('--set', 'ankle_controller.enabled=true', '--set', 'ankle_controller.start_ramp=0'),
+        *('--set', 'simulator.initial_tilt_deg=0.5'),
     )
     assert ended.code == 0, ended.err
     return folder
@@ -147,7 +148,7 @@ def test_a_change_acts_from_the_instant_that_its_node_reports(run, tmp_path, cap
 
 @pytest.mark.parametrize(
     ('before', 'after'),
-    [('initial_tilt_deg: 0.5', 'initial_tilt_deg: 0.4'), ('stretch_knee: 75', 'stretch_knee: 76')],
+    [('initial_tilt_deg: 0.5', 'initial_tilt_deg: 0.4'), ('pid_kp: 69.0', 'pid_kp: 68.0')],
 )
 def test_another_scenario_gives_another_trajectory(run, text, tmp_path, capsys, before, after):
     assert before in text

@@ -22,7 +22,7 @@ class AnkleControllerParameters(BalanceParameters):
         choices=('gyro', 'force'),
     )
     force_scale: float = parameter(
-        0.0031,
+        0.001282,
         'Output of the force sensors per newton, a calibrated constant (see the law).',
         unit='V/N',
         minimum=0.0,

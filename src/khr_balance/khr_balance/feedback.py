@@ -28,7 +28,7 @@ class FeedbackParameters:
         maximum=60.0,
     )
     gain_unit: float = parameter(
-        1.0,
+        0.7695,
         'A unit of the gain on the gyro, over the unit of the controller board; the amplifier '
         'between gyro and board is not published.',
         minimum=0.1,
@@ -57,7 +57,7 @@ class BalanceParameters(FeedbackParameters):
         maximum=5.0,
     )
     reference_offset: float = parameter(
-        -0.66,
+        -0.7072,
         "Constant part of the reference rate, by which the comparator's reference misses the "
         "gyro's voltage at rest; below 0 the robot leans back.",
         unit='rad/s',
@@ -73,7 +73,7 @@ class BalanceParameters(FeedbackParameters):
         maximum=10.0,
     )
     start_ramp: float = parameter(
-        0.0,
+        1.0,
         'Time from the start of the run in which the correction is raised from nothing to the '
         'whole, as the mixing ratio on the board is, in a straight line.',
         unit='s',

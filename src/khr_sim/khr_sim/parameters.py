@@ -109,7 +109,7 @@ class SimulatorParameters:
     )
     gui: bool = parameter(False, "Show the physics engine's own window.", read_only=True)
     servo_model: str = parameter(
-        'stretch',
+        'pid',
         'Position loop of the servos: the stiffness set by "stretch", or the identified PID.',
         choices=('stretch', 'pid'),
         read_only=True,
@@ -165,14 +165,14 @@ class SimulatorParameters:
         maximum=0.02,
     )
     gear_stiffness: float = parameter(
-        40.0,
+        45.67,
         "Stiffness between a servo's potentiometer and its link: shaft, horn, bracket.",
         unit='N m/rad',
         minimum=1.0,
         maximum=200.0,
     )
     gear_stiffness_ankle: float = parameter(
-        0.0,
+        33.24,
         'That of the ankle servos, pitch and roll; 0 takes the one of all servos.',
         unit='N m/rad',
         minimum=0.0,
@@ -182,14 +182,14 @@ class SimulatorParameters:
         0.02, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=0.025
     )
     servo_friction: float = parameter(
-        0.05,
+        0.1159,
         "Dry friction of a servo's motor and gears, at the output shaft.",
         unit='N m',
         minimum=0.0,
         maximum=0.5,
     )
     backlash_deg: float = parameter(
-        0.0,
+        0.4007,
         "Free play of a servo's gears at the output shaft, in all.",
         unit='deg',
         minimum=0.0,

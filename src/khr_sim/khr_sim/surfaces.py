@@ -21,7 +21,7 @@ class Surface:
 
 
 SURFACES = {
-    'smooth': Surface(0.215, 'the bare sole on the smooth board'),
+    'smooth': Surface(0.2402, 'the bare sole on the smooth board'),
     'rubber': Surface(0.8, 'the rubber sole on the board'),
     'pads': Surface(0.8, 'the force-sensor pads on the board'),
 }

@@ -57,14 +57,14 @@ class GaitParameters:
     )
 
     com_stance: float = parameter(
-        -0.0055,
+        -0.008499,
         "Centre of mass ahead of the soles' centres in the stance.",
         unit='m',
         minimum=-0.05,
         maximum=0.05,
     )
     com_lifted: float = parameter(
-        0.0116,
+        0.01167,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "
         'fully lifted.',
         unit='m',
@@ -72,7 +72,7 @@ class GaitParameters:
         maximum=0.05,
     )
     com_touchdown: float = parameter(
-        0.027,
+        0.0296,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot touches down.",
         unit='m',
         minimum=-0.05,
