@@ -61,12 +61,16 @@ class PublishedWalk:
 
 @dataclass(frozen=True)
 class PublishedTrend:
-    """A quantity that grows along conditions on one ground, or along grounds for one condition."""
+    """A quantity that grows along conditions on one ground, or along grounds for one condition.
+
+    ``fitted`` if the calibration used its values.
+    """
 
     what: str
     quantity: Quantity
     inclinations_deg: tuple[float, ...]
     conditions: tuple[Condition, ...]
+    fitted: bool = False
 
     def walks(self, inclinations_deg: tuple[float, ...]) -> list[tuple[Condition, float]]:
         """Return the walks to compare, on these grounds."""
@@ -94,8 +98,10 @@ LIMITS = (
     PublishedLimit(5, walking(18.0), 9.7, fitted=True),
     PublishedLimit(5, walking(12.0, 13.0), 10.2, fitted=True),
 )
-# What a walk with one of these conditions does follows from a limit that was fitted.
-FITTED = frozenset(row.condition for row in LIMITS if row.fitted)
+RUBBER = (walking(12.0, 0.0, 'rubber'), walking(12.0, 12.0, 'rubber'))
+# What a walk with one of these conditions does follows from a limit that was fitted, or the walk
+# itself was.
+FITTED = frozenset(row.condition for row in LIMITS if row.fitted) | set(RUBBER)
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
     ('walking', (walking(), walking(12.0), walking(12.0, 13.0))),
@@ -136,12 +142,8 @@ WALKS = (
         gone=(F_0,),
     ),
     PublishedWalk(10.7, walking(12.0, 13.0), 'unstable (beyond 10.2 deg)', survives=False),
-    PublishedWalk(
-        8.88, walking(12.0, 0.0, 'rubber'), 'walks steadily on rubber soles', slips=False
-    ),
-    PublishedWalk(
-        9.7, walking(12.0, 12.0, 'rubber'), 'walks steadily on rubber soles', slips=False
-    ),
+    PublishedWalk(8.88, RUBBER[0], 'walks steadily on rubber soles', slips=False),
+    PublishedWalk(9.7, RUBBER[1], 'walks steadily on rubber soles', slips=False),
 )
 TRENDS = (
     PublishedTrend(
@@ -149,12 +151,14 @@ TRENDS = (
         'slide',
         (6.99, 7.68, 8.88),
         (walking(12.0),),
+        fitted=True,
     ),
     PublishedTrend(
         'slides less per step with K_A 18 than with 12',
         'slide',
         (8.88,),
         (walking(18.0), walking(12.0)),
+        fitted=True,
     ),
     PublishedTrend(
         'slides less per step with K_H 14 than with 12',

@@ -82,7 +82,7 @@ def trend_row(row: PublishedTrend, bench: Bench) -> TrendRow:
     undecided = bench.seeds < ENOUGH
     return TrendRow(
         5,
-        'predicted',
+        kind_of(row.fitted),
         None if undecided else grows(values, least),
         row.what,
         row.quantity,

@@ -44,7 +44,7 @@ from khr_studies.errors import StudyError
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of, write_members
 from khr_studies.measuring.json_file import read_json
-from khr_studies.measuring.published import LIMITS
+from khr_studies.measuring.published import FITTED, LIMITS, TRENDS
 from tests import ROOT
 from tests.fakes.benches import outcome
 from tests.fakes.robots import PLAN, TITLES, measure, robot
@@ -496,6 +496,17 @@ def test_file_of_constants_tells_where_defaults_differ():
 def test_defaults_are_the_fitted_constants():
     fitted = yaml.safe_load((ROOT / 'docs' / 'calibration.yaml').read_text())
     assert differences(fitted) == []
+
+
+def test_the_scoreboard_calls_fitted_what_the_plan_has():
+    plan = read_plan()
+    titles = {condition.title for condition in FITTED}
+    controlled = [row for row in plan.walks if row.inclination_deg > 0.0]
+    assert {row.title.rpartition(', ')[0].rpartition(', ')[0] for row in controlled} <= titles
+    smooth = {row.inclination_deg for row in controlled if row.surface == 'smooth'}
+    for trend in TRENDS:
+        of_plan = trend.quantity == 'slide' and bool(smooth & set(trend.inclinations_deg))
+        assert trend.fitted == of_plan, trend.what
 
 
 def test_every_constant_is_a_parameter_with_a_known_provenance():
