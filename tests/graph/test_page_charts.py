@@ -24,7 +24,7 @@ def page(tmp_path_factory):
     """A walk whose first spectrum has come, halted when every chart has points."""
     folder, port = tmp_path_factory.mktemp('charts') / 'run', free_port()
     process = start_khr(
-        *('view', 'walk_3deg', '--set', 'gait.cycles=20'),
+        *('view', 'walk_3deg', '--set', 'gait.cycles=80'),
         *('--no-browser', '--port', port, '--out', folder),
     )
     try:
