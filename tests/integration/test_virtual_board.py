@@ -34,7 +34,7 @@ from tests.support.board_film import stand_and_squat
 from tests.support.served import BOARD_UNITS, served
 
 PERIODS = 100
-OFFSET = 5  # AD steps, in place of the 5.2 that the scenarios ask for: the board has integers
+OFFSET = 5  # AD steps, in place of the 5.2 of BOARD_UNITS: the board has integers
 MAP = JointMap.load()
 
 

@@ -13,7 +13,7 @@ from khr_bringup.errors import BringupError
 
 SCENARIO = 'scenario.yaml'
 ACCEPTED = 'accepted: a new or empty folder'
-_locks: dict[Path, int] = {}  # of what this process has claimed
+_locks: dict[Path, int] = {}  # descriptors, by the folder that this process has claimed
 
 
 def claim(folder: Path, option: str) -> Path:
@@ -48,11 +48,6 @@ def claim(folder: Path, option: str) -> Path:
             f'{where}: {error.strerror}; accepted: a folder that can be written'
         ) from error
     return folder
-
-
-def release(folder: Path) -> None:
-    """Let go of a claim: the folder's scenario has been written, or it is not needed."""
-    os.close(_locks.pop(folder))
 
 
 def _locked(file: Path) -> int:
@@ -100,4 +95,4 @@ def claimed(out: Path | None, name: str) -> Iterator[Path]:
                     folder.rmdir()
         raise
     finally:
-        release(folder)
+        os.close(_locks.pop(folder))

@@ -38,9 +38,7 @@ from khr_studies.errors import StudyError
 Array = NDArray[np.float64]
 Changes = tuple[tuple[tuple[str, str], object], ...]
 
-START = (
-    2.1  # s, start of the push: the robot is at rest, leant by its controller's whole correction
-)
+START = 2.1  # s, start of the push: the robot is at rest, and its controller leans it whole
 AT_REST = {GYRO: (0.0, 0.0, 0.0)}
 WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
