@@ -101,9 +101,11 @@ def test_every_control_of_a_recording_acts(fallen, played):
         page.get_by_role('button', name='Pause', exact=True).click()
         page.get_by_role('button', name='Play', exact=True).wait_for()
         slider(page, 'Time, s').press('Home')
-        for _ in range(3):
+        wait_for(lambda: shown_time(page) == 0.0, 'the start')
+        for periods in (1, 2, 3):  # a key that comes before the answer to the last one is lost
             slider(page, 'Time, s').press('ArrowRight')
-        wait_for(lambda: shown_time(page) == pytest.approx(0.045, abs=0.006), 'three periods')
+            time = pytest.approx(0.015 * periods, abs=0.006)
+            wait_for(lambda time=time: shown_time(page) == time, f'{periods} periods')
         page.get_by_text('back', exact=True).click()
         wait_for(lambda: shown_time(page) == pytest.approx(0.03, abs=0.006), 'a step back')
         thumb = slider(page, 'Time, s').bounding_box()

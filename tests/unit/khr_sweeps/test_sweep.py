@@ -1,6 +1,7 @@
 """What a sweep is, what it leaves, and that nothing is lost or done twice."""
 
 import copy
+import io
 import json
 import threading
 from itertools import islice
@@ -552,8 +553,9 @@ def test_an_unreadable_table_is_named(tmp_path):
             read_results(path)
 
 
-def test_a_folder_that_another_command_writes_can_be_waited_for(tmp_path, capsys):
-    path, found = tmp_path / 'sweep', []
+def test_a_folder_that_another_command_writes_can_be_waited_for(tmp_path, monkeypatch):
+    path, found, said = tmp_path / 'sweep', [], io.StringIO()
+    monkeypatch.setattr('sys.stderr', said)  # reading pytest's own loses what comes meanwhile
 
     def wait():
         with Folder(path, REQUEST, wait=True) as folder:
@@ -562,7 +564,7 @@ def test_a_folder_that_another_command_writes_can_be_waited_for(tmp_path, capsys
     with Folder(path, REQUEST) as folder:
         waiting = threading.Thread(target=wait)
         waiting.start()
-        while 'waiting for another command' not in capsys.readouterr().err:
+        while 'waiting for another command' not in said.getvalue():
             assert waiting.is_alive()
         folder.append([row_of(1)])
     waiting.join()
