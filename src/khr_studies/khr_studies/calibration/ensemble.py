@@ -103,6 +103,43 @@ def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:
     return [title for title, cost in row_costs(plan, robot).items() if cost / weights[title] > 1.0]
 
 
+@dataclass(frozen=True)
+class Resisting:
+    """A row that the best robot misses, and what the candidates that meet it miss instead.
+
+    Attributes:
+        row: its title.
+        meeting, candidates: how many of how many candidates of the search meet it.
+        missed: rows that the best of those misses; empty if none meets it.
+        fewest: rows that the best of all candidates misses, measured alike.
+    """
+
+    row: str
+    meeting: int
+    candidates: int
+    missed: tuple[str, ...]
+    fewest: int
+
+
+def resisting(
+    plan: CalibrationPlan, best: Candidate, robots: Sequence[Candidate]
+) -> tuple[Resisting, ...]:
+    """Search all candidates for what meeting a row takes, for each row that the best misses."""
+    whole = [robot for robot in robots if robot.complete]
+    missed = {id(robot): cannot(plan, robot) for robot in whole}
+    fewest = min(map(len, missed.values()), default=0)
+    found = []
+    for row in cannot(plan, best):
+        meeting = [robot for robot in whole if row not in missed[id(robot)]]
+        first = min(meeting, key=lambda robot: merit(plan, robot), default=None)
+        found.append(
+            Resisting(
+                row, len(meeting), len(whole), tuple(missed[id(first)]) if first else (), fewest
+            )
+        )
+    return tuple(found)
+
+
 def merit(plan: CalibrationPlan, robot: Candidate) -> tuple[int, float]:
     """Return how many rows a robot misses, and its cost: the least is the best."""
     return len(cannot(plan, robot)), robot.cost

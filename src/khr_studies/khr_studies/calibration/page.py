@@ -22,6 +22,7 @@ from khr_studies.calibration.ensemble import (
     OPEN,
     Determined,
     Ensemble,
+    Resisting,
     cannot,
     determined,
     gains,
@@ -89,6 +90,11 @@ FREE_COLUMNS: Columns[_Free] = {
     'rows': lambda one: one.rows,
     'published or derived': lambda one: _published(one.constant, one.found.best),
     'source': lambda one: one.constant.source,
+}
+RESISTING_COLUMNS: Columns[Resisting] = {
+    'row missed': lambda row: row.row,
+    'candidates that meet it': lambda row: f'{row.meeting} of {row.candidates}',
+    'the best of these misses instead': lambda row: '; '.join(row.missed) or '-',
 }
 KIND_WORDS = {
     'none': 'no offset',
@@ -164,6 +170,7 @@ def page(calibration: Calibration, stem: str) -> str:
         chosen_by_hand=placed[0],
         by_hand=sum(placed),
         kinds=_kinds_table(calibration),
+        resisting=table(calibration.resisting, RESISTING_COLUMNS),
         steady=LEAN_AT[1],
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
         offset=offset,

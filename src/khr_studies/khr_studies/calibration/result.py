@@ -14,7 +14,7 @@ import yaml
 
 from khr_bringup.node_registry import table_of
 from khr_common import specifications
-from khr_studies.calibration.ensemble import Ensemble
+from khr_studies.calibration.ensemble import Ensemble, Resisting
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
 
@@ -46,6 +46,7 @@ class Calibration:
         lean: of the best robot with K_A 12 at 8.88 deg; None if it was not measured.
         searched: candidates of the search; 0 if all were measured alike.
         kinds: the best robot with each kind of offset.
+        resisting: the rows that the best robot misses.
     """
 
     plan: CalibrationPlan
@@ -57,6 +58,7 @@ class Calibration:
     lean: ConstantLean | None = None
     searched: int = 0
     kinds: tuple[Candidate, ...] = ()
+    resisting: tuple[Resisting, ...] = ()
 
     @property
     def best(self) -> Candidate:

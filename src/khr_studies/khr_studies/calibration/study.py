@@ -16,7 +16,7 @@ import numpy as np
 from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
 from khr_common import RunError, check
-from khr_studies.calibration.ensemble import ensemble, merit
+from khr_studies.calibration.ensemble import ensemble, merit, resisting
 from khr_studies.calibration.journal import Journal, complete
 from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import SHIPPED_PLAN, CalibrationPlan, read_plan
@@ -160,6 +160,7 @@ def judged(
             found,
             searched=len(robots),
             kinds=kinds,
+            resisting=resisting(made.plan, found.best, robots),
         ),
         robots,
     )

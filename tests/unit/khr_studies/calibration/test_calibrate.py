@@ -434,6 +434,25 @@ def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost()
     assert 'misses 2' in page(found, 'calibration')
 
 
+def test_a_row_missed_is_searched_among_all_candidates():
+    """Of three robots the best misses the second row; the one that meets it misses the first."""
+
+    def limited(*limits):
+        made = replace(robot(), limits={t: [x] for t, x in zip(TITLES, limits, strict=True)})
+        return replace(made, cost=cost_of(PLAN, made))
+
+    robots = [limited(5.9, 12.0), limited(9.0, 9.2), limited(9.0, 12.0)]
+    robots.append(replace(limited(9.0, 9.2), complete=False))
+    (row,) = judged(SEARCH, robots).calibration.resisting
+    assert (row.row, row.meeting, row.candidates) == (TITLES[1], 1, 3)
+    assert row.missed == (TITLES[0],) and row.fewest == 1
+    text = page(judged(SEARCH, robots).calibration, 'calibration')
+    assert f'| {TITLES[1]} | 1 of 3 | {TITLES[0]} |' in text
+    none = judged(SEARCH, [limited(5.9, 12.0)]).calibration
+    assert none.resisting[0].meeting == 0 and none.resisting[0].missed == ()
+    assert 'What resists' not in page(judged(SEARCH, [robot()]).calibration, 'calibration')
+
+
 def test_page_of_three_kinds_says_what_each_cannot_do(tmp_path):
     kinds = [of_kind(), of_kind(reference=-0.5), of_kind(lean=4.0)]
     on = [joined({'bullet': each, 'mujoco': each}) for each in kinds]
