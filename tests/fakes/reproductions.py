@@ -27,7 +27,7 @@ SOLES = SoleEffect(
     None,
     1.0,
 )
-EMPTY = Findings(None, (), (), (), (), {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
+EMPTY = Findings(None, (), (), (), (), (), {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
 
 
 def figure(folder, number, experiments=(), error=''):

@@ -1,4 +1,4 @@
-"""Origin of the spectral peaks: the spectra of the walks that show it."""
+"""Origin of the spectral peaks: the spectra of the walks that show it, and line 11 alone."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import panels
 from khr_studies.peak_origin.cycle_spectrum import Walks
+from khr_studies.peak_origin.odd_line import PUBLISHED as LISTED
+from khr_studies.peak_origin.odd_line import OddLine
 from khr_studies.peak_origin.origin import Line
 from khr_studies.peak_origin.published_peaks import PUBLISHED, Band
 from khr_studies.peak_origin.study import ExplainedWalks
@@ -124,3 +126,39 @@ def _mark(line: Line) -> tuple[str, str]:
     if line.origin is None or line.sure == 'low':
         return '?', '0.4'
     return MARKS[line.origin], COLORS[line.origin]
+
+
+def line_11(found: Sequence[OddLine]) -> Figure:
+    """Draw line 11 over the largest line of the same walk, for each case of its experiment."""
+    figure, (axis,) = panels('', height=1.4 + 0.22 * len(found))
+    for row, each in enumerate(found):
+        axis.plot(
+            each.shares,
+            np.full(len(each.shares), row),
+            color=COLORS['gait'],
+            linestyle='',
+            marker='o',
+            markersize=3.0,
+            alpha=0.6,
+            label='a walk' if row == 0 else f'_{each.case}',
+        )
+        axis.plot(
+            np.median(each.shares),
+            row,
+            color=COLORS['feedback'],
+            linestyle='',
+            marker='|',
+            markersize=11.0,
+            label='median' if row == 0 else f'_median of {each.case}',
+        )
+    axis.set_yticks(range(len(found)), [each.case for each in found])
+    axis.invert_yaxis()
+    axis.set_xlim(left=0.0)
+    axis.set_xlabel('amplitude of line 11 over that of the largest line')
+    among, walks = sum(each.among for each in found), sum(len(each.shares) for each in found)
+    axis.legend(loc='lower right')
+    figure.suptitle(
+        f'What raises line 11, 4.76 Hz; among the {LISTED} largest in {among} of {walks} walks',
+        fontsize=10,
+    )
+    return figure

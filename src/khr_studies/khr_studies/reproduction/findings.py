@@ -15,6 +15,7 @@ from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.experiments import Run, Runs, by
+from khr_studies.peak_origin.odd_line import OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.stability_map.best_gain import BestGains, MapLimits, SoleEffect
@@ -97,6 +98,7 @@ class Findings:
         scoreboard: None if it was not measured.
         soles, friction, tilting: comparisons of runs beyond the thesis's own.
         peaks: origin of the published control frequencies; empty if it was not looked for.
+        odd_lines: what raises line 11, 4.74 Hz; empty if it was not tried.
         maps: best gains, or the effect of rubber soles, by the name of the map.
         figures, runs: how many were made.
         run_seconds: computing time of all runs, s.
@@ -110,6 +112,7 @@ class Findings:
     friction: tuple[FrictionComparison, ...]
     tilting: tuple[TiltComparison, ...]
     peaks: tuple[PeakOrigin, ...]
+    odd_lines: tuple[OddLine, ...]
     maps: dict[str, BestGains | SoleEffect | MapLimits]
     figures: int
     runs: int

@@ -20,6 +20,8 @@ from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.experiments import Opened, Runs, runs_by_name
 from khr_studies.measuring.study_version import version_of_study
+from khr_studies.peak_origin.odd_line import EXPERIMENT as LINE_11
+from khr_studies.peak_origin.odd_line import odd_lines
 from khr_studies.peak_origin.study import PeakStudy, study
 from khr_studies.reproduction.findings import (
     Findings,
@@ -166,18 +168,22 @@ def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
 def _findings(
     asked: Wanted, computed: Computed, runs: Mapping[str, Runs], peaks: PeakStudy | None
 ) -> Findings:
-    done, made = finished(runs), distinct(runs)
+    # The robots of line 11 differ in more than what the comparisons tell apart.
+    done = finished({name: some for name, some in runs.items() if name != LINE_11})
+    made = distinct(runs)
     maps = {
         name: computed.attempt(name, partial(map_result, runs[name], name in computed.bisected))
         for name in asked.maps
         if runs[name]
     }
+    odd = computed.attempt(LINE_11, lambda: odd_lines(runs)) if LINE_11 in runs else None
     return Findings(
         computed.scoreboard,
         compare_soles(done),
         compare_friction(done),
         compare_tilting(done),
         peaks.origins if peaks else (),
+        odd or (),
         {name: result for name, result in maps.items() if result is not None},
         sum(each.number in FIGURES for each in computed.drawn),
         len(made),
