@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import degrees, isnan, nan
+from math import degrees, isfinite, isnan, nan
 from pathlib import Path
 
 import numpy as np
@@ -63,6 +63,10 @@ def page(plane: Plane, compared: ModelComparison, limits_picture: str, swing_pic
         for e in found
         if e.with_hip and e.predicted and e.without_hip
     ]
+    distances = [
+        plane.columns_off(plane.times[row], plane.scales[column])
+        for row, column in np.argwhere(held)
+    ]
     return page_text(
         __name__,
         plane=plane,
@@ -75,12 +79,7 @@ def page(plane: Plane, compared: ModelComparison, limits_picture: str, swing_pic
         held=held,
         others=(without > 0.0) & ~held,
         toppled=(held & (without == 0.0)).sum(),
-        columns_off=max(
-            plane.columns_off(plane.times[row], plane.scales[column])
-            for row, column in np.argwhere(held)
-        )
-        if held.any()
-        else None,
+        columns_off=[off for off in distances if isfinite(off)],
         with_rate=plane.limits(HIP_GAIN, offset=False),
         worth=worth,
         offset=plane.worth_of_offset,
