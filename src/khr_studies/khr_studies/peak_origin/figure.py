@@ -10,8 +10,7 @@ from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import panels
 from khr_studies.peak_origin.cycle_spectrum import Walks
-from khr_studies.peak_origin.odd_line import PUBLISHED as LISTED
-from khr_studies.peak_origin.odd_line import OddLine
+from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
 from khr_studies.peak_origin.origin import Line
 from khr_studies.peak_origin.published_peaks import PUBLISHED, Band
 from khr_studies.peak_origin.study import ExplainedWalks
@@ -154,11 +153,12 @@ def line_11(found: Sequence[OddLine]) -> Figure:
     axis.set_yticks(range(len(found)), [each.case for each in found])
     axis.invert_yaxis()
     axis.set_xlim(left=0.0)
-    axis.set_xlabel('amplitude of line 11 over that of the largest line')
+    axis.set_xlabel(f'amplitude of line {NUMBER} over that of the largest line')
     among, walks = sum(each.among for each in found), sum(len(each.shares) for each in found)
     axis.legend(loc='lower right')
     figure.suptitle(
-        f'What raises line 11, 4.76 Hz; among the {LISTED} largest in {among} of {walks} walks',
+        f'What raises line {NUMBER}, {found[0].frequency:.2f} Hz; '
+        f'among the {LISTED} largest in {among} of {walks} walks',
         fontsize=10,
     )
     return figure

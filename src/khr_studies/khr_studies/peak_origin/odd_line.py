@@ -20,7 +20,7 @@ from khr_sweeps.axes import CASE
 
 EXPERIMENT = 'line_11'
 NUMBER = 11  # of the line: 4.76 Hz
-PUBLISHED = 4  # lines of a spectrum that the thesis lists
+LISTED = 4  # lines of a spectrum that the thesis lists
 
 
 @dataclass(frozen=True)
@@ -72,6 +72,6 @@ def _measured(walks: Walks, tried: int) -> OddLine:
         NUMBER / walks.treatment.cycle_period,
         tuple(own.tolist()),
         tuple((own / lines.max(axis=1)).tolist()),
-        int(np.sum(np.sum(lines > own[:, None], axis=1) < PUBLISHED)),
+        int(np.sum(np.sum(lines > own[:, None], axis=1) < LISTED)),
         float(np.sqrt(odd / even)),
     )

@@ -9,7 +9,7 @@ from typing import TypeVar
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
 from khr_studies.measuring.experiments import by
-from khr_studies.peak_origin.odd_line import NUMBER, PUBLISHED, OddLine
+from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import (
     Findings,
@@ -89,7 +89,7 @@ ODD_COLUMNS: Columns[OddLine] = {
     'Hz': lambda row: f'{row.frequency:.2f}',
     'amplitude, deg/s': lambda row: rate(median(row.amplitudes)),
     'of the largest line': lambda row: f'{median(row.shares):.0%}, up to {max(row.shares):.0%}',
-    f'among the {PUBLISHED} largest': lambda row: f'{row.among}',
+    f'among the {LISTED} largest': lambda row: f'{row.among}',
     'odd over even lines': lambda row: f'{row.odd:.2f}',
 }
 SHIFT_COLUMNS: Columns[tuple[str, float]] = {
@@ -208,7 +208,7 @@ def _raised(found: Sequence[OddLine]) -> str:
     return (
         'Most is raised by '
         + ', '.join(f'{case} ({heights[case] / own:.1f} times)' for case in first)
-        + f'; among the {PUBLISHED} largest lines it is in {among} of {walks} walks.'
+        + f'; among the {LISTED} largest lines it is in {among} of {walks} walks.'
     )
 
 

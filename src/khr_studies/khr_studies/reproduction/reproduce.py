@@ -168,7 +168,7 @@ def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
 def _findings(
     asked: Wanted, computed: Computed, runs: Mapping[str, Runs], peaks: PeakStudy | None
 ) -> Findings:
-    # The robots of line 11 differ in more than what the comparisons tell apart.
+    # Line 11 varies parameters that the tables of comparisons have no column for.
     done = finished({name: some for name, some in runs.items() if name != LINE_11})
     made = distinct(runs)
     maps = {
