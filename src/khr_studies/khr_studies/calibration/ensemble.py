@@ -111,14 +111,12 @@ class Resisting:
         row: its title.
         meeting, candidates: how many of how many candidates of the search meet it.
         missed: rows that the best of those misses; empty if none meets it.
-        fewest: rows that the best of all candidates misses, measured alike.
     """
 
     row: str
     meeting: int
     candidates: int
     missed: tuple[str, ...]
-    fewest: int
 
 
 def resisting(
@@ -126,17 +124,11 @@ def resisting(
 ) -> tuple[Resisting, ...]:
     """Search all candidates for what meeting a row takes, for each row that the best misses."""
     whole = [robot for robot in robots if robot.complete]
-    missed = {id(robot): cannot(plan, robot) for robot in whole}
-    fewest = min(map(len, missed.values()), default=0)
+    ranked = [cannot(plan, robot) for robot in sorted(whole, key=lambda each: merit(plan, each))]
     found = []
     for row in cannot(plan, best):
-        meeting = [robot for robot in whole if row not in missed[id(robot)]]
-        first = min(meeting, key=lambda robot: merit(plan, robot), default=None)
-        found.append(
-            Resisting(
-                row, len(meeting), len(whole), tuple(missed[id(first)]) if first else (), fewest
-            )
-        )
+        meeting = [missed for missed in ranked if row not in missed]
+        found.append(Resisting(row, len(meeting), len(ranked), tuple(next(iter(meeting), ()))))
     return tuple(found)
 
 
