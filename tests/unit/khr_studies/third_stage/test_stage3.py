@@ -16,7 +16,7 @@ from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.json_file import read_json
 from khr_studies.third_stage import study as stage3
 from khr_studies.third_stage.comparison import compare_with_model, edges, growth
-from khr_studies.third_stage.page import summary, write
+from khr_studies.third_stage.page import page, summary, write
 from khr_studies.third_stage.standing_model import chain_of, standing_loop
 from khr_studies.third_stage.study import (
     HIP_GAIN,
@@ -172,6 +172,21 @@ def test_two_legs_are_twice_as_stiff_and_the_scenario_sets_the_loop():
         'its derivative term'
     )
     assert identified.growth < stretched.growth
+
+
+def test_page_says_where_a_loop_has_no_edge_in_the_plane():
+    """With 0.7 s the ankles alone hold everywhere, and the hip's rate adds a degree."""
+
+    def slow(point):
+        limit = 7.0 if point.setting.hip_gain else 6.0
+        return replace(point, climbs=(Climb(limit, 0.2, 9),) * 2)
+
+    points = [slow(each) if each.setting.time_constant == 0.7 else each for each in plane().points]
+    found = replace(plane(), points=tuple(points))
+    text = page(found, compare_with_model(found), 'limits.png', 'swing.png')
+    assert 'for the others it lies beyond the plane' in text and 'inf' not in text.split()
+    whole = page(plane(), compare_with_model(plane()), 'limits.png', 'swing.png')
+    assert 'beyond the plane' not in whole
 
 
 def test_page_picture_and_data_are_written(tmp_path):
