@@ -19,6 +19,7 @@ from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import Truth
+from khr_sim.surfaces import SURFACES
 from khr_studies.errors import StudyError
 from khr_studies.measuring.bench import CYCLE, Bench
 from khr_studies.measuring.condition import INITIAL_TILT_DEG, Changes, Condition
@@ -47,20 +48,20 @@ STEPS: dict[str, Changes] = {
     'step 0.25 ms': ((('simulator', 'physics_step'), 0.00025),),
     '200 solver iterations': ((('simulator', 'solver_iterations'), 200),),
 }
+# A little less and a little more than the sole's own: an engine's friction by another name.
+FRICTIONS: dict[str, Changes] = {
+    f'friction {friction:.2f}': ((('simulator', 'friction'), friction),)
+    for friction in (round(SURFACES['smooth'].friction + by, 2) for by in (-0.01, 0.01))
+}
 CAUSES: dict[str, dict[str, Changes]] = {
-    'bullet': {
-        **STEPS,
-        'friction 0.17': ((('simulator', 'friction'), 0.17),),
-        'friction 0.19': ((('simulator', 'friction'), 0.19),),
-    },
+    'bullet': {**STEPS, **FRICTIONS},
     'mujoco': {
         **STEPS,
         'solver tolerance 1e-10': ((('simulator', 'solver_tolerance'), 1e-10),),
         'contact time 2 ms': ((('simulator', 'contact_time'), 0.002),),
         'contact time 16 ms': ((('simulator', 'contact_time'), 0.016),),
         'a pyramid of friction': ((('simulator', 'friction_cone'), 'pyramid'),),
-        'friction 0.17': ((('simulator', 'friction'), 0.17),),
-        'friction 0.19': ((('simulator', 'friction'), 0.19),),
+        **FRICTIONS,
     },
 }
 

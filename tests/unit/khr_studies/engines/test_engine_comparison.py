@@ -60,13 +60,13 @@ def test_a_change_explains_what_brings_one_engine_to_the_other():
     compared = ComparedLimit('walk', (limit(7.8, 7.8), limit(7.0, 7.0)))
     causes = (
         Cause('mujoco', 'contact time 2 ms', limit(7.8, 7.8), 0.8),
-        Cause('mujoco', 'friction 0.19', limit(7.2, 7.2), 0.2),
-        Cause('bullet', 'friction 0.17', limit(7.05, 7.05), -0.75),
+        Cause('mujoco', 'friction 0.25', limit(7.2, 7.2), 0.2),
+        Cause('bullet', 'friction 0.23', limit(7.05, 7.05), -0.75),
         Cause('bullet', 'step 0.5 ms', limit(7.8, 7.8), 0.0),
     )
     assert StudiedLimit(compared, causes).explanations == (
         'mujoco with contact time 2 ms',
-        'bullet with friction 0.17',
+        'bullet with friction 0.23',
     )
 
 
@@ -94,8 +94,8 @@ def comparison():
             ),
         ),
         (compared,),
-        (StudiedLimit(compared, (Cause('mujoco', 'friction 0.19', limit(7.2, 7.2), 0.2),)),),
-        (ChangedWalk('mujoco', 'friction 0.19', {'distance, m': 0.51}),),
+        (StudiedLimit(compared, (Cause('mujoco', 'friction 0.25', limit(7.2, 7.2), 0.2),)),),
+        (ChangedWalk('mujoco', 'friction 0.25', {'distance, m': 0.51}),),
     )
 
 
