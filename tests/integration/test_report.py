@@ -17,8 +17,9 @@ from hypothesis import strategies as st
 from khr.cli import command
 from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.code_version import code_version, surroundings
+from khr_bringup.recorded.bag_signals import series_of_bag
 from khr_bringup.recorded.bags import read_messages, read_what_is_left
-from khr_bringup.recorded.run_signals import run_with_series, series_of_bag
+from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
 from khr_common.interfaces import PUSHED

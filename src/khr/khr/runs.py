@@ -17,14 +17,9 @@ from khr_analysis.outcome_text import LABELS, shown
 from khr_bringup.changes import changes, effective
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import duration as length
+from khr_bringup.recorded.bag_signals import scenario_in, series_and_outcome, topics
 from khr_bringup.recorded.bags import final_state, read_messages
-from khr_bringup.recorded.run_signals import (
-    Series,
-    run_with_series,
-    scenario_in,
-    series_and_outcome,
-    topics,
-)
+from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.result import Result
 from khr_bringup.running import showing
 from khr_bringup.scenario import scenario as scenario_files

@@ -11,9 +11,9 @@ from typing import Any
 from khr_analysis.outcome_text import LABELS, WORDS
 from khr_bringup.changes import Change, changes
 from khr_bringup.code_version import stated_in, version_in
-from khr_bringup.recorded import run_signals as signals
+from khr_bringup.recorded import bag_signals
 from khr_bringup.recorded.bags import bag_of, read_what_is_left
-from khr_bringup.recorded.run_signals import Series
+from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.scenario.scenario import Scenario, parse
 from khr_common import KhrError
 from khr_common.interfaces import OUTCOME, PARAMETER_EVENTS, PUSHED, SCENARIO, STATE
@@ -144,13 +144,13 @@ def _is_number(value: Any) -> bool:
 
 
 def _read_bag(path: Path, found: RunContents) -> None:
-    topics = (*signals.topics(), PUSHED, OUTCOME, STATE)
+    topics = (*bag_signals.topics(), PUSHED, OUTCOME, STATE)
     try:
         messages, damage = read_what_is_left(path, topics)
     except KhrError as error:
         found.notes.append(f'no signals: {error}')
         return
-    series = signals.series_of(messages)
+    series = bag_signals.series_of(messages)
     found.changes = changes(messages[PARAMETER_EVENTS]) or found.changes
     found.pushes = len(messages[PUSHED])
     if series.time.size:
@@ -161,7 +161,7 @@ def _read_bag(path: Path, found: RunContents) -> None:
     elif not series.time.size:
         found.notes.append('no signals: the bag holds none of the topics of a khr run')
     if found.scenario is None and messages[SCENARIO]:
-        found.scenario = signals.scenario_in(messages)
+        found.scenario = bag_signals.scenario_in(messages)
         text = messages[SCENARIO][-1].data
         found.version, found.made_with = version_in(text), stated_in(text)
     if not found.outcome:
@@ -182,7 +182,7 @@ def _repeat(found: RunContents) -> None:
             'no bag, so no signals: the run followed the wall clock and cannot be repeated'
         )
         return
-    result, series = signals.run_with_series(found.scenario)
+    result, series = run_with_series(found.scenario)
     if result.trajectory_hash == recorded:
         found.series = series
         found.notes.append(

@@ -13,7 +13,8 @@ from matplotlib.figure import Figure
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.run_signals import Array, Series, series_of_bag
+from khr_bringup.recorded.bag_signals import series_of_bag
+from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled

@@ -11,8 +11,9 @@ import numpy as np
 from khr_analysis.peaks import Peak, place_in_gait
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.bag_signals import scenario_in, series_of, topics
 from khr_bringup.recorded.bags import read_messages
-from khr_bringup.recorded.run_signals import Series, scenario_in, series_of, topics
+from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError

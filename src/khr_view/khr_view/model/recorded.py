@@ -15,8 +15,8 @@ from khr_analysis.outcome_text import quantities
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.changes import changes
+from khr_bringup.recorded.bag_signals import scenario_in
 from khr_bringup.recorded.bags import Messages, read_what_is_left
-from khr_bringup.recorded.run_signals import scenario_in
 from khr_common import KhrError
 from khr_common.block import Signals
 from khr_common.interfaces import (

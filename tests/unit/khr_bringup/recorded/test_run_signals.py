@@ -7,9 +7,8 @@ import pytest
 
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
-from khr_bringup.recorded.run_signals import Series, run_with_series, series_of, topics
+from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.scenario.scenario import load_scenario
-from khr_common.interfaces import BOARD_CORRECTION, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 WEIGHT = 1.5 * 9.81  # N
 
@@ -57,43 +56,6 @@ def test_signals_survive_being_written(standing, tmp_path: Path):
         (tmp_path / 'run.npz').write_bytes(damaged)
         with pytest.raises(BringupError, match=r'run\.npz: not the signals of a run'):
             Series.load(tmp_path / 'run.npz')
-
-
-def test_what_a_bag_lacks_is_nan():
-    messages = {topic: [] for topic in topics()}
-    messages[TRUE_RATE] = [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]
-    read = series_of(messages)
-    assert (read.pitch_rate == 1.0).all()
-    for lacking in (read.inclination, read.pitch, read.slip, read.foot_force):
-        assert np.isnan(lacking).all()
-    assert read.foot_force.shape == (2, 4)
-
-
-def test_what_the_board_adds_by_itself_stands_for_the_controllers():
-    messages = {topic: [] for topic in topics()}
-    messages[BOARD_CORRECTION] = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
-    read = series_of(messages)
-    assert (read.correction_of('ankle') == 0.1).all()
-    assert (read.correction_of('hip') == 0.2).all()
-
-
-def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
-    times = [0, 15_000_000, 30_000_000]
-    upright, rate = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0), (0.0, 0.1, 0.0)
-    messages = {topic: [] for topic in topics()}
-    messages[TRUE_RATE] = [
-        (time, (0.0, np.nan, 0.0) if time == times[1] else rate) for time in times
-    ]
-    messages[TRUE_POSE] = [(time, upright) for time in times]
-    messages[TRUE_SOLES] = [
-        (time, (0.0, 0.05, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0, -0.05, 0.0, 0.0, 0.0, 0.0, 1.0))
-        for time in times
-    ]
-    for topic in TRUE_FORCES:
-        messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
-    read = series_of(messages)
-    np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
-    np.testing.assert_array_equal(read.pitch, 0.0)
 
 
 def test_a_further_controller_has_a_column_of_its_own(tmp_path):
