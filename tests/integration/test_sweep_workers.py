@@ -76,6 +76,25 @@ def test_a_worker_killed_midway_loses_nothing(tmp_path, start):
     check_complete(file, folder)
 
 
+def test_signals_that_are_lost_or_damaged_are_computed_again(tmp_path):
+    file, folder = specification(tmp_path, 4, 0.3), tmp_path / 'out'
+    command = ('sweep', file, '--out', folder, '--workers', 1)
+    assert khr(*command).returncode == 0
+    whole, *_, damaged, lost = (folder / 'series').iterdir()
+    ids = read_results(folder)['id'].to_pylist()
+    content = bytearray(damaged.read_bytes())
+    content[len(content) // 2] ^= 1
+    damaged.write_bytes(content)
+    lost.unlink()
+    before = whole.read_bytes()
+    again = khr(*command)
+    assert again.returncode == 0 and '4 of 4' in again.stdout
+    left_out = sorted(ids.index(each.stem) + 2 for each in (damaged, lost))
+    assert again.stderr.endswith(f'line {left_out[0]}, {left_out[1]}\n')
+    check_complete(file, folder)
+    assert whole.read_bytes() == before
+
+
 def test_an_interrupted_sweep_says_so_and_keeps_its_table(tmp_path):
     file, folder = specification(tmp_path, 200, 0.6), tmp_path / 'out'
     command = subprocess.Popen(

@@ -3,7 +3,7 @@
 ``rows.jsonl`` begins with what defines the runs of the sweep and grows by a line per finished run
 (:mod:`khr_sweeps.results.store`). ``results.parquet`` has the same rows, written when the sweep is
 complete or interrupted. ``series/`` has the signals of the runs if the sweep keeps them; they are
-written before the line of their run.
+written before the line of their run, and a run whose signals are lost or damaged is run again.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet
 
+from khr_bringup.errors import BringupError
 from khr_bringup.recorded.run_signals import Series
 from khr_common.files import written
 from khr_sweeps.axes import column_named
@@ -64,10 +65,15 @@ class Folder:
         try:
             path.mkdir(parents=True, exist_ok=True)
             _check_place(path)
-            kinds = _kinds(request)
-            self._rows = Store(
-                path / JOURNAL, request, lambda row: _stayed_up(row, kinds), wait, replace
-            )
+            kinds, keeps = _kinds(request), request['keep']
+
+            def accept(row: Row) -> bool | None:
+                up = _stayed_up(row, kinds)
+                if keeps and up is not None:
+                    _check_series(series_path(path, row['id']))
+                return up
+
+            self._rows = Store(path / JOURNAL, request, accept, wait, replace)
         except OtherResultsError as error:
             what = (
                 f'a sweep with {_CHANGED.get(error.key, "another definition")}'
@@ -198,6 +204,14 @@ def _stayed_up(row: Row, kinds: dict[str, type | list[type]]) -> bool | None:
             raise ValueError(f'{name}: {given!r}')
     up: bool | None = row['stayed_up']
     return up
+
+
+def _check_series(path: Path) -> None:
+    """Raise ValueError if the signals of a run are not there or damaged: it is then run again."""
+    try:
+        Series.load(path)
+    except BringupError as error:
+        raise ValueError(str(error)) from error
 
 
 def _check_columns(columns: Container[str]) -> None:
