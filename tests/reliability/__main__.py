@@ -71,7 +71,7 @@ def main() -> int:
         default=[0, 2],
         help='busy loops beside it, one campaign each',
     )
-    parser.add_argument('--journal', type=Path, default=Path('runs/chaos.jsonl'))
+    parser.add_argument('--journal', type=Path, default=Path('docs/reliability.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
     given = parser.parse_args()
     hand_on_signals()
@@ -81,8 +81,10 @@ def main() -> int:
 
     def write() -> list[Result]:
         results = [each for each in _done(given.journal) if each.name in names]
-        write_text(given.out, page(results, given.seed))
+        write_text(given.out, page(results, given.seed, len(names) * len(given.busy)))
         return results
+
+    _drop_other_versions(given.journal)
 
     for loops in given.busy:
         with _busy(loops):
@@ -129,8 +131,15 @@ def _done(journal: Path) -> list[Result]:
     return list({(each.name, each.loaded): each for each in found}.values())
 
 
-def page(results: Sequence[Result], seed: int) -> str:
-    """Return the table of a campaign as Markdown, and all that fell short."""
+def _drop_other_versions(journal: Path) -> None:
+    """Leave in a journal what was done with these sources alone."""
+    if journal.is_file():
+        lines = [json.dumps(each._asdict()) + '\n' for each in _done(journal)]
+        write_text(journal, ''.join(lines))
+
+
+def page(results: Sequence[Result], seed: int, cases: int) -> str:
+    """Return the table of a campaign of so many cases as Markdown, and all that fell short."""
     rows, short, alone = [], [], why_not()
     measured = [
         f'- {each.kind}, {"loaded" if each.loaded else "quiet"}: {each.figures}'
@@ -149,8 +158,9 @@ def page(results: Sequence[Result], seed: int) -> str:
             rows.append((kind, *cells))
     lines = [
         TITLE,
-        f'Seed {seed}, version {source_version()} of sources and harms. A machine is loaded if other processes '
-        f'used {LOADED:g} core or more of it just before; {_others(results)}.',
+        f'{len(results)} of {cases} cases, each in [reliability.jsonl](reliability.jsonl). Seed {seed}, version '
+        f'{source_version()} of sources and harms. A machine is loaded if other processes used '
+        f'{LOADED:g} core or more of it just before; {_others(results)}.',
         table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
         *([f'The network was not tried: {alone}'] if alone else []),
         *(['\n'.join(short)] if short else []),

@@ -32,9 +32,12 @@ def test_the_short_form_of_the_campaign(tmp_path):
     assert campaign(tmp_path, *short).stdout == '', 'what is done is not repeated'
     lines = (tmp_path / 'journal').read_text().splitlines()
     record = json.loads(lines[0]) | {'faults': ['2 processes left']}
-    (tmp_path / 'journal').write_text('\n'.join([json.dumps(record), *lines[1:]]) + '\n')
+    older = record | {'version': 'older', 'faults': ['of other sources']}
+    changed = [json.dumps(each) for each in (older, record)] + lines[1:]
+    (tmp_path / 'journal').write_text('\n'.join(changed) + '\n')
     assert campaign(tmp_path, *short).returncode == 1
     assert '2 processes left' in (tmp_path / 'page.md').read_text()
+    assert 'of other sources' not in (tmp_path / 'journal').read_text()
 
 
 def test_a_campaign_has_every_harm_and_is_the_same_for_a_seed():
@@ -102,7 +105,9 @@ def test_the_page_counts_by_kind_and_load():
             Result('a', 'full disk', [], 2.0, 'new', 'bag 3 MB'),
         ],
         0,
+        4,
     )
+    assert '3 of 4 cases' in text
     assert '| full disk | 2 | 1 | 1 | 0 |' in text and '- a: lost' in text
     assert '- full disk, loaded: bag 3 MB' in text
     assert f'version {source_version()} of sources' in text
