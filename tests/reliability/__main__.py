@@ -23,6 +23,7 @@ from khr_common.files import write_text
 from khr_common.text.markdown import table
 from tests import ROOT
 from tests.reliability.cases import HARMS, attempt, cases
+from tests.reliability.harms import load
 from tests.reliability.harms.harmed_run import Case
 from tests.reliability.strangers.other_machine import why_not
 from tests.support.process_signals import hand_on_signals
@@ -65,11 +66,7 @@ def main() -> int:
     parser.add_argument('--soak', type=int, default=3600, help='simulated s of each long run')
     parser.add_argument('--only', default='', help='kinds that begin so')
     parser.add_argument(
-        '--busy',
-        type=int,
-        nargs='+',
-        default=[0, 2],
-        help='busy loops beside it, one campaign each',
+        '--busy', type=int, nargs='+', default=[0, 2], help='busy loops beside a case, in turn'
     )
     parser.add_argument('--journal', type=Path, default=Path('docs/reliability.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
@@ -81,27 +78,26 @@ def main() -> int:
 
     def write() -> list[Result]:
         results = [each for each in _done(given.journal) if each.name in names]
-        write_text(given.out, page(results, given.seed, len(names) * len(given.busy)))
+        write_text(given.out, page(results, given.seed, len(names)))
         return results
 
     _drop_other_versions(given.journal)
 
-    for loops in given.busy:
-        with _busy(loops):
-            for _ in _campaign(wanted, given.journal, loaded=loops >= LOADED):
-                write()
+    for _ in _campaign(wanted, given.journal, given.busy):
+        write()
     return int(any(result.faults for result in write()))
 
 
-def _campaign(wanted: Sequence[Case], journal: Path, loaded: bool) -> Iterator[Result]:
-    """Try the cases that a journal does not hold yet, on a loaded machine or a quiet one."""
-    done = {each.name for each in _done(journal) if each.loaded == loaded}
+def _campaign(wanted: Sequence[Case], journal: Path, busy: Sequence[int]) -> Iterator[Result]:
+    """Try the cases that a journal does not hold yet; each beside some busy loops, in turn."""
+    done = {each.name for each in _done(journal)}
     journal.parent.mkdir(parents=True, exist_ok=True)
     for number, case in enumerate(wanted, 1):
         if case.name in done:
             continue
-        others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
-        faults, figures = attempt(case)
+        with _busy(0 if case.kind in load.HARMS else busy[number % len(busy)]):
+            others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
+            faults, figures = attempt(case)
         result = Result(case.name, case.kind, faults, round(others, 2), source_version(), figures)
         with journal.open('a', encoding='utf-8') as file:
             file.write(json.dumps(result._asdict()) + '\n')
@@ -128,7 +124,7 @@ def _done(journal: Path) -> list[Result]:
         return []
     records = [json.loads(line) for line in journal.read_text(encoding='utf-8').splitlines()]
     found = [Result(**each) for each in records if each['version'] == source_version()]
-    return list({(each.name, each.loaded): each for each in found}.values())
+    return list({each.name: each for each in found}.values())
 
 
 def _drop_other_versions(journal: Path) -> None:
@@ -138,7 +134,7 @@ def _drop_other_versions(journal: Path) -> None:
         write_text(journal, ''.join(lines))
 
 
-def page(results: Sequence[Result], seed: int, cases: int) -> str:
+def page(results: Sequence[Result], seed: int, count: int) -> str:
     """Return the table of a campaign of so many cases as Markdown, and all that fell short."""
     rows, short, alone = [], [], why_not()
     measured = [
@@ -158,7 +154,7 @@ def page(results: Sequence[Result], seed: int, cases: int) -> str:
             rows.append((kind, *cells))
     lines = [
         TITLE,
-        f'{len(results)} of {cases} cases, each in [reliability.jsonl](reliability.jsonl). Seed {seed}, version '
+        f'{len(results)} of {count} cases, each in [reliability.jsonl](reliability.jsonl). Seed {seed}, version '
         f'{source_version()} of sources and harms. A machine is loaded if other processes used '
         f'{LOADED:g} core or more of it just before; {_others(results)}.',
         table(('harm', 'tried, quiet', 'fell short', 'tried, loaded', 'fell short'), rows),
