@@ -19,6 +19,7 @@ from tests.benchmarks import (
     bench_graph,
     bench_growth,
     bench_gyro_circuit,
+    bench_messages,
     bench_models,
     bench_period,
     bench_sweeps,
@@ -27,7 +28,7 @@ from tests.benchmarks import (
 from tests.benchmarks.clock import log
 
 KEPT = Path('build') / 'benchmarks.json'  # where there is no page to write
-PARTS = ('graphs', 'board', 'period', 'swept', 'environments', 'growth', 'commands')
+PARTS = ('graphs', 'messages', 'board', 'period', 'swept', 'environments', 'growth', 'commands')
 
 
 def main() -> None:
@@ -82,6 +83,8 @@ def _measured(part: str, options: argparse.Namespace) -> Any:
         print('## Models\n', bench_models.report(), sep='\n')
         print('\n## Gyro circuit\n', bench_gyro_circuit.report(), '', sep='\n')
         return bench_graph.measure(options.repeats)
+    if part == 'messages':
+        return [bench_messages.measure() for _ in range(options.repeats)]
     if part == 'board':
         return bench_board.measure(1)
     if part == 'period':

@@ -6,6 +6,10 @@
 from __future__ import annotations
 
 import os
+import statistics
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import gymnasium
 import numpy as np
@@ -20,6 +24,7 @@ ENGINES = ('bullet', 'mujoco')
 PERIOD = 0.015  # s
 BEGUN = 20  # steps before the clock starts
 TWIN, ALONE, EACH = 'offline twin', 'environment', 'environment on each core, through make_vec'
+APART = 'environment on each core, unknown to one another'
 
 
 def named(case: str, engine: str) -> str:
@@ -35,6 +40,7 @@ def measure() -> dict[str, Numbers]:
         found |= {
             named(TWIN, engine): _twin(engine),
             named(ALONE, engine): _alone(engine),
+            named(APART, engine): _apart(engine),
             named(EACH, engine): _each(engine),
         }
     return found
@@ -50,16 +56,27 @@ def _twin(engine: str) -> Numbers:
     return factors(seconds, began[0])
 
 
-def _alone(engine: str) -> Numbers:
+def _alone(engine: str, begin: Callable[[], object] = lambda: None) -> Numbers:
     steps, still = round(SECONDS / PERIOD), np.zeros(2, np.float32)
     with khr.env(SCENARIO, engine=engine) as environment:
         environment.reset(seed=0)
         for _ in range(BEGUN):
             environment.step(still)
+        begin()
         began = clocks()
         for _ in range(steps):
             environment.step(still)
         return factors(SECONDS, began)
+
+
+def _apart(engine: str) -> Numbers:
+    """Return simulated by wall time of each of as many processes as there are cores."""
+    cores, context = len(os.sched_getaffinity(0)), get_context('spawn')
+    with context.Manager() as manager:
+        together = manager.Barrier(cores)
+        with ProcessPoolExecutor(cores, context) as pool:
+            runs = [pool.submit(_alone, engine, together.wait) for _ in range(cores)]
+            return {WALL: statistics.mean(run.result()[WALL] for run in runs)}
 
 
 def _each(engine: str) -> Numbers:

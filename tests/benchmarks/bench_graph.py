@@ -58,18 +58,20 @@ def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
     return joints, torques, positions[-1]
 
 
-def plain(motors: bool) -> Numbers:
+def plain(motors: bool = False, contacts: bool = False) -> Numbers:
     """Return the real-time factor of a plain PyBullet loop: set all joints, step, read them.
 
-    It does nothing else: no contacts, no torso, no servo, no board, no sensor, no control. The
-    world, the robot and its start are the twin's. Without the engine's motors it sets the torques
-    that the twin reckoned, so that its motion and contacts are the twin's, which it checks; with
-    them it holds the joints where they stand.
+    It does nothing else: no torso, no servo, no board, no sensor, no control. The world, the robot
+    and its start are the twin's. Without the engine's motors it sets the torques that the twin
+    reckoned, so that its motion and contacts are the twin's, which it checks; with them it holds
+    the joints where they stand. With contacts it reads these as well: then it makes all the calls
+    of PyBullet that a step of the twin makes, and nothing of this project.
     """
     joints, torques, end = twin_torques()
     plant = Plant(SHORT.table(RunParameters))
     plant.start(ControlLoop(SHORT).reference(0.0))
     body, client = plant.world.engine.body, plant.world.engine.client
+    ground = plant.world.engine.ground
     held = [bullet.getJointState(body, i, client)[0] for i in joints]
     control, key = (
         (bullet.POSITION_CONTROL, 'targetPositions')
@@ -82,6 +84,8 @@ def plain(motors: bool) -> Numbers:
             body, joints, control, physicsClientId=client, **{key: held if motors else torque}
         )
         bullet.stepSimulation(client)
+        if contacts:
+            bullet.getContactPoints(body, ground, physicsClientId=client)
         states = bullet.getJointStates(body, joints, client)
     figures = factors(len(torques) * plant.parameters.physics_step, began)
     plant.close()
@@ -161,11 +165,13 @@ def bag_figures(folder: Path) -> Numbers:
 
 
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
+CONTACTS = 'plain loop, contacts read'
 MUJOCO_TWIN = 'offline twin, MuJoCo'
 ONE, ONE_RECORDED = 'one process', 'one process, recorded'
 EACH, EACH_RECORDED = 'a process per node', 'a process per node, recorded'
 CASES: dict[str, Callable[[], Numbers]] = {
-    RAW: lambda: plain(motors=False),
+    RAW: plain,
+    CONTACTS: lambda: plain(contacts=True),
     MOTORS: lambda: plain(motors=True),
     TWIN: offline,
     MUJOCO_TWIN: lambda: offline(SECOND_ENGINE),

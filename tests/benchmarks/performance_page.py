@@ -13,9 +13,11 @@ from tests.benchmarks import bench_sweeps as sweeps
 from tests.benchmarks.bench_board import FIGURES as ON_BOARD
 from tests.benchmarks.bench_board import Measured
 from tests.benchmarks.bench_commands import COMMANDS
+from tests.benchmarks.bench_environment import ALONE, APART, EACH
 from tests.benchmarks.clock import COMPUTING, FACTORS, WALL, Numbers
 
 Rounds = dict[str, list[Numbers]]
+Bounds = dict[tuple[str, str], tuple[float, str]]
 
 
 class Goal(NamedTuple):
@@ -27,6 +29,7 @@ class Goal(NamedTuple):
     clock: str = WALL
 
 
+REACHED = 0.9  # of what the bound of a ratio leaves, where its goal cannot be reached
 MOST_LATE = 1.0  # % of the periods on a board
 GOALS = (
     Goal(graph.TWIN, graph.RAW, 0.85),
@@ -77,6 +80,7 @@ def page(
     period: dict[str, Numbers] | None = None,
     board: dict[str, dict[str, list[Measured]]] | None = None,
     environments: Sequence[dict[str, Numbers]] = (),
+    messages: Sequence[dict[str, Numbers]] = (),
 ) -> str:
     """Return the measurements as Markdown; what was not measured is left out.
 
@@ -88,13 +92,19 @@ def page(
         period: of :func:`tests.benchmarks.bench_period.measure`, by engine.
         board: of :func:`tests.benchmarks.bench_board.measure`.
         environments: of :func:`tests.benchmarks.bench_environment.measure`, by round.
+        messages: of :func:`tests.benchmarks.bench_messages.measure`, by round.
     """
     rounds = len(graphs[graph.TWIN]) if graphs else len(swept)
-    goals = [*_graph_goals(graphs or {}), *_sweep_goals(swept), *_environment_goals(environments)]
+    goals = [
+        *_graph_goals(graphs or {}, messages),
+        *_sweep_goals(swept),
+        *_environment_goals(environments),
+    ]
     headings = ('speed of', 'against', 'clock', 'goal', 'least', 'median', 'most', '')
     parts = (
         INTRODUCTION.format(scenario=graph.SCENARIO, seconds=graph.SECONDS, rounds=rounds),
         *([table(headings, goals)] if goals else ()),
+        *(_bounds(graphs, messages, environments) if graphs and messages else ()),
         *(_real_time(graphs) if graphs else ()),
         *(_board(board) if board else ()),
         *(_period(period) if period else ()),
@@ -106,13 +116,84 @@ def page(
     return '\n\n'.join(parts) + '\n'
 
 
-def _graph_goals(graphs: Rounds) -> list[tuple[str, ...]]:
+def _graph_goals(graphs: Rounds, messages: Sequence[dict[str, Numbers]]) -> list[tuple[str, ...]]:
+    bounds = bounds_of(graphs, messages) if graphs and messages else {}
     return [
-        _goal(goal, [mine[goal.clock] / other[goal.clock] for mine, other in pairs])
+        _goal(
+            _reachable(goal, bounds),
+            [mine[goal.clock] / other[goal.clock] for mine, other in pairs],
+        )
         for goal in GOALS
         if graphs
         for pairs in [list(zip(graphs[goal.name], graphs[goal.base], strict=True))]
     ]
+
+
+def _reachable(goal: Goal, bounds: Bounds) -> Goal:
+    """Return a goal, lowered where its bound leaves less."""
+    if goal[:2] not in bounds:
+        return goal
+    bound, _ = bounds[goal[:2]]
+    return goal._replace(least=min(goal.least, REACHED * bound))
+
+
+def bounds_of(graphs: Rounds, messages: Sequence[dict[str, Numbers]]) -> Bounds:
+    """Return what a ratio cannot exceed, and why, by the names of both cases: of the medians."""
+    took = {name: 1.0 / statistics.median(run[WALL] for run in graphs[name]) for name in graphs}
+    bare = {
+        name: 1.0 / statistics.median(each[name][WALL] for each in messages)
+        for name in messages[0]
+    }
+    twin, one = took[graph.TWIN], took[graph.ONE]
+    return {
+        (graph.TWIN, graph.RAW): (
+            took[graph.RAW] / took[graph.CONTACTS],
+            'its calls of PyBullet alone, contacts read for the foot forces',
+        ),
+        (graph.ONE, graph.TWIN): (
+            twin / (twin + bare[graph.ONE]),
+            'the twin and its messages alone',
+        ),
+        (graph.ONE_RECORDED, graph.ONE): (
+            one / (one + bare[graph.ONE_RECORDED] - bare[graph.ONE]),
+            'the run and the messages that the recorder takes, none written',
+        ),
+        (graph.EACH, graph.TWIN): (
+            twin / (twin + bare[graph.EACH]),
+            'the twin and its messages alone, from process to process',
+        ),
+    }
+
+
+def _bounds(
+    graphs: Rounds,
+    messages: Sequence[dict[str, Numbers]],
+    environments: Sequence[dict[str, Numbers]],
+) -> tuple[str, str]:
+    period = environment.PERIOD * 1e6
+    spent = ', '.join(
+        f'{name} {statistics.median(period / each[name][WALL] for each in messages):.0f} us'
+        for name in messages[0]
+    )
+    bounds = bounds_of(graphs, messages) | environment_bounds(environments)
+    rows = [
+        (
+            goal.name,
+            goal.base,
+            f'{goal.least:.0%}',
+            f'{bounds[goal[:2]][0]:.0%}',
+            bounds[goal[:2]][1],
+        )
+        for goal in (*GOALS, *ENVIRONMENT_GOALS)
+        if goal[:2] in bounds and goal.clock == WALL
+    ]
+    return (
+        '## Bounds\n\nWhat a ratio would be if all code of this project took no time. The messages '
+        'of a control period alone, blank, published and taken by the same nodes with nothing else '
+        f'in them, take: {spent}. Where {REACHED:.0%} of a bound is less than the goal that was set, '
+        'it is the goal above.',
+        table(('speed of', 'against', 'goal set', 'bound', 'what is left'), rows),
+    )
 
 
 def _sweep_goals(swept: Sequence[Numbers]) -> list[tuple[str, ...]]:
@@ -124,11 +205,31 @@ def _sweep_goals(swept: Sequence[Numbers]) -> list[tuple[str, ...]]:
 
 
 def _environment_goals(rounds: Sequence[dict[str, Numbers]]) -> list[tuple[str, ...]]:
+    bounds = environment_bounds(rounds)
     return [
-        _goal(goal, [each[goal.name][goal.clock] / each[goal.base][goal.clock] for each in rounds])
+        _goal(
+            _reachable(goal, bounds),
+            [each[goal.name][goal.clock] / each[goal.base][goal.clock] for each in rounds],
+        )
         for goal in ENVIRONMENT_GOALS
         if rounds
     ]
+
+
+def environment_bounds(rounds: Sequence[dict[str, Numbers]]) -> Bounds:
+    """Return what environments on all cores cannot exceed, and why, by the names of both cases."""
+    names = [
+        [environment.named(case, engine) for case in (EACH, ALONE, APART)]
+        for engine in environment.ENGINES
+    ]
+    return {
+        (each, alone): (
+            statistics.median(run[apart][WALL] / run[alone][WALL] for run in rounds),
+            'as many processes that do not wait for one another',
+        )
+        for each, alone, apart in names
+        if rounds and apart in rounds[0]
+    }
 
 
 def _environments(rounds: Sequence[dict[str, Numbers]]) -> tuple[str, str]:

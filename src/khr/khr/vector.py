@@ -20,6 +20,8 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError, RunError
 from khr_sweeps.pool import check_workers
 
+STEADY_INFO = [(name, f'_{name}') for name in STEADY]  # a value, and which have one
+
 
 class BalanceVectorEnv(SyncVectorEnv):  # type: ignore[misc]
     """Environments of a scenario that step at once: the first here, each other in a process.
@@ -42,6 +44,7 @@ class BalanceVectorEnv(SyncVectorEnv):  # type: ignore[misc]
         weights: Mapping[str, float] | None = None,
     ) -> None:
         own = BalanceEnv(scenario, render_mode, weights)
+        self._all = np.ones(num_envs, np.bool_)
         patience = PATIENCE if num_envs <= len(os.sched_getaffinity(0)) else 0.0
         self._others: list[Elsewhere] = []
         # Workers are killed with the thread that started them, so that is one of their own.
@@ -179,8 +182,10 @@ class BalanceVectorEnv(SyncVectorEnv):  # type: ignore[misc]
                     found, info or dict(zip(STEADY, values, strict=True)), index
                 )
         else:
-            for name, values in zip(STEADY, self._shared['info'].T.copy(), strict=True):
-                found[name], found[f'_{name}'] = values, np.ones(self.num_envs, np.bool_)
+            for (name, mask), values in zip(
+                STEADY_INFO, self._shared['info'].T.copy(), strict=True
+            ):
+                found[name], found[mask] = values, self._all.copy()
         return found
 
 

@@ -11,7 +11,7 @@ from tests.benchmarks import bench_environment as environment
 from tests.benchmarks import bench_graph as graph
 from tests.benchmarks import bench_sweeps as sweeps
 from tests.benchmarks.bench_commands import COMMANDS
-from tests.benchmarks.clock import FACTORS
+from tests.benchmarks.clock import FACTORS, WALL
 from tests.benchmarks.performance_page import ENVIRONMENT_GOALS, GOALS, SWEEP_GOALS, page
 
 GROWTH = {'bullet': [{'until_s': 10.0, 'ms per simulated s': 87.25, 'MiB': 230.0}]}
@@ -45,6 +45,22 @@ def test_a_goal_is_met_if_the_median_reaches_it(share, says):
         found[graph.TWIN, graph.RAW, 'wall'] == found[graph.TWIN, graph.RAW, 'computing'] == says
     )
     assert found[sweeps.TWO, sweeps.ONE, 'wall'] == says
+
+
+@pytest.mark.parametrize(
+    ('bare', 'goal', 'says'), [(10.0, '45%', 'met'), (1000.0, '80%', '**missed**')]
+)
+def test_a_goal_above_its_bound_is_lowered_to_what_the_bound_leaves(bare, goal, says):
+    """Messages as slow as the twin leave half of its speed, ones that take no time leave all."""
+    found = runs(10.0) | {graph.ONE: [dict.fromkeys(FACTORS, 4.6)]}
+    messages = [{name: {WALL: bare} for name in (graph.ONE, graph.ONE_RECORDED, graph.EACH)}]
+    text = page(found, messages=messages)
+    row = next(
+        line for line in text.splitlines() if line.startswith(f'| {graph.ONE} | {graph.TWIN}')
+    )
+    assert f'| {goal} |' in row and row.rstrip(' |').endswith(says)
+    bound = f'{bare / (bare + 10.0):.0%}'
+    assert f'| {graph.ONE} | {graph.TWIN} | 80% | {bound} |' in text
 
 
 def test_a_command_that_takes_too_long_misses_its_goal():

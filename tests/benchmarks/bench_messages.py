@@ -1,0 +1,214 @@
+"""Time the middleware alone: what no graph that exchanges these messages can fall below.
+
+``python -m tests.benchmarks.bench_messages``
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from pathlib import Path
+from time import perf_counter
+from unittest.mock import patch
+
+import rclpy
+from rclpy.experimental.events_executor import EventsExecutor
+from rclpy.node import Node
+from rclpy.task import Future
+
+from khr_analysis.node_specs import RECORDER
+from khr_bringup.graph.following import nodes_of
+from khr_bringup.graph.run_registry import registered
+from khr_bringup.node_registry import spec_of
+from khr_common.interfaces import Topic
+from khr_common.nodes.messages import blank_message, message_class, serialized
+from khr_common.nodes.node import DATA
+from khr_sim.node_specs import SIMULATOR
+from khr_sim.run_parameters import RunParameters
+from tests.benchmarks.bench_graph import EACH, ONE, ONE_RECORDED, SHORT
+from tests.benchmarks.clock import WALL, Numbers, log
+
+NAMES = nodes_of(SHORT, record=True)
+PERIODS = 2000
+PATIENCE = 30.0  # s
+READY = 'ready'
+
+
+class Bare(Node):  # type: ignore[misc]
+    """A node that takes the messages of a period unread, and then publishes its own, blank."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        given, taken = topics(name)
+        self._senders = [
+            (
+                self.create_publisher(message_class(topic.kind), topic.name, DATA),
+                serialized(blank_message(topic)),
+            )
+            for topic in given
+        ]
+        for topic in taken:
+            self.create_subscription(
+                message_class(topic.kind), topic.name, self._take, DATA, raw=True
+            )
+        self._awaited = self._missing = len(taken)
+
+    def matched(self, readers: Counter[Topic]) -> bool:
+        """Return whether all who take its messages have found it."""
+        given, _ = topics(self.get_name())
+        return all(
+            publisher.get_subscription_count() == readers[topic]
+            for topic, (publisher, _) in zip(given, self._senders, strict=True)
+        )
+
+    def answer(self) -> None:
+        """Publish the messages of a period."""
+        for publisher, data in self._senders:
+            publisher.publish(data)
+
+    def _take(self, _: bytes) -> None:
+        self._missing -= 1
+        if not self._missing:
+            self._missing = self._awaited
+            self.answer()
+
+
+class Source(Bare):
+    """The bare simulator: it counts the periods."""
+
+    def __init__(self) -> None:
+        super().__init__(SIMULATOR.name)
+        self.done = Future()
+        self._left, self._began = PERIODS, 0.0
+
+    def answer(self) -> None:
+        """Publish the messages of a period, so many times."""
+        self._began = self._began or perf_counter()
+        self._left -= 1
+        if self._left < 0:
+            self.done.set_result(perf_counter() - self._began)
+        else:
+            super().answer()
+
+
+def topics(name: str) -> tuple[list[Topic], list[Topic]]:
+    """Return what a node publishes in every period, and what it takes of the others."""
+    published = {
+        topic
+        for each in NAMES
+        for topic in spec_of(each).brought(SHORT.table(spec_of(each).table))
+        if topic.flow == 'period'
+    }
+    if name == RECORDER.name:
+        return [], list(published)
+    spec = spec_of(name)
+    own = spec.brought(SHORT.table(spec.table))
+    return (
+        [topic for topic in own if topic in published],
+        [topic for topic in spec.subscribes if topic in published],
+    )
+
+
+def measure() -> dict[str, Numbers]:
+    """Return simulated by wall time of bare nodes, in one process and in one each."""
+    found = {}
+    for case, recorded, processes in (
+        (ONE, False, False),
+        (ONE_RECORDED, True, False),
+        (EACH, False, True),
+    ):
+        log(f'bare messages: {case}')
+        names = nodes_of(SHORT, recorded)
+        seconds = _in_processes(names) if processes else _in_one(names)
+        found[case] = {WALL: PERIODS * SHORT.table(RunParameters).control_period / seconds}
+    return found
+
+
+def _in_one(names: Sequence[str]) -> float:
+    with _context():
+        source = Source()
+        return _passed(source, [source, *(Bare(name) for name in _others(names))], names)
+
+
+def _in_processes(names: Sequence[str]) -> float:
+    with ExitStack() as stack:
+        # as in a run: by itself the middleware finds no more than a few processes of a machine
+        run = stack.enter_context(registered('benchmark of messages', Path('.')))
+        stack.enter_context(patch.dict(os.environ, run.environment()))
+        stack.enter_context(_context())
+        others = [_started(stack, name, names) for name in _others(names)]
+        source = Source()
+        _match([source], names)
+        for process in others:
+            assert process.stdout is not None
+            assert process.stdout.readline().strip() == READY
+        return _passed(source, [source], names)
+
+
+def _others(names: Sequence[str]) -> list[str]:
+    return [name for name in names if name != SIMULATOR.name]
+
+
+@contextmanager
+def _context() -> Iterator[None]:
+    rclpy.init()
+    try:
+        yield
+    finally:
+        rclpy.shutdown()
+
+
+def _passed(source: Source, nodes: Sequence[Bare], names: Sequence[str]) -> float:
+    """Return how long all periods take, s."""
+    _match(nodes, names)
+    source.answer()
+    _spin(nodes, source.done)
+    for node in nodes:
+        node.destroy_node()  # or the nodes of the next case would find these
+    return float(source.done.result())
+
+
+def _started(stack: ExitStack, name: str, names: Sequence[str]) -> subprocess.Popen[str]:
+    process = subprocess.Popen(
+        [sys.executable, '-m', 'tests.benchmarks.bench_messages', name, *names],
+        stdout=subprocess.PIPE,
+        text=True,
+    )
+    stack.callback(process.wait)
+    stack.callback(process.kill)
+    return process
+
+
+def _match(nodes: Sequence[Bare], names: Sequence[str]) -> None:
+    """Wait until everybody has found who takes its messages."""
+    readers = Counter(topic for name in names for topic in topics(name)[1])
+    while not all(node.matched(readers) for node in nodes):
+        rclpy.spin_once(nodes[0], timeout_sec=0.01)
+
+
+def _spin(nodes: Sequence[Bare], done: Future) -> None:
+    executor = EventsExecutor()
+    for node in nodes:
+        executor.add_node(node)
+    executor.spin_until_future_complete(done, PATIENCE)
+
+
+def main() -> None:
+    """Measure once and print; with names, be the first of these nodes."""
+    if not sys.argv[1:]:
+        for case, found in measure().items():
+            print(f'{case:40}{found[WALL]:8.1f}')
+        return
+    with _context():
+        node = Bare(sys.argv[1])
+        _match([node], sys.argv[2:])
+        print(READY, flush=True)
+        _spin([node], Future())
+
+
+if __name__ == '__main__':
+    main()
