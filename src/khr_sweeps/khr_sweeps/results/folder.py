@@ -65,7 +65,7 @@ class Folder:
         try:
             path.mkdir(parents=True, exist_ok=True)
             _check_place(path)
-            kinds, keeps = _kinds(request), request['keep']
+            kinds, keeps = _kinds(request), request.get('keep')
 
             def accept(row: Row) -> bool | None:
                 up = _stayed_up(row, kinds)
