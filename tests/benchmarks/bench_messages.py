@@ -34,7 +34,7 @@ from tests.benchmarks.clock import WALL, Numbers, log
 
 NAMES = nodes_of(SHORT, record=True)
 PERIODS = 2000
-PATIENCE = 30.0  # s
+PATIENCE = 120.0  # s
 READY = 'ready'
 
 
@@ -195,6 +195,8 @@ def _spin(nodes: Sequence[Bare], done: Future) -> None:
     for node in nodes:
         executor.add_node(node)
     executor.spin_until_future_complete(done, PATIENCE)
+    if not done.done():
+        raise TimeoutError(f'{PERIODS} periods: not through within {PATIENCE:g} s')
 
 
 def main() -> None:

@@ -13,11 +13,10 @@ from tests.benchmarks import bench_sweeps as sweeps
 from tests.benchmarks.bench_board import FIGURES as ON_BOARD
 from tests.benchmarks.bench_board import Measured
 from tests.benchmarks.bench_commands import COMMANDS
-from tests.benchmarks.bench_environment import ALONE, APART, EACH
+from tests.benchmarks.bounds import Bounds, bounds_of
 from tests.benchmarks.clock import COMPUTING, FACTORS, WALL, Numbers
 
 Rounds = dict[str, list[Numbers]]
-Bounds = dict[tuple[str, str], tuple[float, str]]
 
 
 class Goal(NamedTuple):
@@ -95,16 +94,18 @@ def page(
         messages: of :func:`tests.benchmarks.bench_messages.measure`, by round.
     """
     rounds = len(graphs[graph.TWIN]) if graphs else len(swept)
+    bounds = bounds_of(graphs or {}, messages, environments)
     goals = [
-        *_graph_goals(graphs or {}, messages),
+        *_graph_goals(graphs or {}, bounds),
         *_sweep_goals(swept),
-        *_environment_goals(environments),
+        *_environment_goals(environments, bounds),
     ]
     headings = ('speed of', 'against', 'clock', 'goal', 'least', 'median', 'most', '')
     parts = (
         INTRODUCTION.format(scenario=graph.SCENARIO, seconds=graph.SECONDS, rounds=rounds),
         *([table(headings, goals)] if goals else ()),
-        *(_bounds(graphs, messages, environments) if graphs and messages else ()),
+        *(_bounds(bounds) if bounds else ()),
+        *(_messages(messages) if messages else ()),
         *(_real_time(graphs) if graphs else ()),
         *(_board(board) if board else ()),
         *(_period(period) if period else ()),
@@ -116,8 +117,7 @@ def page(
     return '\n\n'.join(parts) + '\n'
 
 
-def _graph_goals(graphs: Rounds, messages: Sequence[dict[str, Numbers]]) -> list[tuple[str, ...]]:
-    bounds = bounds_of(graphs, messages) if graphs and messages else {}
+def _graph_goals(graphs: Rounds, bounds: Bounds) -> list[tuple[str, ...]]:
     return [
         _goal(
             _reachable(goal, bounds),
@@ -131,68 +131,32 @@ def _graph_goals(graphs: Rounds, messages: Sequence[dict[str, Numbers]]) -> list
 
 def _reachable(goal: Goal, bounds: Bounds) -> Goal:
     """Return a goal, lowered where its bound leaves less."""
-    if goal[:2] not in bounds:
-        return goal
-    bound, _ = bounds[goal[:2]]
-    return goal._replace(least=min(goal.least, REACHED * bound))
+    bound = bounds.get(goal[:2])
+    return goal._replace(least=min(goal.least, REACHED * bound.most)) if bound else goal
 
 
-def bounds_of(graphs: Rounds, messages: Sequence[dict[str, Numbers]]) -> Bounds:
-    """Return what a ratio cannot exceed, and why, by the names of both cases: of the medians."""
-    took = {name: 1.0 / statistics.median(run[WALL] for run in graphs[name]) for name in graphs}
-    bare = {
-        name: 1.0 / statistics.median(each[name][WALL] for each in messages)
-        for name in messages[0]
-    }
-    twin, one = took[graph.TWIN], took[graph.ONE]
-    return {
-        (graph.TWIN, graph.RAW): (
-            took[graph.RAW] / took[graph.CONTACTS],
-            'its calls of PyBullet alone, contacts read for the foot forces',
-        ),
-        (graph.ONE, graph.TWIN): (
-            twin / (twin + bare[graph.ONE]),
-            'the twin and its messages alone',
-        ),
-        (graph.ONE_RECORDED, graph.ONE): (
-            one / (one + bare[graph.ONE_RECORDED] - bare[graph.ONE]),
-            'the run and the messages that the recorder takes, none written',
-        ),
-        (graph.EACH, graph.TWIN): (
-            twin / (twin + bare[graph.EACH]),
-            'the twin and its messages alone, from process to process',
-        ),
-    }
-
-
-def _bounds(
-    graphs: Rounds,
-    messages: Sequence[dict[str, Numbers]],
-    environments: Sequence[dict[str, Numbers]],
-) -> tuple[str, str]:
-    period = environment.PERIOD * 1e6
-    spent = ', '.join(
-        f'{name} {statistics.median(period / each[name][WALL] for each in messages):.0f} us'
-        for name in messages[0]
-    )
-    bounds = bounds_of(graphs, messages) | environment_bounds(environments)
+def _bounds(bounds: Bounds) -> tuple[str, str]:
     rows = [
-        (
-            goal.name,
-            goal.base,
-            f'{goal.least:.0%}',
-            f'{bounds[goal[:2]][0]:.0%}',
-            bounds[goal[:2]][1],
-        )
+        (goal.name, goal.base, f'{goal.least:.0%}', f'{bound.most:.0%}', bound.left)
         for goal in (*GOALS, *ENVIRONMENT_GOALS)
-        if goal[:2] in bounds and goal.clock == WALL
+        if (bound := bounds.get(goal[:2])) and goal.clock == WALL
     ]
     return (
-        '## Bounds\n\nWhat a ratio would be if all code of this project took no time. The messages '
-        'of a control period alone, blank, published and taken by the same nodes with nothing else '
-        f'in them, take: {spent}. Where {REACHED:.0%} of a bound is less than the goal that was set, '
-        'it is the goal above.',
+        '## Bounds\n\nWhat a ratio would be if nothing else took time than what the last column '
+        f'names. Where {REACHED:.0%} of a bound is less than the goal that was set, it is the goal '
+        'above.',
         table(('speed of', 'against', 'goal set', 'bound', 'what is left'), rows),
+    )
+
+
+def _messages(rounds: Sequence[dict[str, Numbers]]) -> tuple[str]:
+    spent = ', '.join(
+        f'{name} {statistics.median(1e6 * environment.PERIOD / each[name][WALL] for each in rounds):.0f} us'
+        for name in rounds[0]
+    )
+    return (
+        'The messages of a control period alone, blank, published and taken by nodes that do nothing '
+        f'else, take: {spent}.',
     )
 
 
@@ -204,8 +168,9 @@ def _sweep_goals(swept: Sequence[Numbers]) -> list[tuple[str, ...]]:
     ]
 
 
-def _environment_goals(rounds: Sequence[dict[str, Numbers]]) -> list[tuple[str, ...]]:
-    bounds = environment_bounds(rounds)
+def _environment_goals(
+    rounds: Sequence[dict[str, Numbers]], bounds: Bounds
+) -> list[tuple[str, ...]]:
     return [
         _goal(
             _reachable(goal, bounds),
@@ -214,22 +179,6 @@ def _environment_goals(rounds: Sequence[dict[str, Numbers]]) -> list[tuple[str, 
         for goal in ENVIRONMENT_GOALS
         if rounds
     ]
-
-
-def environment_bounds(rounds: Sequence[dict[str, Numbers]]) -> Bounds:
-    """Return what environments on all cores cannot exceed, and why, by the names of both cases."""
-    names = [
-        [environment.named(case, engine) for case in (EACH, ALONE, APART)]
-        for engine in environment.ENGINES
-    ]
-    return {
-        (each, alone): (
-            statistics.median(run[apart][WALL] / run[alone][WALL] for run in rounds),
-            'as many processes that do not wait for one another',
-        )
-        for each, alone, apart in names
-        if rounds and apart in rounds[0]
-    }
 
 
 def _environments(rounds: Sequence[dict[str, Numbers]]) -> tuple[str, str]:

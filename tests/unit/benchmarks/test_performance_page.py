@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from tests.benchmarks import __main__ as benchmarks
-from tests.benchmarks import bench_board, bench_period
+from tests.benchmarks import bench_board, bench_messages, bench_period
 from tests.benchmarks import bench_environment as environment
 from tests.benchmarks import bench_graph as graph
 from tests.benchmarks import bench_sweeps as sweeps
@@ -32,7 +32,8 @@ def sweep(two_workers):
 
 
 def verdicts(text):
-    lines = [line.strip('|').split('|') for line in text.splitlines() if '% |' in line]
+    goals = text.partition('\n## ')[0]  # what follows has tables of its own
+    lines = [line.strip('|').split('|') for line in goals.splitlines() if '% |' in line]
     return {tuple(cell.strip() for cell in line[:3]): line[-1].strip() for line in lines}
 
 
@@ -61,6 +62,28 @@ def test_a_goal_above_its_bound_is_lowered_to_what_the_bound_leaves(bare, goal, 
     assert f'| {goal} |' in row and row.rstrip(' |').endswith(says)
     bound = f'{bare / (bare + 10.0):.0%}'
     assert f'| {graph.ONE} | {graph.TWIN} | 80% | {bound} |' in text
+
+
+def test_environments_reach_what_processes_reach_that_do_not_wait():
+    cases = (environment.TWIN, environment.ALONE, environment.APART, environment.EACH)
+    speeds = (10.0, 10.0, 5.0, 4.6)
+    found = {
+        environment.named(case, engine): dict.fromkeys(FACTORS, speed)
+        for engine in environment.ENGINES
+        for case, speed in zip(cases, speeds, strict=True)
+    }
+    said = verdicts(page(environments=[found]))
+    each, alone = (environment.named(case, 'mujoco') for case in cases[:0:-2])
+    assert said[each, alone, 'wall'] == 'met', '46 % of 50 %'
+    del found[environment.named(environment.APART, 'mujoco')]
+    assert verdicts(page(environments=[found]))[each, alone, 'wall'] == '**missed**', 'of 90 %'
+
+
+def test_messages_measured_beside_an_older_page_are_shown():
+    older = {name: found for name, found in runs(10.0).items() if name != graph.CONTACTS}
+    bare = {name: {WALL: 50.0} for name in (graph.ONE, graph.ONE_RECORDED, graph.EACH)}
+    text = page(older, messages=[bare])
+    assert f'{graph.ONE} 300 us' in text and f'| {graph.TWIN} | {graph.RAW} | 85% | ' not in text
 
 
 def test_a_command_that_takes_too_long_misses_its_goal():
@@ -169,3 +192,16 @@ def test_options_are_refused_before_anything_is_measured(given, monkeypatch, cap
     with pytest.raises(SystemExit):
         benchmarks.main()
     assert f'{given[0]}: ' in capsys.readouterr().err.splitlines()[-1]
+
+
+@pytest.mark.slow
+def test_nodes_that_do_nothing_exchange_the_messages_of_a_run(monkeypatch):
+    monkeypatch.setattr(bench_messages, 'PERIODS', 20)
+    found = bench_messages.measure()
+    assert set(found) == {graph.ONE, graph.ONE_RECORDED, graph.EACH}
+    assert all(speeds[WALL] > 0.0 for speeds in found.values())
+    given, taken = zip(
+        *(bench_messages.topics(name) for name in bench_messages.NAMES), strict=True
+    )
+    assert {topic for some in given for topic in some} == set(bench_messages.topics('recorder')[1])
+    assert {topic.name for some in taken for topic in some} >= {'joint_reference', 'imu/data_raw'}
