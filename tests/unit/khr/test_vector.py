@@ -247,8 +247,8 @@ def test_a_step_before_an_episode_is_one_line():
 
 
 def test_a_process_that_was_killed_is_one_line_and_the_others_end(three):
-    started = processes()
-    os.kill(three._others[1]._process.pid, signal.SIGKILL)
+    started = [psutil.Process(each._process.pid) for each in three._others]
+    os.kill(started[1].pid, signal.SIGKILL)
     for ask in (lambda: three.step(REST), three.reset, lambda: three.call('trajectory_hash')):
         with pytest.raises(
             khr.KhrError, match=r'^environment 2: its process was ended by signal 9$'
