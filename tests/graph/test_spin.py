@@ -105,6 +105,26 @@ sys.exit(spin.run_node(GYRO))
 """
 
 
+# Its threads receive while there is a participant.
+LETS_GO = """
+from pathlib import Path
+from khr_common.nodes import spin
+from khr_sim.node_specs import GYRO
+
+def threads():
+    names = [each.read_text().strip() for each in Path('/proc/self/task').glob('*/comm')]
+    return sum(name.startswith('dds.') and name != 'dds.shm.wdog' for name in names)
+
+def take(turn, executor):
+    print(threads())
+    turn.interrupt()
+
+spin.Turn.take = take
+spin.run_node(GYRO)
+print(threads())
+"""
+
+
 def run_python(text):
     return subprocess.run(
         [sys.executable, '-c', text],
@@ -117,6 +137,12 @@ def run_python(text):
 
 def test_a_process_that_does_not_get_away_is_ended_once_it_has_closed():
     assert run_python(STUCK).returncode == -signal.SIGALRM
+
+
+def test_the_middleware_is_gone_before_the_process_ends():
+    running, left = map(int, run_python(LETS_GO).stdout.split())
+    assert running > 3
+    assert left == 0
 
 
 def test_a_signal_at_any_moment_ends_a_turn():

@@ -96,9 +96,9 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     else:
         end_with_parent()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
+    executor = EventsExecutor()
     nodes: list[KhrNode] = []
     try:
-        executor = EventsExecutor()
         for spec, kind in zip(specs, classes, strict=True):
             nodes.append(kind(spec))
             executor.add_node(nodes[-1])
@@ -111,28 +111,33 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         for node in nodes:
             _close(node, executor, turn)
         _spin(executor, LAST_WORDS)
+        failed = [node for node in nodes if node.failure]
+        for node in failed:
+            print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
+        return int(bool(failed))
     except KhrError as error:
         print(f'{spec.name}: {error}', file=sys.stderr)
         return 2
     finally:
-        rclpy.try_shutdown()
-    failed = [node for node in nodes if node.failure]
-    for node in failed:
-        print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
-    if failed:
-        return 1
-    _leave()
-    return 0
+        _leave(nodes, executor)
 
 
-def _leave() -> None:
-    """Get away, all being closed: deaf to signals, for a launch may send another, but in time."""
-    for number in (signal.SIGINT, signal.SIGTERM):
+def _leave(nodes: Sequence[KhrNode], executor: EventsExecutor) -> None:
+    """Let go of the middleware, all being closed: deaf to signals, but in time.
+
+    Nodes are destroyed here. What is left to the end of the process is destroyed with the
+    library's own static objects, while its threads still receive: that can crash.
+    """
+    for number in (signal.SIGINT, signal.SIGTERM):  # a launch may send another
         signal.signal(number, signal.SIG_IGN)
     # Fast DDS 2.14 may still deadlock if others leave while it destroys its participant
     # (DomainParticipant::set_listener); then the alarm ends the process.
     signal.signal(signal.SIGALRM, signal.SIG_DFL)
     signal.alarm(LEAVING)
+    executor.shutdown()
+    for node in nodes:
+        node.destroy_node()
+    rclpy.try_shutdown()
 
 
 def _nothing(_: Turn) -> None:
