@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import statistics
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
@@ -17,14 +16,16 @@ import numpy as np
 import khr
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
-from tests.benchmarks.clock import WALL, Numbers, clocks, factors, log
+from khr_common.maths.rotation import Array
+from tests.benchmarks.clock import FACTORS, WALL, Numbers, clocks, factors, log
 
 SCENARIO, SECONDS = 'walk_0deg', 10.0
 ENGINES = ('bullet', 'mujoco')
 PERIOD = 0.015  # s
+STEPS = round(SECONDS / PERIOD)
 BEGUN = 20  # steps before the clock starts
 TWIN, ALONE, EACH = 'offline twin', 'environment', 'environment on each core, through make_vec'
-APART = 'environment on each core, unknown to one another'
+APART = 'environment on each core, unknown to one another, by the longest of each step'
 
 
 def named(case: str, engine: str) -> str:
@@ -56,27 +57,38 @@ def _twin(engine: str) -> Numbers:
     return factors(seconds, began[0])
 
 
-def _alone(engine: str, begin: Callable[[], object] = lambda: None) -> Numbers:
-    steps, still = round(SECONDS / PERIOD), np.zeros(2, np.float32)
+def _alone(engine: str) -> Numbers:
+    moments = _moments(engine)
+    return dict(zip(FACTORS, SECONDS / (moments[-1] - moments[0]), strict=True))
+
+
+def _moments(engine: str, begin: Callable[[], object] = lambda: None) -> Array:
+    """Return both clocks before the first step and after each, (n + 1, 2), s."""
+    still = np.zeros(2, np.float32)
     with khr.env(SCENARIO, engine=engine) as environment:
         environment.reset(seed=0)
         for _ in range(BEGUN):
             environment.step(still)
         begin()
-        began = clocks()
-        for _ in range(steps):
+        moments = [clocks()]
+        for _ in range(STEPS):
             environment.step(still)
-        return factors(SECONDS, began)
+            moments.append(clocks())
+    return np.array(moments)
 
 
 def _apart(engine: str) -> Numbers:
-    """Return simulated by wall time of each of as many processes as there are cores."""
+    """Return simulated by wall time of as many processes as there are cores.
+
+    Of each step the longest counts: an action for all may depend on what all have observed.
+    """
     cores, context = len(os.sched_getaffinity(0)), get_context('spawn')
     with context.Manager() as manager:
         together = manager.Barrier(cores)
         with ProcessPoolExecutor(cores, context) as pool:
-            runs = [pool.submit(_alone, engine, together.wait) for _ in range(cores)]
-            return {WALL: statistics.mean(run.result()[WALL] for run in runs)}
+            runs = [pool.submit(_moments, engine, together.wait) for _ in range(cores)]
+            walls = np.array([run.result()[:, 0] for run in runs])
+    return {WALL: SECONDS / np.diff(walls).max(axis=0).sum()}
 
 
 def _each(engine: str) -> Numbers:
@@ -92,7 +104,7 @@ def _each(engine: str) -> Numbers:
         for _ in range(BEGUN):
             environments.step(still)
         began = clocks()
-        for _ in range(round(SECONDS / PERIOD)):
+        for _ in range(STEPS):
             environments.step(still)
         return {WALL: factors(SECONDS, began)[WALL]}
     finally:

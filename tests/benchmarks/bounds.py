@@ -76,4 +76,4 @@ def _apart(rounds: Sequence[Mapping[str, Numbers]], engine: str) -> Bounds:
     if not rounds or apart not in rounds[0]:
         return {}
     most = statistics.median(run[apart][WALL] / run[alone][WALL] for run in rounds)
-    return {(each, alone): Bound(most, 'as many processes that do not wait for one another')}
+    return {(each, alone): Bound(most, 'as many processes apart, the longest of each step')}

@@ -64,7 +64,7 @@ def test_a_goal_above_its_bound_is_lowered_to_what_the_bound_leaves(bare, goal, 
     assert f'| {graph.ONE} | {graph.TWIN} | 80% | {bound} |' in text
 
 
-def test_environments_reach_what_processes_reach_that_do_not_wait():
+def test_environments_reach_what_processes_apart_reach():
     cases = (environment.TWIN, environment.ALONE, environment.APART, environment.EACH)
     speeds = (10.0, 10.0, 5.0, 4.6)
     found = {
