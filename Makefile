@@ -58,9 +58,10 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 	rm -rf src/*/build src/*/*.egg-info
 	touch $@
 
-# every kind of fault, some hours; resumes, and writes docs/reliability.md
+# every kind of fault, some hours; resumes, and writes docs/reliability.md; JOBS=2 for two at a time
+JOBS := 1
 chaos: tools
-	$(BIN)/python -m tests.reliability
+	$(BIN)/python -m tests.reliability --jobs $(JOBS)
 
 # MODULES='khr_sim.servo ...' chooses core modules; a module takes some minutes
 mutants: tools

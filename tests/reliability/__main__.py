@@ -1,13 +1,16 @@
 """The campaign of faults: ``make chaos``. Seeded; what is done is not repeated.
 
-python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...]
+python -m tests.reliability [--seed N] [--kills N] [--soak S] [--busy N ...] [--jobs N]
 [--journal FILE] [--out FILE]
+
+What a run frees is overwritten (``MALLOC_PERTURB_``), so that whoever uses it afterwards is seen.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
@@ -15,6 +18,7 @@ from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import NamedTuple
 
 import psutil
@@ -30,7 +34,11 @@ from tests.support.process_signals import hand_on_signals
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
 LOOK = 1.0  # s of wall time over which their use is measured
-TITLE = '# Reliability\n\nWhat a run withstands, as `make chaos` tries it.'
+FREED = {'MALLOC_PERTURB_': '165'}  # of the C library: any byte but 0
+TITLE = (
+    '# Reliability\n\nWhat a run withstands, as `make chaos` tries it, with an allocator that overwrites '
+    'what is freed.'
+)
 
 
 @cache
@@ -68,10 +76,15 @@ def main() -> int:
     parser.add_argument(
         '--busy', type=int, nargs='+', default=[0, 2], help='busy loops beside a case, in turn'
     )
+    parser.add_argument(
+        '--jobs', type=int, default=1, help='cases at a time, each the load of others'
+    )
+    parser.add_argument('--share', type=int, help=argparse.SUPPRESS)  # one job's cases
     parser.add_argument('--journal', type=Path, default=Path('docs/reliability.jsonl'))
     parser.add_argument('--out', type=Path, default=Path('docs/reliability.md'))
     given = parser.parse_args()
     hand_on_signals()
+    os.environ.update(FREED)
     found = cases(given.seed, given.kills, given.soak)
     wanted = [case for case in found if case.kind.startswith(given.only)]
     names = {case.name for case in wanted}
@@ -81,8 +94,13 @@ def main() -> int:
         write_text(given.out, page(results, given.seed, len(names)))
         return results
 
+    if given.share is not None:
+        shared = [case for case in wanted if case.kind not in load.HARMS]
+        list(_campaign(shared[given.share :: given.jobs], given.journal, given.busy))
+        return 0
     _drop_other_versions(given.journal)
-
+    if given.jobs > 1:
+        _share_out(given.jobs)
     for _ in _campaign(wanted, given.journal, given.busy):
         write()
     return int(any(result.faults for result in write()))
@@ -104,6 +122,20 @@ def _campaign(wanted: Sequence[Case], journal: Path, busy: Sequence[int]) -> Ite
         said = '; '.join(faults) or 'good'
         print(f'{number}/{len(wanted)} {case.name} (others {others:.1f}): {said}', flush=True)
         yield result
+
+
+def _share_out(jobs: int) -> None:
+    """Try cases in so many processes, each with a register of runs of its own; load comes later."""
+    command = [sys.executable, '-m', 'tests.reliability', *sys.argv[1:]]
+    with TemporaryDirectory(prefix='khr-chaos-') as folder:
+        started = []
+        for share in range(jobs):
+            register = Path(folder) / str(share)
+            register.mkdir(mode=0o700)
+            environment = {**os.environ, 'XDG_RUNTIME_DIR': str(register)}
+            started.append(subprocess.Popen([*command, '--share', str(share)], env=environment))
+        for each in started:
+            each.wait()
 
 
 @contextmanager
