@@ -45,7 +45,6 @@ def figure(folder, number, experiments=(), error=''):
         points,
         f'khr figure {number}',
         experiments,
-        1.0,
         error,
     )
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -49,7 +48,6 @@ class Pictures:
             *paths(number, self._out, self._engine),
             f'khr figure {number}' + ' --fast' * self._fast + self._on_engine,
             drawing.experiments,
-            0.0,
         )
         self._submit(result, _draw_figure, number, self._out.absolute(), self._fast, self._engine)
 
@@ -65,7 +63,6 @@ class Pictures:
             image.with_suffix('.csv'),
             f'khr map {folder} --x {x} --y {y}',
             (name,),
-            0.0,
         )
         self._submit(result, draw_map, folder.absolute(), x, y, image.absolute())
 
@@ -82,17 +79,17 @@ class Pictures:
     ) -> None:
         for path in (result.image, result.points):
             path.unlink(missing_ok=True)  # of an earlier reproduction
-        future = self._pool.submit(_timed, function, *arguments, first=True)  # some take long
+        future = self._pool.submit(_attempt, function, *arguments, first=True)  # some take long
         future.add_done_callback(lambda _: self._bar.advance())
         self._futures[result.number] = result, future
 
     def _result(self, number: str) -> FigureResult:
         result, future = self._futures[number]
         try:
-            seconds, error = future.result()
+            error = future.result()
         except Exception as failure:  # the worker died; the other figures are not affected
-            seconds, error = 0.0, reason(failure)
-        return replace(result, seconds=seconds, error=error)
+            error = reason(failure)
+        return replace(result, error=error)
 
 
 def reason(error: Exception) -> str:
@@ -101,14 +98,13 @@ def reason(error: Exception) -> str:
     return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
 
 
-def _timed(function: Callable[..., object], *arguments: Any) -> tuple[float, str]:
-    """Draw; return the wall time in s and the error, empty without one."""
-    began = time.monotonic()
+def _attempt(function: Callable[..., object], *arguments: Any) -> str:
+    """Draw; return the error, empty without one."""
     try:
         function(*arguments)
     except Exception as error:  # the other figures are drawn in any case
-        return time.monotonic() - began, reason(error)
-    return time.monotonic() - began, ''
+        return reason(error)
+    return ''
 
 
 def _draw_figure(number: str, out: Path, fast: bool, engine: str) -> None:

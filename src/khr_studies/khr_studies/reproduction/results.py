@@ -23,7 +23,6 @@ class FigureResult:
         image, points: the PNG and the CSV of its points; missing after an error.
         command: the command that draws it again.
         experiments: names of those that it shows; none if it is drawn from models.
-        seconds: wall time of the drawing, without the runs.
         error: why it could not be drawn; empty if it was.
     """
 
@@ -33,7 +32,6 @@ class FigureResult:
     points: Path
     command: str
     experiments: tuple[str, ...]
-    seconds: float
     error: str = ''
 
 
