@@ -12,7 +12,7 @@ from scipy.signal import find_peaks
 
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.run_signals import Array
+from khr_bringup.recorded.run_signals import Array, Series
 from khr_report.plots.plot_style import COLORS, head, panels, share_scale
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
@@ -40,11 +40,15 @@ def cycle_of(run: Run) -> tuple[float, float]:
     return gait_of(run.scenario.table(GaitParameters)).cycle(CYCLE)
 
 
-def rate_of_walk(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
-    """Return time (s) and pitch rate (deg/s) from the start of a walk to its end or fall."""
-    series, start = record(run), run.scenario.table(GaitParameters).start_delay
-    kept = series.time >= start
-    return series.time[kept] - start, rate.values(series)[kept]
+def walked(values: Callable[[Series], Array]) -> Callable[[Run], tuple[Array, Array]]:
+    """Return a function from a walk to time, s, and values from its start to its end or fall."""
+
+    def signal(run: Run) -> tuple[Array, Array]:
+        series = record(run)
+        time = series.time - run.scenario.table(GaitParameters).start_delay
+        return time[time >= 0.0], values(series)[time >= 0.0]
+
+    return signal
 
 
 def gait_3(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
@@ -66,7 +70,7 @@ def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     (walks,) = (runs[name] for name in FINGERPRINT)
     flat = [run for run in walks if run.series is not None]
     figure, (whole, third) = panels('the whole walk', 'Gait-3', columns=1, height=4.6)
-    draw_seeds(whole, flat, functools.partial(rate_of_walk, rate=rate), 'pitch rate', color=BLUE)
+    draw_seeds(whole, flat, walked(rate.values), 'pitch rate', color=BLUE)
     _draw_gait_3(third, flat, rate)
     for axis in (whole, third):  # room for the names
         low, high = axis.get_ylim()
@@ -221,7 +225,5 @@ def _draw_gait_3(axis: Axes, group: Runs, rate: Rate, flat: Sequence[Run] = ()) 
             linestyle='-',
         )
     else:
-        draw_seeds(
-            axis, group, functools.partial(rate_of_walk, rate=rate), 'pitch rate', color=BLUE
-        )
+        draw_seeds(axis, group, walked(rate.values), 'pitch rate', color=BLUE)
     axis.set(xlabel=f'time in {"Gait-3" if there else "the walk"} (s)', ylabel=rate.label)

@@ -91,9 +91,3 @@ def overshoot_of(run: Run, rate: Rate = TRUE) -> float:
         return math.nan
     series, lift = record(run), lift_of(run)
     return float(np.abs(rate.values(series)[series.time >= lift.start]).max())
-
-
-def rate_of_run(run: Run, rate: Rate = TRUE) -> tuple[Array, Array]:
-    """Return time (s) and pitch rate (deg/s) of a run up to its fall."""
-    series = record(run)
-    return series.time, rate.values(series)

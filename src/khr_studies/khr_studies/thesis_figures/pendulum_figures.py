@@ -29,7 +29,7 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import STAGE_2, STAGE_3
 from khr_studies.thesis_figures import standing
-from khr_studies.thesis_figures.lifts import held_difference, lift_of, overshoot_of, rate_of_run
+from khr_studies.thesis_figures.lifts import held_difference, lift_of, overshoot_of
 from khr_studies.thesis_figures.records import (
     TRUE,
     Rate,
@@ -37,6 +37,7 @@ from khr_studies.thesis_figures.records import (
     control,
     draw_over_inclination,
     draw_seeds,
+    over_time,
     spread,
 )
 
@@ -191,8 +192,8 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     lifts = by_ground(runs['lift_stages'])
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
         for phi, look in zip(ADJUSTED_DEG, LOOKS, strict=False):
-            group, shown = lifts.get((phi, stage), []), partial(rate_of_run, rate=rate)
-            draw_seeds(axis, group, shown, f'φ = {phi:g}°', **look)
+            group = lifts.get((phi, stage), [])
+            draw_seeds(axis, group, over_time(rate.values), f'φ = {phi:g}°', **look)
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(
             xlabel='time, the board tilting from 0 s on (s)',

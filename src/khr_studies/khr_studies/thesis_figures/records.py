@@ -108,6 +108,16 @@ def record(run: Run) -> Series:
     return run.series.during(run.series.time <= end + 1e-6)
 
 
+def over_time(values: Callable[[Series], Array]) -> Callable[[Run], tuple[Array, Array]]:
+    """Return a function from a run to its time, s, and values of its signals, up to its fall."""
+
+    def signal(run: Run) -> tuple[Array, Array]:
+        series = record(run)
+        return series.time, values(series)
+
+    return signal
+
+
 def draw_seeds(
     axis: Axes,
     runs: Runs,

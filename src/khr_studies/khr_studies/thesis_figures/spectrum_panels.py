@@ -9,19 +9,19 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
-from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.run_signals import Array
 from khr_common.published import GAIT_PERIOD
 from khr_report.plots.plot_style import COLORS, legend_above
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import LINE_HZ, WALKS
-from khr_studies.thesis_figures.gaits import cycle_of, gait_3
-from khr_studies.thesis_figures.records import GYRO, Rate, control, record
+from khr_studies.thesis_figures.gaits import cycle_of, gait_3, walked
+from khr_studies.thesis_figures.records import GYRO, Rate, control
 
 ROBOT, THESIS = COLORS[:2]
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
 MARK_HEIGHT = 0.96  # of a panel, where the thesis's peaks are marked
+pitch = walked(lambda series: np.degrees(series.pitch))  # of the torso, deg
+slip = walked(lambda series: 1e3 * series.slip)  # distance slipped, mm
 PITCH = "where no seed stays up, the torso's pitch up to the fall (x), a thin line per seed"
 
 
@@ -39,16 +39,6 @@ def thesis_lines(inclination: float, of: Condition) -> tuple[tuple[float, float]
         (row.lines for row in WALKS if (row.inclination_deg, row.condition) == (inclination, of)),
         (),
     )
-
-
-def pitch(run: Run) -> tuple[Array, Array]:
-    """Return time from the start of the walk (s) and pitch of the torso (deg) up to the fall."""
-    return _walked(run, np.degrees(record(run).pitch))
-
-
-def slip(run: Run) -> tuple[Array, Array]:
-    """Return time from the start of the walk (s) and distance slipped (mm) up to the fall."""
-    return _walked(run, 1e3 * record(run).slip)
 
 
 def draw_spectra(axis: Axes, group: Runs, label: str, rate: Rate, /, **look: Any) -> None:
@@ -150,8 +140,3 @@ def label_pitch(axis: Axes, columns: int = 0) -> None:
     """Set the axes of a panel that shows the pitch of runs of which none stayed up."""
     axis.set(xlabel='time in the walk (s)', ylabel='pitch of the torso (°)')
     legend_above(axis, columns)
-
-
-def _walked(run: Run, values: Array) -> tuple[Array, Array]:
-    time = record(run).time - run.scenario.table(GaitParameters).start_delay
-    return time[time >= 0.0], values[time >= 0.0]

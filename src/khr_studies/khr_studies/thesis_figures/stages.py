@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_balance.stage import StageParameters
-from khr_bringup.recorded.run_signals import Array
 from khr_report.plots.plot_style import LOOKS, legend_above, panels
-from khr_studies.measuring.experiments import Run, Runs
-from khr_studies.thesis_figures.records import draw_seeds, grouped, record
+from khr_studies.measuring.experiments import Runs
+from khr_studies.thesis_figures.records import draw_seeds, grouped, over_time, record
+
+TOES_AND_HEELS = np.array([1.0, -1.0, 1.0, -1.0])  # of both feet, as the sensors are listed
 
 
 def climb(runs: dict[str, Runs]) -> Figure:
@@ -26,10 +27,13 @@ def climb(runs: dict[str, Runs]) -> Figure:
     )
     for (case, group), look in zip(cases.items(), LOOKS, strict=False):
         label = case + _where_it_fell(group)
-        draw_seeds(slope, group, _read, f'read back, {case}', **look)
-        draw_seeds(stage, group, _stage, case, **look)
-        draw_seeds(difference, group, _difference, label, **look)
-        draw_seeds(correction, group, _correction, case, **look)
+        for axis, name, values in (
+            (slope, f'read back, {case}', lambda series: np.degrees(series.read_inclination)),
+            (stage, case, lambda series: series.stage),
+            (difference, label, lambda series: series.foot_force @ TOES_AND_HEELS),
+            (correction, case, lambda series: np.degrees(series.correction_of('ankle'))),
+        ):
+            draw_seeds(axis, group, over_time(values), name, **look)
     _draw_ground(slope, [run for group in cases.values() for run in group])
     slope.set(ylabel='φ (°)')
     stage.set(
@@ -58,23 +62,3 @@ def _where_it_fell(runs: Runs) -> str:
     ends = [record(run).inclination[-1] for run in runs if run.fell]
     who = 'falls' if len(ends) == len(runs) else f'{len(ends)} of {len(runs)} fall'
     return f': {who} at {np.degrees(np.mean(ends)):.1f}°' if ends else ''
-
-
-def _read(run: Run) -> tuple[Array, Array]:
-    series = record(run)
-    return series.time, np.degrees(series.read_inclination)
-
-
-def _stage(run: Run) -> tuple[Array, Array]:
-    series = record(run)
-    return series.time, series.stage
-
-
-def _difference(run: Run) -> tuple[Array, Array]:
-    series = record(run)
-    return series.time, series.foot_force @ np.array([1.0, -1.0, 1.0, -1.0])
-
-
-def _correction(run: Run) -> tuple[Array, Array]:
-    series = record(run)
-    return series.time, np.degrees(series.correction_of('ankle'))
