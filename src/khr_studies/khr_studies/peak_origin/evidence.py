@@ -14,12 +14,10 @@ from dataclasses import dataclass, fields
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import stats
 
-from khr_studies.peak_origin.cycle_spectrum import Treatment, Walks
+from khr_studies.peak_origin.cycle_spectrum import Array, Treatment, Walks
 
-Array = NDArray[np.float64]
 Origin = Literal['gait', 'feedback', 'slipping']
 
 LEFT = 1.0 / 3.0  # of a peak; with less of it left it has vanished

@@ -13,8 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from khr_studies.peak_origin.cycle_spectrum import Record, Walks
-from khr_studies.peak_origin.evidence import Array
+from khr_studies.peak_origin.cycle_spectrum import Array, Record, Walks
 from khr_studies.peak_origin.origin import origins
 
 REPEATS = 20

@@ -14,15 +14,8 @@ from typing import Literal
 import numpy as np
 from scipy import stats
 
-from khr_studies.peak_origin.cycle_spectrum import Walks
-from khr_studies.peak_origin.evidence import (
-    EXPERIMENTS,
-    ORIGINS,
-    Array,
-    Evidence,
-    Origin,
-    TracedPeak,
-)
+from khr_studies.peak_origin.cycle_spectrum import Array, Walks
+from khr_studies.peak_origin.evidence import EXPERIMENTS, ORIGINS, Evidence, Origin, TracedPeak
 
 Sureness = Literal['high', 'medium', 'low']
 

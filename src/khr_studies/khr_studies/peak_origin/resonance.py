@@ -9,11 +9,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from khr_studies.peak_origin.cycle_spectrum import Walks
+from khr_studies.peak_origin.cycle_spectrum import Array, Walks
 
-Array = NDArray[np.float64]
 LEAST = 2.0  # growth of the amplitude from which on it counts
 SMOOTHED = 3  # spacings of the lines that one value is the mean of
 

@@ -14,7 +14,6 @@ from dataclasses import dataclass, replace
 from typing import get_args
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
 from khr_balance.gaits.gait import gait_of
@@ -24,6 +23,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO
 from khr_common.maths.limit import bracket_limit
 from khr_common.maths.rotation import matrix
+from khr_models.checks import Array
 from khr_models.pendulum import Pendulum
 from khr_models.standing.push import Direction, capture_force
 from khr_sim.parameters import SimulatorParameters
@@ -34,9 +34,7 @@ from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro_circuit.circuit import KRG4
 from khr_studies.errors import StudyError
-
-Array = NDArray[np.float64]
-Changes = tuple[tuple[tuple[str, str], object], ...]
+from khr_studies.measuring.condition import Changes
 
 START = 2.1  # s, start of the push: the robot is at rest, and its controller leans it whole
 AT_REST = {GYRO: (0.0, 0.0, 0.0)}

@@ -10,10 +10,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.patheffects import withStroke
-from numpy.typing import NDArray
 
 from khr_report.plots.plot_style import head
 from khr_studies.stability_map.best_gain import CRITERION, GAINS
+from khr_studies.stability_map.statistics import Array
 from khr_studies.stability_map.study import Direction, StabilityMap
 
 SIZE = (9.0, 7.0)  # inches
@@ -79,7 +79,7 @@ def _cells(
     page: Figure,
     panel: Axes,
     counted: StabilityMap,
-    values: NDArray[np.float64],
+    values: Array,
     colours: str,
     limits: tuple[float, float] | None,
 ) -> None:

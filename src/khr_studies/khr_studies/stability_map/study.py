@@ -21,11 +21,10 @@ from khr_studies.stability_map.best_gain import (
     count_cell,
     crossing_of,
 )
-from khr_studies.stability_map.statistics import Crossing
+from khr_studies.stability_map.statistics import Array, Crossing
 from khr_sweeps.axes import column_named
 from khr_sweeps.results.folder import request_of
 
-Array = NDArray[np.float64]
 RUNS_PER_CELL = 8  # aim of the bins of a random sweep
 NAMES = {
     'simulator.inclination_deg': 'inclination φ (°)',

@@ -9,13 +9,10 @@ from math import nan
 from typing import NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_models.standing.force_loop import StandingLoop
 from khr_studies.third_stage.standing_model import standing_loop
-from khr_studies.third_stage.study import HIP_GAIN, Plane, Setting
-
-Array = NDArray[np.float64]
+from khr_studies.third_stage.study import HIP_GAIN, Array, Plane, Setting
 
 
 @dataclass(frozen=True)

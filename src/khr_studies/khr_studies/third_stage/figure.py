@@ -8,13 +8,11 @@ from typing import Any
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
 from khr_report.plots.plot_style import WIDTH, head, styled
 from khr_studies.third_stage.comparison import Edge, ModelComparison
-from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Plane
+from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Array, Plane
 
-Array = NDArray[np.float64]
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
 LARGEST_RATE = 60.0  # deg/s, end of the colours
 
