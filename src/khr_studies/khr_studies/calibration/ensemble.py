@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import stats
 
 from khr_studies.calibration.objective import FALL, Candidate, row_costs
 from khr_studies.calibration.plan import CalibrationPlan
@@ -212,7 +213,7 @@ def determined(plan: CalibrationPlan, found: Ensemble) -> list[Determined]:
 def correlations(plan: CalibrationPlan, found: Ensemble) -> tuple[list[str], Array]:
     """Return names and rank correlations of the constants over the ensemble, (n, n)."""
     names = list(plan.constants)
-    ranks = [_ranks(found.values(name)) for name in names]
+    ranks = [stats.rankdata(found.values(name)) for name in names]
     with np.errstate(invalid='ignore'):
         matrix = np.atleast_2d(np.corrcoef(ranks))
     return names, np.nan_to_num(matrix)
@@ -239,9 +240,3 @@ def frontier(
     ]
     known = np.array([pair for pair in pairs if not np.isnan(pair).any()]).reshape(-1, 2)
     return known[:, 0], known[:, 1]
-
-
-def _ranks(values: Array) -> Array:
-    """Return ranks; equal values share the mean of theirs."""
-    order = np.argsort(np.argsort(values, kind='stable'), kind='stable').astype(float)
-    return np.array([order[values == value].mean() for value in values])

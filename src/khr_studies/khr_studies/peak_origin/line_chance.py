@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import comb, factorial, floor
+
+from scipy import stats
 
 from khr_studies.errors import StudyError
 
@@ -45,20 +46,11 @@ def places(frequencies: Sequence[float], cycle_period: float, error: float) -> P
         raise StudyError('frequencies: none is not accepted; accepted: one or more')
     orders = tuple(frequency * cycle_period for frequency in frequencies)
     distances = tuple(abs(order - round(order)) for order in orders)
-    return Places(
-        orders, distances, sum_of_uniform(len(orders), 2.0 * sum(distances)), error * cycle_period
-    )
+    # Drawn anywhere, twice a distance is uniform from 0 to 1: Irwin's and Hall's distribution.
+    chance = float(stats.irwinhall.cdf(2.0 * sum(distances), len(orders)))
+    return Places(orders, distances, chance, error * cycle_period)
 
 
 def chance_within(distance: float) -> float:
     """Return how probably a frequency drawn anywhere lies so near (in lines) to a line."""
     return min(1.0, 2.0 * distance)
-
-
-def sum_of_uniform(count: int, value: float) -> float:
-    """Return how probably numbers drawn from 0 to 1 sum up to ``value`` at most (Irwin, Hall)."""
-    terms = sum(
-        (-1) ** k * comb(count, k) * (value - k) ** count
-        for k in range(floor(min(value, count)) + 1)
-    )
-    return float(min(1.0, max(0.0, terms / factorial(count))))

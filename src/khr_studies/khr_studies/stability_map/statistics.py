@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import inf, sqrt
+from math import inf
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_expit
+from scipy.stats import binomtest
 
 Array = NDArray[np.float64]
 
@@ -23,11 +24,8 @@ def wilson(hits: int, runs: int) -> tuple[float, float]:
     """
     if runs == 0:
         return 0.0, 1.0
-    z, p = QUANTILE, hits / runs
-    scale = 1.0 + z * z / runs
-    middle = (p + z * z / (2.0 * runs)) / scale
-    half = z / scale * sqrt(p * (1.0 - p) / runs + z * z / (4.0 * runs * runs))
-    return max(0.0, middle - half), min(1.0, middle + half)
+    found = binomtest(hits, runs).proportion_ci(method='wilson')
+    return float(found.low), float(found.high)
 
 
 @dataclass(frozen=True)

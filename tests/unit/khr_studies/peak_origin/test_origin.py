@@ -9,7 +9,7 @@ import pytest
 from khr_studies.errors import StudyError
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.evidence import ratio
-from khr_studies.peak_origin.line_chance import chance_within, places, sum_of_uniform
+from khr_studies.peak_origin.line_chance import chance_within, places
 from khr_studies.peak_origin.null_rates import null_rates
 from khr_studies.peak_origin.origin import origins, strongest_near
 from khr_studies.peak_origin.resonance import resonance
@@ -343,7 +343,8 @@ def test_places_among_the_lines():
 
 
 @pytest.mark.parametrize('count', [1, 2, 4, 7])
-def test_sums_of_uniform_numbers(count):
-    sums = np.random.default_rng(3).uniform(size=(200_000, count)).sum(axis=1)
-    for value in np.linspace(0.1, count, 7):
-        assert sum_of_uniform(count, value) == pytest.approx(np.mean(sums <= value), abs=0.005)
+def test_places_are_as_probable_as_those_of_frequencies_drawn_anywhere(count):
+    sums = np.random.default_rng(3).uniform(0.0, 0.5, (200_000, count)).sum(axis=1)
+    for distance in np.linspace(0.01, 0.49, 7):
+        found = places([1.0 + distance] * count, 1.0, 0.0).probability
+        assert found == pytest.approx(np.mean(sums <= count * distance), abs=0.005)
