@@ -57,6 +57,16 @@ def one_of(name: str, value: Any, choices: Sequence[str]) -> None:
         raise ModelError(f'{name}: {value!r} is not accepted; accepted: {" | ".join(choices)}')
 
 
+def sign_of(form: Form) -> float:
+    """Return the sign of gravity's moment in a form: +1 physical, -1 as published.
+
+    Raises:
+        ModelError: if the form is unknown.
+    """
+    one_of('form', form, FORMS)
+    return 1.0 if form == 'physical' else -1.0
+
+
 def time_grid(duration: float, step: float) -> Array:
     """Return the times 0, step, ... up to duration (s).
 

@@ -23,7 +23,6 @@ import numpy as np
 from scipy.constants import g
 
 from khr_models.checks import (
-    FORMS,
     RIGHT_ANGLE,
     Array,
     Form,
@@ -31,6 +30,7 @@ from khr_models.checks import (
     inclination_within,
     one_of,
     positive,
+    sign_of,
     time_grid,
     within,
 )
@@ -145,8 +145,7 @@ def lean_acceleration(
         ModelError: if the inclination is past 90 deg or the form is unknown.
     """
     inclination_within(inclination)
-    one_of('form', form, FORMS)
-    sign = 1.0 if form == 'physical' else -1.0
+    sign = sign_of(form)
     moment = pendulum.gravity_moment * np.sin(lean + inclination) - difference * pendulum.half_foot
     return _plain(sign * moment / pendulum.inertia, lean)
 
@@ -236,13 +235,12 @@ def simulate(
             step is out of range.
     """
     inclination_within(inclination)
-    one_of('form', form, FORMS)
+    sign = sign_of(form)
     within('initial_lean', initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
     finite('initial_rate', initial_rate)
     if not callable(difference):
         finite('difference', difference)
     times = time_grid(duration, step)
-    sign = 1.0 if form == 'physical' else -1.0
     gravity = sign * pendulum.gravity_moment / pendulum.inertia
     lever = sign * pendulum.half_foot / pendulum.inertia
     delta = difference if callable(difference) else (lambda _t, _lean, _rate: difference)
@@ -270,7 +268,5 @@ def energy(
 ) -> Array:
     """Return the energy along a motion, J, which (3.6) conserves where Delta = 0."""
     inclination_within(inclination)
-    one_of('form', form, FORMS)
-    sign = 1.0 if form == 'physical' else -1.0
-    potential = sign * pendulum.gravity_moment * np.cos(motion.lean + inclination)
+    potential = sign_of(form) * pendulum.gravity_moment * np.cos(motion.lean + inclination)
     return np.asarray(0.5 * pendulum.inertia * motion.rate**2 + potential)

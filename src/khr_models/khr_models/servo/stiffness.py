@@ -7,7 +7,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import signal
 
 from khr_common.published import GAIT_PERIOD
 from khr_models.checks import Array, positive
@@ -18,15 +17,14 @@ from khr_models.servo.servo_loop import ServoLoop, Tone, response_by_residues
 class StiffnessSweep:
     """How the joint's stiffness acts on vibration; arrays of one length.
 
-    ``ringing_rate`` is the rms of the ringing part of the pitch rate over the window, rad/s,
-    ``peak_gain`` the largest |G_f| over frequency; both are infinite, and ``ringing_frequency``
-    (Hz) still given, where the loop is unstable. ``stability_limit`` is the largest gain, s.
+    ``ringing_rate`` is the rms of the ringing part of the pitch rate over the window, rad/s; it is
+    infinite, and ``ringing_frequency`` (Hz) still given, where the loop is unstable.
+    ``stability_limit`` is the largest gain, s.
     """
 
     stiffness: Array
     ringing_frequency: Array
     damping_ratio: Array
-    peak_gain: Array
     ringing_rate: Array
     stability_limit: Array
 
@@ -48,19 +46,9 @@ def sweep_stiffness(
         np.asarray(stiffness, dtype=np.float64),
         np.array([one.ringing_frequency for one in loops]),
         np.array([one.damping_ratio for one in loops]),
-        np.array([_peak_gain(one) for one in loops]),
         np.array([_ringing_rate(one, tone, window) for one in loops]),
         np.array([one.stability_limit for one in loops]),
     )
-
-
-def _peak_gain(loop: ServoLoop) -> float:
-    if loop.feedback_damping <= 0.0:
-        return math.inf
-    natural = math.sqrt(loop.stiffness / loop.inertia)
-    ratio = np.geomspace(1e-3, 1e2, 4001)
-    _, gain = signal.freqresp(loop.transfer_function(), natural * ratio)
-    return float(np.max(np.abs(gain)))
 
 
 def _ringing_rate(loop: ServoLoop, tone: Tone, window: float) -> float:

@@ -15,19 +15,18 @@ import numpy as np
 from scipy.optimize import brentq
 
 from khr_models.checks import (
-    FORMS,
     RIGHT_ANGLE,
     Array,
     Form,
     finite,
     inclination_within,
     non_negative,
-    one_of,
+    sign_of,
     time_grid,
     within,
 )
 from khr_models.integrate import integrate
-from khr_models.pendulum import Pendulum, PendulumMotion, until_lying
+from khr_models.pendulum import Pendulum, PendulumMotion, Value, until_lying
 
 
 @dataclass(frozen=True)
@@ -47,7 +46,7 @@ class Pid:
         non_negative('integral', self.integral)
         non_negative('derivative', self.derivative)
 
-    def torque(self, error: float, integral: float, error_rate: float) -> float:
+    def torque(self, error: Value, integral: Value, error_rate: Value) -> Value:
         """Return the servo's torque (3.12), N m."""
         return self.proportional * error + self.integral * integral + self.derivative * error_rate
 
@@ -79,11 +78,10 @@ def simulate_servo(
         ModelError: if an argument is out of range.
     """
     inclination_within(inclination)
-    one_of('form', form, FORMS)
+    sign = sign_of(form)
     within('target', target, -RIGHT_ANGLE, RIGHT_ANGLE)
     within('initial_lean', initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
     times = time_grid(duration, step)
-    sign = 1.0 if form == 'physical' else -1.0
 
     def derivative(_time: float, state: Array) -> tuple[float, float, float]:  # (3.11)
         lean, rate, integral = state.tolist()
@@ -95,12 +93,7 @@ def simulate_servo(
 
     states = integrate(derivative, (initial_lean, 0.0, 0.0), times)
     motion = until_lying(times, states)
-    integral = states[2, : motion.time.size]
-    torque = (
-        pid.proportional * (target - motion.lean)
-        + pid.integral * integral
-        - pid.derivative * motion.rate
-    )
+    torque = pid.torque(target - motion.lean, states[2, : motion.time.size], -motion.rate)
     return ServoMotion(
         motion.time, motion.lean, motion.rate, torque, -sign * torque / pendulum.half_foot
     )
@@ -156,11 +149,9 @@ def controlled_lean(
             a quarter turn of upright.
     """
     inclination_within(inclination)
-    one_of('form', form, FORMS)
     non_negative('gain', gain)
     finite('initial_lean', initial_lean)
-    slope = gain * pendulum.gravity_moment / pendulum.half_foot
-    slope = slope if form == 'physical' else -slope
+    slope = sign_of(form) * gain * pendulum.gravity_moment / pendulum.half_foot
     within('gain m g l/half_foot of the published form', -slope, -math.inf, 0.999)
     upright = initial_lean + inclination
     within('initial_lean + inclination', upright, -RIGHT_ANGLE - slope, RIGHT_ANGLE + slope)
