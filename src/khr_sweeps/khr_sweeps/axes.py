@@ -105,17 +105,10 @@ def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
     Raises:
         SweepError: if it is empty, repeats a value, or contains one that is not accepted.
     """
-    accepted = (
-        'a list of values'
-        if specification.kind not in (int, float)
-        else 'a list of values, or {start: ..., stop: ..., step: ...}'
-    )
-    if isinstance(given, dict) and specification.kind in (int, float):
-        if set(given) != {'start', 'stop', 'step'}:
-            refuse(where, given, accepted)
-        start, stop = (checked(where, specification, given[key]) for key in ('start', 'stop'))
-        return Axis(_steps(where, specification, start, stop, given['step']))
-    return _listed(where, specification, given, accepted)
+    if not _is_range(where, specification, given, 'values', ('start', 'stop', 'step')):
+        return _listed(where, specification, given)
+    start, stop = (checked(where, specification, given[key]) for key in ('start', 'stop'))
+    return Axis(_steps(where, specification, start, stop, given['step']))
 
 
 def random_axis(where: str, specification: Specification, given: Any) -> Axis:
@@ -124,24 +117,28 @@ def random_axis(where: str, specification: Specification, given: Any) -> Axis:
     Raises:
         SweepError: if it is empty, or contains a value that is not accepted.
     """
-    accepted = (
-        'a list of choices'
-        if specification.kind not in (int, float)
-        else 'a list of choices, or {low: ..., high: ...}'
-    )
-    if isinstance(given, dict) and specification.kind in (int, float):
-        if set(given) != {'low', 'high'}:
-            refuse(where, given, accepted)
-        low, high = (checked(where, specification, given[key]) for key in ('low', 'high'))
-        if low >= high:
-            refuse(where, given, 'low below high')
-        return Axis(low=low, high=high)
-    return _listed(where, specification, given, accepted)
+    if not _is_range(where, specification, given, 'choices', ('low', 'high')):
+        return _listed(where, specification, given)
+    low, high = (checked(where, specification, given[key]) for key in ('low', 'high'))
+    if low >= high:
+        refuse(where, given, 'low below high')
+    return Axis(low=low, high=high)
 
 
-def _listed(where: str, specification: Specification, given: Any, accepted: str) -> Axis:
+def _is_range(
+    where: str, specification: Specification, given: Any, what: str, keys: tuple[str, ...]
+) -> bool:
+    """Return whether a range is given, with these keys; refuse what is no list of values either."""
+    numeric = specification.kind in (int, float)
+    if isinstance(given, dict) and numeric and set(given) == set(keys):
+        return True
     if not isinstance(given, list) or not given:
-        refuse(where, given, accepted)
+        form = ', '.join(f'{key}: ...' for key in keys)
+        refuse(where, given, f'a list of {what}' + f', or {{{form}}}' * numeric)
+    return False
+
+
+def _listed(where: str, specification: Specification, given: list[Any]) -> Axis:
     values = tuple(checked(where, specification, value) for value in given)
     if len(set(map(repr, values))) < len(values):
         refuse(where, given, 'each value once')

@@ -256,20 +256,16 @@ def start_worker(module: str, ends: Sequence[int], quiet: bool = False) -> Popen
     Raises:
         OSError: if it cannot be started.
     """
+    same_modules = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
     return Popen(
         [sys.executable, '-P', '-m', module, *map(str, ends)],
         pass_fds=ends,
         stdin=DEVNULL,
         stderr=DEVNULL if quiet else None,
         process_group=0,
-        env=SINGLE_THREADED | os.environ | _same_modules(),
+        env=SINGLE_THREADED | os.environ | {'PYTHONPATH': same_modules},
         preexec_fn=tied_to_parent(),
     )
-
-
-def _same_modules() -> dict[str, str]:
-    """Return the environment by which a worker imports what this process imports."""
-    return {'PYTHONPATH': os.pathsep.join(path or str(Path.cwd()) for path in sys.path)}
 
 
 def _settle(future: Future[Any], answer: tuple[bool, Any] | None) -> None:

@@ -37,8 +37,13 @@ def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[
     left = sweeps
     while left:
         yield from _round(pool, left, tried)
-        left = [
-            (each, folder) for each, folder in sweeps if each.bisect and _due(each, folder, tried)
+        left = [  # a run whose worker died was tried
+            (each, folder)
+            for each, folder in sweeps
+            if each.bisect
+            and any(
+                trial.run not in tried for trial in each.due(code_version(), folder.finished())
+            )
         ]
 
 
@@ -68,15 +73,6 @@ def _round(
 
     for batch in compute(pool, run_trial, tasks()):
         yield _kept([(each, result) for run, result in batch for each in wanted[run]])
-
-
-def _due(specification: Sweep, folder: Folder, tried: set[str]) -> bool:
-    """Return whether a sweep has a run to do that was not tried.
-
-    A run whose worker died was tried.
-    """
-    trials = specification.due(code_version(), folder.finished())
-    return any(trial.run not in tried for trial in trials)
 
 
 class _Wanted(NamedTuple):

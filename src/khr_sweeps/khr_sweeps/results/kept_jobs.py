@@ -8,6 +8,7 @@ from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import redirect_stderr
 from functools import cached_property
+from operator import itemgetter
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -15,7 +16,7 @@ from pydantic import TypeAdapter
 
 from khr_sweeps.pool import Pool
 from khr_sweeps.progress import Bar
-from khr_sweeps.results.store import Entry, Store
+from khr_sweeps.results.store import Store
 
 RESULTS = 'jobs.jsonl'
 
@@ -58,7 +59,7 @@ class KeptJobs:
     def _results(self) -> Store[Any]:
         """The results, opened with the first job."""
         self._folder.mkdir(parents=True, exist_ok=True)
-        return Store(self._folder / RESULTS, {'results': 'jobs'}, _value, wait=True)
+        return Store(self._folder / RESULTS, {'results': 'jobs'}, itemgetter('value'), wait=True)
 
     @property
     def workers(self) -> int:
@@ -101,10 +102,6 @@ def compute_quietly(function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function without its output on stderr."""
     with redirect_stderr(io.StringIO()):
         return function(*arguments)
-
-
-def _value(entry: Entry) -> Any:
-    return entry['value']
 
 
 def _name(version: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> str:
