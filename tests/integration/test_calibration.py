@@ -4,8 +4,9 @@ import subprocess
 
 import pytest
 
-from khr_studies.calibration.journal import read_journal
+from khr_studies.calibration.journal import ROBOT
 from khr_studies.measuring.ensemble_file import read_ensemble
+from khr_sweeps.results.store import read_store
 from tests.support.runs import KHR
 
 PLAN = """
@@ -52,9 +53,9 @@ def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     first = calibrate('journal')
     assert first.returncode == 0, first.stderr
     assert 'of 16 candidates' in first.stdout
-    head, robots = read_journal(tmp_path / 'journal')
-    assert head['engine'] == 'mujoco' and len(robots) == 16
-    robots = [each.robot for each in robots]
+    head, entries = read_store(tmp_path / 'journal', dict)
+    assert head['engine'] == 'mujoco' and len(entries) == 16
+    robots = [ROBOT.validate_python(entry['robot']) for entry in entries]
     low, *_, high = sorted(robots, key=lambda robot: robot.constants['com_stance'])
     assert low.limit('stand, no control') > high.limit('stand, no control')
     members = read_ensemble(tmp_path / 'members.json')

@@ -82,18 +82,13 @@ def members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
     return [
         Member(
             {
-                f'{node}.{key}': plain(value)
+                f'{node}.{key}': value if isinstance(value, str) else float(str(value))
                 for (node, key), value in plan.changes(robot.constants)
             },
             {title: round(robot.limit(title), 3) for title in robot.limits},
         )
         for robot in found.robots
     ]
-
-
-def plain(value: object) -> float | str:
-    """Return a parameter's value as a file holds it."""
-    return value if isinstance(value, str) else float(str(value))
 
 
 def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:

@@ -12,7 +12,7 @@ import hashlib
 import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from pydantic import TypeAdapter
 
@@ -21,19 +21,12 @@ from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Changes, Condition
-from khr_sweeps.results.store import Entry, OtherResultsError, Store, read_store
+from khr_sweeps.results.store import Entry, OtherResultsError, Store
 
 ROBOT = TypeAdapter(Candidate)
 SEARCH = 'search'  # the stage in which the search measures
 PROBES = (Condition('walk', 12.0, 13.0), Condition('leg_lift', 12.0, 13.0))
 PROBED_DEG, PROBED_S = 4.0, 4.0  # until the walk has taken its first steps
-
-
-class JournalLine(NamedTuple):
-    """A candidate and the stage that measured it."""
-
-    stage: str
-    robot: Candidate
 
 
 class Journal:
@@ -67,12 +60,12 @@ class Journal:
 
     def robots(self, stage: str = SEARCH) -> list[Candidate]:
         """Return the candidates of a stage, in the order in which they were measured."""
-        return [each.robot for each in self._store.values.values() if each.stage == stage]
+        return [robot for measured, robot in self._store.values.values() if measured == stage]
 
     def find(self, constants: Mapping[str, float], stage: str = SEARCH) -> Candidate | None:
         """Return a candidate measured before."""
         found = self._store.values.get(_key(stage, constants))
-        return found.robot if found else None
+        return found[1] if found else None
 
     def add(self, robot: Candidate, stage: str = SEARCH) -> None:
         """Keep a candidate."""
@@ -85,20 +78,6 @@ class Journal:
                 }
             ]
         )
-
-
-def read_journal(path: Path) -> tuple[dict[str, Any], list[JournalLine]]:
-    """Return the head of a journal and what was measured; damaged lines are left out.
-
-    Raises:
-        StudyError: if it is none.
-    """
-    try:
-        return read_store(path, _measured)
-    except (OSError, OtherResultsError) as error:
-        raise StudyError(
-            f'{path}: not a journal of khr calibrate ({" ".join(str(error).split())[:120]})'
-        ) from error
 
 
 def physics_of(plan: CalibrationPlan, engine: str) -> str:
@@ -119,8 +98,9 @@ def physics_of(plan: CalibrationPlan, engine: str) -> str:
     return digest.hexdigest()[:16]
 
 
-def _measured(entry: Entry) -> JournalLine:
-    return JournalLine(str(entry['stage']), ROBOT.validate_python(entry['robot']))
+def _measured(entry: Entry) -> tuple[str, Candidate]:
+    """Return the stage that measured a candidate, and the candidate."""
+    return str(entry['stage']), ROBOT.validate_python(entry['robot'])
 
 
 def _key(stage: str, constants: Mapping[str, float]) -> str:

@@ -139,12 +139,7 @@ def enough(found: Ensemble) -> bool:
     return len(found.robots) >= LEAST
 
 
-def calibration_markdown(calibration: Calibration) -> str:
-    """Return the page of a calibration."""
-    return page(calibration, 'calibration')
-
-
-def page(calibration: Calibration, stem: str) -> str:
+def page(calibration: Calibration, stem: str = 'calibration') -> str:
     """Return the page of a calibration whose files have this stem."""
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
     free = [_Free(plan.constants[one.name], one, enough(found)) for one in determined(plan, found)]

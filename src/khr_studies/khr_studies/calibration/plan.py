@@ -84,14 +84,6 @@ class FreeConstant:
         return self.value is not None and not self.value[0] <= value <= self.value[1]
 
     @property
-    def default(self) -> float:
-        """Return the default of its parameters."""
-        node, key = self.parameters[0].split('.')
-        value = specifications(table_of(node))[key].default
-        assert isinstance(value, float)
-        return value
-
-    @property
     def unit(self) -> str:
         """Return the unit of its parameters."""
         node, key = self.parameters[0].split('.')
@@ -155,11 +147,6 @@ class CalibrationPlan:
             if where and value:
                 return where
         return 'none'
-
-    @property
-    def defaults(self) -> dict[str, float]:
-        """Return the constants as the parameter tables hold them."""
-        return {name: constant.default for name, constant in self.constants.items()}
 
     @property
     def digest(self) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -187,7 +187,11 @@ class Measuring:
                 if robot is not None:
                     self.book.add(robot, stage)
                     progress()
-        return [self.book.find(task.constants, stage) or _lost(task.constants) for task in tasks]
+        return [
+            # Without one its workers died again and again.
+            self.book.find(task.constants, stage) or Candidate(dict(task.constants), cost=1e3)
+            for task in tasks
+        ]
 
     def say(self, text: str, stage: str = SEARCH) -> None:
         """Print how far a stage is."""
@@ -238,8 +242,3 @@ def _best_text(search: Search, strand: Strand, robots: Sequence[Candidate]) -> s
         f'offset {strand.kind}, generation {strand.generation}, spread {strand.spread:.3f}: '
         f'best {best.cost:.2f} with {limits} deg'
     )
-
-
-def _lost(constants: Mapping[str, float]) -> Candidate:
-    """Return a candidate whose workers died again and again."""
-    return Candidate(dict(constants), cost=1e3)

@@ -18,7 +18,7 @@ from khr_bringup.scenario.scenario_table import scenario_markdown
 from khr_common import specifications
 from khr_common.files import write_text
 from khr_report.page.template import page_text
-from khr_studies.calibration.page import calibration_markdown
+from khr_studies.calibration.page import page as calibration_markdown
 from khr_studies.calibration.result import Calibration
 from khr_studies.documents.changelog import changelog_rst
 from khr_studies.documents.figures_page import figures_markdown

@@ -21,7 +21,7 @@ from khr_studies.calibration.ensemble import (
     thinned,
     worst_miss,
 )
-from khr_studies.calibration.journal import Journal, physics_of, read_journal
+from khr_studies.calibration.journal import Journal, physics_of
 from khr_studies.calibration.objective import (
     ENDS,
     FALL,
@@ -156,7 +156,8 @@ def invented(limits, monkeypatch):
     return runs
 
 
-TASK = Task(PLAN, PLAN.defaults, ('mujoco',), 2, 1e9, 0.1)
+DEFAULTS = {name: check_default(each.parameters[0]) for name, each in PLAN.constants.items()}
+TASK = Task(PLAN, DEFAULTS, ('mujoco',), 2, 1e9, 0.1)
 
 
 def test_robot_on_its_aims_costs_nothing_and_one_off_them_what_it_misses(monkeypatch):
@@ -321,8 +322,6 @@ def test_journal_of_another_search_or_of_other_physics_is_refused(tmp_path, here
         searched(journal)
     journal.write_text('{"no": "journal"}\n')
     with pytest.raises(StudyError, match='not a journal'):
-        read_journal(journal)
-    with pytest.raises(StudyError, match='not a journal'):
         searched(journal)
 
 
@@ -337,11 +336,10 @@ def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says
     with Journal(tmp_path / 'journal', SEARCH.head) as book:
         found = confirm(SEARCH, robots, 3, Measuring(book, None))
         again = confirm(SEARCH, robots, 3, Measuring(book, None))
+        assert len(book.robots('confirmed')) == 3
     assert [task.engines for task in here] == [('mujoco', 'bullet')] * 3, 'and not twice'
     assert {(task.seeds, task.hopeless) for task in here} == {(3, float('inf'))}
     assert again == found and len(found) == 3
-    _, kept = read_journal(tmp_path / 'journal')
-    assert sum(each.stage == 'confirmed' for each in kept) == 3
     better, worse = robot(0.025), robot(0.027)
     both = joined({'bullet': better, 'mujoco': replace(worse, constants=better.constants)})
     assert both.cost == worse.cost > better.cost
