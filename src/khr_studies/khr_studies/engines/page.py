@@ -18,7 +18,6 @@ from khr_studies.engines.study import (
     ComparedLimit,
     ComparedScenario,
     Comparison,
-    Quantity,
 )
 from khr_studies.measuring.json_file import write_json
 
@@ -90,12 +89,8 @@ def _scenario_rows(each: ComparedScenario) -> Iterable[tuple[str, ...]]:
     verdicts = (', '.join(dict.fromkeys(of_engine)) for of_engine in each.verdicts)
     yield each.name, 'verdict', *verdicts, _mark(each.is_inside)
     for quantity in each.quantities:
-        yield '', quantity.name, *map(_number, _nominal(quantity)), _mark(quantity.is_inside)
-
-
-def _nominal(quantity: Quantity) -> tuple[float, float]:
-    first, second = quantity.values
-    return first[0], second[0]
+        nominal = (_number(values[0]) for values in quantity.values)
+        yield '', quantity.name, *nominal, _mark(quantity.is_inside)
 
 
 def _limit_row(each: ComparedLimit) -> tuple[str, ...]:

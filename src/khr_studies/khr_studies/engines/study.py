@@ -64,6 +64,7 @@ CAUSES: dict[str, dict[str, Changes]] = {
         **FRICTIONS,
     },
 }
+CHANGES = [(engine, name, one) for engine, some in CAUSES.items() for name, one in some.items()]
 
 
 @dataclass(frozen=True)
@@ -249,8 +250,8 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
     for row in LIMITS:
         for engine in ENGINES:
             bench.ask_limit(_condition(row.condition, engine))
-    for engine, change in _changes():
-        bench.submit(measure_scenario, WALK, on(engine, CAUSES[engine][change]))
+    for engine, _, changes in CHANGES:
+        bench.submit(measure_scenario, WALK, on(engine, changes))
     limits = {row.condition: _compared(bench, row.condition) for row in LIMITS}
     studied = [
         condition
@@ -258,8 +259,8 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
         if condition == STUDIED or not limit.is_inside
     ]
     for condition in studied:
-        for engine, change in _changes():
-            bench.ask_limit(_condition(condition, engine, CAUSES[engine][change]))
+        for engine, _, changes in CHANGES:
+            bench.ask_limit(_condition(condition, engine, changes))
     return Comparison(
         bench.seeds,
         bench.tolerance,
@@ -268,11 +269,9 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
         tuple(_studied(bench, condition, limits[condition]) for condition in studied),
         tuple(
             ChangedWalk(
-                engine,
-                change,
-                bench.result(measure_scenario, WALK, on(engine, CAUSES[engine][change])).numbers,
+                engine, change, bench.result(measure_scenario, WALK, on(engine, changes)).numbers
             )
-            for engine, change in _changes()
+            for engine, change, changes in CHANGES
         ),
     )
 
@@ -286,10 +285,6 @@ def _condition(condition: Condition, engine: str, changes: Changes = ()) -> Cond
     return replace(condition, changes=on(engine, changes))
 
 
-def _changes() -> list[tuple[str, str]]:
-    return [(engine, change) for engine, changes in CAUSES.items() for change in changes]
-
-
 def _compared(bench: Bench, condition: Condition) -> ComparedLimit:
     first, second = (bench.limit(_condition(condition, engine)) for engine in ENGINES)
     return ComparedLimit(condition.title, (first, second))
@@ -297,9 +292,8 @@ def _compared(bench: Bench, condition: Condition) -> ComparedLimit:
 
 def _studied(bench: Bench, condition: Condition, compared: ComparedLimit) -> StudiedLimit:
     causes = []
-    for engine, change in _changes():
-        changed = _condition(condition, engine, CAUSES[engine][change])
-        limit = bench.limit(changed)
+    for engine, change, changes in CHANGES:
+        limit = bench.limit(_condition(condition, engine, changes))
         plain = compared.limits[ENGINES.index(engine)]
         causes.append(Cause(engine, change, limit, limit.mean - plain.mean))
     return StudiedLimit(compared, tuple(causes))

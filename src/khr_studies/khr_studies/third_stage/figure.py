@@ -48,7 +48,9 @@ def swing_picture(plane: Plane, compared: ModelComparison) -> Figure:
             _cells(axis, plane, values, (0.0, LARGEST_RATE), 'cividis', '.0f')
             axis.set_title(f'overshoot at 3.8° in °/s: {title}')
         for axis, (hip, title) in zip(axes[1], HIPS.items(), strict=True):
-            _growth(axis, plane, compared.growth[hip], title)
+            reach = float(np.abs(compared.growth[hip]).max())
+            _cells(axis, plane, compared.growth[hip], (-reach, reach), 'PuOr_r', '+.1f')
+            axis.set_title(f"growth of the model's swing, 1/s: {title}")
         title = 'Standing on one leg: how the force loop swings, with and without hip'
         return _finished(figure, axes, plane, compared.edges, title)
 
@@ -105,13 +107,6 @@ def _cells(
         axis.text(
             column, row, format(value, form), ha='center', va='center', size=5.5, color=color
         )
-
-
-def _growth(axis: Axes, plane: Plane, values: Array, title: str) -> None:
-    """Draw how fast the model's swing grows."""
-    axis.set_title(f"growth of the model's swing, 1/s: {title}")
-    reach = float(np.abs(values).max())
-    _cells(axis, plane, values, (-reach, reach), 'PuOr_r', '+.1f')
 
 
 def _edges(axis: Axes, plane: Plane, found: Sequence[Edge]) -> None:

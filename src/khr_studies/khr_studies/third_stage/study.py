@@ -193,11 +193,8 @@ class Plane:
         edge = self.edge(time, 0.0)
         if edge is None:
             return inf
-        return abs(self.scales.index(scale) - float(np.interp(edge, self.scales, self._columns)))
-
-    @property
-    def _columns(self) -> Array:
-        return np.arange(len(self.scales), dtype=np.float64)
+        columns = range(len(self.scales))
+        return abs(self.scales.index(scale) - float(np.interp(edge, self.scales, columns)))
 
     @property
     def nearest(self) -> Setting:
