@@ -33,7 +33,6 @@ from khr_studies.thesis_figures.spectrum_panels import (
     pitch,
 )
 
-Draw = Callable[[Axes, Walk, Runs, Rate], None]
 Wanted = Callable[[Condition], bool]
 
 
@@ -44,7 +43,8 @@ def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figur
         '',
         walks_of(runs),
         [lambda of: of == walking(), lambda of: bool(of.ankle_gain and not of.hip_gain)],
-        _draw_amplitude,
+        draw_spectra,
+        finish_spectrum,
         rate,
     )
 
@@ -56,7 +56,8 @@ def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
         '',
         walks_of(runs),
         [lambda of: bool(of.hip_gain)],
-        _draw_amplitude,
+        draw_spectra,
+        finish_spectrum,
         rate,
     )
 
@@ -68,7 +69,8 @@ def phases(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
         f'{rate.name}, a mark per seed',
         walks_of(runs),
         [lambda of: True],
-        _draw_phase,
+        draw_phases,
+        finish_phases,
         rate,
         across=3,
     )
@@ -79,7 +81,8 @@ def _per_inclination(
     how: str,
     walks: Mapping[Walk, Runs],
     columns: Sequence[Wanted],
-    draw: Draw,
+    draw: Callable[..., None],
+    finish: Callable[[Axes, Rate], None],
     rate: Rate,
     across: int = 2,
 ) -> Figure:
@@ -98,7 +101,10 @@ def _per_inclination(
         height=1.2 + 1.6 * -(-len(places) // across),
     )
     for axis, walk in zip(axes, filter(None, places), strict=True):
-        draw(axis, walk, stayed[walk], rate)
+        draw(axis, stayed[walk], 'robot', rate, color=ROBOT)
+        phi, of = walk
+        mark_thesis(axis, phi, of, THESIS)
+        finish(axis, rate)
     share_scale(axes)
     figure.legend(loc='outside lower center', ncols=3, handles=legend_of_marks())
     head(
@@ -108,18 +114,6 @@ def _per_inclination(
         _lost([walk for walk in asked if walk not in stayed]),
     )
     return figure
-
-
-def _draw_amplitude(axis: Axes, walk: Walk, group: Runs, rate: Rate) -> None:
-    draw_spectra(axis, group, 'robot', rate, color=ROBOT)
-    mark_thesis(axis, *walk, THESIS)
-    finish_spectrum(axis, rate)
-
-
-def _draw_phase(axis: Axes, walk: Walk, group: Runs, rate: Rate) -> None:
-    draw_phases(axis, group, 'robot', rate, color=ROBOT)
-    mark_thesis(axis, *walk, THESIS)
-    finish_phases(axis, rate)
 
 
 def _lost(walks: Sequence[Walk]) -> str:
