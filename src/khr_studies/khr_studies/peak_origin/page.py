@@ -13,7 +13,7 @@ from khr_report.page.document import Block, Bullets, Columns, Table, markdown, t
 from khr_report.page.template import page_blocks
 from khr_studies.measuring.published import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
-from khr_studies.peak_origin.line_chance import chance_within, places
+from khr_studies.peak_origin.line_chance import chance_within
 from khr_studies.peak_origin.origin import PEAK, RULE, Line
 from khr_studies.peak_origin.published_peaks import Band, Settled, published_places
 from khr_studies.peak_origin.recorded import RecordedPeaks
@@ -126,14 +126,10 @@ def _strongest(settled: Settled) -> str:
     )
 
 
-def _order(settled: Settled) -> str:
-    return f'{places([settled.peak.frequency], GAIT_PERIOD, LINE_HZ).orders[0]:.2f}'
-
-
 SETTLED_COLUMNS: Columns[Settled] = {
     'published, Hz': lambda row: f'{row.peak.frequency:.2f}',
     'with': lambda row: row.peak.gains,
-    'n = f T': _order,
+    'n = f T': lambda row: f'{row.peak.frequency * GAIT_PERIOD:.2f}',
     f'strongest within {LINE_HZ:g} Hz here': _strongest,
     'comparisons with a ringing band around it': lambda row: (
         f'{len(row.holding)} of {len(row.bands)}'

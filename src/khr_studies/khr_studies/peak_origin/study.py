@@ -140,7 +140,7 @@ def study(runs: Runs) -> PeakStudy:
     return PeakStudy(
         runs[0].scenario.name,
         walks,
-        explained(walks),
+        origins(walks[0], walks[1:], PEAK),
         bands,
         tuple(settle(peak, walks, bands) for peak in PUBLISHED),
         lost_of(runs),
@@ -213,8 +213,3 @@ def explain_all(runs: Mapping[str, Runs]) -> list[ExplainedWalks]:
         )
         for each in walks
     ]
-
-
-def explained(walks: Sequence[Walks]) -> tuple[Line, ...]:
-    """Find the origin of the first walks' peaks by comparison with all others."""
-    return origins(walks[0], walks[1:], PEAK)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from operator import attrgetter
 from statistics import fmean, median
 from typing import TypeVar
 
@@ -28,7 +29,7 @@ from khr_studies.scoreboard.page import (
     closest,
     count,
 )
-from khr_studies.scoreboard.rows import Scoreboard, ScoreboardRow, Shift
+from khr_studies.scoreboard.rows import Scoreboard, ScoreboardRow
 
 QUESTION = (
     'Dutta (2021) let a robot of 1.5 kg stand and walk on an incline. Without control it falls '
@@ -219,12 +220,11 @@ def _judged(rows: Iterable[Row], passed: bool | None) -> list[Row]:
 def _shifts(board: Scoreboard | None) -> list[tuple[str, float]]:
     """Return each change of the robot with its mean effect on the limits that miss, deg."""
     shifts = [shift for each in (board and board.explanations) or () for shift in each.shifts]
-    means = [(name, fmean(one.deg for one in some)) for name, some in by(shifts, _change).items()]
+    means = [
+        (name, fmean(one.deg for one in some))
+        for name, some in by(shifts, attrgetter('change')).items()
+    ]
     return sorted(means, key=lambda mean: -abs(mean[1]))
-
-
-def _change(shift: Shift) -> str:
-    return shift.change
 
 
 def _repeat(findings: Findings) -> str:

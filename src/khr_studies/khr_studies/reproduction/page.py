@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,7 +12,7 @@ from khr_common.files import write_text
 from khr_report.page.document import html
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, duration
-from khr_studies.measuring.experiments import Runs
+from khr_studies.measuring.experiments import Runs, by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.peak_origin import page as peak_origin_page
 from khr_studies.reproduction import findings_page
@@ -116,22 +115,20 @@ def _verdict(results: Reproduction) -> Section:
 
 
 def _figures(results: Reproduction, out: Path) -> Section:
-    chapters: dict[str, list[FigureResult]] = {}
-    for figure in results.figures:
-        chapter = CHAPTERS.get(figure.number.split('.')[0], BEYOND)
-        chapters.setdefault(chapter, []).append(figure)
+    chapters = by(
+        results.figures, lambda figure: CHAPTERS.get(figure.number.split('.')[0], BEYOND)
+    )
     order = [title for title in (*CHAPTERS.values(), BEYOND) if title in chapters]
     return Section(
         'Figures',
         paragraphs(
             'Below each figure are the command that draws it again and the CSV of its points.'
         ),
-        tuple(Section(title, _all(chapters[title], out)) for title in order),
+        tuple(
+            Section(title, Markup().join(_figure(figure, out) for figure in chapters[title]))
+            for title in order
+        ),
     )
-
-
-def _all(figures: Sequence[FigureResult], out: Path) -> Markup:
-    return Markup().join(_figure(figure, out) for figure in figures)
 
 
 def _maps(results: Reproduction, out: Path) -> Markup:

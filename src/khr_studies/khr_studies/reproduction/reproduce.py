@@ -190,7 +190,7 @@ def _findings(
         float(sum(row['wall_time_s'] for row in made)),
         asked.fast,
         asked.command,
-        _versions(),
+        {'code': code_version(), **stated_of()} | {name: version_of(name) for name in LIBRARIES},
     )
 
 
@@ -214,11 +214,3 @@ def _bench(kept: KeptJobs, asked: Wanted) -> Bench:
         if asked.fast
         else Bench(kept, SEEDS, TOLERANCE, spread=spread, settings=settings)
     )
-
-
-def _versions() -> dict[str, str]:
-    return {
-        'code': code_version(),
-        **stated_of(),
-        **{name: version_of(name) for name in LIBRARIES},
-    }

@@ -190,7 +190,8 @@ def test_the_figure_shows_lines_bands_and_names(runs, tmp_path):
     ],
 )
 def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, sure, mark):
-    (line,) = (each for each in lines.explained(walks_of(runs)) if round(each.order) == 6)
+    found = lines.explain_all({'lines': runs})[0].lines
+    (line,) = (each for each in found if round(each.order) == 6)
     monkeypatch.setattr(lines, 'origins', lambda *_: (replace(line, origin=origin, sure=sure),))
     axis = figures.lines.origin_of_lines(lines.explain_all({'lines': runs})).axes[0]
     assert [text.get_text() for text in axis.texts] == [mark]
