@@ -22,18 +22,7 @@ from khr_report.plots.plot_style import (
     panels,
     share_scale,
 )
-from khr_studies.push.motions import (
-    CONTROL,
-    FATAL,
-    LASTING,
-    LOOP,
-    PUSHED,
-    SHARES,
-    SLOPES,
-    PushedBody,
-    PushedBothWays,
-    RobotAndModel,
-)
+from khr_studies.push import motions
 
 UNCONTROLLED = ', no control'
 FORMS_EXPLAINED = (
@@ -43,12 +32,12 @@ FORMS_EXPLAINED = (
 SIDES = {'behind': 'behind', 'front': 'the front'}
 OF_SIDES: dict[Direction, str] = {'behind': COLORS[0], 'front': COLORS[1]}
 LINES: dict[float, dict[str, Any]] = {  # by gain
-    CONTROL: {'linestyle': '-', 'linewidth': 1.8},
+    motions.CONTROL: {'linestyle': '-', 'linewidth': 1.8},
     0.0: {'linestyle': ':', 'linewidth': 1.0},
 }
 
 
-def rising_force(found: list[list[PushedBody]]) -> Figure:
+def rising_force(found: list[list[motions.PushedBody]]) -> Figure:
     """Draw the pitch rate over time for several forces, without control, of models and robot."""
     figure, axes = panels(
         f"thesis's model, {TITLES['published']}",
@@ -61,7 +50,7 @@ def rising_force(found: list[list[PushedBody]]) -> Figure:
     for axis, pushed in zip(axes, found, strict=True):
         for each in pushed:
             axis.plot(each.time, np.degrees(each.values), label=f'F = {each.force:.2f} N')
-        axis.set(xlabel='time (s)', ylabel='pitch rate (°/s)', xlim=(0.0, LASTING))
+        axis.set(xlabel='time (s)', ylabel='pitch rate (°/s)', xlim=(0.0, motions.LASTING))
         legend_above(axis, columns=3)
     share_scale(axes[:2])
     share_scale(axes[2:])
@@ -69,15 +58,15 @@ def rising_force(found: list[list[PushedBody]]) -> Figure:
         figure,
         'Figure 4.8: the larger a lasting push, the faster the robot tips (no control)',
         FORMS_EXPLAINED,
-        f'forces of {", ".join(f"{share:g}" for share in SHARES)} times m g b/l',
+        f'forces of {", ".join(f"{share:g}" for share in motions.SHARES)} times m g b/l',
         'curves of models end where the mass passes the toe, of the robot (true rate) at its fall',
     )
     return figure
 
 
-def recovery(found: Mapping[Form, list[PushedBody]]) -> Figure:
+def recovery(found: Mapping[Form, list[motions.PushedBody]]) -> Figure:
     """Draw x_COM over time with and without control, against the band (4.7)."""
-    half_foot = 1e3 * LOOP.pendulum.half_foot
+    half_foot = 1e3 * motions.LOOP.pendulum.half_foot
     figure, axes = panels(*(TITLES[form] for form in FORMS), height=4.2)
     for form, axis in zip(FORMS, axes, strict=True):
         for number, each in enumerate(found[form]):
@@ -104,7 +93,7 @@ def recovery(found: Mapping[Form, list[PushedBody]]) -> Figure:
     return figure
 
 
-def with_and_without_control(found: RobotAndModel) -> Figure:
+def with_and_without_control(found: motions.RobotAndModel) -> Figure:
     """Draw x_COM over time with and without control, of the robot and the model of its body."""
     figure, axes = panels('simulated robot', 'model of its body, physical')
     for axis, pushed in zip(axes, (found.robot, found.model), strict=True):
@@ -114,7 +103,7 @@ def with_and_without_control(found: RobotAndModel) -> Figure:
         axis.legend(loc='upper right')
     head(
         figure,
-        f'Figure 4.11: a push from behind, {found.force:.2f} N for {PUSHED:g} s, with and '
+        f'Figure 4.11: a push from behind, {found.force:.2f} N for {motions.PUSHED:g} s, with and '
         'without control: x_COM against the band (4.7), shaded; beyond 0 it falls',
         'at 0 s the controlled robot stands leant back by the offset of its gyro, so its curve may '
         'begin outside the band; the grey bar at the bottom is the time of the push',
@@ -122,10 +111,10 @@ def with_and_without_control(found: RobotAndModel) -> Figure:
     return figure
 
 
-def both_directions(found: list[PushedBothWays]) -> Figure:
+def both_directions(found: list[motions.PushedBothWays]) -> Figure:
     """Draw the mass over the foot for pushes from both sides, with and without control."""
     figure, axes = panels(
-        *(f'model, φ = {math.degrees(slope):g}°, physical' for slope in SLOPES),
+        *(f'model, φ = {math.degrees(slope):g}°, physical' for slope in motions.SLOPES),
         'simulated robot, φ = 0°',
         height=4.4,
     )
@@ -148,19 +137,19 @@ def both_directions(found: list[PushedBothWays]) -> Figure:
     head(
         figure,
         'Figure 4.12: pushes of 0.1 s from both sides, with and without control',
-        f'thick: K_A = {CONTROL:g}; thin and dotted: no control; x: it falls; shaded: the foot',
+        f'thick: K_A = {motions.CONTROL:g}; thin and dotted: no control; x: it falls; shaded: the foot',
         'forces: of the models, between the limits without and with control; of the robot, '
-        f'{FATAL:g} times the limit of its model without control; pushed from the front, the '
+        f'{motions.FATAL:g} times the limit of its model without control; pushed from the front, the '
         'simulated robot may fall by its own control, which throws it over the toes',
     )
     return figure
 
 
-def show_band(axis: Axes, found: RobotAndModel) -> None:
+def show_band(axis: Axes, found: motions.RobotAndModel) -> None:
     """Shade the band (4.7), and the time of the push, and name the axes."""
     foot = 2e3 * found.half_foot
     axis.axhspan(-foot / 2.0, 0.0, color='0.93', zorder=0)
-    axis.axvspan(0.0, PUSHED, ymax=0.03, color='0.6', zorder=0)
+    axis.axvspan(0.0, motions.PUSHED, ymax=0.03, color='0.6', zorder=0)
     axis.grid(False)
     axis.set(
         xlabel='time from the push (s)',
@@ -170,7 +159,7 @@ def show_band(axis: Axes, found: RobotAndModel) -> None:
 
 
 def _draw_until_fall(
-    axis: Axes, pushed: PushedBody, place: Any, label: str, look: Mapping[str, Any]
+    axis: Axes, pushed: motions.PushedBody, place: Any, label: str, look: Mapping[str, Any]
 ) -> None:
     axis.plot(pushed.time, place, label=label, **look)
     if pushed.fell:

@@ -19,16 +19,7 @@ from khr_studies.reproduction.findings import (
     Tally,
     TiltComparison,
 )
-from khr_studies.scoreboard.page import (
-    LIMIT_COLUMNS,
-    ORDER_COLUMNS,
-    QUICK,
-    STANDING_COLUMNS,
-    TREND_COLUMNS,
-    WALK_COLUMNS,
-    closest,
-    count,
-)
+from khr_studies.scoreboard import page as scoreboard
 from khr_studies.scoreboard.rows import Scoreboard, ScoreboardRow
 
 QUESTION = (
@@ -124,9 +115,9 @@ def _answer(findings: Findings) -> str:
     judged = [row for row in findings.scoreboard.rows if row.passed is not None or row.undecided]
     predicted = [row for row in judged if row.kind == 'predicted']
     return (
-        f'Of {len(judged)} rows of the thesis {count(judged).passed} agree; of the '
-        f'{len(predicted)} among them that are predictions, {count(predicted).passed}.'
-        + (f' {QUICK}' if findings.fast else '')
+        f'Of {len(judged)} rows of the thesis {scoreboard.count(judged).passed} agree; of the '
+        f'{len(predicted)} among them that are predictions, {scoreboard.count(predicted).passed}.'
+        + (f' {scoreboard.QUICK}' if findings.fast else '')
     )
 
 
@@ -147,16 +138,22 @@ def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:
         if of.rows:
             found.append(Passage(title, (of,)))
 
-    limits = dict(LIMIT_COLUMNS)
+    limits = dict(scoreboard.LIMIT_COLUMNS)
     if passed is False and board.explanations:
-        best = {each.condition: closest(each) for each in board.explanations}
+        best = {each.condition: scoreboard.closest(each) for each in board.explanations}
         limits['closest with one change, deg'] = lambda row: best.get(row.condition, '-')
     kept = ('chapter', 'verdict')
     add('Critical inclinations', table(_judged(board.limits, passed), limits, *kept))
-    add('Order of the limits', table(_judged(board.orders, passed), ORDER_COLUMNS, *kept))
-    add('Standing on one leg', table(_judged(board.standing, passed), STANDING_COLUMNS, *kept))
-    add('Walking', table(_judged(board.walks, passed), WALK_COLUMNS, *kept))
-    add('Trends', table(_judged(board.trends, passed), TREND_COLUMNS, *kept))
+    add(
+        'Order of the limits',
+        table(_judged(board.orders, passed), scoreboard.ORDER_COLUMNS, *kept),
+    )
+    add(
+        'Standing on one leg',
+        table(_judged(board.standing, passed), scoreboard.STANDING_COLUMNS, *kept),
+    )
+    add('Walking', table(_judged(board.walks, passed), scoreboard.WALK_COLUMNS, *kept))
+    add('Trends', table(_judged(board.trends, passed), scoreboard.TREND_COLUMNS, *kept))
     return tuple(found) or (NOTHING,)
 
 

@@ -8,19 +8,11 @@ from math import isnan, nan
 import numpy as np
 
 from khr_studies.measuring import bench as runs
+from khr_studies.measuring import published
 from khr_studies.measuring.bench import Bench, MeasuredLift
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.json_file import known, known_all
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import (
-    READ_BACK_DEG,
-    STAGE_1,
-    STAGE_1_READ,
-    STAGE_2,
-    STAGE_2_GRID,
-    STAGE_3,
-    STAGE_3_GRID,
-)
 from khr_studies.scoreboard.rows import ENOUGH, Kind, StandingRow, grows
 
 STATICS: Kind = 'statics'
@@ -34,9 +26,10 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
         _read_back_row(bench),
         *(
             _standing('toe and heel force', 'N', [phi], 'not published', [toe, heel], None)
-            for phi in STAGE_1_READ
+            for phi in published.STAGE_1_READ
             for toe, heel in zip(
-                *(_over(bench, STAGE_1, [phi], force) for force in ('toe', 'heel')), strict=True
+                *(_over(bench, published.STAGE_1, [phi], force) for force in ('toe', 'heel')),
+                strict=True,
             )
         ),
         *(
@@ -49,7 +42,10 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
                 grows(again),
                 kind=STATICS,
             )
-            for stage, condition, grid in ((2, STAGE_2, STAGE_2_GRID), (3, STAGE_3, STAGE_3_GRID))
+            for stage, condition, grid in (
+                (2, published.STAGE_2, published.STAGE_2_GRID),
+                (3, published.STAGE_3, published.STAGE_3_GRID),
+            )
             for again in [_over(bench, condition, grid, 'difference')]
         ),
         _standing(
@@ -57,7 +53,7 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
             'deg/s',
             bench.curve,
             'depends on phi',
-            [runs.overshoot_deg(bench.lifts(STAGE_1, phi)) for phi in bench.curve],
+            [runs.overshoot_deg(bench.lifts(published.STAGE_1, phi)) for phi in bench.curve],
             None,
         ),
     ]
@@ -100,7 +96,8 @@ def _over(
 
 def _curve_rows(bench: Bench) -> list[StandingRow]:
     toe, heel, delta = (
-        _over(bench, STAGE_1, bench.curve, force) for force in ('toe', 'heel', 'difference')
+        _over(bench, published.STAGE_1, bench.curve, force)
+        for force in ('toe', 'heel', 'difference')
     )
     falling = grows([-value for value in heel])
     return [
@@ -111,7 +108,7 @@ def _curve_rows(bench: Bench) -> list[StandingRow]:
 
 
 def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
-    share = runs.typical(one.share for one in bench.lifts(STAGE_1, limit_deg))
+    share = runs.typical(one.share for one in bench.lifts(published.STAGE_1, limit_deg))
     heel, place, coarse = (1.0 - share) / 2.0, [limit_deg], bench.seeds < ENOUGH
     return [
         _standing(
@@ -132,20 +129,20 @@ def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
 
 
 def _read_back_row(bench: Bench) -> StandingRow:
-    delta = _over(bench, STAGE_1, bench.curve, 'difference')
+    delta = _over(bench, published.STAGE_1, bench.curve, 'difference')
     curve = [pair for pair in zip(bench.curve, delta, strict=True) if not isnan(pair[1])]
     error = max(
         abs(_read_back(curve, one) - phi)
-        for phi in STAGE_1_READ
-        for one in bench.lifts(STAGE_1, phi)
+        for phi in published.STAGE_1_READ
+        for one in bench.lifts(published.STAGE_1, phi)
     )
     return _standing(
         'largest error of phi read back from Delta',
         'deg',
-        STAGE_1_READ,
-        f'within {READ_BACK_DEG:g}',
+        published.STAGE_1_READ,
+        f'within {published.READ_BACK_DEG:g}',
         [error],
-        error <= READ_BACK_DEG,
+        error <= published.READ_BACK_DEG,
     )
 
 

@@ -10,22 +10,11 @@ from dataclasses import replace
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_studies.errors import StudyError
+from khr_studies.measuring import published
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import known
-from khr_studies.measuring.published import (
-    LIMITS,
-    STAGE_1,
-    STAGE_1_READ,
-    STAGE_2,
-    STAGE_2_GRID,
-    STAGE_3,
-    STAGE_3_GRID,
-    TRENDS,
-    WALKS,
-    PublishedLimit,
-)
 from khr_studies.scoreboard.limit_rows import (
     TOLERANCE_DEG,
     Limits,
@@ -101,18 +90,21 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     """Return the scoreboard of what a bench measures; see :func:`scoreboard`."""
     submit_all(bench, explain)
-    limits = {row.condition: bench.limit(row.condition) for row in LIMITS}
-    elsewhere = {row.condition: bench.limit(bench.elsewhere(row.condition)) for row in LIMITS}
+    limits = {row.condition: bench.limit(row.condition) for row in published.LIMITS}
+    elsewhere = {
+        row.condition: bench.limit(bench.elsewhere(row.condition)) for row in published.LIMITS
+    }
     slips = slips_from_mm(bench)
     return Scoreboard(
         bench.seeds,
         (*limit_rows(limits, elsewhere, bench.spread), theory_row()),
         tuple(order_rows(limits, elsewhere)),
-        tuple(standing_rows(bench, limits[STAGE_1])),
+        tuple(standing_rows(bench, limits[published.STAGE_1])),
         tuple(
-            walk_row(row, bench.walks(row.condition, row.inclination_deg), slips) for row in WALKS
+            walk_row(row, bench.walks(row.condition, row.inclination_deg), slips)
+            for row in published.WALKS
         ),
-        tuple(trend_row(row, bench) for row in TRENDS),
+        tuple(trend_row(row, bench) for row in published.TRENDS),
         _explanations(bench, limits) if explain else None,
         tuple(width_rows(bench, limits)) if explain else (),
         known(slips),
@@ -122,20 +114,20 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
 
 def submit_all(bench: Bench, explain: bool) -> None:
     """Start all measurements that are known beforehand."""
-    for row in LIMITS:
+    for row in published.LIMITS:
         bench.ask_limit(row.condition)
         bench.ask_limit(bench.elsewhere(row.condition))
-    for row in LIMITS if explain else ():
+    for row in published.LIMITS if explain else ():
         bench.ask_limit(row.condition.turned())
-    for walked in WALKS:
+    for walked in published.WALKS:
         bench.ask(walk, walked.condition, walked.inclination_deg)
-    for trend in TRENDS:
+    for trend in published.TRENDS:
         for condition, phi in trend.walks(trend.inclinations_deg):
             bench.ask(walk, condition, phi)
     for condition, grid in (
-        (STAGE_1, bench.curve + STAGE_1_READ),
-        (STAGE_2, STAGE_2_GRID),
-        (STAGE_3, STAGE_3_GRID),
+        (published.STAGE_1, bench.curve + published.STAGE_1_READ),
+        (published.STAGE_2, published.STAGE_2_GRID),
+        (published.STAGE_3, published.STAGE_3_GRID),
     ):
         for phi in grid:
             bench.ask(lift, condition, phi)
@@ -144,7 +136,9 @@ def submit_all(bench: Bench, explain: bool) -> None:
 def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
     """Measure what each change does to each limit that misses."""
     missed = [
-        row for row in LIMITS if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
+        row
+        for row in published.LIMITS
+        if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
     ]
     for row in missed:
         for _, changes in CHANGES[row.condition.motion]:
@@ -152,7 +146,7 @@ def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
     return tuple(_explanation(bench, limits, row) for row in missed)
 
 
-def _explanation(bench: Bench, limits: Limits, row: PublishedLimit) -> Explanation:
+def _explanation(bench: Bench, limits: Limits, row: published.PublishedLimit) -> Explanation:
     base = limits[row.condition].of_seeds[0]
     shifts = tuple(
         Shift(name, bench.limit(_changed(row, changes), 1).mean - base)
@@ -170,5 +164,5 @@ def _explanation(bench: Bench, limits: Limits, row: PublishedLimit) -> Explanati
     )
 
 
-def _changed(row: PublishedLimit, changes: Changes) -> Condition:
+def _changed(row: published.PublishedLimit, changes: Changes) -> Condition:
     return replace(row.condition, changes=changes)

@@ -6,27 +6,18 @@ from collections.abc import Iterable, Sequence
 from math import nan
 
 from khr_studies.measuring import bench as runs
+from khr_studies.measuring import published
 from khr_studies.measuring.bench import Bench, MeasuredWalk
 from khr_studies.measuring.json_file import known, known_all
-from khr_studies.measuring.published import (
-    COMMON_DEG,
-    F_0,
-    FITTED,
-    LINE_HZ,
-    SEEN_MM,
-    SHOWN,
-    SLIPS,
-    UNSLIPPED,
-    PublishedTrend,
-    PublishedWalk,
-)
 from khr_studies.scoreboard.rows import ENOUGH, TrendRow, WalkRow, grows, kind_of
 
 NOTICEABLE = 0.02  # smallest growth that counts, over the first value
 
 
 def walk_row(
-    row: PublishedWalk, walks: Sequence[MeasuredWalk], slips_from_mm: float = SEEN_MM
+    row: published.PublishedWalk,
+    walks: Sequence[MeasuredWalk],
+    slips_from_mm: float = published.SEEN_MM,
 ) -> WalkRow:
     """Compare one walk.
 
@@ -36,12 +27,12 @@ def walk_row(
         slips_from_mm: slide per step from which on a robot slips; NaN if that is not known.
     """
     stayed = [one for one in walks if one.stayed_up]
-    peaks = [[peak.frequency for peak in one.peaks[:SHOWN]] for one in stayed]
+    peaks = [[peak.frequency for peak in one.peaks[: published.SHOWN]] for one in stayed]
     differences = _differences(row, walks, peaks, slips_from_mm)
     undecided = 0 < len(stayed) < len(walks) or len(walks) < ENOUGH
     return WalkRow(
         5,
-        kind_of(row.condition in FITTED),
+        kind_of(row.condition in published.FITTED),
         None if undecided else not differences,
         row.inclination_deg,
         row.condition.title.removeprefix('walk, '),
@@ -60,10 +51,12 @@ def walk_row(
 
 def slips_from_mm(bench: Bench) -> float:
     """Return the slide per step from which on the robot slips, mm; NaN if it cannot be said."""
-    return max(SLIPS * runs.slide_mm(bench.walks(*UNSLIPPED)), SEEN_MM)
+    return max(
+        published.SLIPS * runs.slide_mm(bench.walks(*published.UNSLIPPED)), published.SEEN_MM
+    )
 
 
-def trend_row(row: PublishedTrend, bench: Bench) -> TrendRow:
+def trend_row(row: published.PublishedTrend, bench: Bench) -> TrendRow:
     """Compare a quantity over walks.
 
     Conditions are compared at the thesis's inclination if the robot stays up there with all of
@@ -71,14 +64,14 @@ def trend_row(row: PublishedTrend, bench: Bench) -> TrendRow:
     """
     steepest = max(row.inclinations_deg)
     grounds = [row.inclinations_deg]
-    grounds += [(COMMON_DEG,)] if len(row.inclinations_deg) == 1 else []
+    grounds += [(published.COMMON_DEG,)] if len(row.inclinations_deg) == 1 else []
     for ground in grounds:
         walks = [bench.walks(*walk) for walk in row.walks(ground)]
         if all(runs.share_up(some) > 0.5 for some in walks):
             break
     measure = {'vibration': runs.vibration, 'slide': runs.slide_mm, 'line': _extra_peak}
     values = [measure[row.quantity](some) for some in walks]
-    least = LINE_HZ if row.quantity == 'line' else NOTICEABLE * values[0]
+    least = published.LINE_HZ if row.quantity == 'line' else NOTICEABLE * values[0]
     undecided = bench.seeds < ENOUGH
     return TrendRow(
         5,
@@ -94,7 +87,7 @@ def trend_row(row: PublishedTrend, bench: Bench) -> TrendRow:
 
 
 def _differences(
-    row: PublishedWalk,
+    row: published.PublishedWalk,
     walks: Sequence[MeasuredWalk],
     peaks: Sequence[Sequence[float]],
     slips_from_mm: float,
@@ -111,9 +104,13 @@ def _differences(
     if row.slips is False and not slide < slips_from_mm:
         differences.append(f'slips: slides {slips_from_mm:.1f} mm or more')
     for number, (low, high) in enumerate(row.lines):
-        seen = slice(1) if row.dominant and number == 0 else slice(SHOWN)
+        seen = slice(1) if row.dominant and number == 0 else slice(published.SHOWN)
         if not _most(any(low <= f <= high for f in found[seen]) for found in peaks):
-            what = 'is not the largest peak' if seen == slice(1) else f'not among {SHOWN} largest'
+            what = (
+                'is not the largest peak'
+                if seen == slice(1)
+                else f'not among {published.SHOWN} largest'
+            )
             differences.append(f'{low:.2f} to {high:.2f} Hz {what}')
     differences += [
         f'still a peak in {low:.2f} to {high:.2f} Hz'
@@ -135,7 +132,7 @@ def _extra_peak(walks: Iterable[MeasuredWalk]) -> float:
             (
                 peak.frequency
                 for peak in one.peaks
-                if peak.label == 'other' and peak.frequency > F_0[1]
+                if peak.label == 'other' and peak.frequency > published.F_0[1]
             ),
             nan,
         )
