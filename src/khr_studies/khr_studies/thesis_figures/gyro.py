@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
+from dataclasses import fields
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,29 +22,25 @@ MILLIVOLTS = 1e3 * GYRO_SENSITIVITY  # per deg/s
 
 @functools.cache
 def _waveforms() -> carrier.Waveforms:
-    """Simulate the circuit under a sinusoidal rate."""
-    return carrier.simulate(
+    """Simulate the circuit under a sinusoidal rate; return what follows once it has settled."""
+    waves = carrier.simulate(
         lambda time: math.radians(RATE_DEG) * np.sin(2.0 * math.pi * FREQUENCY * time), DURATION
     )
+    late = waves.time >= 0.5 * DURATION
+    return carrier.Waveforms(*(getattr(waves, each.name)[late] for each in fields(waves)))
 
 
 def modulated() -> Figure:
     """Draw V_out, the carrier modulated by the rate."""
     waves = _waveforms()
-    late = waves.time >= 0.5 * DURATION
+    time = 1e3 * waves.time
     figure, (rate, carried) = panels(
         'the rate', 'V_out of the charge amplifier', columns=1, height=4.4
     )
-    rate.plot(1e3 * waves.time[late], np.degrees(waves.rate[late]), label='rate ω')
-    carried.plot(1e3 * waves.time[late], 1e3 * waves.carrier[late], linewidth=0.3, label='V_out')
-    envelope = 1e3 * KRG4.carrier_sensitivity * np.abs(waves.rate[late])
-    carried.plot(
-        1e3 * waves.time[late],
-        envelope,
-        linestyle='--',
-        linewidth=1.0,
-        label='static sensitivity · |ω|',
-    )
+    rate.plot(time, np.degrees(waves.rate), label='rate ω')
+    carried.plot(time, 1e3 * waves.carrier, linewidth=0.3, label='V_out')
+    envelope = 1e3 * KRG4.carrier_sensitivity * np.abs(waves.rate)
+    carried.plot(time, envelope, '--', linewidth=1.0, label='static sensitivity · |ω|')
     rate.set(xlabel='time (ms)', ylabel='rate (°/s)')
     carried.set(xlabel='time (ms)', ylabel='V_out (mV)')
     legend_above(carried)
@@ -56,16 +53,15 @@ def modulated() -> Figure:
 
 def demodulated() -> Figure:
     """Draw the demodulated output beside the rate."""
-    waves = _waveforms()
-    late = waves.time >= 0.5 * DURATION
-    time, every = 1e3 * waves.time[late], 16
+    waves, every = _waveforms(), 16
+    time = 1e3 * waves.time
     figure, (axis,) = panels('')
     axis.plot(
         time[::every],
-        1e3 * KRG4.sensitivity * waves.rate[late][::every],
+        1e3 * KRG4.sensitivity * waves.rate[::every],
         label=f'{MILLIVOLTS:g} mV per °/s · rate',
     )
-    axis.plot(time[::every], 1e3 * waves.demodulated[late][::every], label='demodulated output')
+    axis.plot(time[::every], 1e3 * waves.demodulated[::every], label='demodulated output')
     axis.set(xlabel='time (ms)', ylabel='output (mV)')
     axis.legend(loc='upper right')
     figure.suptitle(

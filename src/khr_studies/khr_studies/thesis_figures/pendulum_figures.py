@@ -227,10 +227,8 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
             linestyle=line,
             label=f'step of (3.11), {TITLES[form]}',
         )
-    lifts, value = (
-        standing.on_the_left(runs, standing.EXPERIMENTS),
-        partial(overshoot_of, rate=rate),
-    )
+    lifts = standing.on_the_left(runs, standing.EXPERIMENTS)
+    value = partial(overshoot_of, rate=rate)
     for stage, look in zip(standing.STAGES, LOOKS, strict=False):
         draw_over_inclination(axis, lifts[stage], value, f'robot, {control(stage)}', **look)
     axis.axvline(RISES_DEG, color='0.4', linewidth=0.8, label='_')
@@ -262,19 +260,13 @@ def friction() -> Figure:
     slides = np.degrees([sliding_inclination(float(mu)) for mu in frictions])
     figure, (axis,) = panels('')
     axis.plot(frictions, slides, label='slides from atan(μ)')
-    axis.plot(
-        frictions,
-        np.full_like(
-            frictions, np.degrees(model.critical_inclination(ROBOT, INITIAL_LEAN, 'tangent'))
-        ),
-        label='tips over its toe: b/l = 0.1',
-    )
     bare = Pendulum(length=0.207, half_foot=0.054)
-    axis.plot(
-        frictions,
-        np.full_like(frictions, np.degrees(model.critical_inclination(bare, 0.0, 'tangent'))),
-        label='tips on the bare foot: 54 mm ahead, mass 207 mm up',
-    )
+    for body, lean, label in (
+        (ROBOT, INITIAL_LEAN, 'tips over its toe: b/l = 0.1'),
+        (bare, 0.0, 'tips on the bare foot: 54 mm ahead, mass 207 mm up'),
+    ):
+        tips = np.degrees(model.critical_inclination(body, lean, 'tangent'))
+        axis.plot(frictions, np.full_like(frictions, tips), label=label)
     axis.set(xlabel='friction μ', ylabel='inclination φ (°)', ylim=(0.0, 22.0))
     axis.legend(loc='upper left')
     figure.suptitle('Friction: the robot stands below its sliding and its tipping line')

@@ -147,21 +147,12 @@ def harmonics() -> Figure:
     )
     left.semilogy(degrees, curve.second_series / SWING, label='2 f_0, series')
     left.semilogy(degrees, curve.third_series / SWING, label='3 f_0, series')
-    left.semilogy(
-        degrees[::4],
-        curve.second_integrated[::4] / SWING,
-        'o',
-        color='0.3',
-        label='2 f_0, integrated',
-    )
-    left.semilogy(
-        degrees[::4],
-        curve.third_integrated[::4] / SWING,
-        's',
-        color='0.3',
-        label='3 f_0, integrated',
-        markerfacecolor='white',
-    )
+    for name, mark, face, values in (
+        ('2 f_0', 'o', '0.3', curve.second_integrated),
+        ('3 f_0', 's', 'white', curve.third_integrated),
+    ):
+        look = {'color': '0.3', 'markerfacecolor': face, 'label': f'{name}, integrated'}
+        left.semilogy(degrees[::4], values[::4] / SWING, mark, **look)
     right.plot(degrees, curve.second_published / SWING, label='a_2/a_0 for 2 f_0, (5.20)')
     right.plot(degrees, curve.third_published / SWING, label='a_1/a_0 for 3 f_0, (5.19)')
     left.set(xlabel='inclination φ (°)', ylabel='amplitude over that of f_0')
@@ -182,10 +173,9 @@ def stiffness() -> Figure:
         sweep = sweep_stiffness(loop, stiff, Tone(SWING, GAIT_FREQUENCY))
         stable = np.isfinite(sweep.ringing_rate)
         share = stiff / loop.stiffness
-        axes[0].plot(share[stable], sweep.ringing_frequency[stable], label=f'K_A = {setting:g}')
-        axes[1].semilogy(
-            share[stable], np.degrees(sweep.ringing_rate[stable]), label=f'K_A = {setting:g}'
-        )
+        label = f'K_A = {setting:g}'
+        axes[0].plot(share[stable], sweep.ringing_frequency[stable], label=label)
+        axes[1].semilogy(share[stable], np.degrees(sweep.ringing_rate[stable]), label=label)
     for axis in axes:
         axis.set(xlabel='joint stiffness over the identified one')
         axis.legend()
