@@ -147,28 +147,23 @@ def settle(peak: PublishedPeak, walks: Sequence[Walks], bands: Sequence[Band]) -
     )
     share = line.amplitude / float(own.amplitude[1:].max())
     settled = Settled(peak, own, line, share, near, '', 'low')
-    ringing = settled.holding
-    stands = line.stands and share >= PEAK
-    if stands and line.origin == 'gait':
-        if not ringing:
-            return replace(settled, verdict=f'{line.label}: the gait', sure=line.sure)
-        return replace(settled, verdict=f'{line.label}: the gait, where the loop rings too')
-    if stands and line.origin is not None:
-        return replace(settled, verdict=line.label, sure=line.sure)
-    if stands:
-        return replace(
-            settled,
-            verdict='not settled: the experiments do not explain the peak there'
-            + (', and the loop rings' if ringing else ''),
-        )
+    verdict, sure = _verdict(line, share >= PEAK, len(settled.holding), len(near))
+    return replace(settled, verdict=verdict, sure=sure)
+
+
+def _verdict(line: Line, is_large: bool, ringing: int, bands: int) -> tuple[str, Sureness]:
+    """Return the verdict on a line where so many of the bands ring, and how sure it is."""
+    if line.stands and is_large:
+        if line.origin == 'gait' and ringing:
+            return f'{line.label}: the gait, where the loop rings too', 'low'
+        if line.origin is not None:
+            return line.label + ': the gait' * (line.origin == 'gait'), line.sure
+        also = ', and the loop rings' if ringing else ''
+        return f'not settled: the experiments do not explain the peak there{also}', 'low'
     if ringing:
-        most = len(ringing) > 1 and 2 * len(ringing) > len(near)
-        return replace(
-            settled,
-            verdict='control: no line stands out there, and the loop rings',
-            sure='medium' if most else 'low',
-        )
-    return replace(settled, verdict='not settled: nothing stands out there')
+        most = ringing > 1 and 2 * ringing > bands
+        return 'control: no line stands out there, and the loop rings', 'medium' if most else 'low'
+    return 'not settled: nothing stands out there', 'low'
 
 
 def published_places() -> Places:
