@@ -152,13 +152,7 @@ class Strand:
 
 @dataclass
 class Measuring:
-    """Measure candidates on a pool, but for those that a journal holds.
-
-    Attributes:
-        book: the journal.
-        pool: computes.
-        began: s.
-    """
+    """Measure candidates on a pool since it began, s, but for those that a journal holds."""
 
     book: Journal
     pool: Pool

@@ -46,7 +46,11 @@ def summary(found: Comparison) -> str:
 def page(found: Comparison) -> str:
     """Return the page."""
     known = surroundings()
-    walks, names = found.walks, list(found.walks[0].numbers)
+    names = list(found.walks[0].numbers)
+    walks = tuple(
+        (walk.engine, walk.change, *(_number(walk.numbers.get(name, nan)) for name in names))
+        for walk in found.walks
+    )
     return page_text(
         __name__,
         found=found,
@@ -63,17 +67,7 @@ def page(found: Comparison) -> str:
         ),
         studied=[(each, table(each.causes, CAUSE_COLUMNS)) for each in found.studied],
         walk=WALK,
-        walks=Table(
-            ('engine', 'change', *names),
-            tuple(
-                (
-                    walk.engine,
-                    walk.change,
-                    *(_number(walk.numbers.get(name, nan)) for name in names),
-                )
-                for walk in walks
-            ),
-        ),
+        walks=Table(('engine', 'change', *names), walks),
     )
 
 

@@ -30,11 +30,7 @@ CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
 
 @dataclass(frozen=True)
 class MeasuredRun:
-    """One run.
-
-    Attributes:
-        outcome: of the monitor.
-    """
+    """One run and its outcome."""
 
     outcome: Outcome
 

@@ -88,18 +88,12 @@ def largest_pushes(rows: Sequence[PushRow]) -> Table:
     for duration in dict.fromkeys(row.duration for row in rows):
         for name, direction, fields_ in whose:
             found = [by_key[direction, duration, *loop] for loop in loops]
-            lines.append(
-                [
-                    f'{duration:g} s',
-                    name,
-                    *(
-                        ' to '.join(f'{getattr(row, field):.2f}' for field in fields_)
-                        for row in found
-                    ),
-                ]
+            cells = (
+                ' to '.join(f'{getattr(row, field):.2f}' for field in fields_) for row in found
             )
+            lines.append((f'{duration:g} s', name, *cells))
     head = [f'K_A = {gain:g}' + (f', {gyro}' if gyro else '') for gyro, gain in loops]
-    return Table(('push', 'who', *head), tuple(map(tuple, lines)))
+    return Table(('push', 'who', *head), tuple(lines))
 
 
 def document_part(found: PushLimits) -> str:

@@ -127,14 +127,8 @@ def _most(seen: Iterable[bool]) -> bool:
 
 def _extra_peak(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median frequency of the largest peak above f_0 that is no multiple of it, Hz."""
+    others = ([peak.frequency for peak in one.peaks if peak.label == 'other'] for one in walks)
     return runs.typical(
-        next(
-            (
-                peak.frequency
-                for peak in one.peaks
-                if peak.label == 'other' and peak.frequency > published.F_0[1]
-            ),
-            nan,
-        )
-        for one in walks
+        next((frequency for frequency in found if frequency > published.F_0[1]), nan)
+        for found in others
     )
