@@ -22,7 +22,7 @@ from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import SHIPPED_PLAN, CalibrationPlan, read_plan
 from khr_studies.calibration.result import Calibration, ConstantLean
 from khr_studies.calibration.search import Measuring, Search, search
-from khr_studies.errors import StudyError
+from khr_studies.errors import check_integer
 from khr_studies.measuring.condition import Condition
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
@@ -55,16 +55,13 @@ class Request:
         """
         check_workers(self.workers)
         for name, value, low, high in (
-            ('candidates', self.candidates, 4, 1_000_000),
-            ('confirm', self.confirm, 0, 10_000),
-            ('population', self.population, 4, 1000),
-            ('seed', self.seed, 0, 2**31),
-            ('seeds', self.seeds, 1, 100),
+            ('--candidates', self.candidates, 4, 1_000_000),
+            ('--confirm', self.confirm, 0, 10_000),
+            ('--population', self.population, 4, 1000),
+            ('--seed', self.seed, 0, 2**31),
+            ('--seeds', self.seeds, 1, 100),
         ):
-            if not low <= value <= high:
-                raise StudyError(
-                    f'--{name}: {value} is not accepted; accepted: integer in [{low}, {high}]'
-                )
+            check_integer(name, value, low, high)
         check(table_of('simulator'), 'engine', self.engine)
         plan = read_plan(self.config or SHIPPED_PLAN)
         return Search(plan, self.engine, self.seed, self.seeds, self.population, self.candidates)

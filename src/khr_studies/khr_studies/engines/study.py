@@ -20,7 +20,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import Truth
 from khr_sim.surfaces import SURFACES
-from khr_studies.errors import StudyError
+from khr_studies.errors import check_integer
 from khr_studies.measuring.bench import CYCLE, Bench
 from khr_studies.measuring.condition import INITIAL_TILT_DEG, Changes, Condition
 from khr_studies.measuring.limit import Limit
@@ -227,8 +227,7 @@ def compare_engines(
     Raises:
         StudyError: if an argument is not accepted.
     """
-    if not 2 <= seeds <= 100:
-        raise StudyError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
+    check_integer('--seeds', seeds, 2, 100)
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]
     for name in names:
         scenarios.load_scenario(name)  # a mistake is reported before anything starts

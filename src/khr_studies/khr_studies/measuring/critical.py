@@ -12,7 +12,7 @@ import sys
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import Watch, run_offline
 from khr_common.maths.limit import bracket_limit
-from khr_studies.errors import StudyError
+from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.limit import Attempt, Limit
 from khr_studies.measuring.limit_text import attempt_text
@@ -65,8 +65,7 @@ def measure_limit(
     Raises:
         StudyError: if an argument is not accepted.
     """
-    if not 1 <= seeds <= 1000:
-        raise StudyError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 1000]')
+    check_integer('--seeds', seeds, 1, 1000)
     if not 0.01 <= tolerance <= STEP:
         raise StudyError(
             f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_studies.errors import StudyError
+from khr_studies.errors import check_integer
 from khr_studies.measuring import published
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
@@ -80,8 +80,7 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
     Raises:
         StudyError: if an argument is not accepted.
     """
-    if not 2 <= seeds <= 100:
-        raise StudyError(f'--seeds: {seeds} is not accepted; accepted: integer in [2, 100]')
+    check_integer('--seeds', seeds, 2, 100)
     spread = spread_of(read_ensemble())
     with local_pool(jobs, '--jobs') as pool:
         return compare(Bench(pool, seeds, tolerance, spread=spread), explain)

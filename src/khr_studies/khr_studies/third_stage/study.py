@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from khr_common.maths.limit import bracket_limit
 from khr_sim.physics.engines import LIBRARIES
-from khr_studies.errors import StudyError
+from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.bench import MeasuredLift, lift
 from khr_studies.measuring.condition import Changes, Condition
 from khr_studies.measuring.study_version import version_of_study
@@ -235,8 +235,7 @@ def measure_plane(
     Raises:
         StudyError: if an argument is not accepted.
     """
-    if not 1 <= seeds <= 100:
-        raise StudyError(f'--seeds: {seeds} is not accepted; accepted: integer in [1, 100]')
+    check_integer('--seeds', seeds, 1, 100)
     if not (scales and times):
         raise StudyError('scales, times: accepted: one value of each, or more')
     other = next(name for name in LIBRARIES if name != engine)

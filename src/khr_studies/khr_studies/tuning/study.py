@@ -16,7 +16,7 @@ from typing import Any
 
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario, changes_of
-from khr_studies.errors import StudyError
+from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.condition import INITIAL_TILT_DEG
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.optimiser import evolution
@@ -120,15 +120,9 @@ class Question:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        for name, value, (low, high) in (
-            ('--seeds', self.seeds, SEEDS),
-            ('--candidates', self.candidates, CANDIDATES),
-            ('--seed', self.seed, (0, 2**31)),
-        ):
-            if not low <= value <= high:
-                raise StudyError(
-                    f'{name}: {value} is not accepted; accepted: integer in [{low}, {high}]'
-                )
+        check_integer('--seeds', self.seeds, *SEEDS)
+        check_integer('--candidates', self.candidates, *CANDIDATES)
+        check_integer('--seed', self.seed, 0, 2**31)
         taken = {knob.name for knob in self.knobs}
         for robot in self.robots:
             if both := sorted(taken & set(robot.constants)):
