@@ -140,6 +140,13 @@ def _pairs(
     return [(reference, other) for distance, reference, other in found if distance == nearest]
 
 
+def _ratios(peak: TracedPeak, pairs: list[tuple[Walks, Walks]]) -> list[Ratio]:
+    return [
+        ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs))
+        for reference, other in pairs
+    ]
+
+
 def _different(one: Walks, other: Walks) -> list[str]:
     return [
         each.name
@@ -231,18 +238,17 @@ def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | 
     )
     if not pairs:
         return None
-    found = [
-        (other.label, ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs)))
-        for reference, other in pairs
-    ]
-    words = ', '.join(f'{label} {each.words}' for label, each in found)
-    if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for _, each in found):
+    found = _ratios(peak, pairs)
+    words = ', '.join(
+        f'{other.label} {each.words}' for (_, other), each in zip(pairs, found, strict=True)
+    )
+    if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for each in found):
         return _only('gain', f'comes or goes with the gain: {words}', 'feedback')
-    if any(each.changed for _, each in found):
+    if any(each.changed for each in found):
         words = f'grows or shrinks with the gain: {words}'
         # the loop shapes what the gait drives, so a line may do so too
         return _not('gain', words) if peak.line is not None else _only('gain', words, 'feedback')
-    if not any(np.isfinite(each.low) for _, each in found):
+    if not any(np.isfinite(each.low) for each in found):
         return _not('gain', f'one seed shows no scatter: {words}')
     return _not('gain', f'the gain does not matter beyond the seeds: {words}', 'feedback')
 
@@ -279,10 +285,7 @@ def _absent(
     """Ask whether it is there without one possible origin."""
     if not pairs:
         return None
-    found = [
-        ratio(peak.in_walks(reference), peak.in_walks(other), len(pairs))
-        for reference, other in pairs
-    ]
+    found = _ratios(peak, pairs)
     text = f'{words} {", ".join(each.words for each in found)}'
     if any(each.vanished for each in found):
         return _only(experiment, f'vanishes {text}', removed)
