@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import degrees
 from typing import Any
 
@@ -118,10 +118,11 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> MeasuredLif
     return MeasuredLift(outcome, toe, heel, max(rates))
 
 
+@dataclass(eq=False)
 class Bench:
     """Measurements by a pool of processes; nothing is measured twice.
 
-    Args:
+    Attributes:
         pool: computes the measurements.
         seeds: of each measurement.
         tolerance: of each bisection, deg.
@@ -132,27 +133,20 @@ class Bench:
             one.
     """
 
-    def __init__(
-        self,
-        pool: Pool,
-        seeds: int,
-        tolerance: float,
-        curve: tuple[float, ...] = STAGE_1_GRID,
-        spread: Mapping[str, tuple[float, float]] | None = None,
-        settings: Changes = (),
-    ) -> None:
-        self.spread = spread or {}
-        self._settings = settings
-        self.seeds = seeds
-        self.tolerance = tolerance
-        self.curve = curve
-        self._pool = pool
+    pool: Pool
+    seeds: int
+    tolerance: float
+    curve: tuple[float, ...] = STAGE_1_GRID
+    spread: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    settings: Changes = ()
+
+    def __post_init__(self) -> None:
         self._jobs: dict[tuple[Any, ...], Any] = {}  # futures by function and arguments
 
     @property
     def engines(self) -> tuple[str, str]:
         """Return the physics engine of the measurements, and the other one."""
-        own = str(dict(self._settings).get(('simulator', 'engine'), engines.DEFAULT))
+        own = str(dict(self.settings).get(('simulator', 'engine'), engines.DEFAULT))
         return own, next(name for name in engines.LIBRARIES if name != own)
 
     def elsewhere(self, condition: Condition) -> Condition:
@@ -209,13 +203,13 @@ class Bench:
     def submit(self, function: Any, *arguments: Any) -> None:
         """Start a job, unless it is under way."""
         if (function, *arguments) not in self._jobs:
-            self._jobs[function, *arguments] = self._pool.submit(function, *self._set(arguments))
+            self._jobs[function, *arguments] = self.pool.submit(function, *self._set(arguments))
 
     def _set(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
         condition, *others = arguments
-        if not self._settings:
+        if not self.settings:
             return arguments
-        return replace(condition, changes=(*self._settings, *condition.changes)), *others
+        return replace(condition, changes=(*self.settings, *condition.changes)), *others
 
     def result(self, function: Any, *arguments: Any) -> Any:
         """Wait for a job, and return what it found."""

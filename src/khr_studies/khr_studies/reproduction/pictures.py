@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -18,10 +18,11 @@ from khr_sweeps.progress import Bar
 from khr_sweeps.specification import Sweep
 
 
+@dataclass(eq=False)
 class Pictures:
     """Figures that a pool of workers draws; one that fails does not stop the others.
 
-    Args:
+    Attributes:
         pool: its workers have access to the same folders.
         bar: advances with each figure.
         out: folder of the figures and their CSV files.
@@ -29,14 +30,13 @@ class Pictures:
         engine: physics engine of the experiments, and of what is run for a figure.
     """
 
-    def __init__(
-        self, pool: Pool, bar: Bar, out: Path, fast: bool, engine: str = engines.DEFAULT
-    ) -> None:
-        self._pool = pool
-        self._bar = bar
-        self._out = out
-        self._fast = fast
-        self._engine, self._root = engine, root_of(engine)
+    pool: Pool
+    bar: Bar
+    out: Path
+    fast: bool
+    engine: str = engines.DEFAULT
+
+    def __post_init__(self) -> None:
         self._futures: dict[str, tuple[FigureResult, Any]] = {}
 
     def submit_figure(self, number: str) -> None:
@@ -45,17 +45,17 @@ class Pictures:
         result = FigureResult(
             number,
             drawing.title,
-            *paths(number, self._out, self._engine),
-            f'khr figure {number}' + ' --fast' * self._fast + self._on_engine,
+            *paths(number, self.out, self.engine),
+            f'khr figure {number}' + ' --fast' * self.fast + self._on_engine,
             drawing.experiments,
         )
-        self._submit(result, _draw_figure, number, self._out.absolute(), self._fast, self._engine)
+        self._submit(result, _draw_figure, number, self.out.absolute(), self.fast, self.engine)
 
     def submit_map(self, sweep: Sweep) -> None:
         """Start drawing a stability map over the first two axes of an experiment."""
         x, y = list(sweep.axes)[:2]
         name = sweep.name
-        folder, image = folder_of(name, self._fast, self._root), self._out / f'{name}.png'
+        folder, image = folder_of(name, self.fast, root_of(self.engine)), self.out / f'{name}.png'
         result = FigureResult(
             name,
             sweep.title,
@@ -68,7 +68,7 @@ class Pictures:
 
     @property
     def _on_engine(self) -> str:
-        return f' --engine {self._engine}' if self._engine != engines.DEFAULT else ''
+        return f' --engine {self.engine}' if self.engine != engines.DEFAULT else ''
 
     def results(self, numbers: Iterable[str]) -> list[FigureResult]:
         """Wait for all; return them in the order of their numbers."""
@@ -79,8 +79,8 @@ class Pictures:
     ) -> None:
         for path in (result.image, result.points):
             path.unlink(missing_ok=True)  # of an earlier reproduction
-        future = self._pool.submit(_attempt, function, *arguments, first=True)  # some take long
-        future.add_done_callback(lambda _: self._bar.advance())
+        future = self.pool.submit(_attempt, function, *arguments, first=True)  # some take long
+        future.add_done_callback(lambda _: self.bar.advance())
         self._futures[result.number] = result, future
 
     def _result(self, number: str) -> FigureResult:

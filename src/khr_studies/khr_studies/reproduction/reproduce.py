@@ -75,21 +75,21 @@ class Computed:
     """What the workers have computed.
 
     Attributes:
-        drawn: figures, then maps.
-        scoreboard: None if it was not asked for, or failed.
         seeds: by experiment.
         bisected: experiments whose runs lie along a limit.
         lost: number of runs whose workers died.
+        drawn: figures, then maps.
+        scoreboard: None if it was not asked for, or failed.
         failed: other failures, a line each.
         said: what the scoreboard's measurements say of who stays up.
     """
 
-    drawn: list[FigureResult]
-    scoreboard: Scoreboard | None
     seeds: dict[str, int]
     bisected: tuple[str, ...]
     lost: int
-    failed: list[str]
+    drawn: list[FigureResult] = field(default_factory=list)
+    scoreboard: Scoreboard | None = None
+    failed: list[str] = field(default_factory=list)
     said: list[Said] = field(default_factory=list)
 
     def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:
@@ -124,12 +124,9 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
             if sweep.name in asked.maps:
                 pictures.submit_map(sweep)
         computed = Computed(
-            [],
-            None,
             {each.name: each.seeds or 0 for each, _ in sweeps},
             tuple(each.name for each, _ in sweeps if each.bisect),
             lost,
-            [],
         )
         if asked.scoreboard:
             computed.scoreboard = computed.attempt(

@@ -7,6 +7,7 @@ import io
 from collections.abc import Callable
 from concurrent.futures import CancelledError, Future
 from contextlib import redirect_stderr
+from dataclasses import dataclass
 from functools import cached_property
 from operator import itemgetter
 from pathlib import Path
@@ -21,10 +22,11 @@ from khr_sweeps.results.store import Store
 RESULTS = 'jobs.jsonl'
 
 
+@dataclass(eq=False)
 class KeptJobs:
     """A pool that computes each job once for one version of the code.
 
-    Args:
+    Attributes:
         pool: computes missing results.
         folder: of the file of results; another command that writes it is waited for.
         version: of the code that determines the results.
@@ -34,19 +36,11 @@ class KeptJobs:
     The functions annotate what they return, which decides how a result is read.
     """
 
-    def __init__(
-        self,
-        pool: Pool,
-        folder: Path,
-        version: str,
-        bar: Bar,
-        costs: dict[Callable[..., Any], int],
-    ) -> None:
-        self._pool = pool
-        self._version = version
-        self._bar = bar
-        self._costs = costs
-        self._folder = folder
+    pool: Pool
+    folder: Path
+    version: str
+    bar: Bar
+    costs: dict[Callable[..., Any], int]
 
     def __enter__(self) -> KeptJobs:
         return self
@@ -58,19 +52,19 @@ class KeptJobs:
     @cached_property
     def _results(self) -> Store[Any]:
         """The results, opened with the first job."""
-        self._folder.mkdir(parents=True, exist_ok=True)
-        return Store(self._folder / RESULTS, {'results': 'jobs'}, itemgetter('value'), wait=True)
+        self.folder.mkdir(parents=True, exist_ok=True)
+        return Store(self.folder / RESULTS, {'results': 'jobs'}, itemgetter('value'), wait=True)
 
     @property
     def workers(self) -> int:
         """Return how many there are."""
-        return self._pool.workers
+        return self.pool.workers
 
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
     ) -> Future[Any]:
         """Start a job unless its result exists; return its future."""
-        name = _name(self._version, function, arguments)
+        name = _name(self.version, function, arguments)
         kind = TypeAdapter(get_type_hints(function)['return'])
         if name in self._results.values:
             try:
@@ -79,12 +73,12 @@ class KeptJobs:
                 return done
             except ValueError:
                 pass  # not of this kind: it is computed again, and the newer line counts
-        cost = self._costs.get(function, 1)
-        self._bar.expect(cost)
+        cost = self.costs.get(function, 1)
+        self.bar.expect(cost)
         kept: Future[Any] = Future()
 
         def keep(computed: Future[Any]) -> None:
-            self._bar.advance(cost)
+            self.bar.advance(cost)
             try:
                 result = computed.result()
                 value = kind.dump_python(result, mode='json')
@@ -93,7 +87,7 @@ class KeptJobs:
             except (Exception, CancelledError) as error:
                 kept.set_exception(error)
 
-        computed = self._pool.submit(compute_quietly, function, *arguments, first=first)
+        computed = self.pool.submit(compute_quietly, function, *arguments, first=first)
         computed.add_done_callback(keep)
         return kept
 
