@@ -46,10 +46,9 @@ class Harmonics:
 class Growth:
     """Sizes of the second and third harmonic over the inclination, arrays of one length.
 
-    Inclination and sizes in rad, but the printed ones in rad/s^2.
+    Sizes are in rad, but the printed ones in rad/s^2.
     """
 
-    inclination: Array
     second_published: Array
     third_published: Array
     second_series: Array
@@ -162,7 +161,6 @@ def growth(
         for method in (series_harmonics, integrated_harmonics)
     )
     return Growth(
-        np.asarray(inclination, dtype=np.float64),
         np.abs([second for second, _ in printed]),
         np.abs([third for _, third in printed]),
         np.abs([one.second for one in series]),

@@ -22,7 +22,6 @@ class StiffnessSweep:
     ``stability_limit`` is the largest gain, s.
     """
 
-    stiffness: Array
     ringing_frequency: Array
     damping_ratio: Array
     ringing_rate: Array
@@ -43,7 +42,6 @@ def sweep_stiffness(
     positive('window', window)
     loops = [replace(loop, stiffness=float(value)) for value in stiffness]
     return StiffnessSweep(
-        np.asarray(stiffness, dtype=np.float64),
         np.array([one.ringing_frequency for one in loops]),
         np.array([one.damping_ratio for one in loops]),
         np.array([_ringing_rate(one, tone, window) for one in loops]),

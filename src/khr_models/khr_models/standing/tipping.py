@@ -142,7 +142,8 @@ class Model(ABC):
     def advance(self, time: float, step: float, correction: float) -> None:
         """Go one step on under the ankle's correction (rad, away from the pushed side)."""
         self._correction = correction
-        force = abs(self._push.force) * _overlap(time, step, self._push.duration) / step
+        lasting = min(max(self._push.duration - time, 0.0), step)  # so that its impulse is exact
+        force = abs(self._push.force) * lasting / step
         state = self._state
         first = self.derivative(state, force)
         second = self.derivative(_along(state, first, 0.5 * step), force)
@@ -167,11 +168,6 @@ class Model(ABC):
     @abstractmethod
     def observe(self) -> tuple[float, float, float]:
         """Return x_COM, pitch rate and th_A."""
-
-
-def _overlap(time: float, step: float, duration: float) -> float:
-    """Return how much of a step the push lasts, s, so that its impulse is exact."""
-    return min(max(duration - time, 0.0), step)
 
 
 def _along(state: State, slope: State, step: float) -> State:
