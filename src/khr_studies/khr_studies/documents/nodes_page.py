@@ -32,7 +32,9 @@ def nodes_markdown() -> str:
         'flow': lambda each: each.flow,
         'frame': lambda each: each.frame,
         'meaning': lambda each: each.meaning,
-        'from': lambda each: ', '.join(sources(each)) or _anyone(each),
+        'from': lambda each: (
+            ', '.join(sources(each)) or ('every node' if each.name.startswith('/') else 'you')
+        ),
         'to': lambda each: ', '.join(takers(each)) or 'whoever looks on',
     }
     topics = {topic for spec in specs for topic in (*spec.publishes, *spec.subscribes)}
@@ -55,10 +57,6 @@ def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str
                 found.setdefault(topic, ['simulator'])
     left_out = TAKE_ALL if side == 'subscribes' else ()
     return lambda topic: [name for name in found.get(topic, []) if name not in left_out]
-
-
-def _anyone(topic: Topic) -> str:
-    return 'every node' if topic.name.startswith('/') else 'you'
 
 
 def _node(name: str, node: RegisteredNode) -> Passage:

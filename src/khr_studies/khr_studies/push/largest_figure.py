@@ -13,7 +13,7 @@ from khr_models.standing.push import DIRECTIONS
 from khr_report.plots.plot_style import head, legend_above, panels, share_scale
 from khr_studies.push.figure import SIDES, show_band
 from khr_studies.push.largest import SETTINGS, Impulses, LargestPushes
-from khr_studies.push.motions import FATAL, PUSHED, SURVIVED, PushedBody, RobotAndModel
+from khr_studies.push.motions import FATAL, PUSHED, SURVIVED, RobotAndModel
 
 ROBOT: dict[str, dict[str, Any]] = {  # looks, by gyro
     'packaged': {'linestyle': '-', 'marker': 'o'},
@@ -103,15 +103,6 @@ def _draw_motions(axis: Axes, near: RobotAndModel) -> None:
     lines = [(f'C{index}', '-', 'robot', each) for index, each in enumerate(near.robot)]
     lines += [(f'C{last}', '--', 'model', each) for each in near.model]
     for color, line, who, each in lines:
-        axis.plot(
-            each.time,
-            1e3 * each.values,
-            color=color,
-            linestyle=line,
-            label=f'{who}, {_control(each)}',
-        )
+        label = f'{who}, K_A = {each.gain:g}' + (f', {each.gyro}' if each.gain else '')
+        axis.plot(each.time, 1e3 * each.values, color=color, linestyle=line, label=label)
     show_band(axis, near)
-
-
-def _control(pushed: PushedBody) -> str:
-    return f'K_A = {pushed.gain:g}' + (f', {pushed.gyro}' if pushed.gain else '')

@@ -98,12 +98,14 @@ def findings_markdown(findings: Findings) -> str:
 
 def blocks(findings: Findings) -> list[Block]:
     """Return the document of the findings, without its title."""
+    board = findings.scoreboard
+    is_open = board is not None and any(row.undecided for row in board.rows)
     return [
         QUESTION,
         _answer(findings),
-        Passage('What the simulation confirms', _rows(findings.scoreboard, True)),
-        Passage('What it contradicts', _rows(findings.scoreboard, False)),
-        *_undecided(findings.scoreboard),
+        Passage('What the simulation confirms', _rows(board, True)),
+        Passage('What it contradicts', _rows(board, False)),
+        *([Passage('What stays undecided', _rows(board, None))] if is_open else []),
         Passage('What it adds', _added(findings)),
         Passage('How to repeat it', (_repeat(findings),)),
     ]
@@ -119,13 +121,6 @@ def _answer(findings: Findings) -> str:
         f'{len(predicted)} among them that are predictions, {scoreboard.count(predicted).passed}.'
         + (f' {scoreboard.QUICK}' if findings.fast else '')
     )
-
-
-def _undecided(board: Scoreboard | None) -> list[Block]:
-    """Return what the uncertainty of the measurements leaves open, if there is something."""
-    if board is None or not any(row.undecided for row in board.rows):
-        return []
-    return [Passage('What stays undecided', _rows(board, None))]
 
 
 def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:

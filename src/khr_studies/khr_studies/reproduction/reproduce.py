@@ -37,7 +37,7 @@ from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
 from khr_studies.stability_map.best_gain import map_result
 from khr_studies.thesis_figures.registry import FIGURES
-from khr_sweeps.pool import Pool, check_workers, local_pool
+from khr_sweeps.pool import check_workers, local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
 
@@ -107,7 +107,13 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
     with (
         Bar('reproduce', experiments.missing(sweeps) + len(drawn), lines=True) as bar,
         local_pool(workers) as pool,
-        _kept(pool, bar, asked) as kept,
+        KeptJobs(
+            pool,
+            experiments.root_of(asked.engine) / SCOREBOARD,
+            version_of_study('scoreboard'),
+            bar,
+            {limit_of_seed: LIMIT_RUNS},
+        ) as kept,
     ):
         pictures = Pictures(pool, bar, out, asked.fast, asked.engine)
         for number in asked.figures:
@@ -184,16 +190,6 @@ def _findings(
         asked.fast,
         asked.command,
         {'code': code_version(), **stated_of()} | {name: version_of(name) for name in LIBRARIES},
-    )
-
-
-def _kept(pool: Pool, bar: Bar, asked: Wanted) -> KeptJobs:
-    return KeptJobs(
-        pool,
-        experiments.root_of(asked.engine) / SCOREBOARD,
-        version_of_study('scoreboard'),
-        bar,
-        {limit_of_seed: LIMIT_RUNS},
     )
 
 
