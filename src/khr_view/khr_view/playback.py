@@ -8,14 +8,12 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from itertools import cycle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
 from khr_view.guard import Door
 from khr_view.model.again import PAUSE
-from khr_view.model.events import Loop, Play, Seek, Speed, Step
 from khr_view.model.recorded import RecordedRun
 
 RATE = 30.0  # pictures per s
@@ -45,21 +43,20 @@ class Player:
     loop: bool = True
     rested: float = 0.0
 
-    def take(self, event: Any) -> None:
-        """Do what a reader wants."""
-        if isinstance(event, Play):
-            self.playing = event.on
-            if event.on and self.now >= self.end:
-                self.now = 0.0
-        elif isinstance(event, Seek):
-            self.now = min(max(event.time, 0.0), self.end)
-        elif isinstance(event, Step):
-            self.playing = False
-            self.now = min(max(self.now + event.periods * self.period, 0.0), self.end)
-        elif isinstance(event, Speed):
-            self.speed = event.factor
-        elif isinstance(event, Loop):
-            self.loop = event.on
+    def play(self, on: bool) -> None:
+        """Go on, from the start if it is at the end, or stand still."""
+        self.playing = on
+        if on and self.now >= self.end:
+            self.now = 0.0
+
+    def seek(self, time: float) -> None:
+        """Show a time, s."""
+        self.now = min(max(time, 0.0), self.end)
+
+    def step(self, periods: int) -> None:
+        """Stand still, some control periods on or back."""
+        self.playing = False
+        self.seek(self.now + periods * self.period)
 
     def advance(self, wall: float) -> None:
         """Let ``wall`` s pass; the end is shown for a while before it begins again."""
@@ -136,7 +133,7 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
     display = Display(door(), played.charts, names)
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
-    panel = PlaybackPanel(display.server.gui, display.events.put, player, runs)
+    panel = PlaybackPanel(display.server.gui, display.later, player, runs)
     display.add_look()
     note = Note(
         runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs),
@@ -149,8 +146,7 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
         if display.readers:  # so that the first one sees it from its start
             player.advance(now - before)
         count, before = count + 1, now
-        while not display.events.empty():
-            player.take(display.events.get())
+        display.act()
         panel.show(player)
         if not display.readers or (player.now == shown and count % CHARTS_EVERY):
             continue

@@ -28,7 +28,8 @@ def display():
 
 @pytest.fixture(scope='module')
 def panel(display):
-    return LivePanel(display.server.gui, display.events.put, ['walk_3deg', 'walk_0deg'], 'same')
+    scenarios = ['walk_3deg', 'walk_0deg']
+    return LivePanel(display.server.gui, display.later, SimpleNamespace(), scenarios, 'same')
 
 
 def button(panel, name):
@@ -64,8 +65,7 @@ def test_a_robot_its_signals_and_its_spectrum_are_drawn_and_saved(display):
     robot = Robot.load()
     builder = SnapshotBuilder(robot, RunParameters())
     scene = builder.build(builder.completed({JOINT_STATES: (0.0,) * len(JOINTS)}))
-    display.add_robot(robot, name='one')
-    display.let_push()
+    display.add_robot(robot, name='one', push=lambda force, done: None)
     display.show_scenes([scene])
     display.show_push(scene, np.array([5.0, 0.0, 0.0]), acts=True)
     display.show_scenes([scene])

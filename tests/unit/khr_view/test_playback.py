@@ -6,40 +6,40 @@ from hypothesis import strategies as st
 
 from khr_view.charts.charts import charts
 from khr_view.model.again import PAUSE
-from khr_view.model.events import Loop, Play, Seek, Speed, Step
 from khr_view.model.status import Status
 from khr_view.playback import PlayedRuns, Player, side_by_side
 
 SECONDS = st.floats(-100.0, 100.0, allow_nan=False)
-EVENTS = st.one_of(
-    st.builds(Play, st.booleans()),
-    st.builds(Seek, SECONDS),
-    st.builds(Step, st.integers(-5, 5)),
-    st.builds(Speed, st.floats(0.01, 10.0)),
-    st.builds(Loop, st.booleans()),
+ACTS = st.one_of(
+    st.tuples(st.just(Player.play), st.booleans()),
+    st.tuples(st.just(Player.seek), SECONDS),
+    st.tuples(st.just(Player.step), st.integers(-5, 5)),
+    st.tuples(st.just(Player.advance), st.floats(0.0, 10.0)),
+    st.tuples(st.sampled_from([lambda player, on: setattr(player, 'loop', on)]), st.booleans()),
+    st.tuples(
+        st.sampled_from([lambda player, factor: setattr(player, 'speed', factor)]),
+        st.floats(0.01, 10.0),
+    ),
 )
 
 
-@given(st.lists(st.one_of(EVENTS, st.floats(0.0, 10.0)), max_size=30))
+@given(st.lists(ACTS, max_size=30))
 def test_the_time_stays_within_the_run(steps):
     player = Player(end=20.0, period=0.015)
-    for step in steps:
-        if isinstance(step, float):
-            player.advance(step)
-        else:
-            player.take(step)
+    for act, value in steps:
+        act(player, value)
         assert 0.0 <= player.now <= 20.0
 
 
 def test_it_plays_at_its_speed_stops_at_the_end_and_begins_again():
     player = Player(end=2.0, period=0.5, loop=False)
-    player.take(Speed(0.5))
+    player.speed = 0.5
     player.advance(1.0)
     assert player.now == 0.5 and player.playing
     player.advance(10.0)
     player.advance(0.1)
     assert player.now == 2.0 and not player.playing
-    player.take(Play(True))
+    player.play(True)
     assert player.now == 0.0 and player.playing
 
 
@@ -51,14 +51,14 @@ def test_a_loop_shows_the_end_for_a_while_and_begins_again():
     player.advance(PAUSE / 2)
     assert player.now == 0.0 and player.playing
     player.advance(10.0)
-    player.take(Loop(False))
+    player.loop = False
     player.advance(PAUSE)
     assert player.now == 2.0 and not player.playing
 
 
 def test_a_step_halts_it_and_goes_one_period():
     player = Player(end=2.0, period=0.5, now=1.0)
-    player.take(Step(-1))
+    player.step(-1)
     assert player.now == 0.5 and not player.playing
     player.advance(1.0)
     assert player.now == 0.5

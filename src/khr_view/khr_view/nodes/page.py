@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import sys
 import time
-from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
@@ -31,8 +30,7 @@ from khr_view.charts.charts import charts, tapped
 from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, Tunable, Value, tunables
 from khr_view.guard import SOCKET, TOKEN, inherited, open_door
-from khr_view.model import events
-from khr_view.model.again import Again
+from khr_view.model.again import Again, How
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
 from khr_view.model.snapshot import NEEDED
@@ -62,7 +60,7 @@ class PageNode(KhrNode):
         )
         display = self._display = Display(self._door, charts())
         scenarios = [path.stem for path in shipped()]
-        self._panel = LivePanel(display.server.gui, display.events.put, scenarios, p.again)
+        self._panel = LivePanel(display.server.gui, display.later, self, scenarios, p.again)
         display.add_look()
         self._run, self._again = LiveRun(), Again(p.again)
         self._scene, self._traces = LiveScene(), Traces()
@@ -73,7 +71,14 @@ class PageNode(KhrNode):
             self, (*tunables(), *WATCHED), self._panel.add, self._on_value, self._on_refusal
         )
         self._reports = Reports(
-            self, self._run, self._scene, self._traces, display, self._panel, self._remote
+            self,
+            self._run,
+            self._scene,
+            self._traces,
+            display,
+            self._panel,
+            self._remote,
+            self.push,
         )
         self.create_timer(
             1.0 / p.rate, self._on_frame, clock=Clock(clock_type=ClockType.STEADY_TIME)
@@ -106,8 +111,7 @@ class PageNode(KhrNode):
 
     def _on_frame(self) -> None:
         self._count += 1
-        while not self._display.events.empty():
-            self._take(self._display.events.get())
+        self._display.act()
         self._remote.send()
         if self._count % LOOK_EVERY == 1:
             self._remote.discover()
@@ -151,26 +155,32 @@ class PageNode(KhrNode):
 
     # ---- what the reader does ----
 
-    def _take(self, event: Any) -> None:
-        if isinstance(event, events.Changed):
-            self._run.learn(event.tunable, event.value)
-            self._remote.ask(event.tunable, event.value)
-        elif isinstance(event, events.Pause):
-            self._remote.pause(event.halt)
-        elif isinstance(event, events.Reset):
-            self._remote.reset()
-        elif isinstance(event, events.Repeat):
-            self._again.how = event.how
-        elif isinstance(event, events.Switch):
-            self._switch(event.scenario)
-        elif isinstance(event, events.Pushed) and not self._scene.pushable:
-            return
-        elif isinstance(event, events.Pushed) and event.done:
-            self._publish_push(event.force)
-        elif isinstance(event, events.Pushed) and self._scene.snapshot is not None:
-            self._display.show_push(self._scene.snapshot, np.array(event.force))
+    def change(self, tunable: Tunable, value: Value) -> None:
+        """Give a parameter another value."""
+        self._run.learn(tunable, value)
+        self._remote.ask(tunable, value)
 
-    def _switch(self, scenario: str) -> None:
+    def pause(self, halt: bool) -> None:
+        """Halt time, or let it go on."""
+        self._remote.pause(halt)
+
+    def reset(self) -> None:
+        """Start the run anew."""
+        self._remote.reset()
+
+    def repeat(self, how: How) -> None:
+        """Say how a run that is over begins again."""
+        self._again.how = how
+
+    def push(self, force: tuple[float, float, float], done: bool) -> None:
+        """Aim a push at the torso, N in odom; give it when ``done``."""
+        if self._scene.pushable and done:
+            self._publish_push(force)
+        elif self._scene.pushable and self._scene.snapshot is not None:
+            self._display.show_push(self._scene.snapshot, np.array(force))
+
+    def switch(self, scenario: str) -> None:
+        """Put another scenario in the place of the one that runs."""
         try:
             path = find_scenario(scenario)
             self._remote.switch(path.stem, read_file(path))

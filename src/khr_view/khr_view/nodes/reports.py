@@ -33,6 +33,7 @@ from khr_view.model.live_scene import LiveScene
 from khr_view.nodes.remote import Remote
 from khr_view.page.display import Display
 from khr_view.page.live_panel import LivePanel
+from khr_view.page.robot_view import Push
 
 SLIPPED = 'slip_distance_m'  # as the monitor reports it
 
@@ -45,6 +46,7 @@ class Reports:
         run, scene, traces: receive what is in them.
         display, panel: show it.
         remote: looks for the parameters of a run that begins.
+        push: called when the torso is dragged.
     """
 
     def __init__(
@@ -56,8 +58,9 @@ class Reports:
         display: Display,
         panel: LivePanel,
         remote: Remote,
+        push: Push,
     ) -> None:
-        self._identity = node.run
+        self._identity, self._push = node.run, push
         self._run, self._scene, self._traces = run, scene, traces
         self._display, self._panel, self._remote = display, panel, remote
         self._tones: list[PlacedPeak] = []
@@ -82,9 +85,7 @@ class Reports:
         if robot is None:
             return
         self._scene.configure(self._run.of('simulator'))
-        self._display.add_robot(robot)
-        if self._scene.pushable:
-            self._display.let_push()
+        self._display.add_robot(robot, push=self._push if self._scene.pushable else None)
 
     def _on_state(self, status: DiagnosticStatus) -> None:
         values = {pair.key: pair.value for pair in status.values}

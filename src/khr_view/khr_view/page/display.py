@@ -1,9 +1,9 @@
-"""The whole page: scene, charts, status and controls; what the reader does comes out as events."""
+"""The whole page: scene, charts, status and controls; what the reader wants is done in turn."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from html import escape
@@ -23,7 +23,7 @@ from khr_view.guard import Door
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.board_view import BoardView
 from khr_view.page.charts import SpectrumChart, TimeCharts
-from khr_view.page.robot_view import RobotView
+from khr_view.page.robot_view import Push, RobotView
 from khr_view.page.server import PageServer
 
 ROOT = '/world'
@@ -74,13 +74,13 @@ class Display:
         names: of the runs whose spectra are shown, if there are several.
 
     Attributes:
-        events: what readers did, oldest first; taken by the one who owns the window.
+        server: of the page.
     """
 
     def __init__(
         self, door: Door, charts: tuple[Chart, ...], names: Sequence[str] = ('',)
     ) -> None:
-        self.events: SimpleQueue[Any] = SimpleQueue()
+        self._acts: SimpleQueue[Callable[[], object]] = SimpleQueue()
         self.server = PageServer(door, TITLE)
         server = self.server
         server.scene.configure_environment_map(hdri=None)
@@ -134,15 +134,26 @@ class Display:
         return len(self.server.get_clients())
 
     def add_robot(
-        self, robot: Robot, shift: tuple[float, float, float] = (0.0, 0.0, 0.0), name: str = ''
+        self,
+        robot: Robot,
+        shift: tuple[float, float, float] = (0.0, 0.0, 0.0),
+        name: str = '',
+        push: Push | None = None,
     ) -> None:
-        """Put a robot on the board, its name over its head."""
+        """Put a robot on the board, its name over its head; dragging its torso pushes it."""
         at = f'{ROOT}/robot_{len(self._robots)}'
         self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
+        if push is not None:
+            self._robots[-1].on_drag(partial(self.later, push))
 
-    def let_push(self) -> None:
-        """Let the first robot be pushed by dragging its torso."""
-        self._robots[0].on_drag(self.events.put)
+    def later(self, act: Callable[..., object], *values: Any) -> None:
+        """Keep what a reader wants for the one who owns the window; called by viser's threads."""
+        self._acts.put(partial(act, *values))
+
+    def act(self) -> None:
+        """Do what readers have wanted, in their order."""
+        while not self._acts.empty():
+            self._acts.get()()
 
     def show_scenes(self, scenes: Sequence[Snapshot | None]) -> None:
         """Show the robots where they are; the camera goes along with the first."""

@@ -7,9 +7,8 @@ from typing import Any
 
 from khr_view.controls import Control, Tunable, Value, tunables
 from khr_view.model.again import HOW, How
-from khr_view.model.events import Changed, Pause, Pushed, Repeat, Reset, Switch
 
-Emit = Callable[[object], None]
+Later = Callable[..., None]  # has a function called with the values that follow it
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
 DIRECTIONS = {
     'forward': (1.0, 0.0),
@@ -29,23 +28,26 @@ class LivePanel:
 
     Args:
         gui: viser's.
-        emit: called with each event.
+        later: has the owner of the run do what the reader wants.
+        owner: whose methods change, pause, reset, repeat, switch and push do so.
         scenarios: names of those that can be switched to.
         again: how a run that is over begins again.
     """
 
-    def __init__(self, gui: Any, emit: Emit, scenarios: Sequence[str], again: How) -> None:
-        self._gui, self._emit = gui, emit
+    def __init__(
+        self, gui: Any, later: Later, owner: Any, scenarios: Sequence[str], again: How
+    ) -> None:
+        self._gui, self._later, self._owner = gui, later, owner
         self._handles: dict[tuple[str, str], Any] = {}
         self._folders: dict[str, Any] = {}
         self._paused, self._going, self._pausable = False, False, True
         self._pause = gui.add_button(PAUSE[False], icon='player-pause', disabled=True)
-        self._pause.on_click(lambda _: emit(Pause(not self._paused)))
+        self._pause.on_click(lambda _: later(owner.pause, not self._paused))
         self._reset = gui.add_button(RESET, icon='rotate', color='gray')
-        self._reset.on_click(lambda _: emit(Reset()))
+        self._reset.on_click(lambda _: later(owner.reset))
         words = dict(zip(HOW, AT_THE_END, strict=True))
         end = gui.add_dropdown('At the end', AT_THE_END, initial_value=words[again])
-        end.on_update(lambda _: emit(Repeat(HOW[AT_THE_END.index(end.value)])))
+        end.on_update(lambda _: later(owner.repeat, HOW[AT_THE_END.index(end.value)]))
         for group in GROUPS:
             self._folders[group] = gui.add_folder(group)
         self._add_push()
@@ -88,7 +90,7 @@ class LivePanel:
 
         def on_update(event: Any) -> None:
             if event.client is not None:  # the reader's doing, not ours
-                self._emit(Changed(control.tunable, event.target.value))
+                self._later(self._owner.change, control.tunable, event.target.value)
 
         handle.on_update(on_update)
 
@@ -136,7 +138,7 @@ class LivePanel:
 
         def on_click(_: Any) -> None:
             x, y = DIRECTIONS[where.value]
-            self._emit(Pushed((force.value * x, force.value * y, 0.0)))
+            self._later(self._owner.push, (force.value * x, force.value * y, 0.0), True)
 
         self._push.on_click(on_click)
 
@@ -144,4 +146,4 @@ class LivePanel:
         with self._folders['Scenario']:
             self._scenario = self._gui.add_dropdown('Scenario', tuple(scenarios))
             button = self._gui.add_button('Switch', icon='switch-horizontal', color='gray')
-        button.on_click(lambda _: self._emit(Switch(self._scenario.value)))
+        button.on_click(lambda _: self._later(self._owner.switch, self._scenario.value))

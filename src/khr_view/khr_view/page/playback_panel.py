@@ -5,9 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from khr_view.model.events import Loop, Play, Seek, Speed, Step
-
-Emit = Callable[[object], None]
+Later = Callable[..., None]  # has a function called with the values that follow it
 SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
 MOST_MARKS = 200  # that are listed
 START = '0.00 s  start'
@@ -18,16 +16,16 @@ class PlaybackPanel:
 
     Args:
         gui: viser's.
-        emit: called with each event.
+        later: has the player do what the reader wants.
         player: of the runs.
         runs: whose marks are listed.
     """
 
-    def __init__(self, gui: Any, emit: Emit, player: Any, runs: Sequence[Any]) -> None:
+    def __init__(self, gui: Any, later: Later, player: Any, runs: Sequence[Any]) -> None:
         self._playing = player.playing
         label, icon = self._name(player.playing)
         self._play = gui.add_button(label, icon=icon)
-        self._play.on_click(lambda _: emit(Play(not self._playing)))
+        self._play.on_click(lambda _: later(player.play, not self._playing))
         end = max(player.end, player.period)
         self._time = gui.add_slider('Time, s', 0.0, end, player.period, 0.0)
         steps = gui.add_button_group('Step', ('back', 'forward'))
@@ -35,11 +33,13 @@ class PlaybackPanel:
         loop = gui.add_checkbox('Begin again at the end', player.loop)
         marks = _marks(runs)
         places = gui.add_dropdown('Go to', tuple(marks))
-        self._time.on_update(_by_reader(lambda value: emit(Seek(value))))
-        steps.on_click(lambda event: emit(Step(1 if event.target.value == 'forward' else -1)))
-        speed.on_update(_by_reader(lambda value: emit(Speed(float(value)))))
-        loop.on_update(_by_reader(lambda value: emit(Loop(value))))
-        places.on_update(_by_reader(lambda value: emit(Seek(marks[value]))))
+        self._time.on_update(_by_reader(lambda value: later(player.seek, value)))
+        steps.on_click(
+            lambda event: later(player.step, 1 if event.target.value == 'forward' else -1)
+        )
+        speed.on_update(_by_reader(lambda value: later(setattr, player, 'speed', float(value))))
+        loop.on_update(_by_reader(lambda value: later(setattr, player, 'loop', value)))
+        places.on_update(_by_reader(lambda value: later(player.seek, marks[value])))
 
     def show(self, player: Any) -> None:
         """Move the time line, and name the button after what it does."""

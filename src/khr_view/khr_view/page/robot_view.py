@@ -10,7 +10,6 @@ import numpy as np
 from khr_common.interfaces import BODY, JOINTS, TORSO
 from khr_common.maths.rotation import pitched, rotated
 from khr_sim.robot import Robot
-from khr_view.model.events import Pushed
 from khr_view.model.shapes import Shape, shapes
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.marks import Marks
@@ -18,6 +17,8 @@ from khr_view.page.pose import turned, wxyz
 
 DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
 OVERHEAD = 0.2  # m from the torso's frame up to the robot's name
+# Aims a push at the torso, N in odom; it is given once the second argument is true.
+Push = Callable[[tuple[float, float, float], bool], object]
 
 
 class RobotView:
@@ -70,13 +71,13 @@ class RobotView:
         """Turn all of it about the board's axis, rad: from the board it stands on to another."""
         self._frame.wxyz = wxyz(pitched(angle))
 
-    def on_drag(self, emit: Callable[[object], None]) -> None:
+    def on_drag(self, push: Push) -> None:
         """Report pushes that are aimed by dragging the torso, and given at the drag's end."""
 
         async def dragged(event: Any) -> None:
             way = np.subtract(event.end_position, event.start_position)
             force = way * DRAG * min(1.0, LARGEST_DRAG / max(float(np.linalg.norm(way)), 1e-9))
-            emit(Pushed(tuple(force.tolist()), event.phase == 'end'))
+            push(tuple(force.tolist()), event.phase == 'end')
 
         for handle in self._torso:
             handle.on_drag('left')(dragged)
