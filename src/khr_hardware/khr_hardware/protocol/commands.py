@@ -1,4 +1,4 @@
-"""What can be asked of the board, as frames (maker's command reference)."""
+"""What the client asks of the board, as frames (maker's command reference)."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from enum import IntEnum
 
 from khr_hardware.errors import HardwareError
 from khr_hardware.protocol.frames import Command, Packet
-from khr_hardware.protocol.memory import RAM_SIZE, ROM_SIZE, check_ics
+from khr_hardware.protocol.memory import RAM_SIZE, check_ics
 
 # Bytes that can be read at once: more fail, and a single one would look like ACK or NCK.
 SHORTEST_READ, LONGEST_READ = 2, 126
@@ -32,75 +32,22 @@ VERSION = Packet(Command.VERSION)
 
 def read_ram(address: int, size: int) -> Packet:
     """Return the command to read from RAM."""
-    _check_span(address, size, RAM_SIZE, SHORTEST_READ, LONGEST_READ)
+    _check_span(address, size, SHORTEST_READ, LONGEST_READ)
     return Packet(Command.MOVE, bytes((RAM_TO_COM, 0, 0, 0)) + _word(address) + bytes((size,)))
 
 
 def write_ram(address: int, data: bytes) -> Packet:
     """Return the command to write to RAM."""
-    _check_span(address, len(data), RAM_SIZE, 1, LONGEST_WRITE)
+    _check_span(address, len(data), 1, LONGEST_WRITE)
     return Packet(Command.MOVE, bytes((LITERAL_TO_RAM,)) + _word(address) + b'\0' + data)
-
-
-def read_rom(address: int, size: int) -> Packet:
-    """Return the command to read from ROM."""
-    _check_span(address, size, ROM_SIZE, SHORTEST_READ, LONGEST_READ)
-    source = address.to_bytes(3, 'little')
-    return Packet(Command.MOVE, bytes((ROM_TO_COM, 0, 0, 0)) + source + bytes((size,)))
-
-
-def write_rom(address: int, data: bytes) -> Packet:
-    """Return the command to write to ROM."""
-    _check_span(address, len(data), ROM_SIZE, 1, LONGEST_WRITE)
-    return Packet(Command.MOVE, bytes((LITERAL_TO_ROM,)) + address.to_bytes(3, 'little') + data)
-
-
-def read_record(ics: int, offset: int, size: int) -> Packet:
-    """Return the command to read from the record of a servo."""
-    body = bytes((RECORD_TO_COM, 0, 0, 0, offset, check_ics(ics), size))
-    return Packet(Command.MOVE, body)
-
-
-def write_record(ics: int, offset: int, data: bytes) -> Packet:
-    """Return the command to write to the record of a servo."""
-    return Packet(Command.MOVE, bytes((LITERAL_TO_RECORD, offset, check_ics(ics), 0)) + data)
-
-
-def call(address: int) -> Packet:
-    """Return the command to call a program in ROM, whatever the flags."""
-    return Packet(Command.CALL, address.to_bytes(3, 'little') + b'\0')
-
-
-def move_servo(ics: int, position: int, cycles: int) -> Packet:
-    """Return the command to move one servo."""
-    body = bytes((check_ics(ics), _check_cycles(cycles)))
-    return Packet(Command.SERVO, body + _word(position))
 
 
 def move_servos(positions: Mapping[int, int], cycles: int = 1) -> Packet:
     """Return the command to move servos, by ICS number, in so many output cycles."""
-    numbers = sorted(positions)
-    words = b''.join(_word(positions[ics]) for ics in numbers)
-    return Packet(Command.SERVOS, servo_map(numbers) + bytes((_check_cycles(cycles),)) + words)
-
-
-def move_servos_each(moves: Mapping[int, tuple[int, int]]) -> Packet:
-    """Return the command to move servos, each by its own cycles and position."""
-    parts = [
-        bytes((_check_cycles(moves[ics][0]),)) + _word(moves[ics][1]) for ics in sorted(moves)
-    ]
-    return Packet(Command.SERVOS_EACH, servo_map(moves) + b''.join(parts))
-
-
-def set_servos(parameter: ServoParameter, values: Mapping[int, int]) -> Packet:
-    """Return the command to set stretch or speed of servos, 1 to 127 each."""
-    for ics, value in values.items():
-        if not 1 <= value <= 127:
-            raise HardwareError(
-                f'ICS {ics}: {parameter.name.lower()} {value} is not accepted; accepted: 1 to 127'
-            )
-    ordered = bytes(values[ics] for ics in sorted(values))
-    return Packet(Command.SERVO_PARAMETER, servo_map(values) + bytes((parameter,)) + ordered)
+    if not 1 <= cycles <= 255:
+        raise HardwareError(f'cycles: {cycles} is not accepted; accepted: 1 to 255')
+    words = b''.join(_word(positions[ics]) for ics in sorted(positions))
+    return Packet(Command.SERVOS, servo_map(positions) + bytes((cycles,)) + words)
 
 
 def servo_map(numbers: Iterable[int]) -> bytes:
@@ -120,15 +67,9 @@ def _word(value: int) -> bytes:
     return value.to_bytes(2, 'little')
 
 
-def _check_span(address: int, size: int, end: int, fewest: int, most: int) -> None:
-    if not fewest <= size <= most or not 0 <= address <= end - size:
+def _check_span(address: int, size: int, fewest: int, most: int) -> None:
+    if not fewest <= size <= most or not 0 <= address <= RAM_SIZE - size:
         raise HardwareError(
             f'{size} bytes at {address:#06x} are not accepted; accepted: {fewest} to {most} '
-            f'bytes below {end:#06x}'
+            f'bytes below {RAM_SIZE:#06x}'
         )
-
-
-def _check_cycles(cycles: int) -> int:
-    if not 1 <= cycles <= 255:
-        raise HardwareError(f'cycles: {cycles} is not accepted; accepted: 1 to 255')
-    return cycles

@@ -21,9 +21,6 @@ class Command(IntEnum):
     """The commands that this package sends or answers."""
 
     MOVE = 0x00
-    JUMP = 0x0B
-    CALL = 0x0C
-    RETURN = 0x0D
     SERVO = 0x0F
     SERVOS = 0x10
     SERVOS_EACH = 0x11
