@@ -48,7 +48,7 @@ def stand_and_squat(link, robot, bends=BENDS, seconds=0.6):
         begun = robot.time
         while robot.time < begun + 0.5:
             rcb4.get_config()
-        heights.append(robot.height)
+        heights.append(float(robot.truth.position[2]))
     rcb4.close()
     return heights
 

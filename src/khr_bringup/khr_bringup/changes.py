@@ -100,17 +100,8 @@ def effective(found: Sequence[Made], scenario: Scenario) -> tuple[Made, ...]:
 
 def _value(value: Any) -> Any:
     """Return the value of a rcl_interfaces/ParameterValue: the member that its type names."""
-    members = (
-        '',
-        'bool_value',
-        'integer_value',
-        'double_value',
-        'string_value',
-        'byte_array_value',
-        'bool_array_value',
-        'integer_array_value',
-        'double_array_value',
-        'string_array_value',
-    )
-    held = getattr(value, members[value.type], None) if value.type < len(members) else None
+    single = ('bool', 'integer', 'double', 'string')
+    kinds = ('', *single, *(f'{kind}_array' for kind in ('byte', *single)))
+    kind = kinds[value.type] if value.type < len(kinds) else ''
+    held = getattr(value, f'{kind}_value', None)
     return held if isinstance(held, bool | int | float | str | None) else list(held)

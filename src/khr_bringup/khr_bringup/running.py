@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from khr_bringup.code_version import as_run
+from khr_bringup.graph.graph import Hooks, Way, prepare, run_graph
 from khr_bringup.graph.run_registry import RunEntry, check_domain, note, registered
 from khr_bringup.offline import Watch, duration, run_offline
 from khr_bringup.result import Progress, Result
@@ -17,47 +18,8 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import write_text
 
 if TYPE_CHECKING:
-    from khr_bringup.graph.processes import Processes
     from khr_bringup.offline import ControlLoop
     from khr_sim.physics.truth import Truth
-
-
-@dataclass(frozen=True)
-class Way:
-    """How to run a scenario.
-
-    Attributes:
-        offline: without ROS.
-        one_process: all nodes in one process instead of one each.
-        record: whether to write a bag.
-        domain: of ROS; a free one by default.
-        network: whether other machines may join.
-        stay: whether the graph stays until it is interrupted, and may be started anew.
-        driver_parameters: file for the executable that drives, if one does.
-    """
-
-    offline: bool = False
-    one_process: bool = False
-    record: bool = True
-    domain: int | None = None
-    network: bool = False
-    stay: bool = False
-    driver_parameters: Path | None = None
-
-
-@dataclass(frozen=True)
-class Hooks:
-    """What looks on at a run.
-
-    Attributes:
-        begun: called with the entry of a graph before its nodes start.
-        show: called many times a second.
-        beside: starts what looks on at a graph, which goes on without it.
-    """
-
-    begun: Callable[[RunEntry], None] = lambda _: None
-    show: Callable[[Progress], None] = lambda _: None
-    beside: Callable[[Processes], None] = lambda _: None
 
 
 def run_to_end(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Result:
@@ -78,21 +40,10 @@ def run_to_end(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Resu
     if way.offline:
         write_text(folder / SCENARIO, as_run(scenario))
         return run_offline(scenario, showing(hooks.show))
-    from khr_bringup.graph.graph import prepare, run_graph
-
     with registered(scenario.name, folder, way.domain, way.network) as entry:
         hooks.begun(entry)
-        return run_graph(
-            prepare(scenario, folder, way.record),
-            folder,
-            entry,
-            record=way.record,
-            one_process=way.one_process,
-            show=_noted(entry, hooks.show),
-            beside=hooks.beside,
-            stay=way.stay,
-            driver_parameters=way.driver_parameters,
-        )
+        noted = replace(hooks, show=_noted(entry, hooks.show))
+        return run_graph(prepare(scenario, folder, way.record), folder, entry, way, noted)
 
 
 def bounded(scenario: Scenario, way: Way) -> Scenario:

@@ -46,6 +46,7 @@ class SimulatedRobot:
         on_ground: whether it has been put down.
         outcome: what has become of it since; None in the stand.
         battery: its voltage, V.
+        pitch_rate: what the gyro reads, rad/s.
     """
 
     def __init__(self, scenario: Scenario, joint_map: JointMap) -> None:
@@ -68,7 +69,7 @@ class SimulatedRobot:
         self._angles = [0.0] * len(JOINTS)
         self._targets: list[float | None] = [None] * len(JOINTS)
         self._still = 0
-        self._pitch_rate = 0.0
+        self.pitch_rate = 0.0
         self._ad = self._at_rest()
 
     @property
@@ -85,16 +86,6 @@ class SimulatedRobot:
     def time(self) -> float:
         """Return the time since it was put down, s."""
         return self._plant.truth.stamp_ns / 1e9 if self.on_ground else 0.0
-
-    @property
-    def height(self) -> float:
-        """Return the height of the torso's origin over that of the ground's frame, m."""
-        return float(self._plant.truth.position[2])
-
-    @property
-    def pitch_rate(self) -> float:
-        """Return what the gyro reads, rad/s."""
-        return self._pitch_rate
 
     def close(self) -> None:
         """Release the physics engine."""
@@ -181,9 +172,9 @@ class SimulatedRobot:
         for spec, block in self._sensors:
             signals.update(zip(spec.publishes, block.update(time, signals), strict=True))
         self.outcome = self._monitor.update(truth.stamp_ns, signals)
-        self._pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0
+        self.pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0
         if self._map.gyro:
-            steps = round(self._pitch_rate / self._map.gyro.step)
+            steps = round(self.pitch_rate / self._map.gyro.step)
             self._ad[self._map.gyro.channel] = _clamped(AT_REST + steps)
         for region, topic in zip(REGIONS, FOOT_FORCES, strict=True):
             if region in self._map.forces and topic in signals:

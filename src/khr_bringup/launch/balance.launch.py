@@ -17,6 +17,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
+from khr_bringup.graph.graph import shared_with_driver
 from khr_bringup.graph.launching import ARGUMENTS, Launch, arrange, check_names
 from khr_bringup.graph.processes import WELL
 from khr_common import RunError
@@ -42,7 +43,7 @@ def _launched(context: LaunchContext) -> list[Action]:
     )
     return [
         *(LogInfo(msg=f'{name}: no argument of this launch file') for name in strange),
-        LogInfo(msg=f'{launch.scenario}: folder {launch.folder}'),
+        LogInfo(msg=f'{launch.scenario.name}: folder {launch.folder}'),
         *(
             own(
                 package=package,
@@ -57,7 +58,7 @@ def _launched(context: LaunchContext) -> list[Action]:
         own(
             package='khr_bringup',
             executable='verdict',
-            arguments=_for_verdict(launch),
+            arguments=_for_verdict(launch, given['expect']),
             on_exit=_on_verdict,
         ),
         *([_state_publisher(given['namespace'])] if state_publisher else []),
@@ -96,7 +97,7 @@ def _rviz(namespace: str) -> Node:
 
 def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
     """Return the driver of somebody else, if one takes the simulator's place."""
-    driver = launch.driver
+    driver = launch.scenario.driver
     if driver is None or driver.path is None:
         return []
     return [
@@ -104,7 +105,7 @@ def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
             package=driver.package,
             executable=driver.name,
             parameters=[
-                dict(launch.shared_with_driver),
+                shared_with_driver(launch.scenario),
                 *([str(launch.driver_parameters)] if launch.driver_parameters else []),
             ],
             on_exit=_on_drivers_exit,
@@ -112,12 +113,13 @@ def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
     ]
 
 
-def _for_verdict(launch: Launch) -> list[str]:
-    expected = ['--expect', launch.expect] if launch.expect else []
-    expected += ['--driver', launch.driver.label] if launch.driver else []
+def _for_verdict(launch: Launch, expect: str) -> list[str]:
+    driver = launch.scenario.driver
+    expected = ['--expect', expect] if expect else []
+    expected += ['--driver', driver.label] if driver else []
     return [
         str(launch.parameters),
-        *('--name', launch.scenario, '--out', str(launch.folder)),
+        *('--name', launch.scenario.name, '--out', str(launch.folder)),
         *expected,
     ]
 

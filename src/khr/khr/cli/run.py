@@ -11,10 +11,11 @@ from rich.console import Console
 from khr.cli.progress import SecondsLine
 from khr.cli.summary import print_line, summarise
 from khr.cli.viewing import Viewing, page
+from khr_bringup.graph.graph import Hooks, Way
 from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.result import INTERRUPTED, Result, write_outcome
 from khr_bringup.run_folder import claimed
-from khr_bringup.running import Hooks, Way, bounded, run_to_end
+from khr_bringup.running import bounded, run_to_end
 from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -35,7 +36,6 @@ class Options:
     out: Path | None = None
     expect: str = ''
     view: Viewing | None = None
-    driver_parameters: Path | None = None
 
     @property
     def recorded(self) -> bool:

@@ -8,7 +8,7 @@ import resource
 import time
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +27,44 @@ from khr_common.interfaces import CLOCK, LOG, PARAMETER_EVENTS, PUSH
 from khr_sim.run_parameters import RunParameters
 
 LEAST_MEMORY = 2**31  # bytes of address space; a process of a run takes about 1.2e9
+
+
+@dataclass(frozen=True)
+class Way:
+    """How to run a scenario.
+
+    Attributes:
+        offline: without ROS.
+        one_process: all nodes in one process instead of one each.
+        record: whether to write a bag.
+        domain: of ROS; a free one by default.
+        network: whether other machines may join.
+        stay: whether the graph stays until it is interrupted, and may be started anew.
+        driver_parameters: file for the executable that drives, if one does.
+    """
+
+    offline: bool = False
+    one_process: bool = False
+    record: bool = True
+    domain: int | None = None
+    network: bool = False
+    stay: bool = False
+    driver_parameters: Path | None = None
+
+
+@dataclass(frozen=True)
+class Hooks:
+    """What looks on at a run.
+
+    Attributes:
+        begun: called with the entry of a graph before its nodes start.
+        show: called many times a second.
+        beside: starts what looks on at a graph, which goes on without it.
+    """
+
+    begun: Callable[[RunEntry], None] = lambda _: None
+    show: Callable[[Progress], None] = lambda _: None
+    beside: Callable[[Processes], None] = lambda _: None
 
 
 def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
@@ -54,30 +92,15 @@ def prepare(scenario: Scenario, folder: Path, record: bool) -> Scenario:
     )
 
 
-def run_graph(
-    scenario: Scenario,
-    folder: Path,
-    entry: RunEntry,
-    *,
-    record: bool = True,
-    one_process: bool = False,
-    show: Callable[[Progress], None] = lambda _: None,
-    beside: Callable[[Processes], None] = lambda _: None,
-    stay: bool = False,
-    driver_parameters: Path | None = None,
-) -> Result:
+def run_graph(scenario: Scenario, folder: Path, entry: RunEntry, way: Way, hooks: Hooks) -> Result:
     """Run a prepared scenario over topics until it ends or is interrupted.
 
     Args:
         scenario: from :func:`prepare`; it is written to ``folder/scenario.yaml``.
         folder: the run's folder.
         entry: the domain the run lives in.
-        record: start the recorder.
-        one_process: all nodes in one process instead of one each.
-        show: called some times a second.
-        beside: starts what looks on at the run, which goes on without it.
-        stay: keep the graph when the run is over, for a reset, until it is interrupted.
-        driver_parameters: file for the executable that drives, if one does.
+        way: how to run it.
+        hooks: what looks on.
 
     Raises:
         RunError: if a node dies, or does not appear or answer in time, or another user joins;
@@ -88,35 +111,35 @@ def run_graph(
     parameters = folder / SCENARIO
     write_text(parameters, as_run(scenario))
     os.environ.update(entry.quiet_environment())
-    nodes = nodes_of(scenario, record)
+    nodes = nodes_of(scenario, way.record)
     first = scenario.driver.first if scenario.driver else 'simulator'
     intruders = Intruders(entry.domain)
     processes = Processes(entry.environment(), folder / 'log', entry.locks, first)
-    patient = not one_process and scenario.table(RunParameters).sync == 'lockstep'
+    patient = not way.one_process and scenario.table(RunParameters).sync == 'lockstep'
     with interrupts() as interrupted, unhurried() if patient else nullcontext():
         try:
             entries = {node: registry()[node].entry for node in nodes}
             for name, group in (
-                {'graph': nodes} if one_process else {n: [n] for n in nodes}
+                {'graph': nodes} if way.one_process else {n: [n] for n in nodes}
             ).items():
                 processes.start(name, [entries[node] for node in group], parameters)
             if scenario.driver is not None and scenario.driver.path is not None:
                 processes.start_executable(
                     scenario.driver.name,
                     scenario.driver.path,
-                    _arguments(scenario, driver_parameters),
+                    _arguments(scenario, way.driver_parameters),
                 )
-            beside(processes)
-            keeper = 'graph' if one_process else first
+            hooks.beside(processes)
+            keeper = 'graph' if way.one_process else first
             launched = time.monotonic() - began
             result = follow(
                 scenario,
                 entry.run,
                 interrupted,
-                show=show,
+                show=hooks.show,
                 ended=lambda: processes.ended() or intruders.found(),
                 left=processes.left,
-                stay=stay,
+                stay=way.stay,
                 interrupt=lambda: processes.interrupt(keeper),
                 simulator=scenario.driver.label if scenario.driver else keeper,
                 arguments=WITHOUT_LOG,

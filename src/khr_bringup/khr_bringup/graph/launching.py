@@ -8,17 +8,16 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 from tempfile import mkdtemp
-from typing import Any
 
 from khr_bringup.code_version import as_run
 from khr_bringup.errors import BringupError
 from khr_bringup.graph.following import nodes_of
-from khr_bringup.graph.graph import prepare, shared_with_driver
+from khr_bringup.graph.graph import prepare
 from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import duration
 from khr_bringup.run_folder import SCENARIO, claim
 from khr_bringup.scenario import scenario as scenarios
-from khr_bringup.scenario.driver import OF_ROBOT, Driver, driver_of
+from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.expectation import MEANING, Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import write_text
@@ -54,26 +53,23 @@ class Launch:
     """A launch that can begin.
 
     Attributes:
-        scenario: name of the scenario.
+        scenario: as the nodes have it.
         folder: of the run.
-        parameters: the parameter file, for all nodes.
         nodes: package and name of each.
-        expect: what is expected of the run; empty if nothing is.
         rviz: whether to show the robot.
-        driver: in the simulator's place; None for the simulator.
-        shared_with_driver: parameters of the scenario that it receives.
-        driver_parameters: a parameter file for it, if one is given.
+        driver_parameters: a parameter file for the driver, if one is given.
     """
 
-    scenario: str
+    scenario: Scenario
     folder: Path
-    parameters: Path
     nodes: tuple[tuple[str, str], ...]
-    expect: str
     rviz: bool
-    driver: Driver | None
-    shared_with_driver: Mapping[str, Any]
     driver_parameters: Path | None
+
+    @property
+    def parameters(self) -> Path:
+        """Return the parameter file, for all nodes."""
+        return self.folder / SCENARIO
 
 
 def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
@@ -103,21 +99,10 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
     Expectation.parse(given['expect'], 'expect', scenario)  # refused before anything starts
     out = given['out'] or mkdtemp(prefix=f'{scenario.name}-')
     folder = claim(Path(out).absolute(), 'out')
-    prepared = prepare(scenario, folder, record)
-    parameters = folder / SCENARIO
-    write_text(parameters, as_run(prepared))
     nodes = tuple((spec_of(node).package, node) for node in nodes_of(scenario, record))
-    return Launch(
-        scenario.name,
-        folder,
-        parameters,
-        nodes,
-        given['expect'],
-        rviz,
-        scenario.driver,
-        shared_with_driver(prepared),
-        driver_parameters,
-    )
+    launch = Launch(prepare(scenario, folder, record), folder, nodes, rviz, driver_parameters)
+    write_text(launch.parameters, as_run(launch.scenario))
+    return launch
 
 
 def on_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:

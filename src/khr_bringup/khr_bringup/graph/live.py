@@ -129,21 +129,15 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
             Parameter('scenario', value=text).to_parameter_msg(),
         ]
     )
-    with _joined(domain) as own:
-        import rclpy
-
-        client = own.create_client(SetParametersAtomically, 'khr/switch')
-        future = client.call_async(request) if client.wait_for_service(PATIENCE) else None
-        if future is not None:
-            rclpy.spin_until_future_complete(own, future, timeout_sec=SWITCHING)
-        if future is None or not future.done():
-            raise BringupError('khr: no answer; is the run still there?')
-        if not future.result().result.successful:
-            raise BringupError(future.result().result.reason)
+    answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, SWITCHING)
+    if answer is None:
+        raise BringupError('khr: no answer; is the run still there?')
+    if not answer.result.successful:
+        raise BringupError(answer.result.reason)
     return entry.folder
 
 
-def call_trigger(service: str, domain: int | None = None, timeout: float = PATIENCE) -> str:
+def call_trigger(service: str, domain: int | None = None) -> str:
     """Call a service of the type ``std_srvs/srv/Trigger`` in a running graph; return its answer.
 
     Raises:
@@ -151,19 +145,25 @@ def call_trigger(service: str, domain: int | None = None, timeout: float = PATIE
     """
     from std_srvs.srv import Trigger
 
-    with _joined(domain) as own:
-        import rclpy
-
-        client = own.create_client(Trigger, service)
-        future = client.call_async(Trigger.Request()) if client.wait_for_service(timeout) else None
-        if future is not None:
-            rclpy.spin_until_future_complete(own, future, timeout_sec=timeout)
-        if future is None or not future.done():
-            raise BringupError(f'{service}: no answer within {timeout:g} s; is the node there?')
-        answer = future.result()
+    answer = _answer(domain, Trigger, service, Trigger.Request(), PATIENCE)
+    if answer is None:
+        raise BringupError(f'{service}: no answer within {PATIENCE:g} s; is the node there?')
     if not answer.success:
         raise BringupError(f'{service}: {answer.message}')
     return str(answer.message)
+
+
+def _answer(domain: int | None, kind: Any, service: str, request: Any, patience: float) -> Any:
+    """Return what a service of a run answers; None if it is not there, or does not in time."""
+    with _joined(domain) as own:
+        import rclpy
+
+        client = own.create_client(kind, service)
+        if not client.wait_for_service(PATIENCE):
+            return None
+        future = client.call_async(request)
+        rclpy.spin_until_future_complete(own, future, timeout_sec=patience)
+        return future.result() if future.done() else None
 
 
 def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:

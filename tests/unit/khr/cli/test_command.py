@@ -148,7 +148,7 @@ def test_the_folder_of_a_run_is_named_whole(monkeypatch, capsys, tmp_path):
         raise RunError('stopped')
 
     monkeypatch.setenv('COLUMNS', '80')
-    monkeypatch.setattr('khr_bringup.graph.graph.run_graph', stop)
+    monkeypatch.setattr('khr_bringup.running.run_graph', stop)
     folder = tmp_path / ('long' * 20)
     code, _, err = khr(monkeypatch, capsys, 'run', 'stand_0deg', '--out', folder)
     assert code == 1

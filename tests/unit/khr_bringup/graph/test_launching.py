@@ -37,7 +37,7 @@ def test_arguments_reach_the_nodes(tmp_path):
         'expect': 'stood',
     }
     launch = arrange({**DEFAULTS, **given})
-    assert (launch.scenario, launch.expect, launch.rviz) == ('stand_0deg', 'stood', False)
+    assert (launch.scenario.name, launch.rviz) == ('stand_0deg', False)
     assert 'recorder' not in {name for _, name in launch.nodes}
     assert 'hip_controller' in {name for _, name in launch.nodes}
     document = yaml.safe_load(launch.parameters.read_text())
@@ -94,7 +94,7 @@ def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeyp
     monkeypatch.setenv('AMENT_PREFIX_PATH', install_example(tmp_path)['AMENT_PREFIX_PATH'])
     given = {'scenario': 'stand_0deg', 'driver': PENDULUM, 'out': str(tmp_path / 'run')}
     launch = arrange({**DEFAULTS, **given})
-    assert launch.driver.path == tmp_path / 'lib' / PENDULUM
+    assert launch.scenario.driver.path == tmp_path / 'lib' / PENDULUM
     names = {name for _, name in launch.nodes}
     assert 'course' in names
     assert not names & {'simulator', 'gyro', 'foot_force'}

@@ -79,7 +79,7 @@ def start_run(
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr.cli.run import Options, run_scenario
     from khr.cli.viewing import Viewing
-    from khr_bringup.running import Way
+    from khr_bringup.graph.graph import Way
 
     if scenario is None:
         list_scenarios()
@@ -153,7 +153,7 @@ def view(
     """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
     from khr.cli.run import Options, run_scenario
     from khr.cli.viewing import Viewing, play
-    from khr_bringup.running import Way
+    from khr_bringup.graph.graph import Way
 
     if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
         both = [Path(what), *([against] if against else [])]
