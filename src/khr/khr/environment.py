@@ -190,7 +190,12 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         terms = self._reward(lost)
         info = self._info() | terms
         if lost or end:
-            info |= _figures(outcome)
+            info |= {
+                **vars(outcome),
+                'fell': outcome.fell,
+                'stayed_up': outcome.stayed_up,
+                'outcome': outcome,
+            }
         return (
             self._observation(), sum(terms.values()), lost, bool(end) and not lost, info
         )  # fmt: skip
@@ -279,16 +284,6 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
 
     def _info(self) -> dict[str, Any]:
         return {'time': self._truth.stamp_ns / 1e9}
-
-
-def _figures(outcome: Outcome) -> dict[str, Any]:
-    """Return what became of the robot, by name."""
-    return {
-        **vars(outcome),
-        'fell': outcome.fell,
-        'stayed_up': outcome.stayed_up,
-        'outcome': outcome,
-    }
 
 
 def clipped(action: Sequence[float] | Observation) -> list[float]:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from itertools import cycle
+from struct import iter_unpack
 from typing import TypeVar
 
 from serial import SerialTimeoutException
@@ -248,9 +249,8 @@ class Client:
 
     def assigned(self) -> list[int]:
         """Return the ICS numbers that the board talks to."""
-        table = self.read_ram(memory.ICS_TABLE, 2 * memory.ICS_NUMBERS)
-        words = (int.from_bytes(table[i : i + 2], 'little') for i in range(0, len(table), 2))
-        return [ics for ics, word in enumerate(words) if word != memory.UNASSIGNED]
+        words = iter_unpack('<H', self.read_ram(memory.ICS_TABLE, 2 * memory.ICS_NUMBERS))
+        return [ics for ics, (word,) in enumerate(words) if word != memory.UNASSIGNED]
 
     def record(self, ics: int) -> ServoRecord:
         """Return the record of a servo."""
@@ -319,6 +319,4 @@ def _is_read(data: bytes, size: int) -> bool:
 
 
 def _words(data: bytes) -> tuple[int, ...]:
-    return tuple(
-        int.from_bytes(data[i : i + 2], 'little', signed=True) for i in range(0, len(data), 2)
-    )
+    return tuple(word for (word,) in iter_unpack('<h', data))

@@ -88,8 +88,8 @@ def torque_of(record: ServoRecord) -> str:
     return {FREE: 'free', HOLD: 'hold'}.get(record.reference, str(record.reference))
 
 
-def hold_pose(client: Client, joint_map: JointMap) -> list[float]:
-    """Switch the torque on with every servo where it is; return the pose in rad.
+def hold_pose(client: Client, joint_map: JointMap) -> None:
+    """Switch the torque on with every servo where it is.
 
     The measured positions are written as targets, since manuals and clients do not agree on what
     0x7FFF does.
@@ -99,7 +99,7 @@ def hold_pose(client: Client, joint_map: JointMap) -> list[float]:
         HardwareError: if one is outside its range.
     """
     seen = inspect(client, joint_map)
-    angles = seen.pose(joint_map)
+    seen.pose(joint_map)  # refuses if a servo does not answer
     positions = {ics: record.measured for ics, record in seen.records.items()}
     for ics, position in positions.items():
         raw = position + seen.records[ics].trim
@@ -109,7 +109,6 @@ def hold_pose(client: Client, joint_map: JointMap) -> list[float]:
                 f'{memory.LOWEST} to {memory.HIGHEST}'
             )
     client.move(positions)
-    return angles
 
 
 def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:

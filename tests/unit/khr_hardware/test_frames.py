@@ -138,7 +138,7 @@ def test_what_the_board_cannot_take_is_refused_in_a_line(ask):
 
 def test_the_configuration_of_the_makers_project():
     config = Config(0x809B)
-    assert (config.ics, config.program, config.messages, config.jumps) == (True, True, False, True)
+    assert (config.ics, config.program, config.jumps) == (True, True, True)
     assert (config.cycle, config.baud, config.ics_code) == (0.015, 1_250_000, 0)
     assert config.quiet() == Config(0x8091)
     assert config.with_cycle(0.020) == Config(0x80AB)

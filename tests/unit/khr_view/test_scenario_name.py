@@ -3,7 +3,7 @@
 import pytest
 
 from khr_bringup.scenario.scenario import load_scenario, shipped
-from khr_view.scenario_name import scenario_name
+from khr_view.model.live_run import scenario_name
 
 
 @pytest.mark.parametrize('path', shipped(), ids=lambda path: path.stem)

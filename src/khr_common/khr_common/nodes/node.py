@@ -93,9 +93,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
-        self._next = NextRun(
-            self, self.table, lambda values: self.check_next(self.with_changes(values))
-        )
+        self._next = NextRun(self, self.table, lambda values: self.check_next(self._build(values)))
         self._beginning = False
 
     def configure(self, parameters: Any) -> None:
@@ -128,14 +126,6 @@ class KhrNode(Node):  # type: ignore[misc]
     def answered_ns(self) -> int:
         """The last instant that a change of parameters comes too late for, ns; -1 if none."""
         return self.now_ns
-
-    def with_changes(self, changes: dict[str, Any]) -> Any:
-        """Return the table with some values changed.
-
-        Raises:
-            ParameterError: if the table does not accept them.
-        """
-        return self._build(changes)
 
     def finish(self) -> None:
         """End what the node does; called once, before it settles."""
@@ -316,6 +306,7 @@ class KhrNode(Node):  # type: ignore[misc]
             check(self.table, name, None)  # says what is accepted
 
     def _build(self, changes: dict[str, Any]) -> Any:
+        """Return the table with some values changed; raise ParameterError if it refuses them."""
         values = {
             name: plain(self.get_parameter(name).value) for name in specifications(self.table)
         }

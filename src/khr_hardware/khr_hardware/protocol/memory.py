@@ -50,11 +50,6 @@ class Config:
         return bool(self.word & 0x0002)
 
     @property
-    def messages(self) -> bool:
-        """Return whether the board reports unasked that a move has ended."""
-        return bool(self.word & 0x0004)
-
-    @property
     def jumps(self) -> bool:
         """Return whether its vector jumps are on."""
         return bool(self.word & 0x0008)

@@ -59,17 +59,12 @@ def _refused(text: str) -> HardwareError:
 
 
 class Faults:
-    """Inject faults into the replies of a board.
+    """Inject faults into the replies of a board; what is corrupted is the same each time."""
 
-    Args:
-        faults: to inject.
-        seed: of what corrupts.
-    """
-
-    def __init__(self, faults: Sequence[Fault] = (), seed: int = 0) -> None:
+    def __init__(self, faults: Sequence[Fault] = ()) -> None:
         self._faults: list[Fault] = []
         self._left: list[int] = []
-        self._random = Random(seed)
+        self._random = Random(0)
         self._now = 0.0  # s after the board was switched on
         self.add(*faults)
 

@@ -125,7 +125,9 @@ def overview(series: Series, scenario: Scenario) -> Figure:
         third = None
     titles = [*(pane.title for pane in panes), *([SPECTRUM] if third else [])]
     figure, axes = panels(*titles, columns=1, height=0.8 + PANEL * len(titles))
-    draw_over_time(axes[: len(panes)], panes)
+    for axis, pane in zip(axes, panes, strict=False):
+        pane.draw(axis)
+    _share_time(axes[: len(panes)])
     if third:
         draw_spectra(axes[-1], {'': third})
     head(figure, scenario.title or scenario.name, note(scenario))
@@ -172,13 +174,6 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
         lines = tuple((one.name, series, one) for one in some)
         found.append(Pane(group + alone, some[0].unit, lines))
     return found
-
-
-def draw_over_time(axes: Sequence[Axes], panes: Sequence[Pane]) -> None:
-    """Draw panels on one time axis, whose numbers stand below the last."""
-    for axis, pane in zip(axes, panes, strict=True):
-        pane.draw(axis)
-    _share_time(axes)
 
 
 def over_time(
@@ -295,6 +290,7 @@ def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
 
 
 def _share_time(axes: Sequence[Axes]) -> None:
+    """Put panels on one time axis, whose numbers stand below the last."""
     for axis in axes[1:]:
         axis.sharex(axes[0])
     for axis in axes:

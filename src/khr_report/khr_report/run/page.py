@@ -30,11 +30,8 @@ from khr_sweeps.trial import complete
 HASH = 'trajectory_hash'
 OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, HASH: 'trajectory hash'}
 LETTERS = ('A', 'B')
-PLACES = (
-    ('recorder', 'folder'),
-    ('recorder', 'scenario_file'),
-    ('recorder', 'scenario'),
-)  # say where, not what
+# Of the recorder; they say where, not what.
+PLACES = [('recorder', key) for key in ('folder', 'scenario_file', 'scenario')]
 FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
 RESOLUTION = 150  # dots per inch
 
@@ -92,6 +89,10 @@ def _heads(found: Sequence[RunContents]) -> tuple[str, ...]:
     return LETTERS if len(found) == 2 else ('this run',)
 
 
+def _named(found: Sequence[RunContents]) -> list[tuple[str, RunContents]]:
+    return list(zip(_heads(found), found, strict=True))
+
+
 def _outcome(found: Sequence[RunContents]) -> Markup:
     rows = [
         [text, *(_value(name, run.outcome.get(name)) for run in found)]
@@ -123,11 +124,7 @@ def _step(before: str, after: str) -> str:
 
 
 def _signals(found: Sequence[RunContents]) -> Markup:
-    runs = [
-        (name, run, run.series)
-        for name, run in zip(_heads(found), found, strict=True)
-        if run.series is not None
-    ]
+    runs = [(name, run, run.series) for name, run in _named(found) if run.series is not None]
     if not runs:
         return paragraphs('The run kept no signals.')
     windows = {
@@ -156,7 +153,7 @@ def _signals(found: Sequence[RunContents]) -> Markup:
 def _spectrum(found: Sequence[RunContents]) -> Markup:
     lines = {
         name if len(found) == 2 else '': third_cycle(run.series, run.parameters)
-        for name, run in zip(_heads(found), found, strict=True)
+        for name, run in _named(found)
         if run.series is not None
     }
     if not lines:
@@ -174,7 +171,7 @@ def _spectrum(found: Sequence[RunContents]) -> Markup:
 def _parameters(found: Sequence[RunContents]) -> Markup:
     known = [
         (name, run, complete(run.scenario))
-        for name, run in zip(_heads(found), found, strict=True)
+        for name, run in _named(found)
         if run.scenario is not None
     ]
     if not known:
@@ -183,18 +180,10 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
     for node, registered in registry().items():
         for key, specification in specifications(registered.spec.table).items():
             values = [every[node][key] for _, _, every in known]
-            if (node, key) not in PLACES and any(
-                value != specification.default for value in values
-            ):
-                rows.append(
-                    (
-                        f'{node}.{key}',
-                        *values,
-                        specification.default,
-                        specification.unit,
-                        specification.description,
-                    )
-                )
+            default = specification.default
+            if (node, key) not in PLACES and any(value != default for value in values):
+                meaning = (default, specification.unit, specification.description)
+                rows.append((f'{node}.{key}', *values, *meaning))
     names = [name for name, _, _ in known]
     heads = ('parameter', *names, 'default', 'unit', 'meaning')
     looks = dict.fromkeys((*names, 'default'), 'value') | {'meaning': 'meaning'}
@@ -206,7 +195,7 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
     body += Markup('<h3>What differs from the defaults</h3>')
     body += _table(heads, rows, looks)
     body += Markup('<h3>Changes while it ran</h3>')
-    for name, run in zip(_heads(found), found, strict=True):
+    for name, run in _named(found):
         changed = [
             (f'{each.time:.3f}', f'{each.node}.{each.parameter}', each.value)
             for each in run.changes
@@ -237,6 +226,7 @@ def _making(found: Sequence[RunContents], page: Path) -> Markup:
             if name in recorded or not recorded
         ),
     ]
+    scenarios = [(name, run.scenario.to_yaml()) for name, run in _named(found) if run.scenario]
     return (
         paragraphs(
             '"khr report" wrote this page from what each run left in its folder; it loads nothing '
@@ -246,17 +236,15 @@ def _making(found: Sequence[RunContents], page: Path) -> Markup:
         )
         + part('table', ('version', *_heads(found), 'here'), versions)
         + Markup().join(
-            part('links', f'Files of {name}', _files(run, page))
-            for name, run in zip(_heads(found), found, strict=True)
+            part('links', f'Files of {name}', _files(run, page)) for name, run in _named(found)
         )
         + Markup().join(
             part(
                 'folded',
                 f'Scenario of {name}, whole',
-                Markup('<pre><code>{}</code></pre>').format(run.scenario.to_yaml()),
+                Markup('<pre><code>{}</code></pre>').format(text),
             )
-            for name, run in zip(_heads(found), found, strict=True)
-            if run.scenario is not None
+            for name, text in scenarios
         )
     )
 

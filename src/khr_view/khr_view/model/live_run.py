@@ -6,14 +6,15 @@ import time
 from dataclasses import replace
 from typing import Any
 
-from khr_bringup.scenario.scenario import parse
+from khr_bringup.scenario.scenario import parse, shipped, title_of
+from khr_common.text.quoting import one_line
+from khr_common.text.strict_yaml import read_file
 from khr_sim.run_parameters import GAIT
 from khr_view.controls import Tunable, Value
 from khr_view.errors import ViewError
 from khr_view.model.motion import GaitMotion, motion_in
 from khr_view.model.status import Status
 from khr_view.model.words import NO_RUN, in_words, over
-from khr_view.scenario_name import scenario_name
 
 SILENCE = 5.0  # s of wall time without a report of the simulator: the run is gone
 
@@ -100,3 +101,13 @@ class LiveRun:
         if self._silent and self.status.state != 'finished':
             return replace(self.status, state=NO_RUN)
         return self.status
+
+
+def scenario_name(text: str) -> str:
+    """Return the name of the shipped scenario that one as run began from, or else its title.
+
+    A run keeps a scenario under a name of its own (``scenario.yaml``), with its title.
+    """
+    title = title_of(text)
+    named = (path.stem for path in shipped() if title_of(read_file(path)) == title)
+    return one_line(next(named, title))

@@ -101,30 +101,25 @@ class Remote:
         )
 
         def answered(future: Any) -> None:
-            self._refused(_answer(future).result.reason)
+            self._refused(future.result().result.reason)
 
         self._switch.call_async(request).add_done_callback(answered)
 
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
-        own = [each for each in self._tunables if each.node == node]
-        listing = client.list_parameters()
-
         def listed(future: Any) -> None:
-            known = set(_answer(future).result.names)
-            mine = [each for each in own if each.name in known]
+            known = set(future.result().result.names)
+            mine = [each for each in self._tunables if each.node == node and each.name in known]
             names = [each.name for each in mine]
-            descriptions = client.describe_parameters(names)
 
             def described(future: Any) -> None:
-                descriptors = _answer(future).descriptors
-                values = client.get_parameters(names)
-                values.add_done_callback(
-                    lambda future: self._on_values(mine, descriptors, _answer(future).values)
+                descriptors = future.result().descriptors
+                client.get_parameters(names).add_done_callback(
+                    lambda future: self._on_values(mine, descriptors, future.result().values)
                 )
 
-            descriptions.add_done_callback(described)
+            client.describe_parameters(names).add_done_callback(described)
 
-        listing.add_done_callback(listed)
+        client.list_parameters().add_done_callback(listed)
 
     def _on_values(self, tunables: Sequence[Tunable], descriptors: Any, values: Any) -> None:
         for each, descriptor, value in zip(tunables, descriptors, values, strict=True):
@@ -144,7 +139,7 @@ class Remote:
 
         def answered(future: Any) -> None:
             self._pending.answered(tunable.key)
-            (result,) = _answer(future).results
+            (result,) = future.result().results
             self._refused('' if result.successful else f'{tunable.node}: {result.reason}')
             if not result.successful:
                 self._restore(tunable)
@@ -154,7 +149,7 @@ class Remote:
     def _restore(self, tunable: Tunable) -> None:
         future = self._clients[tunable.node].get_parameters([tunable.name])
         future.add_done_callback(
-            lambda future: self._changed(tunable, value_of(_answer(future).values[0]))
+            lambda future: self._changed(tunable, value_of(future.result().values[0]))
         )
 
     def _call(self, client: Client, request: Any) -> None:
@@ -163,7 +158,7 @@ class Remote:
             return
 
         def answered(future: Any) -> None:
-            response = _answer(future)
+            response = future.result()
             self._refused('' if response.success else f'simulator: {response.message}')
 
         client.call_async(request).add_done_callback(answered)
@@ -189,8 +184,3 @@ def _checked(tunable: Tunable, message: Any) -> Value:
     except (KhrError, TypeError, ValueError) as error:
         raise MalformedError(f'no value of {tunable.node}.{tunable.name}') from error
     return cast(Value, value)
-
-
-def _answer(future: Any) -> Any:
-    """Return what a service has answered; a call that failed raises."""
-    return future.result()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Any
 
 import rclpy
 from rclpy.node import Node
@@ -45,7 +44,7 @@ class Taps:
             (
                 topic,
                 self._node.create_subscription(
-                    message_class(topic.kind), topic.name, _unused, qos, raw=True
+                    message_class(topic.kind), topic.name, lambda _: None, qos, raw=True
                 ),
             )
             for topic in topics
@@ -72,7 +71,3 @@ class Taps:
     def close(self) -> None:
         """Leave the topics."""
         self._node.destroy_node()
-
-
-def _unused(_: Any) -> None:
-    """Stand for the callback that a subscription must have."""

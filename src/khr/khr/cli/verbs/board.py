@@ -62,10 +62,8 @@ def probe(
 ) -> None:
     """Read firmware, configuration, battery, servos, trims, mixings and AD; write nothing."""
     from khr_hardware.inspection import describe, inspect
-    from khr_hardware.joint_map import JointMap
 
-    joint_map = JointMap.load(map_)
-    with _connected(port, baud) as (client, rate):
+    with _connected(port, baud, map_) as (client, joint_map, rate):
         seen = inspect(client, joint_map)
         print(f'{"line":14}{port} at {rate} baud')
         for name, text in describe(seen, joint_map):
@@ -80,11 +78,9 @@ def probe(
 def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None:
     """Read where every joint is, beside its range in the description; write nothing."""
     from khr_hardware.inspection import inspect, torque_of
-    from khr_hardware.joint_map import JointMap
     from khr_sim.robot import JOINTS, Robot
 
-    joint_map = JointMap.load(map_)
-    with _connected(port, baud) as (client, _):
+    with _connected(port, baud, map_) as (client, joint_map, _):
         seen = inspect(client, joint_map)
     table = Table('joint', 'ICS', 'position', 'trim', 'angle, deg', 'range, deg', 'torque')
     for joint, (low, high) in zip(JOINTS, Robot.load().limits(), strict=True):
@@ -117,10 +113,9 @@ def hold(
         _ask_run('hold', domain)
         return
     from khr_hardware.inspection import hold_pose
-    from khr_hardware.joint_map import JointMap
 
-    with _connected(port, baud) as (client, _):
-        hold_pose(client, JointMap.load(map_))
+    with _connected(port, baud, map_) as (client, joint_map, _):
+        hold_pose(client, joint_map)
     print('17 servos hold where they were')
 
 
@@ -131,10 +126,8 @@ def free(
     if not port:
         _ask_run('free', domain)
         return
-    from khr_hardware.joint_map import JointMap
-
-    with _connected(port, baud) as (client, _):
-        client.free(JointMap.load(map_).numbers)
+    with _connected(port, baud, map_) as (client, joint_map, _):
+        client.free(joint_map.numbers)
     print('17 servos are free')
 
 
@@ -165,7 +158,7 @@ def deploy(
 
     if undo:
         data = read_yaml(read_file(before), str(before))  # JSON is YAML too
-        with _connected(port, baud) as (client, _):
+        with _connected(port, baud) as (client, *_):
             deployment.undo(client, data)
         before.unlink()
         print('the mixings are as they were')
@@ -174,7 +167,7 @@ def deploy(
     loop = loop_of(scenarios.load_scenario(scenario).set_to(set_ or []), joint_map)
     if before.exists():
         raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
-    with _connected(port, baud) as (client, _):
+    with _connected(port, baud) as (client, *_):
         deployment.deploy(
             client, joint_map, loop, keep=lambda held: write_text(before, json.dumps(held))
         )
@@ -279,11 +272,14 @@ def _ask_run(service: str, domain: int | None) -> None:
 
 
 @contextmanager
-def _connected(port: str, baud: int) -> Iterator[tuple[Client, int]]:
+def _connected(port: str, baud: int, map_: str = '') -> Iterator[tuple[Client, JointMap, int]]:
+    """Yield the client of a board, the map of its robot, and the rate of the line."""
     from khr_hardware.client import connect
+    from khr_hardware.joint_map import JointMap
 
+    joint_map = JointMap.load(map_)
     client, rate = connect(port, baud)
     try:
-        yield client, rate
+        yield client, joint_map, rate
     finally:
         client.close()

@@ -45,10 +45,7 @@ EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoc
 SeedsOption = Annotated[int, typer.Option(help='Seeds of each measurement.')]
 ToleranceOption = Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')]
 OptimiserSeedOption = Annotated[int, typer.Option(help='Seed of the optimiser.')]
-JobsOption = Annotated[
-    int | None, typer.Option(help='Processes on this machine; one per core by default.')
-]
-WorkersOption = Annotated[
+ProcessesOption = Annotated[
     int | None, typer.Option(help='Processes on this machine; one per core by default.')
 ]
 SchedulerOption = Annotated[

@@ -9,15 +9,14 @@ import typer
 
 from khr.cli.verbs.options import (
     EngineOption,
-    JobsOption,
     OptimiserSeedOption,
+    ProcessesOption,
     SchedulerOption,
     SeedsOption,
     SetOption,
     TlsOption,
     ToleranceOption,
     UnauthenticatedOption,
-    WorkersOption,
     scheduler_of,
     warn_of_switched_off,
 )
@@ -78,7 +77,7 @@ def critical(
     ] = False,
     seeds: SeedsOption = 5,
     tolerance: ToleranceOption = 0.1,
-    jobs: JobsOption = None,
+    jobs: ProcessesOption = None,
     set_: SetOption = None,
 ) -> None:
     """Measure the critical inclination, in deg, by bisection over seeds."""
@@ -117,7 +116,7 @@ def calibrate(
     population: Annotated[int, typer.Option(help='Candidates of a generation.')] = 10,
     seed: OptimiserSeedOption = 0,
     seeds: SeedsOption = 1,
-    workers: WorkersOption = None,
+    workers: ProcessesOption = None,
     scheduler: SchedulerOption = None,
     tls: TlsOption = None,
     unauthenticated: UnauthenticatedOption = False,
@@ -149,7 +148,7 @@ def engines(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/engines.md'),
     seeds: SeedsOption = 3,
     tolerance: ToleranceOption = 0.1,
-    jobs: JobsOption = None,
+    jobs: ProcessesOption = None,
     only: Annotated[
         str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
     ] = None,
@@ -173,7 +172,7 @@ def tune(
     seeds: SeedsOption = 3,
     candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 64,
     seed: OptimiserSeedOption = 0,
-    jobs: JobsOption = None,
+    jobs: ProcessesOption = None,
     out: Annotated[
         Path | None, typer.Option(help='Folder of the results; runs/tune/NAME by default.')
     ] = None,
@@ -199,7 +198,7 @@ def stage3(
     ] = Path('docs/stage3.md'),
     seeds: SeedsOption = 2,
     engine: EngineOption = 'mujoco',
-    jobs: JobsOption = None,
+    jobs: ProcessesOption = None,
     measured: Annotated[
         bool,
         typer.Option('--measured', help='Write page and picture from the data, without runs.'),
@@ -226,7 +225,7 @@ def start_sweep(
             help='Folder of the results, runs/NAME by default; runs already in it are kept.'
         ),
     ] = None,
-    workers: WorkersOption = None,
+    workers: ProcessesOption = None,
     scheduler: SchedulerOption = None,
     tls: TlsOption = None,
     unauthenticated: UnauthenticatedOption = False,

@@ -11,11 +11,10 @@ from rich.console import Console
 
 from khr.cli.verbs.options import (
     EngineOption,
-    JobsOption,
+    ProcessesOption,
     SeedsOption,
     SetOption,
     ToleranceOption,
-    WorkersOption,
 )
 from khr_sim.physics import engines
 
@@ -58,7 +57,7 @@ def reproduce(
         bool, typer.Option('--fast', help='Use the quick, coarse form: minutes.')
     ] = False,
     out: Annotated[Path, typer.Option(help='Folder of the page.')] = Path('report'),
-    workers: WorkersOption = None,
+    workers: ProcessesOption = None,
     findings: Annotated[
         Path | None,
         typer.Option(help='The findings as Markdown; findings.md in the folder by default.'),
@@ -94,7 +93,7 @@ def lines(
     fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
     out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
     set_: SetOption = None,
-    workers: WorkersOption = None,
+    workers: ProcessesOption = None,
 ) -> None:
     """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recorded run."""
     from khr_common.files import write_text
@@ -114,7 +113,7 @@ def scoreboard(
     out: Annotated[Path, typer.Option(help='The page to write.')] = Path('docs/scoreboard.md'),
     seeds: SeedsOption = 3,
     tolerance: ToleranceOption = 0.2,
-    jobs: JobsOption = None,
+    jobs: ProcessesOption = None,
     explain: Annotated[
         bool,
         typer.Option(
