@@ -182,15 +182,12 @@ class BoardDriver:
             self._end(f'{self.parameters.torque_time:g} s with torque')
             return
         self.starved = reference is None
-        if reference is None:
-            goal = list(self._target)
-        elif self.state == 'ramping':
+        goal = list(self._target)
+        if reference is not None and self.state == 'ramping':
             goal = self._ramp(reference)
-        elif self.state == 'running':
+        elif reference is not None and self.state == 'running':
             goal = _sum(reference, corrections)
             self._raised()
-        else:
-            goal = list(self._target)
         self._target = [
             self._limited(*each) for each in zip(JOINTS, goal, self._target, strict=True)
         ]

@@ -210,36 +210,33 @@ def _force(data: Any, where: str) -> ForceWiring:
 
 def _mapping(data: Any, keys: Sequence[str], where: str) -> dict[str, Any]:
     if not isinstance(data, dict) or set(data) != set(keys):
-        raise HardwareError(
-            f'{where}: {quoted(data)} is not accepted; accepted: a mapping of {", ".join(keys)}'
-        )
+        raise _refusal(where, data, f'a mapping of {", ".join(keys)}')
     return data
 
 
 def _integer(values: dict[str, Any], key: str, low: int, high: int, where: str) -> int:
     value = values[key]
     if type(value) is not int or not low <= value <= high:
-        raise HardwareError(
-            f'{where}.{key}: {quoted(value)} is not accepted; accepted: integer in [{low}, {high}]'
-        )
+        raise _refusal(f'{where}.{key}', value, f'integer in [{low}, {high}]')
     return value
 
 
 def _number(values: dict[str, Any], key: str, low: float, high: float, where: str) -> float:
     value = values[key]
     if type(value) not in (int, float) or not isfinite(value) or not low <= value <= high:
-        raise HardwareError(
-            f'{where}.{key}: {quoted(value)} is not accepted; accepted: float in [{low:g}, {high:g}]'
-        )
+        raise _refusal(f'{where}.{key}', value, f'float in [{low:g}, {high:g}]')
     return float(value)
 
 
 def _sign(values: dict[str, Any], where: str) -> int:
-    if type(values['sign']) is not int or values['sign'] not in (-1, 1):
-        raise HardwareError(
-            f'{where}.sign: {quoted(values["sign"])} is not accepted; accepted: 1 | -1'
-        )
-    return int(values['sign'])
+    sign = values['sign']
+    if type(sign) is not int or sign not in (-1, 1):
+        raise _refusal(f'{where}.sign', sign, '1 | -1')
+    return sign
+
+
+def _refusal(where: str, value: Any, accepted: str) -> HardwareError:
+    return HardwareError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
 
 
 def _check_once(numbers: Sequence[int], where: str) -> None:

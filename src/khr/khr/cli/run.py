@@ -10,7 +10,6 @@ from rich.console import Console
 
 from khr.cli.progress import SecondsLine
 from khr.cli.summary import print_line, summarise
-from khr.cli.viewing import Viewing, page
 from khr_bringup.graph.graph import Hooks, Way
 from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.result import INTERRUPTED, Result, write_outcome
@@ -20,6 +19,7 @@ from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
+from khr_view.beside import Viewing, page
 
 NETWORK = (
     '--network: every machine that reaches this one may see all topics, publish on them and '
@@ -56,7 +56,7 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     report = partial(print_line, console)
     scenario = bounded(scenario, way)
     check_domain(way.domain)  # refused before a folder is made, and so is the page
-    beside = page(options.view, console)
+    beside = page(options.view, report)
     line = SecondsLine(console, scenario.table(RunParameters).duration)
 
     with claimed(options.out, scenario.name) as folder, line:

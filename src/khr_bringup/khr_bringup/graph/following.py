@@ -74,7 +74,9 @@ def follow(
     began = time.monotonic()
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     table = scenario.table(RunParameters)
-    watcher = Watcher(_awaited(table), run, _owners(scenario, table), folder, scenario.driver)
+    # In realtime a node may fall silent and the run goes on, so not all can receive all of it.
+    awaited = table.listeners if table.sync == 'lockstep' else ()
+    watcher = Watcher(awaited, run, _owners(scenario, table), folder, scenario.driver)
     watcher.view.judges = MONITOR.name in scenario.nodes
     executor = EventsExecutor()
     executor.add_node(watcher)
@@ -146,12 +148,6 @@ def _silent(view: Any, simulator: str) -> str | None:
     if silent < (PATIENCE if view.state == 'starting' else SILENCE) or view.state == 'finished':
         return None
     return f'{simulator} has not reported for {silent:.0f} s'
-
-
-def _awaited(simulator: RunParameters) -> Sequence[str]:
-    """Return who must have received all of the run before it is over."""
-    # In realtime a node may fall silent and the run goes on, so not all can receive all of it.
-    return simulator.listeners if simulator.sync == 'lockstep' else ()
 
 
 def _unfinished(view: Any) -> str | None:

@@ -72,11 +72,7 @@ class _Table:
         numbers: (M, width).
     """
 
-    def __init__(self, samples: Any) -> None:
-        if not isinstance(samples, Samples):
-            given, samples = samples, Samples()
-            for sample in given:
-                samples.append(sample)
+    def __init__(self, samples: Samples) -> None:
         stamps = np.array(samples.stamps, dtype=np.int64)
         numbers = np.array(samples.numbers, dtype=np.float64).reshape(len(stamps), samples.width)
         self.stamps, last = np.unique(stamps[::-1], return_index=True)

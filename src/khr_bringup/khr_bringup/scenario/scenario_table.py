@@ -32,16 +32,13 @@ def scenario_row(scenario: Scenario) -> tuple[str, ...]:
         simulator.surface,
         f'{ankle.gain:g} {ankle.source}{_staged(ankle)}' if ankle.enabled else 'off',
         f'{hip.gain:g}{_staged(hip)}' if hip.enabled else 'off',
-        '; '.join(_short(Push.parse(push)) for push in simulator.pushes if push) or '-',
+        '; '.join(f'{hypot(*Push.parse(push).force):g} N' for push in simulator.pushes if push)
+        or '-',
     )
 
 
 def _staged(controller: Any) -> str:
     return ' staged' if controller.staged else ''
-
-
-def _short(push: Push) -> str:
-    return f'{hypot(*push.force):g} N'
 
 
 def scenario_table(scenarios: Iterable[Scenario]) -> Table:

@@ -95,9 +95,8 @@ class VirtualBoard:
         """Start as from the battery switch: RAM as the project sets it, servos free."""
         self.ram = bytearray(memory.RAM_SIZE)
         self.sent: dict[int, int] = {}
-        self._held: dict[
-            int, int
-        ] = {}  # where a servo that holds was when it received the command
+        # Where a servo that holds was when it received the command.
+        self._held: dict[int, int] = {}
         self._put(memory.CONFIG, self.setup.config)
         for channel, value in (self.setup.ad_references or {}).items():
             self._put(memory.AD_REFERENCES + 2 * channel, value)
@@ -108,7 +107,8 @@ class VirtualBoard:
             self._put(memory.ICS_TABLE + 2 * ics, address)
             reference = CENTRE if trim is None else FREE
             record = ServoRecord(1, ics, trim or 0, 0, reference, 0, CENTRE, 0, 0, empty)
-            self._store(ics, record)
+            start = record_address(ics)
+            self.ram[start : start + memory.RECORD_SIZE] = record.encode()
         self.sample()
         self._delayed = [self._ad()] * self.setup.mixing_delay
 
@@ -307,7 +307,7 @@ class VirtualBoard:
             for ics, position in self.robot.measure().items():
                 if self._assigned(ics):
                     start = record_address(ics)
-                    trim = int.from_bytes(self.ram[start + 2 : start + 4], 'little', signed=True)
+                    trim = self._signed(start + memory.TRIM)
                     self._put(start + memory.MEASURED, min(max(position - trim, 1), 0x7FFE))
         self._converted = dict(self.robot.sense())
         self._convert()
@@ -334,10 +334,6 @@ class VirtualBoard:
 
     def _put(self, address: int, value: int) -> None:
         self.ram[address : address + 2] = (value & 0xFFFF).to_bytes(2, 'little')
-
-    def _store(self, ics: int, record: ServoRecord) -> None:
-        address = record_address(ics)
-        self.ram[address : address + memory.RECORD_SIZE] = record.encode()
 
 
 def _require(accepted: bool) -> None:

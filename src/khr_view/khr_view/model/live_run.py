@@ -33,9 +33,8 @@ class LiveRun:
         self.status = Status()
         self.now, self.reported = 0.0, time.monotonic()
         self.trouble = ''
-        self._motion: GaitMotion | None = (
-            None  # of what is known of the gait, once it is asked for
-        )
+        # Of what is known of the gait, once it is asked for.
+        self._motion: GaitMotion | None = None
         self._known: dict[tuple[str, str], Value | str] = {}
 
     def learn(self, tunable: Tunable, value: Any) -> None:

@@ -105,24 +105,17 @@ class Display:
         with panel.add_tab('Signals'):
             self._spectra = [SpectrumChart(server.gui, name) for name in names]
             self._charts = TimeCharts(server.gui, charts)
-            files = {
-                f'spectrum{number}.csv': (number, chart)
-                for number, chart in zip(
-                    ('', *range(2, len(names) + 1)), self._spectra, strict=True
-                )
-            }
-            links = (
-                SAVE_SPECTRUM.format(file=file, number=f' {number}' if number else '')
-                for file, (number, _) in files.items()
-            )
-            server.gui.add_html(SAVE.format(spectra=''.join(links)))
+            links = ''
+            for number, chart in enumerate(self._spectra, 1):
+                file = f'spectrum{number}.csv' if number > 1 else 'spectrum.csv'
+                links += SAVE_SPECTRUM.format(file=file, number=f' {number}' if number > 1 else '')
+                server.tables[file] = partial(_spectrum_csv, chart)
+            server.gui.add_html(SAVE.format(spectra=links))
             with server.gui.add_folder('Choose', expand_by_default=False):
                 for spectrum in self._spectra:
                     spectrum.add_choice(server.gui)
                 self._charts.add_choice(server.gui)
         server.tables['signals.csv'] = lambda: signals_csv(self._charts.drawn)
-        for file, (_, chart) in files.items():
-            server.tables[file] = partial(_spectrum_csv, chart)
         panel.dock_left()
         panel.set_width(360)
         server.gui.main_panel.dock_right()

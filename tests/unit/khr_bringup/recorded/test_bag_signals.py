@@ -3,13 +3,23 @@
 import numpy as np
 
 from khr_bringup.recorded.bag_signals import series_of, topics
+from khr_bringup.recorded.bags import Samples
 from khr_common.interfaces import BOARD_CORRECTION, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 
+def recorded(signals):
+    """Return the messages of a bag that holds these samples alone."""
+    messages = {topic: Samples() if topic.flow == 'period' else [] for topic in topics()}
+    for topic, samples in signals.items():
+        for sample in samples:
+            messages[topic].append(sample)
+    return messages
+
+
 def test_what_a_bag_lacks_is_nan():
-    messages = {topic: [] for topic in topics()}
+    messages = {}
     messages[TRUE_RATE] = [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]
-    read = series_of(messages)
+    read = series_of(recorded(messages))
     assert (read.pitch_rate == 1.0).all()
     for lacking in (read.inclination, read.pitch, read.slip, read.foot_force):
         assert np.isnan(lacking).all()
@@ -17,9 +27,9 @@ def test_what_a_bag_lacks_is_nan():
 
 
 def test_what_the_board_adds_by_itself_stands_for_the_controllers():
-    messages = {topic: [] for topic in topics()}
+    messages = {}
     messages[BOARD_CORRECTION] = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
-    read = series_of(messages)
+    read = series_of(recorded(messages))
     assert (read.correction_of('ankle') == 0.1).all()
     assert (read.correction_of('hip') == 0.2).all()
 
@@ -27,7 +37,7 @@ def test_what_the_board_adds_by_itself_stands_for_the_controllers():
 def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
     times = [0, 15_000_000, 30_000_000]
     upright, rate = (0.0, 0.0, 0.3, 0.0, 0.0, 0.0, 1.0), (0.0, 0.1, 0.0)
-    messages = {topic: [] for topic in topics()}
+    messages = {}
     messages[TRUE_RATE] = [
         (time, (0.0, np.nan, 0.0) if time == times[1] else rate) for time in times
     ]
@@ -38,6 +48,6 @@ def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
     ]
     for topic in TRUE_FORCES:
         messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
-    read = series_of(messages)
+    read = series_of(recorded(messages))
     np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
     np.testing.assert_array_equal(read.pitch, 0.0)

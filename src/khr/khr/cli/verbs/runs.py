@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -78,8 +79,8 @@ def start_run(
 ) -> None:
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr.cli.run import Options, run_scenario
-    from khr.cli.viewing import Viewing
     from khr_bringup.graph.graph import Way
+    from khr_view.beside import Viewing
 
     if scenario is None:
         list_scenarios()
@@ -152,12 +153,14 @@ def view(
 ) -> None:
     """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
     from khr.cli.run import Options, run_scenario
-    from khr.cli.viewing import Viewing, play
+    from khr.cli.summary import print_line
     from khr_bringup.graph.graph import Way
+    from khr_view.beside import Viewing, play
 
     if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
         both = [Path(what), *([against] if against else [])]
-        raise typer.Exit(play(both, Viewing(host, port, browser, again)))
+        report = partial(print_line, Console(stderr=True))
+        raise typer.Exit(play(both, Viewing(host, port, browser, again), report))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = Way(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
