@@ -1,7 +1,7 @@
 """A virtual board that is served on a pseudo-terminal, in a thread of the test."""
 
 import threading
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
@@ -23,7 +23,7 @@ BOARD_UNITS = [
 def served(board, folder, **options):
     """Serve a board; yield the server and the path of the line."""
     link, stop = folder / 'board', threading.Event()
-    with Server(board, link, **options) as server:
+    with closing(Server(board, link, **options)) as server:
         thread = threading.Thread(target=server.run, kwargs={'stop': stop.is_set})
         thread.start()
         try:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
@@ -78,10 +79,8 @@ def surroundings(engine: str = '') -> dict[str, str]:
     wanted = [engines.LIBRARIES[engine]] if engine else engines.LIBRARIES.values()
     found = {'arithmetic': in_force(), **{library: version(library) for library in LIBRARIES}}
     for library in wanted:
-        try:
+        with suppress(PackageNotFoundError):  # no run can be of this engine
             found[library] = version(library)
-        except PackageNotFoundError:  # no run can be of this engine
-            continue
     return found
 
 

@@ -38,11 +38,6 @@ class RegisteredNode:
         """Return whether it is a controller: its answer is added to the joint reference."""
         return any(_is_correction(self.spec, topic) for topic in self.spec.publishes)
 
-    @property
-    def staged(self) -> bool:
-        """Return whether it can act by the share that the stage gives."""
-        return 'staged' in specifications(self.spec.table)
-
 
 @cache
 def registry() -> Mapping[str, RegisteredNode]:

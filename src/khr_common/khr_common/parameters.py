@@ -77,13 +77,17 @@ class Specification:
 
     def _check_element(self, element: Any, value: Any) -> None:
         kind = self.element or self.kind
-        accepted = type(element) is kind and (not self.choices or element in self.choices)
-        if accepted and kind in (int, float):
-            low = -math.inf if self.minimum is None else self.minimum
-            high = math.inf if self.maximum is None else self.maximum
-            accepted = math.isfinite(element) and low <= element <= high
-        if not accepted:
+        if type(element) is not kind:
             raise self._refusal(value)
+        if self.choices and element not in self.choices:
+            raise self._refusal(value)
+        if kind in (int, float):
+            if not math.isfinite(element):
+                raise self._refusal(value)
+            if self.minimum is not None and element < self.minimum:
+                raise self._refusal(value)
+            if self.maximum is not None and element > self.maximum:
+                raise self._refusal(value)
 
     def _refusal(self, value: Any, hint: str = '') -> ParameterError:
         return ParameterError(

@@ -69,14 +69,13 @@ class Driver:
     @property
     def judged_by(self) -> str:
         """Return what the monitor can judge the run by: truth, sensors, nothing."""
-        return next(
-            (
-                by
-                for by, topics in (('truth', OBSERVED), ('sensors', SENSED))
-                if set(topics) <= set(self._flows(registry()))
-            ),
-            'nothing',
-        )
+        flows = set(self.publishes)
+        for spec in map(spec_of, registry()):  # and what nodes make of that
+            if spec.block is not None and set(spec.subscribes) <= flows:
+                flows |= set(spec.publishes)
+        if flows >= set(OBSERVED):
+            return 'truth'
+        return 'sensors' if flows >= set(SENSED) else 'nothing'
 
     def graph(self, nodes: Iterable[str]) -> list[str]:
         """Return the nodes of a run on it, of those of a run on the simulator."""
@@ -85,15 +84,6 @@ class Driver:
         wanted |= {self.name} if self.path is None else set()
         wanted -= {MONITOR.name} if self.judged_by == 'nothing' else set()
         return [node for node in registry() if node in wanted]
-
-    def _flows(self, nodes: Iterable[str]) -> list[Topic]:
-        """Return what is published where it runs: its own topics, and what nodes make of them."""
-        found = list(self.publishes)
-        for node in nodes:
-            spec = spec_of(node)
-            if spec.block is not None and set(spec.subscribes) <= set(found):
-                found += spec.publishes
-        return found
 
     def _leaves_out(self, spec: NodeSpec) -> bool:
         """Return whether it stands for a node, or for a sensor that has no truth to measure.

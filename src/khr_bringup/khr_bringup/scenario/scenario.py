@@ -322,8 +322,7 @@ def _consistent(file: str, values: Values) -> Values:
         except ParameterError as error:
             raise BringupError(f'{file}: {node}: {error}') from error
     if values.get('stage', {}).get('mode', 'none') == 'none':
-        staged = [name for name, node in registry().items() if node.staged]
-        for node in staged:
+        for node in registry():
             if values.get(node, {}).get('staged'):
                 raise BringupError(
                     f'{file}: {node}: staged: True is not accepted; accepted: '

@@ -93,12 +93,6 @@ class Server:
         os.set_blocking(self._own, False)
         self._make_link(os.ttyname(self._other))
 
-    def __enter__(self) -> Server:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.close()
-
     def close(self) -> None:
         """Take the link away and close the line, as a pulled cable does."""
         if self._own < 0:

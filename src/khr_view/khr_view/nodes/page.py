@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 import time
+from functools import partial
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
@@ -67,8 +68,9 @@ class PageNode(KhrNode):
         self._count = 0
         self._taps = Taps(self, tuple(dict.fromkeys((*NEEDED, *tapped(), STAGE))), KEPT)
         self._push = self.publisher(PUSH)
+        refused = partial(setattr, self._run, 'trouble')
         self._remote = Remote(
-            self, (*tunables(), *WATCHED), self._panel.add, self._on_value, self._on_refusal
+            self, (*tunables(), *WATCHED), self._panel.add, self._on_value, refused
         )
         self._reports = Reports(
             self,
@@ -103,9 +105,6 @@ class PageNode(KhrNode):
             self._panel.show_scenario(self._run.status.scenario)
         elif tunable.node == 'simulator':
             self._scene.configure(self._run.of('simulator'))
-
-    def _on_refusal(self, reason: str) -> None:
-        self._run.trouble = reason
 
     # ---- pictures ----
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import closing, contextmanager, suppress
 from math import degrees, isclose
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -235,7 +235,7 @@ def serve(
     board, robot = virtual_board(chosen, JointMap.load(map_), ground)
     try:
         timing = Wire(reply_ms * 1e-3, byte_us * 1e-6) if wire else None
-        with Server(board, link, stepped, faults, wire=timing) as server:
+        with closing(Server(board, link, stepped, faults, wire=timing)) as server:
             where = 'stands on the ground' if ground else 'hangs in a stand'
             print(f'{link}: a virtual RCB-4HV; the robot of {chosen.name} {where}', flush=True)
             with suppress(KeyboardInterrupt):
