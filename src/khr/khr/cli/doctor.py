@@ -5,7 +5,9 @@ from __future__ import annotations
 import importlib.metadata
 import os
 import re
+import select
 import shutil
+import subprocess
 import sys
 import time
 from collections.abc import Callable
@@ -16,8 +18,8 @@ from tempfile import TemporaryDirectory
 from rich.console import Console
 from rich.markup import escape
 
-from khr.cli.promises import children_end, open_sockets, register_is_private
-from khr_bringup.graph.run_registry import WITHOUT_LOG, registered, running
+from khr_bringup.graph.run_registry import WITHOUT_LOG, register, registered, running
+from khr_common import RunError
 from khr_common.arithmetic import PORTABLE, in_force, warning
 from khr_sim.physics import engines
 
@@ -25,6 +27,16 @@ from khr_sim.physics import engines
 BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values())
 ROOM = 1.0  # GB of disk below which a recording is at risk
 Finding = tuple[bool, str, str]
+GONE = 5.0  # s of wall time within which the child of a killed process ends
+_LOOPBACK = '0100007F'  # 127.0.0.1 as /proc/net/udp writes it
+_CHILD = 'from khr_common.lifeline import end_with_parent as e; e(); print(flush=True); input()'
+_PARENT = f"""
+import os, subprocess, sys
+from khr_common.lifeline import PARENT
+own = {{**os.environ, PARENT: str(os.getpid())}}
+subprocess.Popen([sys.executable, '-c', {_CHILD!r}], env=own)
+input()
+"""
 
 
 def examine(console: Console) -> int:
@@ -157,6 +169,50 @@ def _discover() -> tuple[float, list[str]]:
     finally:
         for context in contexts:
             rclpy.try_shutdown(context=context)
+
+
+def open_sockets() -> list[str]:
+    """Return the UDP sockets of this process that other machines may reach, as the kernel has them.
+
+    Addresses are in hexadecimal, as in ``/proc/net/udp`` and ``/proc/net/udp6``.
+    """
+    own = set()
+    for path in Path('/proc/self/fd').iterdir():
+        with suppress(OSError):
+            found = re.fullmatch(r'socket:\[(\d+)\]', os.readlink(path))
+            own |= {found[1]} if found else set()
+    lines = [
+        line.split()
+        for table in ('udp', 'udp6')
+        for line in Path(f'/proc/net/{table}').read_text().splitlines()[1:]
+    ]
+    return [
+        line[1] for line in lines if line[9] in own and not line[1].startswith(f'{_LOOPBACK}:')
+    ]
+
+
+def children_end() -> Finding:
+    """Check that a child ends when the process that started it is killed."""
+    with subprocess.Popen(
+        [sys.executable, '-c', _PARENT], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as parent:
+        assert parent.stdout is not None
+        parent.stdout.readline()  # the child is there
+        parent.kill()
+        ended = bool(select.select([parent.stdout], [], [], GONE)[0])
+    return (
+        ended,
+        'a child ends with its killed parent',
+        'this kernel does not honour PR_SET_PDEATHSIG: end runs with Ctrl-C alone',
+    )
+
+
+def register_is_private() -> Finding:
+    """Check that the register of runs is this user's own."""
+    try:
+        return True, f'register of runs {register()}', ''
+    except RunError as error:
+        return False, str(error), 'set XDG_RUNTIME_DIR to a folder of your own'
 
 
 def disk() -> Finding:

@@ -6,7 +6,7 @@ public clients do. docs/hardware.md lists what only a board can confirm.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 from struct import Struct
 
 from khr_common.published import CONTROL_PERIODS
@@ -140,7 +140,7 @@ class Mixing:
         return self.source.to_bytes(2, 'little') + bytes((self.ratio,))
 
 
-_RECORD = Struct('<BBhHHBHBHHBHB')
+_RECORD = Struct('<BBhHHBHBHHBHB')  # in the order of the fields below
 
 
 @dataclass(frozen=True)
@@ -161,19 +161,14 @@ class ServoRecord:
     @classmethod
     def decode(cls, data: bytes) -> ServoRecord:
         """Read a record."""
-        kind, number, trim, measured, reference, speed, end, left, width, *mixings = (
-            _RECORD.unpack(data)
-        )
-        one, two = Mixing(*mixings[:2]), Mixing(*mixings[2:])
-        return cls(kind, number, trim, measured, reference, speed, end, left, width, (one, two))
+        *fields, source, ratio, source_2, ratio_2 = _RECORD.unpack(data)
+        fields.append((Mixing(source, ratio), Mixing(source_2, ratio_2)))
+        return cls(*fields)
 
     def encode(self) -> bytes:
         """Return its 20 bytes."""
-        one, two = self.mixings
-        return _RECORD.pack(
-            self.type, self.ics_id, self.trim, self.measured, self.reference, self.speed, self.end,
-            self.steps_left, self.width, one.source, one.ratio, two.source, two.ratio,
-        )  # fmt: skip
+        *fields, (one, two) = astuple(self)
+        return _RECORD.pack(*fields, *one, *two)
 
 
 def record_address(ics: int) -> int:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
+from struct import iter_unpack
 
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.commands import (
@@ -192,27 +193,21 @@ class VirtualBoard:
 
     def _servo(self, body: bytes) -> bytes:
         _require(len(body) == 4)
-        self._start([(body[0], body[1], int.from_bytes(body[2:], 'little'))])
+        self._start(iter_unpack('<BBH', body))
         return b''
 
     def _servos(self, body: bytes) -> bytes:
         numbers = servos_of(body[:MAP])
         _require(len(body) == MAP + 1 + 2 * len(numbers))
-        words = body[MAP + 1 :]
-        self._start(
-            (ics, body[MAP], int.from_bytes(words[2 * i : 2 * i + 2], 'little'))
-            for i, ics in enumerate(numbers)
-        )
+        words = iter_unpack('<H', body[MAP + 1 :])
+        self._start((ics, body[MAP], word) for ics, (word,) in zip(numbers, words, strict=True))
         return b''
 
     def _servos_each(self, body: bytes) -> bytes:
         numbers = servos_of(body[:MAP])
         _require(len(body) == MAP + 3 * len(numbers))
-        parts = body[MAP:]
-        self._start(
-            (ics, parts[3 * i], int.from_bytes(parts[3 * i + 1 : 3 * i + 3], 'little'))
-            for i, ics in enumerate(numbers)
-        )
+        moves = iter_unpack('<BH', body[MAP:])
+        self._start((ics, *move) for ics, move in zip(numbers, moves, strict=True))
         return b''
 
     def _parameter(self, body: bytes) -> bytes:
@@ -225,7 +220,7 @@ class VirtualBoard:
             self.robot.stiffen(dict(zip(numbers, values, strict=True)))
         return b''
 
-    def _start(self, moves: Iterable[tuple[int, int, int]]) -> None:
+    def _start(self, moves: Iterable[tuple[int, ...]]) -> None:
         """Begin moves: ICS number, cycles and position of each; all or none are accepted."""
         chosen = list(moves)
         _require(all(ics < memory.ICS_NUMBERS and cycles for ics, cycles, _ in chosen))

@@ -2,29 +2,29 @@
 
 import socket
 
-from khr.cli import promises
+from khr.cli import doctor
 
 
 def test_a_socket_beyond_the_loopback_is_found():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as own:
         own.bind(('127.0.0.1', 0))
-        assert promises.open_sockets() == []
+        assert doctor.open_sockets() == []
         own_port = own.getsockname()[1]
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as opened:
         opened.bind(('0.0.0.0', own_port))
-        assert promises.open_sockets() == [f'00000000:{own_port:04X}']
+        assert doctor.open_sockets() == [f'00000000:{own_port:04X}']
 
 
 def test_a_child_ends_with_its_parent_and_one_that_does_not_is_found(monkeypatch):
-    assert promises.children_end()[0]
-    stays = promises._PARENT.replace('e(); ', '')
-    monkeypatch.setattr(promises, '_PARENT', stays)
-    monkeypatch.setattr(promises, 'GONE', 0.5)
-    assert not promises.children_end()[0]
+    assert doctor.children_end()[0]
+    stays = doctor._PARENT.replace('e(); ', '')
+    monkeypatch.setattr(doctor, '_PARENT', stays)
+    monkeypatch.setattr(doctor, 'GONE', 0.5)
+    assert not doctor.children_end()[0]
 
 
 def test_a_register_of_another_is_found(tmp_path, monkeypatch):
     monkeypatch.setenv('XDG_RUNTIME_DIR', str(tmp_path))
-    assert promises.register_is_private()[0]
+    assert doctor.register_is_private()[0]
     next(tmp_path.iterdir()).chmod(0o777)
-    assert not promises.register_is_private()[0]
+    assert not doctor.register_is_private()[0]
