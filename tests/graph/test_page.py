@@ -82,11 +82,12 @@ def test_keyboard_alone_reaches_every_control(page):
     assert len(controls) > 20
     for number, control in enumerate(controls):
         control.evaluate('(each, number) => each.dataset.number = number', number)
-    reached = set()
+    missed = {str(number) for number in range(len(controls))}
     for _ in range(3 * len(controls)):
-        page.keyboard.press('Tab')
-        reached.add(page.evaluate('document.activeElement.dataset.number'))
-    assert reached >= {str(number) for number in range(len(controls))}
+        if missed:
+            page.keyboard.press('Tab')
+            missed.discard(page.evaluate('document.activeElement.dataset.number'))
+    assert not missed
 
 
 def test_a_slider_changes_the_parameter_of_the_node(page, viewed):
@@ -102,9 +103,9 @@ def test_a_slider_changes_the_parameter_of_the_node(page, viewed):
     page.mouse.down()
     page.mouse.move(box['x'] + 40, box['y'] + box['height'] / 2, steps=8)
     page.mouse.up()
-    dragged = float(thumb.get_attribute('aria-valuenow'))
-    assert dragged > 20.0
-    wait_for(lambda: gain(domain) == dragged, 'the new gain')
+    wait_for(
+        lambda: 20.0 < gain(domain) == float(thumb.get_attribute('aria-valuenow')), 'the new gain'
+    )
 
 
 def gain(domain):

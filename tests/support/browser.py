@@ -24,6 +24,12 @@ ARGUMENTS = [
     '--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1',
 ]
 PATIENCE = 60_000  # ms: it draws in software
+# It draws in software, and a few frames a second show as much to a test.
+FRAMES = """
+    const next = window.requestAnimationFrame;
+    window.requestAnimationFrame = draw => setTimeout(() => next(draw), 200);
+    window.cancelAnimationFrame = clearTimeout;
+"""
 # Keep the words of the page in the order in which they come, also those that do not stay.
 WORDS = """
     window.said = [];
@@ -45,7 +51,7 @@ def browser_page(width=1400, height=850):
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=ARGUMENTS)
         page = browser.new_page(viewport={'width': width, 'height': height})
         page.set_default_timeout(PATIENCE)
-        page.add_init_script(WORDS)
+        page.add_init_script(FRAMES + WORDS)
         asked = []
         page.on('request', lambda request: asked.append(request.url))
         page.on('websocket', lambda opened: asked.append(opened.url))
