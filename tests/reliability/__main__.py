@@ -96,7 +96,7 @@ def main() -> int:
 
     if given.share is not None:
         shared = [case for case in wanted if case.kind not in load.HARMS]
-        list(_campaign(shared[given.share :: given.jobs], given.journal, given.busy))
+        list(_campaign(shared[given.share :: given.jobs], given.journal, [0]))
         return 0
     _drop_other_versions(given.journal)
     if given.jobs > 1:
