@@ -1,11 +1,10 @@
 """One scenario, three ways to run it, one trajectory."""
 
-import subprocess
-import sys
-from contextlib import contextmanager
+import os
 
 import pytest
 
+from tests.support.load import busy
 from tests.support.runs import khr
 
 pytestmark = pytest.mark.slow
@@ -67,18 +66,6 @@ def test_without_delay_graph_and_offline_agree_too(tmp_path):
     assert len(hashes) == 1
 
 
-@contextmanager
-def busy_cores():
-    """Keep every core busy twice over."""
-    loads = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(4)]
-    try:
-        yield
-    finally:
-        for load in loads:
-            load.kill()
-            load.wait()
-
-
 def test_a_loaded_machine_changes_nothing(tmp_path):
     def pushed(way):
         return khr(
@@ -95,5 +82,5 @@ def test_a_loaded_machine_changes_nothing(tmp_path):
         ).hash
 
     quiet = pushed('--offline')
-    with busy_cores():
+    with busy(2 * os.cpu_count()):
         assert pushed('--processes') == pushed('--one-process') == quiet

@@ -14,7 +14,6 @@ import os
 import subprocess
 import sys
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from functools import cache
 from hashlib import sha256
 from pathlib import Path
@@ -30,6 +29,7 @@ from tests.reliability.cases import HARMS, attempt, cases
 from tests.reliability.harms import load
 from tests.reliability.harms.harmed_run import Case
 from tests.reliability.strangers.other_machine import why_not
+from tests.support.load import busy
 from tests.support.process_signals import hand_on_signals
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
@@ -106,14 +106,14 @@ def main() -> int:
     return int(any(result.faults for result in write()))
 
 
-def _campaign(wanted: Sequence[Case], journal: Path, busy: Sequence[int]) -> Iterator[Result]:
+def _campaign(wanted: Sequence[Case], journal: Path, loops: Sequence[int]) -> Iterator[Result]:
     """Try the cases that a journal does not hold yet; each beside some busy loops, in turn."""
     done = {each.name for each in _done(journal)}
     journal.parent.mkdir(parents=True, exist_ok=True)
     for number, case in enumerate(wanted, 1):
         if case.name in done:
             continue
-        with _busy(0 if case.kind in load.HARMS else busy[number % len(busy)]):
+        with busy(0 if case.kind in load.HARMS else loops[number % len(loops)]):
             others = psutil.cpu_percent(LOOK) / 100.0 * (psutil.cpu_count() or 1)
             faults, figures = attempt(case)
         result = Result(case.name, case.kind, faults, round(others, 2), source_version(), figures)
@@ -135,18 +135,6 @@ def _share_out(jobs: int) -> None:
             environment = {**os.environ, 'XDG_RUNTIME_DIR': str(register)}
             started.append(subprocess.Popen([*command, '--share', str(share)], env=environment))
         for each in started:
-            each.wait()
-
-
-@contextmanager
-def _busy(loops: int) -> Iterator[None]:
-    """Keep so many cores busy."""
-    started = [subprocess.Popen([sys.executable, '-c', 'while True: pass']) for _ in range(loops)]
-    try:
-        yield
-    finally:
-        for each in started:
-            each.kill()
             each.wait()
 
 

@@ -13,13 +13,13 @@ import subprocess
 import sys
 import threading
 import time
-from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import psutil
 
 from tests.support.browser import free_port, viewer
+from tests.support.load import busy
 from tests.support.runs import finish, khr, start_khr, wait_for
 
 VIEWERS = 10  # of each page
@@ -49,7 +49,7 @@ def trouble(folder: Path, seconds: float, seed: int = 0) -> tuple[list[str], str
     play = start_khr('view', recorded, '--against', recorded, '--no-browser', '--port', port)
     faults, visits = list[str](), list[int]()
     ports = [_port(run), _port(play)]
-    with _busy():
+    with busy(psutil.cpu_count() or 1):
         end = time.monotonic() + seconds
         guests = [
             threading.Thread(
@@ -84,18 +84,6 @@ def _port(process: subprocess.Popen[str]) -> int:
     assert stderr is not None
     line = wait_for(lambda: re.search(r'page: http://127.0.0.1:(\d+)/', stderr.readline()), 'page')
     return int(line[1])
-
-
-@contextmanager
-def _busy():
-    """Keep every core busy."""
-    with ExitStack() as stack:
-        for _ in range(psutil.cpu_count() or 1):
-            loop = stack.enter_context(
-                subprocess.Popen([sys.executable, '-c', 'while True: pass'])
-            )
-            stack.callback(loop.kill)
-        yield
 
 
 def _visit(
