@@ -35,7 +35,12 @@ class SensedMonitor:
         self.parameters = parameters
 
     def update(self, stamp_ns: int, signals: Signals) -> SensedOutcome:
-        """Take a sample of ``SENSED`` at a time of the run, ns; return the outcome so far."""
+        """Return the outcome so far.
+
+        Args:
+            stamp_ns: of the sample, in the time of the run.
+            signals: of ``SENSED``.
+        """
         own = self.parameters
         time = stamp_ns / 1e9
         rate = hypot(*signals[GYRO])

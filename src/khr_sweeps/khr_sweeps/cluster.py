@@ -73,7 +73,11 @@ class Scheduler:
 
 @contextmanager
 def open_pool(workers: int, scheduler: Scheduler | None = None) -> Iterator[Pool]:
-    """Keep a pool: so many processes of this machine, or with a scheduler all its workers.
+    """Keep a pool: processes of this machine, or with a scheduler its workers.
+
+    Args:
+        workers: how many processes; ignored with a scheduler.
+        scheduler: of a Dask cluster.
 
     Raises:
         SweepError: if the number is not accepted, or no scheduler answers.

@@ -30,8 +30,12 @@ def run_sweep(
 ) -> int:
     """Compute the missing runs of a sweep and keep them in its folder; return the exit code.
 
-    They are computed by processes of this machine, one per core by default, or by a scheduler's
-    workers. If ``quiet``, neither progress is shown nor how many runs ended how.
+    Args:
+        specification: of the sweep.
+        out: its folder. Runs in it are not repeated.
+        workers: processes to start on this machine; one per core by default.
+        scheduler: of Dask, whose workers are used instead.
+        quiet: whether to show no progress, and not how many runs ended how.
 
     Raises:
         SweepError: if the specification or an option is not accepted.

@@ -216,10 +216,13 @@ def measure_scenario(name: str, changes: Changes) -> Measured:
 def compare_engines(
     seeds: int, tolerance: float, jobs: int | None, only: str | None = None
 ) -> Comparison:
-    """Compare the engines with a pool of processes, one per core by default.
+    """Compare the engines with a pool of processes.
 
-    The tolerance of each bisection is in deg. ``only`` names scenarios, with commas; all that are
-    shipped are run without it.
+    Args:
+        seeds: of every limit.
+        tolerance: of each bisection, deg.
+        jobs: processes; one per core by default.
+        only: names of scenarios with commas; all that are shipped if left out.
 
     Raises:
         StudyError: if an argument is not accepted.

@@ -68,7 +68,10 @@ class Line:
 def origins(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tuple[Line, ...]:
     """Label every peak of a walk's spectrum that stands out, from ``threshold`` of the largest on.
 
-    The other walks differ from it, or from one another, in one thing.
+    Args:
+        base: the walks whose spectrum is explained.
+        others: walks that differ from it, or from one another, in one thing.
+        threshold: of the smallest peak, over the largest.
     """
     height = base.amplitude
     inner = height[1:-1]

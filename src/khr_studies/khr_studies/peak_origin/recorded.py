@@ -63,6 +63,9 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     One run shows where its peaks lie; what makes those that are not the gait's, only runs with
     another gain, cycle or friction show (:func:`khr_studies.peak_origin.study.run_variants`).
 
+    Args:
+        name: of the run, for messages.
+
     Raises:
         StudyError: if it holds less of a pitch rate than one spectrum takes.
     """

@@ -159,6 +159,7 @@ def run_variants(
     Args:
         scenario: file or name.
         fast: one seed.
+        workers: processes; as many as there are cores by default.
         root: folder of the runs; runs of the same code are not repeated.
         changed: parameters to change in all variants, each ``node.parameter=value``.
 

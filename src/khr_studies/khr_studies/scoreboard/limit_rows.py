@@ -27,10 +27,13 @@ Limits = Mapping[Condition, Limit]
 def limit_rows(
     limits: Limits, elsewhere: Limits, spread: Mapping[str, tuple[float, float]]
 ) -> list[LimitRow]:
-    """Compare the critical inclinations, those on the other physics engine beside them.
+    """Compare the critical inclinations.
 
-    The spread is from the lowest to the highest limit, deg, of the robots that explain the data,
-    by the condition's title.
+    Args:
+        limits: of the simulated robot.
+        elsewhere: the same on the other physics engine.
+        spread: lowest and highest limit in deg of the robots that explain the data, by the
+            condition's title.
     """
     return [
         _limit_row(row, limits[row.condition], elsewhere[row.condition], spread) for row in LIMITS
@@ -78,7 +81,11 @@ def agrees(difference: float, half_width: float, most: float = TOLERANCE_DEG) ->
     """Return whether a limit agrees with the thesis; None if that is undecided.
 
     It agrees if its whole interval lies within the tolerance, and disagrees if none of it does.
-    All numbers are in deg.
+
+    Args:
+        difference: from the thesis, deg.
+        half_width: of the interval, deg.
+        most: tolerance, deg.
     """
     if abs(difference) + half_width <= most:
         return True

@@ -68,10 +68,14 @@ CHANGES: dict[str, tuple[tuple[str, Changes], ...]] = {
 
 
 def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = True) -> Scoreboard:
-    """Measure the scoreboard with a pool of processes, one per core by default.
+    """Measure the scoreboard with a pool of processes.
 
-    The tolerance of each bisection is in deg. If ``explain``, more is measured than the thesis
-    has: what moves the limits that miss, and limits facing uphill.
+    Args:
+        seeds: of each measurement.
+        tolerance: of each bisection, deg.
+        jobs: processes; one per core by default.
+        explain: whether to measure more than the thesis has: what moves the limits that miss, and
+            limits facing uphill.
 
     Raises:
         StudyError: if an argument is not accepted.

@@ -19,9 +19,12 @@ def walk_row(
     walks: Sequence[MeasuredWalk],
     slips_from_mm: float = published.SEEN_MM,
 ) -> WalkRow:
-    """Compare a walk of the thesis with one for each seed.
+    """Compare one walk.
 
-    A robot slips from a slide per step of ``slips_from_mm`` on; NaN if that is not known.
+    Args:
+        row: of the thesis.
+        walks: one for each seed.
+        slips_from_mm: slide per step from which on a robot slips; NaN if that is not known.
     """
     stayed = [one for one in walks if one.stayed_up]
     peaks = [[peak.frequency for peak in one.peaks[: published.SHOWN]] for one in stayed]

@@ -117,7 +117,11 @@ class StabilityMap:
 
 
 def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
-    """Count the runs of a sweep by cell of two swept parameters, ``node.parameter``.
+    """Count the runs of a sweep by cell.
+
+    Args:
+        results: from :func:`khr_sweeps.results.folder.read_results`.
+        x, y: swept parameters, ``node.parameter``.
 
     Raises:
         StudyError: if a parameter is not swept, both are the same, or no run has an outcome.

@@ -72,9 +72,12 @@ class Drawing:
         return _takes(self.figure, 'rate')
 
     def draw(self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False) -> Figure:
-        """Measure what it shows, if that is to be measured, coarsely if ``fast``, then draw it.
+        """Measure what it shows, if that is to be measured, then draw it.
 
-        ``of_runs`` are the runs of its experiments, and a pitch rate of RATES if it shows one.
+        Args:
+            of_runs: the runs of its experiments, and a pitch rate of RATES if it shows one.
+            engine: physics engine of what is measured.
+            fast: whether to measure coarsely, if that can be.
         """
         measure = (fast and self.quick) or self.measure
         if measure is None:
@@ -237,13 +240,18 @@ def draw(
     signal: str | None = None,
     engine: str = engines.DEFAULT,
 ) -> list[Path]:
-    """Draw a figure and write it into a folder, made if needed; return paths of PNG and CSV.
+    """Draw a figure and write it as PNG and CSV.
 
     Args:
         number: the thesis's number of the figure, or the name of one that the thesis lacks.
+        out: the folder to write into; made if needed.
         runs: by experiment, with those of the figure; None for a figure of the models.
         fast: whether to draw the coarse form, if there is one.
         signal: the pitch rate to show of runs, one of RATES; by default the drawing's own.
+        engine: physics engine of the runs, and of what is run for the drawing.
+
+    Returns:
+        The paths of the PNG and the CSV.
 
     Raises:
         StudyError: if there is no such figure or signal, or the folder cannot be written.
