@@ -94,8 +94,12 @@ def compute(
 ) -> Iterator[list[tuple[str, Result | None]]]:
     """Apply a function to tasks on a pool; yield results in batches as they finish.
 
-    Each task has a key. Only a window of them is submitted at a time. The function is importable
-    by the workers.
+    Only a window of the tasks is submitted at a time.
+
+    Args:
+        pool: computes.
+        function: importable by the workers.
+        tasks: each with a key.
 
     Yields:
         Keys with results; None for a task whose workers died repeatedly.

@@ -61,7 +61,11 @@ KNOWN = ', '.join((*KEYS, FAST))
 
 
 def load_sweep(path: Path, fast: bool = False) -> Sweep:
-    """Read a sweep from a file; ``fast`` as in :func:`sweep_from`.
+    """Read a sweep from a file.
+
+    Args:
+        path: the file.
+        fast: whether the keys under ``fast`` replace those of the same name.
 
     Raises:
         SweepError: if there is no such file, or it is not valid; the message names file, key

@@ -21,8 +21,14 @@ def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[
 
     A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes
     several rounds, each with the runs that follow from those before. Workers need no access to the
-    folders: signals are returned with the results and written here. A run whose workers died
-    repeatedly has None for its row.
+    folders: signals are returned with the results and written here.
+
+    Args:
+        pool: of workers.
+        sweeps: each with its open folder.
+
+    Yields:
+        Rows; None for a run whose workers died repeatedly.
 
     Raises:
         RunError: if the computation could not go on; what is finished is kept.

@@ -164,7 +164,13 @@ class Measuring:
         stage: str = SEARCH,
         progress: Callable[[], None] = lambda: None,
     ) -> list[Candidate]:
-        """Return candidates as a stage measures them; ``progress`` is called after each new one."""
+        """Return candidates as a stage of the calibration measures them.
+
+        Args:
+            tasks: the candidates.
+            stage: in whose part of the journal they are.
+            progress: called after each that was not there.
+        """
         missing = (
             (f'{stage}-{index}', task)
             for index, task in enumerate(tasks)

@@ -236,7 +236,12 @@ def compare_engines(
 
 
 def compare(bench: Bench, names: Sequence[str]) -> Comparison:
-    """Run scenarios, by name, on both engines, and measure the limits and what moves them."""
+    """Run scenarios on both engines, and measure the limits and what moves them.
+
+    Args:
+        bench: measures, with seeds and tolerance of its own.
+        names: of the scenarios.
+    """
     for name in names:
         for engine in ENGINES:
             for changes in SCATTER:

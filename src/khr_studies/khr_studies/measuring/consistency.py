@@ -81,7 +81,11 @@ def contradictions(said: Iterable[Said]) -> list[str]:
 
 
 def check(said: Iterable[Said], kept: Path) -> None:
-    """Refuse results in a folder that contradict one another, and print each pair on stderr.
+    """Refuse results that contradict one another, and print each pair on stderr.
+
+    Args:
+        said: all that a page would say.
+        kept: folder of the results.
 
     Raises:
         RunError: if one says that the robot stays up where another says that it does not.

@@ -58,9 +58,15 @@ def limit_of_seed(
 def measure_limit(
     condition: Condition, seeds: int, tolerance: float, pool: Pool | None = None
 ) -> Limit:
-    """Measure the critical inclination over seeds 0, 1, ..., each bisected to a tolerance in deg.
+    """Measure the critical inclination over seeds 0, 1, ...
 
-    The limit of the first seed starts the searches of the others. A pool computes them in parallel.
+    The limit of the first seed starts the searches of the others.
+
+    Args:
+        condition: motion, surface and gains.
+        seeds: how many.
+        tolerance: of each bisection, deg.
+        pool: computes seeds in parallel; without one they are computed here.
 
     Raises:
         StudyError: if an argument is not accepted.

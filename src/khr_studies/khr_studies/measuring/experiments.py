@@ -68,7 +68,10 @@ Opened = tuple[Sweep, Folder]
 
 
 def runs_of(folder: Path) -> Runs:
-    """Return the finished runs of a sweep, complete or not, by its axes, then by the seeds.
+    """Return the finished runs of a sweep in the order of its axes, then of the seeds.
+
+    Args:
+        folder: of the sweep, complete or not.
 
     Raises:
         StudyError: if the folder holds no sweep.
@@ -143,7 +146,12 @@ def root_of(engine: str) -> Path:
 def sweeps_of(
     names: Iterable[str], fast: bool, engine: str = engines.DEFAULT
 ) -> dict[Path, Sweep]:
-    """Read experiments; return them by folder. On the default engine scenarios stay as they are.
+    """Read experiments; return them by folder.
+
+    Args:
+        names: of the experiments.
+        fast: whether in their quick form.
+        engine: physics engine; with the default one the scenarios stay as they are.
 
     Raises:
         StudyError: if one is not known or not valid.
@@ -212,7 +220,12 @@ def run_on(pool: Pool, sweeps: Sequence[Opened], bar: Bar) -> int:
 
 
 def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') -> None:
-    """Compute the missing runs of sweeps, by folder, with worker processes of this machine.
+    """Compute the missing runs of sweeps on this machine.
+
+    Args:
+        sweeps: by folder.
+        workers: processes.
+        title: of the progress bar.
 
     Raises:
         StudyError: if a folder cannot be written.

@@ -22,11 +22,14 @@ def attempt_text(attempt: Attempt) -> str:
 
 def limit_text(condition: Condition, limit: Limit) -> str:
     """Format a limit, its interval, and slip and vibration just below it."""
-    count = len(limit.of_seeds)
-    of = f'95 %, {count} seeds' if count > 1 else 'one seed; its scatter is taken from others'
+    within = (
+        f'+- {limit.half_width:.2f} deg (95 %, {len(limit.of_seeds)} seeds)'
+        if len(limit.of_seeds) > 1
+        else f'+- {limit.half_width:.2f} deg (one seed; its scatter is taken from others)'
+    )
     return '\n'.join(
         (
-            f'{limit.mean:.2f} +- {limit.half_width:.2f} deg ({of})  {condition.title}',
+            f'{limit.mean:.2f} {within}  {condition.title}',
             f'seeds      {"  ".join(f"{one:.2f}" for one in sorted(limit.of_seeds))} deg',
             f'just below {_verdict("slips", limit.slipped)}, '
             f'{_verdict("vibrates", limit.vibrated)} ({degrees(limit.vibration):.1f} deg/s above 4 Hz, '

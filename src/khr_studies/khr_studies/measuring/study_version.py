@@ -8,7 +8,10 @@ from khr_bringup.code_version import code_version
 def version_of_study(study: str) -> str:
     """Return a digest of the code of the runs, of what is measured in them, and of a study.
 
-    What a study keeps is used again while this stays the same. Its name is that of its folder.
+    What a study keeps is used again while this stays the same.
+
+    Args:
+        study: the name of its folder.
     """
     return code_version(*sources_of_study(study))
 

@@ -47,7 +47,10 @@ class OddLine:
 
 
 def odd_lines(runs: Mapping[str, Runs]) -> tuple[OddLine, ...]:
-    """Measure line 11 in each case of the experiment ``line_11``, in its order.
+    """Measure line 11 in each case of the experiment, in its order.
+
+    Args:
+        runs: by experiment; those of ``line_11``.
 
     Raises:
         StudyError: if no walk stayed up.

@@ -47,7 +47,10 @@ class RecordedPeaks:
 
 
 def peaks_of_run(folder: Path) -> RecordedPeaks:
-    """Find the peaks of a recorded run, by its folder or bag; of one on a driver too.
+    """Find the peaks of a recorded run, of one on a driver too.
+
+    Args:
+        folder: of the run, or its bag.
 
     Raises:
         BringupError: if it is no bag, or is damaged.

@@ -41,7 +41,11 @@ class Resonance:
 
 
 def resonance(reference: Walks, changed: Walks) -> Resonance | None:
-    """Find the band in which walks have more between the lines than others of the same cycle."""
+    """Find the band in which walks have more between the lines than others of the same cycle.
+
+    Args:
+        reference, changed: of equal cycles.
+    """
     first, second = (_smooth(_between(walks)) for walks in (reference, changed))
     added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
     top = int(np.argmax(added))

@@ -129,7 +129,8 @@ def _record(run: Run, start: float, end: float) -> Record:
 def study(runs: Runs) -> PeakStudy:
     """Find the origin of the peaks of a walk and of the published ones.
 
-    The runs are those of the experiment ``lines``, or of its cases on another scenario.
+    Args:
+        runs: of the experiment ``lines``, or of its cases on another scenario.
 
     Raises:
         StudyError: if no walk stayed up.

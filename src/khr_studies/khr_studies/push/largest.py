@@ -9,8 +9,17 @@ from khr_models.checks import FORMS, Form
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.push import DIRECTIONS, Direction
 from khr_sim.physics import engines
-from khr_studies.push import motions
 from khr_studies.push.limits import DURATIONS, GAINS, PushRow, conditions, measure_push
+from khr_studies.push.motions import (
+    FATAL,
+    LOOP,
+    PUSHED,
+    SLOPES,
+    SURVIVED,
+    RobotAndModel,
+    largest_with_circuit,
+    near_limit,
+)
 from khr_studies.push.study import GYROS, PushCondition, largest_push, on
 
 SETTINGS = (0.0, 4.0, 8.0, 12.0, 18.0, 24.0, 36.0)  # K_A, of the thesis's model
@@ -36,7 +45,7 @@ class LargestPushes:
     """
 
     rows: list[PushRow]
-    near: list[motions.RobotAndModel]
+    near: list[RobotAndModel]
 
 
 def largest_of_thesis() -> list[Impulses]:
@@ -46,16 +55,14 @@ def largest_of_thesis() -> list[Impulses]:
     """
     found = []
     for form in FORMS:
-        slope = 0.0 if form == 'published' else motions.SLOPES[-1]
+        slope = 0.0 if form == 'published' else SLOPES[-1]
         loops = [
-            replace(motions.LOOP, form=form, inclination=slope, gain=gain_of_board(setting))
+            replace(LOOP, form=form, inclination=slope, gain=gain_of_board(setting))
             for setting in SETTINGS
         ]
         for duration in (0.05, 0.1, 0.3):
             for direction in DIRECTIONS[:1] if form == 'published' else DIRECTIONS:
-                limits = [
-                    motions.largest_with_circuit(loop, duration, direction) for loop in loops
-                ]
+                limits = [largest_with_circuit(loop, duration, direction) for loop in loops]
                 values = [duration * limit for limit in limits]
                 found.append(Impulses(form, duration, direction, values))
     return found
@@ -69,17 +76,21 @@ def largest_pushes(
 ) -> LargestPushes:
     """Find the largest pushes of robot and models, and what becomes of pushes near the limit.
 
-    Pushes last so many s; the robot has each of the gyros, and each gain K_A.
+    Args:
+        durations: of the pushes, s.
+        gyros: of the robot.
+        gains: K_A.
+        engine: physics engine.
     """
     tried = conditions(gains, durations, gyros=gyros, changes=on(engine))
-    alone = PushCondition(duration=motions.PUSHED, changes=on(engine))
+    alone = PushCondition(duration=PUSHED, changes=on(engine))
     limit = largest_push(alone).middle
     return LargestPushes(
         [measure_push(each) for each in tried],
-        [motions.near_limit(alone, share * limit) for share in (motions.SURVIVED, motions.FATAL)],
+        [near_limit(alone, share * limit) for share in (SURVIVED, FATAL)],
     )
 
 
 def coarse_pushes(engine: str = engines.DEFAULT) -> LargestPushes:
     """Measure :func:`largest_pushes` for one duration, one gyro and two gains."""
-    return largest_pushes((motions.PUSHED,), ('packaged',), (GAINS[0], GAINS[-1]), engine)
+    return largest_pushes((PUSHED,), ('packaged',), (GAINS[0], GAINS[-1]), engine)

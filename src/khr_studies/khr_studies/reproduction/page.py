@@ -33,7 +33,10 @@ CHAPTERS = {
 def write(results: Reproduction, out: Path, findings: Path) -> str:
     """Write page, findings and scoreboard; return a summary of one line.
 
-    ``out`` is the folder of page and scoreboard, ``findings`` a file, whose JSON lies beside it.
+    Args:
+        results: what to show.
+        out: folder of the page and of the scoreboard.
+        findings: file of the findings; their JSON lies beside it.
 
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
@@ -51,9 +54,13 @@ def write(results: Reproduction, out: Path, findings: Path) -> str:
 
 
 def write_index(out: Path, results: Reproduction) -> Path:
-    """Write the page of a reproduction as ``index.html`` into a folder and return its path.
+    """Write the page of a reproduction as ``index.html`` and return its path.
 
     The page needs no network: it contains its pictures, and links CSV files only in its folder.
+
+    Args:
+        out: folder of the page.
+        results: what to show.
 
     Raises:
         ReportError: if the file cannot be written.

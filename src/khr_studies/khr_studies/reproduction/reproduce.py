@@ -51,10 +51,14 @@ Result = TypeVar('Result')
 
 
 def reproduce(asked: Wanted, out: Path, workers: int | None = None) -> Reproduction:
-    """Reproduce the thesis, or a part of it; figures are drawn into ``out / 'figures'``.
+    """Reproduce the thesis, or a part of it.
 
-    Results of earlier computations are used again. There is a worker process for each core unless
-    their number is given.
+    Results of earlier computations are used again.
+
+    Args:
+        asked: what of it.
+        out: folder of the page, whose folder ``figures`` the figures are drawn into.
+        workers: processes; as many as there are cores by default.
 
     Raises:
         ReportError: if the folder cannot be written.

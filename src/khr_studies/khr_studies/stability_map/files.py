@@ -24,7 +24,8 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         out: the PNG; ``map_X_Y.png`` in the folder by default.
 
     Raises:
-        StudyError: if there is no sweep, a parameter is not swept, or a file cannot be written.
+        StudyError: if there is no sweep, or a parameter is not swept.
+        StudyError: if a file cannot be written.
     """
     counted = stability_map(read_results(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'

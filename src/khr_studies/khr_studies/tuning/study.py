@@ -224,11 +224,15 @@ def ask(
     candidates: int = 64,
     seed: int = 0,
 ) -> Question:
-    """Ask for the gains of a scenario; numbers are those of a :class:`Question`.
+    """Ask for the gains of a scenario.
 
     Args:
+        scenario: motion and ground.
         gait: whether the gait's placement of the centre of mass is searched as well.
         robust: whether the gains are to hold for the robots of the ensemble.
+        seeds: runs of each candidate and robot.
+        candidates: how many to try.
+        seed: of the optimiser.
 
     Raises:
         KhrError: if an argument is not accepted.
@@ -274,7 +278,13 @@ class _Bench:
 
 
 def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
-    """Search with a process per core or so many jobs; what a folder holds is not run again.
+    """Search; what a folder holds already is not run again.
+
+    Args:
+        question: what to search.
+        jobs: processes; one per core by default.
+        folder: of the results.
+        quiet: whether to show no progress.
 
     Raises:
         StudyError, BringupError: if an argument is not accepted.
