@@ -5,7 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from rosbags import interfaces
+from rosbags.interfaces import (
+    Connection,
+    Qos,
+    QosDurability,
+    QosHistory,
+    QosLiveliness,
+    QosReliability,
+    QosTime,
+)
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
@@ -14,7 +22,7 @@ from khr_analysis.errors import AnalysisError
 from khr_common.files import write_text
 from khr_common.stamps import HISTORY
 
-_FOREVER = interfaces.QosTime(2147483647, 4294967295)
+_FOREVER = QosTime(2147483647, 4294967295)
 WRITER, DISTRIBUTION = 'ros_distro: rosbags', 'ros_distro: jazzy'
 FLUSH_PERIOD = 1_000_000_000  # ns of simulated time that a recorder which is killed may lose
 
@@ -36,7 +44,7 @@ class Recording:
 
     def __init__(self, folder: Path) -> None:
         self._store = get_typestore(Stores.ROS2_JAZZY)
-        self._connections: dict[str, interfaces.Connection] = {}
+        self._connections: dict[str, Connection] = {}
         self.counts: dict[str, int] = {}
         self._flushed = 0
         self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
@@ -105,18 +113,16 @@ class Recording:
             write_text(self._writer.metapath, text.replace(WRITER, DISTRIBUTION))
 
 
-def _qos(latched: bool) -> interfaces.Qos:
-    durability = (
-        interfaces.QosDurability.TRANSIENT_LOCAL if latched else interfaces.QosDurability.VOLATILE
-    )
-    return interfaces.Qos(
-        interfaces.QosHistory.KEEP_LAST,
+def _qos(latched: bool) -> Qos:
+    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
+    return Qos(
+        QosHistory.KEEP_LAST,
         1 if latched else HISTORY,
-        interfaces.QosReliability.RELIABLE,
+        QosReliability.RELIABLE,
         durability,
         _FOREVER,
         _FOREVER,
-        interfaces.QosLiveliness.AUTOMATIC,
+        QosLiveliness.AUTOMATIC,
         _FOREVER,
         False,
     )

@@ -6,8 +6,15 @@ import sys
 import time
 from datetime import timedelta
 
-from rich import progress
 from rich.console import Console
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
 
 EVERY = 15.0  # s between two lines if stderr is not a terminal
 
@@ -27,16 +34,16 @@ class Bar:
         self, title: str, total: int, done: int = 0, lines: bool = False, quiet: bool = False
     ) -> None:
         columns = (
-            progress.TextColumn('{task.description}'),
-            progress.BarColumn(),
-            progress.MofNCompleteColumn(),
-            progress.TimeElapsedColumn(),
-            progress.TextColumn('left'),
-            progress.TimeRemainingColumn(),
-            progress.TextColumn('{task.fields[text]}'),
+            TextColumn('{task.description}'),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeElapsedColumn(),
+            TextColumn('left'),
+            TimeRemainingColumn(),
+            TextColumn('{task.fields[text]}'),
         )
         console = Console(stderr=True)
-        self._bar = progress.Progress(
+        self._bar = Progress(
             *columns, console=console, transient=True, disable=quiet or not console.is_terminal
         )
         self._task = self._bar.add_task(title, total=total, completed=done, text='')
