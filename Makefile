@@ -6,6 +6,7 @@
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
 # make film   renders docs/walk.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
+
 # bytecode is kept, whatever this machine prefers: without it every process compiles its sources
 unexport PYTHONDONTWRITEBYTECODE
 PYTHON ?= python3.11

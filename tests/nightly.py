@@ -30,7 +30,6 @@ BY_NIGHT = {
     'tests/graph/test_switch.py::test_the_run_after_a_switch_is_that_of_the_scenario_from_its_start[by force': 'the same to a walk',
     'tests/installation/test_colcon.py::': 'what the wheels hold; dependencies of the packages compared; the tests themselves',
     'tests/installation/test_site.py::test_every_document_becomes_a_page': 'links of the documents',
-    'tests/installation/test_wheels.py::test_the_parts_run': 'dependencies of the packages compared',
     'tests/installation/test_wheels.py::test_the_steps_of_the_dockerfile': 'make run, and what the parts need',
     'tests/installation/test_wheels.py::test_the_whole_is_its_parts': 'dependencies of the packages compared',
     'tests/integration/test_documents_run.py::test_a_reader': 'verbs and options of every command in the documents',

@@ -104,7 +104,8 @@ def test_a_slider_changes_the_parameter_of_the_node(page, viewed):
     page.mouse.move(box['x'] + 40, box['y'] + box['height'] / 2, steps=8)
     page.mouse.up()
     wait_for(
-        lambda: 20.0 < gain(domain) == float(thumb.get_attribute('aria-valuenow')), 'the new gain'
+        lambda: 20.0 < (gain(domain) or 0.0) == float(thumb.get_attribute('aria-valuenow')),
+        'the new gain',
     )
 
 
