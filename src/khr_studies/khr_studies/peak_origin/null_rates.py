@@ -39,8 +39,12 @@ def null_rates(walks: Sequence[Walks], threshold: float, repeats: int = REPEATS)
     """Measure how often a set of walks like this one would be explained wrongly.
 
     The invented gait has the first walks' lines, the same with every treatment, in noise as strong
-    as what the first walks have between them; slipping is noise of its own. The first walks are
-    explained, by comparison with the others, from peaks of ``threshold`` of the largest on.
+    as what the first walks have between them; slipping is noise of its own.
+
+    Args:
+        walks: the first are those that are explained, by comparison with the others.
+        threshold: smallest amplitude of a peak, over the largest.
+        repeats: number of sets.
     """
     base = walks[0]
     heights = base.amplitude[:: base.cycles][1:]
