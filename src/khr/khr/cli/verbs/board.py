@@ -63,7 +63,7 @@ def probe(
     """Read firmware, configuration, battery, servos, trims, mixings and AD; write nothing."""
     from khr_hardware.inspection import describe, inspect
 
-    with _connected(port, baud, map_) as (client, joint_map, rate):
+    with _wired(port, baud, map_) as (client, joint_map, rate):
         seen = inspect(client, joint_map)
         print(f'{"line":14}{port} at {rate} baud')
         for name, text in describe(seen, joint_map):
@@ -80,7 +80,7 @@ def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None
     from khr_hardware.inspection import inspect, torque_of
     from khr_sim.robot import JOINTS, Robot
 
-    with _connected(port, baud, map_) as (client, joint_map, _):
+    with _wired(port, baud, map_) as (client, joint_map, _):
         seen = inspect(client, joint_map)
     table = Table('joint', 'ICS', 'position', 'trim', 'angle, deg', 'range, deg', 'torque')
     for joint, (low, high) in zip(JOINTS, Robot.load().limits(), strict=True):
@@ -114,7 +114,7 @@ def hold(
         return
     from khr_hardware.inspection import hold_pose
 
-    with _connected(port, baud, map_) as (client, joint_map, _):
+    with _wired(port, baud, map_) as (client, joint_map, _):
         hold_pose(client, joint_map)
     print('17 servos hold where they were')
 
@@ -126,7 +126,7 @@ def free(
     if not port:
         _ask_run('free', domain)
         return
-    with _connected(port, baud, map_) as (client, joint_map, _):
+    with _wired(port, baud, map_) as (client, joint_map, _):
         client.free(joint_map.numbers)
     print('17 servos are free')
 
@@ -158,7 +158,7 @@ def deploy(
 
     if undo:
         data = read_yaml(read_file(before), str(before))  # JSON is YAML too
-        with _connected(port, baud) as (client, *_):
+        with _connected(port, baud) as (client, _):
             deployment.undo(client, data)
         before.unlink()
         print('the mixings are as they were')
@@ -167,7 +167,7 @@ def deploy(
     loop = loop_of(scenarios.load_scenario(scenario).set_to(set_ or []), joint_map)
     if before.exists():
         raise KhrError(f'--before: {str(before)!r} is there; accepted: a new file')
-    with _connected(port, baud) as (client, *_):
+    with _connected(port, baud) as (client, _):
         deployment.deploy(
             client, joint_map, loop, keep=lambda held: write_text(before, json.dumps(held))
         )
@@ -272,14 +272,22 @@ def _ask_run(service: str, domain: int | None) -> None:
 
 
 @contextmanager
-def _connected(port: str, baud: int, map_: str = '') -> Iterator[tuple[Client, JointMap, int]]:
-    """Yield the client of a board, the map of its robot, and the rate of the line."""
-    from khr_hardware.client import connect
+def _wired(port: str, baud: int, map_: str) -> Iterator[tuple[Client, JointMap, int]]:
+    """Yield the client of a board, the map of how its robot is wired, and the rate of the line."""
     from khr_hardware.joint_map import JointMap
 
     joint_map = JointMap.load(map_)
+    with _connected(port, baud) as (client, rate):
+        yield client, joint_map, rate
+
+
+@contextmanager
+def _connected(port: str, baud: int) -> Iterator[tuple[Client, int]]:
+    """Yield the client of a board, and the rate of the line."""
+    from khr_hardware.client import connect
+
     client, rate = connect(port, baud)
     try:
-        yield client, joint_map, rate
+        yield client, rate
     finally:
         client.close()
