@@ -30,6 +30,7 @@ class Progress:
         factor: simulated by wall time; None before it is known.
         pitch_rate: of the torso, rad/s; None likewise.
         peak: the strongest of its spectrum, in words.
+        scenario: name of the one that the graph was switched to; empty if it was not.
     """
 
     time: float
@@ -37,6 +38,7 @@ class Progress:
     factor: float | None = None
     pitch_rate: float | None = None
     peak: str = ''
+    scenario: str = ''
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

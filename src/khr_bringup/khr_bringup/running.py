@@ -42,7 +42,7 @@ def run_to_end(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Resu
         return run_offline(scenario, showing(hooks.show))
     with registered(scenario.name, folder, way.domain, way.network) as entry:
         hooks.begun(entry)
-        noted = replace(hooks, show=_noted(entry, hooks.show))
+        noted = replace(hooks, show=noting(entry, hooks.show))
         return run_graph(prepare(scenario, folder, way.record), folder, entry, way, noted)
 
 
@@ -53,15 +53,16 @@ def bounded(scenario: Scenario, way: Way) -> Scenario:
     return scenario.changed({('simulator', 'duration'): duration(scenario)})
 
 
-def _noted(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
-    """Return what shows progress, and keeps the run's state in the register."""
-    state = entry.state
+def noting(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
+    """Return what shows progress, and keeps the run's state and scenario in the register."""
+    noted = entry
 
     def show_and_note(progress: Progress) -> None:
-        nonlocal state
-        if progress.state != state:
-            state = progress.state
-            note(entry, state)
+        nonlocal noted
+        now = replace(entry, state=progress.state, scenario=progress.scenario or entry.scenario)
+        if now != noted:
+            noted = now
+            note(noted)
         show(progress)
 
     return show_and_note

@@ -79,7 +79,9 @@ class View:
             else self.state_values.get('waiting_for')
         )
         return replace(
-            self.pace, state=one_line(f'waiting for {waiting}' if waiting else self.state)
+            self.pace,
+            state=one_line(f'waiting for {waiting}' if waiting else self.state),
+            scenario=one_line(self.scenario.name) if self.scenario else '',
         )
 
     @property

@@ -211,10 +211,10 @@ def registered(
             remove_dead_segments(ports_of(number))
 
 
-def note(entry: RunEntry, state: str = 'starting') -> None:
+def note(entry: RunEntry) -> None:
     """Keep a run in the register, with what it does."""
     public = {key: value for key, value in asdict(entry).items() if key != 'locks'}
-    write_text(_path(entry.domain), json.dumps(public | {'state': state}))
+    write_text(_path(entry.domain), json.dumps(public))
 
 
 def _path(domain: int) -> Path:

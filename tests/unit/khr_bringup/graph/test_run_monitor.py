@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from khr_bringup.graph.following import PATIENCE, _unfinished
 from khr_bringup.graph.run_monitor import View
+from khr_bringup.scenario.scenario import load_scenario
 from khr_common.nodes.messages import status
 from khr_common.run_identity import MalformedError
 
@@ -45,6 +46,11 @@ def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():
 def test_a_run_that_goes_on_is_not_over():
     assert not replace(VIEW, state='running').over
     assert _unfinished(replace(VIEW, state='running', news=long_ago())) is None
+
+
+def test_progress_names_the_scenario_that_was_switched_to():
+    assert not VIEW.progress.scenario
+    assert replace(VIEW, scenario=load_scenario('stand_0deg')).progress.scenario == 'stand_0deg'
 
 
 FIGURES = ('time', 'real_time_factor', 'pitch_rate', 'peak', 'time_ns', 'run', 'final', 'sync')

@@ -14,6 +14,8 @@ import pytest
 from khr_bringup.errors import BringupError
 from khr_bringup.graph import run_registry
 from khr_bringup.graph.run_registry import choose, ports_of, register, registered, running
+from khr_bringup.result import Progress
+from khr_bringup.running import noting
 from khr_common import RunError
 
 
@@ -41,11 +43,17 @@ def test_a_run_of_another_folder_has_to_be_named(tmp_path, monkeypatch):
         assert choose() == only
 
 
-def test_the_state_of_a_run_is_in_the_register(tmp_path):
+def test_state_and_scenario_of_a_run_are_in_the_register(tmp_path):
+    shown = []
     with registered('walk', tmp_path) as entry:
-        assert [each.state for each in running()] == ['starting']
-        run_registry.note(entry, 'running')
-        assert [each.state for each in running()] == ['running']
+        assert [(each.scenario, each.state) for each in running()] == [('walk', 'starting')]
+        show = noting(entry, shown.append)
+        for scenario, state in (('', 'running'), ('stand', 'running'), ('stand', 'finished')):
+            show(Progress(1.0, state, scenario=scenario))
+            assert [(each.scenario, each.state) for each in running()] == [
+                (scenario or 'walk', state)
+            ]
+    assert len(shown) == 3
 
 
 def test_the_only_run_is_meant_whatever_the_environment(tmp_path, monkeypatch):
