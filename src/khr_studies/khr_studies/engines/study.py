@@ -268,7 +268,9 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
         tuple(_studied(bench, condition, limits[condition]) for condition in studied),
         tuple(
             ChangedWalk(
-                engine, change, bench.result(measure_scenario, WALK, on(engine, changes)).numbers
+                engine,
+                change,
+                bench.submit(measure_scenario, WALK, on(engine, changes)).result().numbers,
             )
             for engine, change, changes in CHANGES
         ),
@@ -300,7 +302,7 @@ def _studied(bench: Bench, condition: Condition, compared: ComparedLimit) -> Stu
 
 def _scenario(bench: Bench, name: str) -> ComparedScenario:
     runs = [
-        [bench.result(measure_scenario, name, on(engine, changes)) for changes in SCATTER]
+        [bench.submit(measure_scenario, name, on(engine, changes)).result() for changes in SCATTER]
         for engine in ENGINES
     ]
     first, second = (tuple(run.verdict for run in of_engine) for of_engine in runs)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
 from math import degrees
 from typing import Any
@@ -141,7 +142,7 @@ class Bench:
     settings: Changes = ()
 
     def __post_init__(self) -> None:
-        self._jobs: dict[tuple[Any, ...], Any] = {}  # futures by function and arguments
+        self._jobs: dict[tuple[Any, ...], Future[Any]] = {}  # by function and arguments
 
     @property
     def engines(self) -> tuple[str, str]:
@@ -154,43 +155,33 @@ class Bench:
         engine = (('simulator', 'engine'), self.engines[1])
         return replace(condition, changes=(*condition.changes, engine))
 
-    def ask_limit(self, condition: Condition, seeds: int | None = None) -> None:
-        """Start measuring a limit; all searches begin on the same ground."""
-        for seed in range(seeds or self.seeds):
+    def ask_limit(self, condition: Condition, seeds: int | None = None) -> list[Future[Any]]:
+        """Start measuring a limit, a job per seed; all searches begin on the same ground."""
+        return [
             self.submit(limit_of_seed, condition, seed, START, self.tolerance)
+            for seed in range(seeds or self.seeds)
+        ]
 
-    def ask(self, kind: Any, condition: Condition, inclination_deg: float) -> None:
+    def ask(self, kind: Any, condition: Condition, inclination_deg: float) -> list[Future[Any]]:
         """Start a :func:`walk` or :func:`lift` with every seed."""
-        for seed in range(self.seeds):
-            self.submit(kind, condition, inclination_deg, seed)
+        return [self.submit(kind, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
     def limit(self, condition: Condition, seeds: int | None = None) -> Limit:
         """Return a limit."""
-        self.ask_limit(condition, seeds)
-        results = [
-            self.result(limit_of_seed, condition, seed, START, self.tolerance)
-            for seed in range(seeds or self.seeds)
-        ]
-        return Limit(
-            tuple(limit for limit, _ in results),
-            tuple(one for _, attempts in results for one in attempts),
-            self.tolerance,
-        )
+        found = [job.result() for job in self.ask_limit(condition, seeds)]
+        return Limit.of(found, self.tolerance)
 
     def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:
         """Return one walk per seed."""
-        self.ask(walk, condition, inclination_deg)
-        return [self.result(walk, condition, inclination_deg, seed) for seed in range(self.seeds)]
+        return [job.result() for job in self.ask(walk, condition, inclination_deg)]
 
     def lifts(self, condition: Condition, inclination_deg: float) -> list[MeasuredLift]:
         """Return one leg lift per seed."""
-        self.ask(lift, condition, inclination_deg)
-        return [self.result(lift, condition, inclination_deg, seed) for seed in range(self.seeds)]
+        return [job.result() for job in self.ask(lift, condition, inclination_deg)]
 
     def said(self) -> Iterator[Said]:
         """Yield what every finished measurement says of who stays up."""
-        for (function, *given), job in self._jobs.items():
-            condition, *arguments = self._set(tuple(given))
+        for (function, condition, *arguments), job in self._jobs.items():
             if function is limit_of_seed:
                 for one in job.result()[1]:
                     up = one.outcome.stayed_up
@@ -200,20 +191,14 @@ class Bench:
                 up = job.result().stayed_up
                 yield Said(ROWS, condition, inclination_deg, seed, up)
 
-    def submit(self, function: Any, *arguments: Any) -> None:
-        """Start a job, unless it is under way."""
-        if (function, *arguments) not in self._jobs:
-            self._jobs[function, *arguments] = self.pool.submit(function, *self._set(arguments))
-
-    def _set(self, arguments: tuple[Any, ...]) -> tuple[Any, ...]:
-        condition, *others = arguments
-        if not self.settings:
-            return arguments
-        return replace(condition, changes=(*self.settings, *condition.changes)), *others
-
-    def result(self, function: Any, *arguments: Any) -> Any:
-        """Wait for a job, and return what it found."""
-        return self._jobs[function, *arguments].result()
+    def submit(self, function: Any, condition: Any, *arguments: Any) -> Future[Any]:
+        """Start a job, unless it is under way; return its future."""
+        if self.settings:
+            condition = replace(condition, changes=(*self.settings, *condition.changes))
+        job = (function, condition, *arguments)
+        if job not in self._jobs:
+            self._jobs[job] = self.pool.submit(*job)
+        return self._jobs[job]
 
 
 def share_up(runs: Iterable[MeasuredRun]) -> float:

@@ -55,9 +55,7 @@ def limit_of_seed(
     return bracket_limit(stays_up, shifted, ENDS, STEP, tolerance).middle, attempts
 
 
-def measure_limit(
-    condition: Condition, seeds: int, tolerance: float, pool: Pool | None = None
-) -> Limit:
+def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool) -> Limit:
     """Measure the critical inclination over seeds 0, 1, ...
 
     The limit of the first seed starts the searches of the others.
@@ -66,7 +64,7 @@ def measure_limit(
         condition: motion, surface and gains.
         seeds: how many.
         tolerance: of each bisection, deg.
-        pool: computes seeds in parallel; without one they are computed here.
+        pool: computes seeds in parallel.
 
     Raises:
         StudyError: if an argument is not accepted.
@@ -77,18 +75,10 @@ def measure_limit(
             f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'
         )
     condition.scenario(START, 0)  # raises before anything starts
-
-    def limits(of_seeds: range, around: float) -> list[tuple[float, list[Attempt]]]:
-        asked = [(condition, seed, around, tolerance) for seed in of_seeds]
-        if pool is None:
-            return [limit_of_seed(*each) for each in asked]
-        jobs = [pool.submit(limit_of_seed, *each) for each in asked]
-        return [job.result() for job in jobs]
-
-    ((first, attempts),) = limits(range(1), START)
-    results = limits(range(1, seeds), first - STEP / 2.0 if first > STEP else first)
-    return Limit(
-        (first, *(limit for limit, _ in results)),
-        (*attempts, *(one for _, more in results for one in more)),
-        tolerance,
-    )
+    first = pool.submit(limit_of_seed, condition, 0, START, tolerance).result()
+    limit, _ = first
+    around = limit - STEP / 2.0 if limit > STEP else limit
+    others = [
+        pool.submit(limit_of_seed, condition, seed, around, tolerance) for seed in range(1, seeds)
+    ]
+    return Limit.of([first, *(job.result() for job in others)], tolerance)

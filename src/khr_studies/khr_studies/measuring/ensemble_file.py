@@ -62,13 +62,9 @@ def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
 
 def spread_of(members: list[Member]) -> dict[str, tuple[float, float]]:
     """Return the lowest and the highest limit of the members, deg, by the condition's title."""
-    titles = {title for member in members for title in member.limits_deg}
-    found = {
-        title: [
-            member.limits_deg[title]
-            for member in members
-            if isfinite(member.limits_deg.get(title, float('nan')))
-        ]
-        for title in titles
-    }
-    return {title: (min(values), max(values)) for title, values in found.items() if values}
+    found: dict[str, list[float]] = {}
+    for member in members:
+        for title, limit in member.limits_deg.items():
+            if isfinite(limit):
+                found.setdefault(title, []).append(limit)
+    return {title: (min(limits), max(limits)) for title, limits in found.items()}

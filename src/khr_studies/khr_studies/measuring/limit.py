@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from itertools import chain
 from math import hypot, sqrt
 
 import numpy as np
@@ -44,6 +45,12 @@ class Limit:
     of_seeds: tuple[float, ...]
     attempts: tuple[Attempt, ...]
     tolerance: float = 0.0
+
+    @staticmethod
+    def of(found: Iterable[tuple[float, list[Attempt]]], tolerance: float) -> Limit:
+        """Return the limit whose seeds have each this limit, deg, after these attempts."""
+        of_seeds, attempts = zip(*found, strict=True)
+        return Limit(of_seeds, tuple(chain.from_iterable(attempts)), tolerance)
 
     def __repr__(self) -> str:
         """Show the mean, its interval and the seeds; the attempts are many."""
@@ -87,19 +94,17 @@ class Limit:
     @property
     def slipped(self) -> float:
         """Return the share of seeds that slipped on the steepest ground on which they stayed up."""
-        return _share(one.outcome.verdict == 'slipped' for one in self.highest)
+        return self._mean(lambda outcome: outcome.verdict == 'slipped')
 
     @property
     def vibrated(self) -> float:
         """Return the share of seeds that vibrated on that ground."""
-        return _share(one.outcome.vibration > VIBRATES for one in self.highest)
+        return self._mean(lambda outcome: outcome.vibration > VIBRATES)
 
     @property
     def vibration(self) -> float:
         """Return the mean vibration above 4 Hz on that ground, rad/s."""
-        return float(np.mean([one.outcome.vibration for one in self.highest] or [np.nan]))
+        return self._mean(lambda outcome: outcome.vibration)
 
-
-def _share(values: Iterable[bool]) -> float:
-    found: Sequence[bool] = list(values)
-    return float(np.mean(found)) if found else float('nan')
+    def _mean(self, value: Callable[[Outcome], float]) -> float:
+        return float(np.mean([value(one.outcome) for one in self.highest] or [np.nan]))

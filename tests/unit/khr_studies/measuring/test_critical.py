@@ -15,6 +15,7 @@ from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit, run_condition
 from khr_studies.measuring.limit import OF_ONE_SEED, RAGGED, VIBRATES, Attempt, Limit
 from khr_studies.measuring.limit_text import limit_text
+from tests.fakes.pools import HerePool
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):
@@ -35,7 +36,7 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch):
         return outcome('walked' if inclination_deg < 7 else 'fell')
 
     monkeypatch.setattr(critical, 'run_condition', run)
-    limit = measure_limit(Condition(), 6, 0.2)
+    limit = measure_limit(Condition(), 6, 0.2, HerePool())
     assert len(set(limit.of_seeds)) == 6
     assert limit.of_seeds == pytest.approx([7.0] * 6, abs=0.1)
     assert limit.tolerance == 0.2
@@ -114,13 +115,13 @@ def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
 )
 def test_arguments_are_refused_in_one_line(seeds, tolerance, word):
     with pytest.raises(KhrError, match=word) as refusal:
-        measure_limit(Condition(), seeds, tolerance)
+        measure_limit(Condition(), seeds, tolerance, HerePool())
     assert '\n' not in str(refusal.value)
 
 
 def test_unknown_surface_is_refused_before_anything_starts():
     with pytest.raises(KhrError, match='surface'):
-        measure_limit(Condition(surface='ice'), 1, 0.1)
+        measure_limit(Condition(surface='ice'), 1, 0.1, HerePool())
 
 
 def test_an_inclination_has_no_more_digits_than_a_page_shows_of_it():
