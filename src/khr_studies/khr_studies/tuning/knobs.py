@@ -8,7 +8,6 @@ from typing import Any
 
 from khr_bringup.node_registry import table_of
 from khr_bringup.scenario.scenario import Scenario
-from khr_common import specifications
 
 Changes = dict[tuple[str, str], Any]
 
@@ -52,11 +51,8 @@ class Knob:
 
     def value_in(self, scenario: Scenario) -> float:
         """Return its value in a scenario; 0 for the gain of a controller that is off."""
-        stated = scenario.of(self.node)
-        table = specifications(table_of(self.node))
-        if self.is_gain and not stated.get('enabled', table['enabled'].default):
-            return 0.0
-        return float(stated.get(self.key, table[self.key].default))
+        table = scenario.table(table_of(self.node))
+        return 0.0 if self.is_gain and not table.enabled else float(getattr(table, self.key))
 
 
 GAINS = (

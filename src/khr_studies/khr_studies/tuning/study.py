@@ -31,6 +31,7 @@ SPREAD = 0.3  # of the first generation, in shares of the ranges
 POPULATION = 8  # candidates of a generation
 ORDERS = ('slip', 'vibration')  # what comes first once all seeds are up
 ROOT = Path('runs/tune')
+Values = tuple[float, ...]  # one for each knob
 SEEDS, CANDIDATES = (1, 100), (POPULATION, 10_000)
 
 
@@ -60,7 +61,7 @@ class Tuned:
         trials: a tuple for each robot, with one trial for each seed.
     """
 
-    values: tuple[float, ...]
+    values: Values
     trials: tuple[tuple[TunedRun, ...], ...]
 
     @property
@@ -251,30 +252,18 @@ def attempt(scenario: Scenario) -> TunedRun:
     return TunedRun(outcome.stayed_up, lasted, outcome.largest_slip, outcome.vibration)
 
 
-class _Bench:
-    """Candidates on a pool of processes; nothing is run twice."""
-
-    def __init__(self, question: Question, jobs: Any) -> None:
-        self._question, self._jobs = question, jobs
-        self._known: dict[tuple[tuple[float, ...], range], Tuned] = {}
-
-    def measure(self, wanted: Sequence[tuple[float, ...]], seeds: range) -> list[Tuned]:
-        missing = [each for each in dict.fromkeys(wanted) if (each, seeds) not in self._known]
-        asked = {
-            each: [
-                [self._jobs.submit(attempt, run) for run in of_robot]
-                for of_robot in self._question.scenarios(each, seeds)
-            ]
-            for each in missing
-        }
-        for each, of_robots in asked.items():
-            trials = tuple(tuple(future.result() for future in robot) for robot in of_robots)
-            self._known[each, seeds] = Tuned(each, trials)
-        return [self._known[each, seeds] for each in wanted]
-
-    @property
-    def tried(self) -> list[Tuned]:
-        return list(self._known.values())
+def _measured(
+    question: Question, jobs: KeptJobs, wanted: Sequence[Values], seeds: range
+) -> dict[Values, Tuned]:
+    """Run candidates; return them by their values."""
+    asked = [
+        [[jobs.submit(attempt, run) for run in of_robot] for of_robot in robots]
+        for robots in (question.scenarios(values, seeds) for values in wanted)
+    ]
+    return {
+        values: Tuned(values, tuple(tuple(run.result() for run in robot) for robot in robots))
+        for values, robots in zip(wanted, asked, strict=True)
+    }
 
 
 def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
@@ -298,21 +287,21 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
         Bar('tune', 0, lines=True, quiet=quiet) as bar,
         KeptJobs(pool, folder, version_of_study('tuning'), bar, {}) as kept,
     ):
-        bench = _Bench(question, kept)
-        (before,) = bench.measure([first], seeds)
+        tried = _measured(question, kept, [first], seeds)
         for order in ORDERS:
             for optimiser, shares in _generations(question, first, order):
                 values = [
                     tuple(knob.at(share) for knob, share in zip(question.knobs, each, strict=True))
                     for each in shares
                 ]
-                found = bench.measure(values, seeds)
-                ranks = sorted(each.rank(order) for each in found)
-                optimiser.tell(shares, [float(ranks.index(each.rank(order))) for each in found])
-        tried = tuple(bench.tried)
-        best = min(tried, key=Tuned.rank)
-        (confirmed,) = bench.measure([best.values], range(seeds.stop, 2 * seeds.stop))
-    return Tuning(question, before, tried, best, confirmed)
+                new = [each for each in dict.fromkeys(values) if each not in tried]
+                tried |= _measured(question, kept, new, seeds)
+                ranks = [tried[each].rank(order) for each in values]
+                in_order = sorted(ranks)
+                optimiser.tell(shares, [float(in_order.index(rank)) for rank in ranks])
+        best = min(tried.values(), key=Tuned.rank)
+        confirmed = _measured(question, kept, [best.values], range(seeds.stop, 2 * seeds.stop))
+    return Tuning(question, tried[first], tuple(tried.values()), best, confirmed[best.values])
 
 
 def _generations(
