@@ -14,7 +14,7 @@ from scipy import stats
 
 from khr_models.checks import Array
 from khr_studies.calibration.objective import FALL, Candidate, row_costs
-from khr_studies.calibration.plan import CalibrationPlan
+from khr_studies.calibration.plan import CalibrationPlan, FreeConstant
 from khr_studies.calibration.rows import WantedLimit
 from khr_studies.measuring.ensemble_file import Member
 
@@ -171,13 +171,14 @@ class Determined:
     """What the rows say of a constant.
 
     Attributes:
-        name: of the constant.
+        name, constant: which.
         best: its value in the best robot.
         low, high: least and largest value in the ensemble.
         share: of the range searched that the middle 80 % of the ensemble takes.
     """
 
     name: str
+    constant: FreeConstant
     best: float
     low: float
     high: float
@@ -193,24 +194,20 @@ def determined(plan: CalibrationPlan, found: Ensemble) -> list[Determined]:
     """Return for each constant what the rows say of it."""
     rows = []
     for name, constant in plan.constants.items():
-        values = found.values(name)
-        shares = [constant.share(value) for value in values]
-        low, high = np.quantile(shares, [0.1, 0.9])
+        values = found.values(name).tolist()
+        low, high = np.quantile([constant.share(value) for value in values], [0.1, 0.9])
         rows.append(
-            Determined(
-                name, float(values[0]), float(values.min()), float(values.max()), float(high - low)
-            )
+            Determined(name, constant, values[0], min(values), max(values), float(high - low))
         )
     return rows
 
 
-def correlations(plan: CalibrationPlan, found: Ensemble) -> tuple[list[str], Array]:
-    """Return names and rank correlations of the constants over the ensemble, (n, n)."""
-    names = list(plan.constants)
-    ranks = [stats.rankdata(found.values(name)) for name in names]
+def correlations(plan: CalibrationPlan, found: Ensemble) -> Array:
+    """Return the rank correlations of the constants over the ensemble, (n, n)."""
+    ranks = [stats.rankdata(found.values(name)) for name in plan.constants]
     with np.errstate(invalid='ignore'):
         matrix = np.atleast_2d(np.corrcoef(ranks))
-    return names, np.nan_to_num(matrix)
+    return np.asarray(np.nan_to_num(matrix))
 
 
 def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:

@@ -19,13 +19,13 @@ GAPS = (1.0, 2.0, 3.0)  # deg between the limits, drawn as lines
 def correlation_picture(plan: CalibrationPlan, found: Ensemble) -> Figure:
     """Draw the rank correlations of the constants over the ensemble."""
     with styled():
-        names, matrix = correlations(plan, found)
+        matrix = correlations(plan, found)
         figure = Figure(figsize=(WIDTH, 0.85 * WIDTH), layout='constrained')
         axis = figure.subplots()
         image = axis.imshow(matrix, vmin=-1.0, vmax=1.0, cmap='RdBu_r', aspect='auto')
-        words = [name.replace('_', ' ') for name in names]
-        axis.set_xticks(range(len(names)), words, rotation=40, ha='right')
-        axis.set_yticks(range(len(names)), words)
+        words = [name.replace('_', ' ') for name in plan.constants]
+        axis.set_xticks(range(len(words)), words, rotation=40, ha='right')
+        axis.set_yticks(range(len(words)), words)
         axis.grid(visible=False)
         for (row, column), value in np.ndenumerate(matrix):
             if row != column:

@@ -6,7 +6,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -21,7 +20,6 @@ from khr_studies.calibration.ensemble import (
     LEAST,
     OPEN,
     Determined,
-    Ensemble,
     Resisting,
     cannot,
     determined,
@@ -30,15 +28,9 @@ from khr_studies.calibration.ensemble import (
 from khr_studies.calibration.figure import correlation_picture, frontier_picture
 from khr_studies.calibration.objective import FALL, Candidate
 from khr_studies.calibration.plan import FreeConstant
-from khr_studies.calibration.result import (
-    CONSTANTS,
-    Calibration,
-    Constant,
-    default,
-    parameter_file,
-)
+from khr_studies.calibration.result import CONSTANTS, Calibration, Constant, parameter_file
 from khr_studies.calibration.rows import WantedLimit
-from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT, Calibrated
+from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT
 from khr_studies.measuring.json_file import write_json
 
 AWAY = 'away'
@@ -56,21 +48,6 @@ class _Row:
         return self.of_members[0]
 
 
-@dataclass(frozen=True)
-class _Free:
-    """A free constant and what the rows say of it."""
-
-    constant: FreeConstant
-    found: Determined
-    judged: bool
-
-    @property
-    def rows(self) -> str:
-        if not self.judged:
-            return 'too few robots to say'
-        return 'leave it open' if self.found.is_open else 'determine it'
-
-
 ROW_COLUMNS: Columns[_Row] = {
     'condition': lambda row: row.wanted.condition.title,
     'use': lambda row: row.wanted.use,
@@ -81,15 +58,19 @@ ROW_COLUMNS: Columns[_Row] = {
     'lowest': lambda row: f'{min(row.of_members):.2f}',
     'highest': lambda row: f'{max(row.of_members):.2f}',
 }
-FREE_COLUMNS: Columns[_Free] = {
+FREE_COLUMNS: Columns[Determined] = {
     'constant': lambda one: ', '.join(f'`{name}`' for name in one.constant.parameters),
-    'value': lambda one: f'{one.found.best:g} {one.constant.unit}'.strip(),
-    'in the ensemble': lambda one: f'{one.found.low:g} to {one.found.high:g}',
+    'value': lambda one: f'{one.best:g} {one.constant.unit}'.strip(),
+    'in the ensemble': lambda one: f'{one.low:g} to {one.high:g}',
     'searched': lambda one: '{:g} to {:g}'.format(*one.constant.range),
-    'taken': lambda one: f'{one.found.share:.0%}',
-    'rows': lambda one: one.rows,
-    'published or derived': lambda one: _published(one.constant, one.found.best),
+    'taken': lambda one: f'{one.share:.0%}',
+    'rows': lambda one: 'leave it open' if one.is_open else 'determine it',
+    'published or derived': lambda one: _published(one.constant, one.best),
     'source': lambda one: one.constant.source,
+}
+FREE_COLUMNS_OF_FEW: Columns[Determined] = {
+    **FREE_COLUMNS,
+    'rows': lambda one: 'too few robots to say',
 }
 RESISTING_COLUMNS: Columns[Resisting] = {
     'row missed': lambda row: row.row,
@@ -103,23 +84,29 @@ KIND_WORDS = {
 }
 CONSTANT_COLUMNS: Columns[Constant] = {
     'constant': lambda one: f'`{one.node}.{one.key}`',
-    'value': lambda one: _value(one.node, one.key, default(one.node, one.key)),
+    'value': lambda one: _default(one),
     'kind': lambda one: one.kind,
     'source': lambda one: one.source,
 }
 
 
-def write(found: Calibrated, out: Path) -> str:
+def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:
     """Write page, data, pictures and constants beside one another; return a summary of one line.
+
+    Args:
+        calibration: what was found.
+        candidates: all that were measured for it.
+        out: the page.
 
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
     """
-    calibration, plan, robots = found.calibration, found.calibration.plan, found.calibration.found
+    plan, robots = calibration.plan, calibration.found
     write_json(out.with_suffix('.json'), calibration)
-    save(correlation_picture(plan, robots), pictures(out)[0])
+    save(correlation_picture(plan, robots), out.with_name(f'{out.stem}_correlations.png'))
     if gains(plan):
-        save(frontier_picture(plan, found.candidates, robots), pictures(out)[1])
+        picture = frontier_picture(plan, candidates, robots)
+        save(picture, out.with_name(f'{out.stem}_frontier.png'))
     write_text(out, page(calibration, out.stem))
     write_text(out.with_suffix('.yaml'), parameter_file(plan, calibration.best))
     values = ', '.join(f'{name} {value:g}' for name, value in calibration.best.constants.items())
@@ -129,20 +116,10 @@ def write(found: Calibrated, out: Path) -> str:
     )
 
 
-def pictures(out: Path) -> tuple[Path, Path]:
-    """Return the paths of correlations and frontier beside a page."""
-    return out.with_name(f'{out.stem}_correlations.png'), out.with_name(f'{out.stem}_frontier.png')
-
-
-def enough(found: Ensemble) -> bool:
-    """Return whether an ensemble can distinguish determined constants from open ones."""
-    return len(found.robots) >= LEAST
-
-
 def page(calibration: Calibration, stem: str = 'calibration') -> str:
     """Return the page of a calibration whose files have this stem."""
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
-    free = [_Free(plan.constants[one.name], one, enough(found)) for one in determined(plan, found)]
+    enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
     moved = {parameter for parameter, _ in plan.changes(constants)}
     offset = constants.get('reference_offset')
     cheapest = min(found.robots, key=lambda robot: robot.cost)
@@ -153,11 +130,11 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         made=calibration,
         plan=plan,
         found=found,
-        enough=enough(found),
+        enough=enough,
         least=LEAST,
         open=OPEN,
         rows=table(_rows(calibration), ROW_COLUMNS),
-        free=table(free, FREE_COLUMNS),
+        free=table(determined(plan, found), FREE_COLUMNS if enough else FREE_COLUMNS_OF_FEW),
         gaps=_gaps(calibration),
         missed=cannot(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
@@ -240,6 +217,6 @@ def _published(constant: FreeConstant, value: float) -> str:
     return f'{constant.origin}: {text}' + (f', {AWAY}' if constant.away(value) else '')
 
 
-def _value(node: str, key: str, value: Any) -> str:
-    unit = specifications(table_of(node))[key].unit
-    return f'{value} {unit}' if unit else f'{value}'
+def _default(one: Constant) -> str:
+    specification = specifications(table_of(one.node))[one.key]
+    return f'{specification.default} {specification.unit}'.strip()

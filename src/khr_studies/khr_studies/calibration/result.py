@@ -6,19 +6,13 @@ per scenario.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import yaml
 
-from khr_bringup.node_registry import table_of
-from khr_common import specifications
 from khr_studies.calibration.ensemble import Ensemble, Resisting
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
-
-Parameters = dict[str, dict[str, dict[str, Any]]]  # of a ROS 2 parameter file
 
 
 @dataclass(frozen=True)
@@ -122,32 +116,12 @@ CONSTANTS = (
 )
 
 
-def parameters(plan: CalibrationPlan, robot: Candidate) -> Parameters:
-    """Return the constants of a robot as a ROS 2 parameter file holds them."""
-    nodes: Parameters = {}
-    for (node, key), value in plan.changes(robot.constants):
-        nodes.setdefault(node, {'ros__parameters': {}})['ros__parameters'][key] = value
-    return nodes
-
-
 def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
     """Return a ROS 2 parameter file with the constants of a robot."""
+    nodes: dict[str, dict[str, dict[str, object]]] = {}
+    for (node, key), value in plan.changes(robot.constants):
+        nodes.setdefault(node, {'ros__parameters': {}})['ros__parameters'][key] = value
     return (
         '# The fitted constants, written by khr calibrate; the defaults of the parameter '
-        'tables hold them.\n' + yaml.safe_dump(parameters(plan, robot), sort_keys=False)
+        'tables hold them.\n' + yaml.safe_dump(nodes, sort_keys=False)
     )
-
-
-def differences(fitted: Mapping[str, Mapping[str, Mapping[str, Any]]]) -> list[str]:
-    """List the fitted constants that differ from the defaults of the tables, in words."""
-    return [
-        f'{node}.{key}: fitted {value}, the default is {default(node, key)}'
-        for node, body in fitted.items()
-        for key, value in body['ros__parameters'].items()
-        if default(node, key) != value
-    ]
-
-
-def default(node: str, key: str) -> Any:
-    """Return the default of a parameter."""
-    return specifications(table_of(node))[key].default

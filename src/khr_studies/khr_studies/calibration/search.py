@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import islice
 from pathlib import Path
@@ -159,17 +159,14 @@ class Measuring:
     began: float = field(default_factory=monotonic)
 
     def measure(
-        self,
-        tasks: Sequence[Task],
-        stage: str = SEARCH,
-        progress: Callable[[], None] = lambda: None,
+        self, tasks: Sequence[Task], stage: str = SEARCH, said: str = ''
     ) -> list[Candidate]:
         """Return candidates as a stage of the calibration measures them.
 
         Args:
             tasks: the candidates.
             stage: in whose part of the journal they are.
-            progress: called after each that was not there.
+            said: of the stage, printed after each that was not there; nothing if empty.
         """
         missing = (
             (f'{stage}-{index}', task)
@@ -180,7 +177,8 @@ class Measuring:
             for _, robot in batch:
                 if robot is not None:
                     self.book.add(robot, stage)
-                    progress()
+                    if said:
+                        self.say(said, stage)
         return [
             # Without one its workers died again and again.
             self.book.find(task.constants, stage) or Candidate(dict(task.constants), cost=1e3)

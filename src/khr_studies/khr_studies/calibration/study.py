@@ -67,16 +67,11 @@ class Request:
         return Search(plan, self.engine, self.seed, self.seeds, self.population, self.candidates)
 
 
-@dataclass(frozen=True)
-class Calibrated:
-    """A calibration with every candidate that was measured for it."""
-
-    calibration: Calibration
-    candidates: Sequence[Candidate]
-
-
-def calibrate(request: Request) -> Calibrated:
+def calibrate(request: Request) -> tuple[Calibration, list[Candidate]]:
     """Search, and confirm the best; what the journal holds already is not measured again.
+
+    Returns:
+        The calibration, and every candidate that was measured for it.
 
     Raises:
         KhrError: if an option is not accepted, or the journal is of another search.
@@ -92,8 +87,7 @@ def calibrate(request: Request) -> Calibrated:
         robots = sorted(search(made, measuring), key=lambda robot: str(robot.constants))
         confirmed = confirm(made, robots, request.confirm, measuring)
     found = judged(made, robots, confirmed)
-    lean = constant_lean(made.plan, found.calibration.best)
-    return replace(found, calibration=replace(found.calibration, lean=lean))
+    return replace(found, lean=constant_lean(made.plan, found.best)), robots
 
 
 def confirm(
@@ -103,16 +97,11 @@ def confirm(
 
     Of each kind of offset the best are among them, so that the kinds can stand side by side.
     """
-    some = best_of_kinds(made.plan, complete(robots), count)
-
-    def progress() -> None:
-        measuring.say(f'{len(some)} to confirm', CONFIRMED)
-
     tasks = [
         Task(made.plan, robot.constants, made.engines, CONFIRM_SEEDS, inf, CONFIRM_DEG)
-        for robot in some
+        for robot in best_of_kinds(made.plan, complete(robots), count)
     ]
-    return measuring.measure(tasks, CONFIRMED, progress)
+    return measuring.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
 
 
 def best_of_kinds(
@@ -132,7 +121,7 @@ def best_of_kinds(
 
 def judged(
     made: Search, robots: Sequence[Candidate], confirmed: Sequence[Candidate] = ()
-) -> Calibrated:
+) -> Calibration:
     """Return what a search found.
 
     Raises:
@@ -147,19 +136,16 @@ def judged(
     of_kinds = {made.plan.kind(robot.constants): robot for robot in reversed(ranked)}
     kinds = tuple(of_kinds[kind] for kind in made.plan.kinds if kind in of_kinds)
     runs = sum(robot.runs for robot in (*robots, *confirmed))
-    return Calibrated(
-        Calibration(
-            made.plan,
-            made.engine,
-            made.seed,
-            made.seeds,
-            runs,
-            found,
-            searched=len(robots),
-            kinds=kinds,
-            resisting=resisting(made.plan, found.best, robots),
-        ),
-        robots,
+    return Calibration(
+        made.plan,
+        made.engine,
+        made.seed,
+        made.seeds,
+        runs,
+        found,
+        searched=len(robots),
+        kinds=kinds,
+        resisting=resisting(made.plan, found.best, robots),
     )
 
 

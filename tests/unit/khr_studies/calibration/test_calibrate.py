@@ -36,7 +36,7 @@ from khr_studies.calibration.objective import (
 )
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant, read_plan
-from khr_studies.calibration.result import CONSTANTS, Calibration, differences, parameter_file
+from khr_studies.calibration.result import CONSTANTS, Calibration, parameter_file
 from khr_studies.calibration.rows import WantedDifference
 from khr_studies.calibration.search import Measuring, Search, Strand, search
 from khr_studies.calibration.study import Request, best_of_kinds, confirm, constant_lean, judged
@@ -393,9 +393,8 @@ def test_thinned_ensemble_keeps_the_best_and_its_width():
 def test_page_data_pictures_and_constants_are_written(tmp_path):
     robots = many(25)
     out = tmp_path / 'calibration.md'
-    made = judged(SEARCH, robots)
-    assert '25 candidates; the best: ' in write(made, out)
-    found = made.calibration
+    found = judged(SEARCH, robots)
+    assert '25 candidates; the best: ' in write(found, robots, out)
     assert {path.name for path in tmp_path.iterdir()} == {
         'calibration.md',
         'calibration.json',
@@ -429,7 +428,7 @@ def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost()
     )
     assert one_far.cost > both_near.cost
     assert [len(cannot(PLAN, each)) for each in (one_far, both_near)] == [1, 2]
-    found = judged(SEARCH, [both_near, one_far]).calibration
+    found = judged(SEARCH, [both_near, one_far])
     assert found.best == one_far
     assert 'misses 2' in page(found, 'calibration')
 
@@ -439,21 +438,21 @@ def test_a_row_missed_is_searched_among_all_candidates():
 
     robots = [limited(5.9, 12.0), limited(9.0, 9.2), limited(9.0, 12.0)]
     robots.append(replace(limited(9.0, 9.2), complete=False))
-    (row,) = judged(SEARCH, robots).calibration.resisting
+    (row,) = judged(SEARCH, robots).resisting
     assert (row.row, row.meeting, row.candidates) == (TITLES[1], 1, 3)
     assert row.missed == (TITLES[0],)
-    text = page(judged(SEARCH, robots).calibration, 'calibration')
+    text = page(judged(SEARCH, robots), 'calibration')
     assert f'| {TITLES[1]} | 1 of 3 | {TITLES[0]} |' in text
-    none = judged(SEARCH, [limited(5.9, 12.0)]).calibration
+    none = judged(SEARCH, [limited(5.9, 12.0)])
     assert none.resisting[0].meeting == 0 and none.resisting[0].missed == ()
-    assert 'What resists' not in page(judged(SEARCH, [robot()]).calibration, 'calibration')
+    assert 'What resists' not in page(judged(SEARCH, [robot()]), 'calibration')
 
 
 def test_page_of_three_kinds_says_what_each_cannot_do(tmp_path):
     kinds = [of_kind(), of_kind(reference=-0.5), of_kind(lean=4.0)]
     on = [joined({'bullet': each, 'mujoco': each}) for each in kinds]
     made = judged(replace(SEARCH, plan=KINDS), kinds, on)
-    text = page(made.calibration, 'calibration')
+    text = page(made, 'calibration')
     head = next(
         line for line in text.splitlines() if 'offset behind the amplifier, bullet' in line
     )
@@ -501,6 +500,16 @@ def test_shipped_ensemble_holds_parameters_and_its_best_is_the_default():
             check(table_of(node), key, value)
     for name, value in members[0].constants.items() if members else ():
         assert check_default(name) == value
+
+
+def differences(fitted):
+    """List the constants of a parameter file that differ from the defaults, in words."""
+    return [
+        f'{node}.{key}: fitted {value}, the default is {check_default(f"{node}.{key}")}'
+        for node, body in fitted.items()
+        for key, value in body['ros__parameters'].items()
+        if check_default(f'{node}.{key}') != value
+    ]
 
 
 def test_file_of_constants_tells_where_defaults_differ():

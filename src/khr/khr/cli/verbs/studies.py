@@ -138,9 +138,9 @@ def calibrate(
         workers=workers,
         scheduler=scheduler_of(scheduler, tls, unauthenticated),
     )
-    found = study.calibrate(asked)
-    said = page.write(found, out)
-    write_members(members, members_of(found.calibration.plan, found.calibration.found))
+    found, measured = study.calibrate(asked)
+    said = page.write(found, measured, out)
+    write_members(members, members_of(found.plan, found.found))
     print(said)
 
 
