@@ -33,8 +33,6 @@ from khr_studies.calibration.rows import WantedLimit
 from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT
 from khr_studies.measuring.json_file import write_json
 
-AWAY = 'away'
-
 
 @dataclass(frozen=True)
 class _Row:
@@ -214,7 +212,7 @@ def _published(constant: FreeConstant, value: float) -> str:
         return ''
     low, high = constant.value
     text = f'{low:g}' if low == high else f'{low:g} to {high:g}'
-    return f'{constant.origin}: {text}' + (f', {AWAY}' if constant.away(value) else '')
+    return f'{constant.origin}: {text}' + (', away' if constant.away(value) else '')
 
 
 def _default(one: Constant) -> str:

@@ -13,7 +13,6 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from khr_bringup.scenario.scenario import CONFIG
-from khr_common.files import write_text
 from khr_studies.errors import StudyError
 
 SHIPPED_ENSEMBLE = CONFIG / 'ensemble.json'
@@ -32,19 +31,6 @@ class Member:
     limits_deg: dict[str, float]
 
 
-MEMBERS = TypeAdapter(list[Member])
-
-
-def write_members(path: Path, members: list[Member]) -> None:
-    """Write the members of an ensemble.
-
-    Raises:
-        KhrError, RunError: if the file cannot be written.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_text(path, MEMBERS.dump_json(members, indent=1).decode() + '\n')
-
-
 def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
     """Read the members of an ensemble, the best first.
 
@@ -52,7 +38,7 @@ def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
         StudyError: if the file cannot be read or is none.
     """
     try:
-        return MEMBERS.validate_json(path.read_bytes())
+        return TypeAdapter(list[Member]).validate_json(path.read_bytes())
     except (OSError, ValidationError) as error:
         raise StudyError(
             f'{path}: not an ensemble; accepted: a file that khr calibrate wrote '

@@ -17,7 +17,7 @@ Result = TypeVar('Result')
 
 
 def write_json(path: Path, result: Any) -> None:
-    """Write a dataclass as JSON; make the folder if needed.
+    """Write a dataclass, or a list of such, as JSON; make the folder if needed.
 
     Raises:
         KhrError, RunError, OSError: if the file cannot be written.

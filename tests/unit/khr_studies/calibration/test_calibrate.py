@@ -42,8 +42,8 @@ from khr_studies.calibration.search import Measuring, Search, Strand, search
 from khr_studies.calibration.study import Request, best_of_kinds, confirm, constant_lean, judged
 from khr_studies.errors import StudyError
 from khr_studies.measuring.critical import START
-from khr_studies.measuring.ensemble_file import read_ensemble, spread_of, write_members
-from khr_studies.measuring.json_file import read_json
+from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
+from khr_studies.measuring.json_file import read_json, write_json
 from khr_studies.measuring.published import FITTED, LIMITS, TRENDS
 from tests import ROOT
 from tests.fakes.benches import outcome
@@ -483,7 +483,7 @@ def of_lean(deg):
 def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
     path = tmp_path / 'ensemble.json'
     robots = [robot(sway=0.025), robot(sway=0.0255)]
-    write_members(path, members(PLAN, ensemble(PLAN, robots)))
+    write_json(path, members(PLAN, ensemble(PLAN, robots)))
     kept = read_ensemble(path)
     assert [member.constants['gait.sway'] for member in kept] == [0.025, 0.0255]
     assert spread_of(kept)[TITLES[0]] == pytest.approx((5.9, 6.0))

@@ -124,7 +124,7 @@ def calibrate(
     """Search the free constants so that all rows of the thesis come out at once."""
     from khr_studies.calibration import page, study
     from khr_studies.calibration.ensemble import members as members_of
-    from khr_studies.measuring.ensemble_file import write_members
+    from khr_studies.measuring.json_file import write_json
 
     asked = study.Request(
         config=config,
@@ -140,7 +140,7 @@ def calibrate(
     )
     found, measured = study.calibrate(asked)
     said = page.write(found, measured, out)
-    write_members(members, members_of(found.plan, found.found))
+    write_json(members, members_of(found.plan, found.found))
     print(said)
 
 
