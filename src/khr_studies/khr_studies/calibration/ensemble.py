@@ -64,13 +64,10 @@ def ensemble(
     and others one by one, each the furthest from all that were kept.
     """
     complete = [robot for robot in robots if robot.complete and not lost_on_level(plan, robot)]
-    ranked = sorted(complete, key=lambda robot: worst_miss(plan, robot))
-    tolerances = 1.0
-    if ranked:
-        edge = ranked[min(least, len(ranked)) - 1]
-        tolerances = max(1.0, worst_miss(plan, edge))
-    fitting = [robot for robot in ranked if worst_miss(plan, robot) <= tolerances + 1e-9]
-    fitting.sort(key=lambda robot: merit(plan, robot))
+    misses = sorted(worst_miss(plan, robot) for robot in complete)
+    tolerances = max([1.0, *misses[:least]])
+    fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
+    fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
     return Ensemble(
         tuple(thinned(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
     )
