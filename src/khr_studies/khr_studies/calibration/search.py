@@ -19,11 +19,14 @@ from typing import Any
 import numpy as np
 from scipy.stats import qmc
 
+from khr_bringup.node_registry import table_of
+from khr_common import check
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.calibration import objective
 from khr_studies.calibration.journal import SEARCH, Journal, complete, physics_of
 from khr_studies.calibration.objective import Candidate, Task, measure_robot
 from khr_studies.calibration.plan import CalibrationPlan, Kind
+from khr_studies.errors import check_integer
 from khr_studies.measuring.optimiser import evolution
 from khr_sweeps.pool import Pool, compute
 
@@ -43,6 +46,9 @@ class Search:
         seeds: of each measurement.
         population: candidates of a generation.
         candidates: how many at least, over all kinds of offset.
+
+    Raises:
+        KhrError: if a value is not accepted.
     """
 
     plan: CalibrationPlan
@@ -51,6 +57,13 @@ class Search:
     seeds: int
     population: int
     candidates: int
+
+    def __post_init__(self) -> None:
+        check_integer('--candidates', self.candidates, 4, 1_000_000)
+        check_integer('--population', self.population, 4, 1000)
+        check_integer('--seed', self.seed, 0, 2**31)
+        check_integer('--seeds', self.seeds, 1, 100)
+        check(table_of('simulator'), 'engine', self.engine)
 
     @property
     def head(self) -> dict[str, Any]:

@@ -7,19 +7,18 @@ seeds, on both engines. What a robot costs is then what it costs on the worse of
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 
 import numpy as np
 
-from khr_bringup.node_registry import table_of
 from khr_bringup.offline import run_offline
-from khr_common import RunError, check
+from khr_common import RunError
 from khr_studies.calibration.ensemble import ensemble, merit, resisting
 from khr_studies.calibration.journal import Journal, complete
 from khr_studies.calibration.objective import Candidate, Task
-from khr_studies.calibration.plan import SHIPPED_PLAN, CalibrationPlan, read_plan
+from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.result import Calibration, ConstantLean
 from khr_studies.calibration.search import Measuring, Search, search
 from khr_studies.errors import check_integer
@@ -32,43 +31,17 @@ CONFIRMED = 'confirmed'  # that stage in the journal
 LEAN_AT = Condition('walk', 12.0), 8.88  # deg: where the constant part of a correction is taken
 
 
-@dataclass(frozen=True)
-class Request:
-    """What ``khr calibrate`` is asked for; see its options."""
-
-    config: Path | None
-    journal: Path
-    engine: str
-    candidates: int
-    confirm: int
-    population: int
-    seed: int
-    seeds: int
-    workers: int | None
-    scheduler: Scheduler | None
-
-    def search(self) -> Search:
-        """Return the search.
-
-        Raises:
-            KhrError: if an option is not accepted, or a file does not read.
-        """
-        check_workers(self.workers)
-        for name, value, low, high in (
-            ('--candidates', self.candidates, 4, 1_000_000),
-            ('--confirm', self.confirm, 0, 10_000),
-            ('--population', self.population, 4, 1000),
-            ('--seed', self.seed, 0, 2**31),
-            ('--seeds', self.seeds, 1, 100),
-        ):
-            check_integer(name, value, low, high)
-        check(table_of('simulator'), 'engine', self.engine)
-        plan = read_plan(self.config or SHIPPED_PLAN)
-        return Search(plan, self.engine, self.seed, self.seeds, self.population, self.candidates)
-
-
-def calibrate(request: Request) -> tuple[Calibration, list[Candidate]]:
+def calibrate(
+    made: Search, journal: Path, best: int, workers: int | None, scheduler: Scheduler | None
+) -> tuple[Calibration, list[Candidate]]:
     """Search, and confirm the best; what the journal holds already is not measured again.
+
+    Args:
+        made: the search.
+        journal: its file.
+        best: how many to confirm.
+        workers: processes; one per core by default.
+        scheduler: whose workers are used instead.
 
     Returns:
         The calibration, and every candidate that was measured for it.
@@ -77,15 +50,13 @@ def calibrate(request: Request) -> tuple[Calibration, list[Candidate]]:
         KhrError: if an option is not accepted, or the journal is of another search.
         RunError: if no candidate could be measured on every row, or a worker fails.
     """
-    made, workers = request.search(), check_workers(request.workers)
-    with (
-        Journal(request.journal, made.head) as book,
-        open_pool(workers, request.scheduler) as pool,
-    ):
+    check_integer('--confirm', best, 0, 10_000)
+    processes = check_workers(workers)
+    with Journal(journal, made.head) as book, open_pool(processes, scheduler) as pool:
         measuring = Measuring(book, pool)
         # Workers finish in any order, and of robots that cost the same the first is the best.
         robots = sorted(search(made, measuring), key=lambda robot: str(robot.constants))
-        confirmed = confirm(made, robots, request.confirm, measuring)
+        confirmed = confirm(made, robots, best, measuring)
     found = judged(made, robots, confirmed)
     return replace(found, lean=constant_lean(made.plan, found.best)), robots
 

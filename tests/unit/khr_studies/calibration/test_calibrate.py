@@ -7,7 +7,9 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
+from typer.testing import CliRunner
 
+from khr.cli.app import app
 from khr_balance.errors import BalanceError
 from khr_bringup.node_registry import table_of
 from khr_common import KhrError, RunError, check, specifications
@@ -39,7 +41,7 @@ from khr_studies.calibration.plan import FreeConstant, read_plan
 from khr_studies.calibration.result import CONSTANTS, Calibration, parameter_file
 from khr_studies.calibration.rows import WantedDifference
 from khr_studies.calibration.search import Measuring, Search, Strand, search
-from khr_studies.calibration.study import Request, best_of_kinds, confirm, constant_lean, judged
+from khr_studies.calibration.study import best_of_kinds, confirm, constant_lean, judged
 from khr_studies.errors import StudyError
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
@@ -545,21 +547,20 @@ def test_costs_of_rows_are_weighted():
     assert row_costs(heavy, one)[TITLES[0]] == 3.0 * row_costs(PLAN, one)[TITLES[0]]
 
 
-REQUEST = Request(None, 'journal', 'mujoco', 10, 0, 10, 0, 1, 1, None)
-
-
 @pytest.mark.parametrize(
-    ('change', 'word'),
+    ('option', 'word'),
     [
-        ({'candidates': 1}, '--candidates'),
-        ({'confirm': -1}, '--confirm'),
-        ({'population': 1}, '--population'),
-        ({'seed': -1}, '--seed'),
-        ({'seeds': 0}, '--seeds'),
-        ({'workers': 999}, '--workers'),
-        ({'engine': 'newton'}, 'newton'),
+        ('--candidates=1', '--candidates'),
+        ('--confirm=-1', '--confirm'),
+        ('--population=1', '--population'),
+        ('--seed=-1', '--seed'),
+        ('--seeds=0', '--seeds'),
+        ('--workers=999', '--workers'),
+        ('--engine=newton', 'newton'),
     ],
 )
-def test_arguments_are_refused(change, word):
-    with pytest.raises(KhrError, match=word):
-        replace(REQUEST, **change).search()
+def test_arguments_are_refused_before_anything_starts(option, word, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    refused = CliRunner().invoke(app, ['calibrate', option]).exception
+    assert isinstance(refused, KhrError) and word in str(refused)
+    assert not list(tmp_path.iterdir())

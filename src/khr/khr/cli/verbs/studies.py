@@ -124,23 +124,16 @@ def calibrate(
     """Search the free constants so that all rows of the thesis come out at once."""
     from khr_studies.calibration import page, study
     from khr_studies.calibration.ensemble import members as members_of
+    from khr_studies.calibration.plan import SHIPPED_PLAN, read_plan
+    from khr_studies.calibration.search import Search
     from khr_studies.measuring.json_file import write_json
 
-    asked = study.Request(
-        config=config,
-        journal=journal,
-        engine=engine,
-        candidates=candidates,
-        confirm=confirm,
-        population=population,
-        seed=seed,
-        seeds=seeds,
-        workers=workers,
-        scheduler=scheduler_of(scheduler, tls, unauthenticated),
-    )
-    found, measured = study.calibrate(asked)
+    plan = read_plan(config or SHIPPED_PLAN)
+    made = Search(plan, engine, seed, seeds, population, candidates)
+    cluster = scheduler_of(scheduler, tls, unauthenticated)
+    found, measured = study.calibrate(made, journal, confirm, workers, cluster)
     said = page.write(found, measured, out)
-    write_json(members, members_of(found.plan, found.found))
+    write_json(members, members_of(plan, found.found))
     print(said)
 
 
