@@ -119,9 +119,8 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
     enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
     moved = {parameter for parameter, _ in plan.changes(constants)}
-    offset = constants.get('reference_offset')
+    offset = constants.get('reference_offset', 0.0)
     cheapest = min(found.robots, key=lambda robot: robot.cost)
-    placed = [robot.constants in plan.placed for robot in found.robots]
     return page_text(
         __name__,
         stem=stem,
@@ -137,15 +136,13 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         missed=cannot(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
         missed_by_cheapest=cannot(plan, cheapest),
-        chosen_by_hand=placed[0],
-        by_hand=sum(placed),
         kinds=_kinds_table(calibration),
         resisting=table(calibration.resisting, RESISTING_COLUMNS),
         steady=LEAN_AT[1],
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
         offset=offset,
-        offset_mv=abs(1e3 * VOLTS_PER_RATE * (offset or 0.0)),
-        leans=[degrees(-rate_gain(gain) * (offset or 0.0)) for gain in (12.0, 18.0)],
+        offset_mv=abs(1e3 * VOLTS_PER_RATE * offset),
+        leans=[degrees(-rate_gain(gain) * offset) for gain in (12.0, 18.0)],
         others=table(
             [one for one in CONSTANTS if (one.node, one.key) not in moved], CONSTANT_COLUMNS
         ),
@@ -155,8 +152,8 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
 def _kinds_table(calibration: Calibration) -> Table:
     """Return the best robot with each kind of offset beside the thesis, on each engine."""
     plan, kinds = calibration.plan, calibration.kinds
-    engines = [*kinds[0].engines] if kinds else []
-    columns = [(robot, engine) for robot in kinds for engine in engines or ['']]
+    engines = [*kinds[0].engines] or ['']
+    columns = [(robot, engine) for robot in kinds for engine in engines]
 
     def limit(robot: Candidate, engine: str, title: str) -> str:
         known = robot.engines.get(engine)

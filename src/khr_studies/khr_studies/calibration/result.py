@@ -38,7 +38,7 @@ class Calibration:
         runs: how many it took.
         found: the robots that fit, the best first.
         lean: of the best robot with K_A 12 at 8.88 deg; None if it was not measured.
-        searched: candidates of the search; 0 if all were measured alike.
+        searched: candidates of the search.
         kinds: the best robot with each kind of offset.
         resisting: the rows that the best robot misses.
     """
