@@ -80,19 +80,16 @@ class MeasuredLift(MeasuredRun):
 
 def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWalk:
     """Walk once."""
-    samples: list[tuple[float, float]] = []
-    outcome = run_condition(
-        condition,
-        inclination_deg,
-        seed,
-        lambda truth, *_: samples.append(
-            (truth.stamp_ns / 1e9, float(truth.mean_angular_velocity[1]))
-        ),
-    )
+    start, end = gait_of(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
+    rates: list[float] = []
+
+    def look(truth: Truth, *_: object) -> None:
+        if start <= truth.stamp_ns / 1e9 < end - 1e-9:
+            rates.append(float(truth.mean_angular_velocity[1]))
+
+    outcome = run_condition(condition, inclination_deg, seed, look)
     if not outcome.stayed_up:
         return MeasuredWalk(outcome, ())
-    start, end = gait_of(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
-    rates = [rate for time, rate in samples if start <= time < end - 1e-9]
     return MeasuredWalk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
 
 
@@ -184,12 +181,10 @@ class Bench:
         for (function, condition, *arguments), job in self._jobs.items():
             if function is limit_of_seed:
                 for one in job.result()[1]:
-                    up = one.outcome.stayed_up
-                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, up)
+                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, one.stayed_up)
             else:
                 inclination_deg, seed = arguments
-                up = job.result().stayed_up
-                yield Said(ROWS, condition, inclination_deg, seed, up)
+                yield Said(ROWS, condition, inclination_deg, seed, job.result().stayed_up)
 
     def submit(self, function: Any, condition: Any, *arguments: Any) -> Future[Any]:
         """Start a job, unless it is under way; return its future."""

@@ -22,19 +22,14 @@ def attempt_text(attempt: Attempt) -> str:
 
 def limit_text(condition: Condition, limit: Limit) -> str:
     """Format a limit, its interval, and slip and vibration just below it."""
-    within = (
-        f'+- {limit.half_width:.2f} deg (95 %, {len(limit.of_seeds)} seeds)'
-        if len(limit.of_seeds) > 1
-        else f'+- {limit.half_width:.2f} deg (one seed; its scatter is taken from others)'
-    )
-    return '\n'.join(
-        (
-            f'{limit.mean:.2f} {within}  {condition.title}',
-            f'seeds      {"  ".join(f"{one:.2f}" for one in sorted(limit.of_seeds))} deg',
-            f'just below {_verdict("slips", limit.slipped)}, '
-            f'{_verdict("vibrates", limit.vibrated)} ({degrees(limit.vibration):.1f} deg/s above 4 Hz, '
-            f'limit {degrees(VIBRATES):.1f})',
-        )
+    seeds = len(limit.of_seeds)
+    scatter = f'95 %, {seeds} seeds' if seeds > 1 else 'one seed; its scatter is taken from others'
+    of_seeds = '  '.join(f'{one:.2f}' for one in sorted(limit.of_seeds))
+    return (
+        f'{limit.mean:.2f} +- {limit.half_width:.2f} deg ({scatter})  {condition.title}\n'
+        f'seeds      {of_seeds} deg\n'
+        f'just below {_verdict("slips", limit.slipped)}, {_verdict("vibrates", limit.vibrated)} '
+        f'({degrees(limit.vibration):.1f} deg/s above 4 Hz, limit {degrees(VIBRATES):.1f})'
     )
 
 
