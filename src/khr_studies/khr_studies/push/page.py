@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from dataclasses import fields, replace
+from dataclasses import astuple, fields, replace
 from pathlib import Path
 
 from khr_common.files import write_text
@@ -43,13 +43,11 @@ PADS: Changes = ((('simulator', 'surface'), 'pads'),)
 
 def csv_of(rows: Iterable[PushRow]) -> str:
     """Return rows as CSV; the columns are the fields of PushRow."""
-    names = [field.name for field in fields(PushRow)]
     text = io.StringIO()
     writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(names)
-    for row in rows:
-        values = (getattr(row, name) for name in names)
-        writer.writerow(f'{value:.4g}' if isinstance(value, float) else value for value in values)
+    writer.writerow(field.name for field in fields(PushRow))
+    for row in map(astuple, rows):
+        writer.writerow(f'{value:.4g}' if isinstance(value, float) else value for value in row)
     return text.getvalue()
 
 

@@ -280,15 +280,13 @@ def bracket(
     return PushLimit(math.exp(survived) if survived < fatal else 0.0, math.exp(fatal))
 
 
+@functools.cache
 def largest_push(condition: PushCondition) -> PushLimit:
     """Find the largest push that the robot survives."""
-    return _largest(condition if condition.gain else replace(condition, gyro='packaged'))
-
-
-@functools.cache
-def _largest(condition: PushCondition) -> PushLimit:
     if condition.gain:  # the limit without control is a close guess
         guess = largest_push(replace(condition, gain=0.0)).middle
+    elif condition.gyro != 'packaged':  # it has no effect without control
+        return largest_push(replace(condition, gyro='packaged'))
     else:
         guess = capture_force(
             *stance(condition.base()).tipping(condition.direction), condition.duration
