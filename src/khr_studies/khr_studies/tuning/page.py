@@ -26,24 +26,23 @@ def write(answer: Tuning, folder: Path) -> str:
         RunError: if no candidate stayed up in any run, so that there is nothing to write.
         KhrError, OSError: if a file cannot be written.
     """
+    knobs = answer.question.knobs
+    best = values_text(knobs, answer.best.values)
     if answer.best.up == 0.0:
         raise RunError(
             f'{answer.question.scenario.name}: none of {len(answer.tried)} candidates stays up '
-            f'(the longest: {values_text(answer.question.knobs, answer.best.values)}, '
-            f'{answer.best.lasted:.0%} of the run); accepted: gentler ground, --gait, or more '
-            '--candidates'
+            f'(the longest: {best}, {answer.best.lasted:.0%} of the run); accepted: gentler '
+            'ground, --gait, or more --candidates'
         )
     folder.mkdir(parents=True, exist_ok=True)
-    name = f'{answer.question.scenario.name}_tuned'
-    write_text(folder / f'{name}.yaml', scenario_text(answer))
-    figure = front_picture(answer)
-    save(figure, folder / 'front.png')
+    file = folder / f'{answer.question.scenario.name}_tuned.yaml'
+    write_text(file, scenario_text(answer))
+    save(front_picture(answer), folder / 'front.png')
     write_text(folder / 'tune.md', page(answer))
-    knobs = answer.question.knobs
     before = f'before, {values_text(knobs, answer.before.values)}: {_words(answer.before)}'
     return (
-        f'{values_text(knobs, answer.best.values)}: {_words(answer.best)}; with other seeds '
-        f'{_words(answer.confirmed)}\n{_nothing_better(answer) or before}\n{folder / f"{name}.yaml"}'
+        f'{best}: {_words(answer.best)}; with other seeds {_words(answer.confirmed)}\n'
+        f'{_nothing_better(answer) or before}\n{file}'
     )
 
 
