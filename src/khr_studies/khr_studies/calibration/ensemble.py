@@ -222,9 +222,7 @@ def frontier(
     robots: Sequence[Candidate], without: WantedLimit, controlled: WantedLimit
 ) -> tuple[Array, Array]:
     """Return the limit without control and with control of every candidate that has both, deg."""
-    pairs = [
-        (robot.limit(without.condition.title), robot.limit(controlled.condition.title))
-        for robot in robots
-    ]
-    known = np.array([pair for pair in pairs if not np.isnan(pair).any()]).reshape(-1, 2)
+    titles = without.condition.title, controlled.condition.title
+    pairs = np.array([[robot.limit(title) for title in titles] for robot in robots])
+    known = pairs[~np.isnan(pairs).any(axis=1)]
     return known[:, 0], known[:, 1]

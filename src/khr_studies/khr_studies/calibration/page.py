@@ -36,14 +36,10 @@ from khr_studies.measuring.json_file import write_json
 
 @dataclass(frozen=True)
 class _Row:
-    """A wanted limit and what the ensemble makes of it."""
+    """A wanted limit, and those of the members that have one, deg, the best first."""
 
     wanted: WantedLimit
-    of_members: tuple[float, ...]
-
-    @property
-    def best(self) -> float:
-        return self.of_members[0]
+    of_members: list[float]
 
 
 ROW_COLUMNS: Columns[_Row] = {
@@ -51,8 +47,8 @@ ROW_COLUMNS: Columns[_Row] = {
     'use': lambda row: row.wanted.use,
     'thesis, deg': lambda row: f'{row.wanted.thesis_deg:g}',
     'aim': lambda row: f'{row.wanted.aim:g}',
-    'best, deg': lambda row: f'{row.best:.2f}',
-    'difference': lambda row: f'{row.best - row.wanted.thesis_deg:+.2f}',
+    'best, deg': lambda row: f'{row.of_members[0]:.2f}',
+    'difference': lambda row: f'{row.of_members[0] - row.wanted.thesis_deg:+.2f}',
     'lowest': lambda row: f'{min(row.of_members):.2f}',
     'highest': lambda row: f'{max(row.of_members):.2f}',
 }
@@ -189,7 +185,7 @@ def _rows(calibration: Calibration) -> list[_Row]:
     for wanted in calibration.plan.limits:
         values = calibration.found.limits(wanted.condition.title)
         if not np.isnan(values).all():
-            rows.append(_Row(wanted, tuple(values[~np.isnan(values)].tolist())))
+            rows.append(_Row(wanted, values[~np.isnan(values)].tolist()))
     return rows
 
 
