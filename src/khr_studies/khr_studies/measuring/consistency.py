@@ -69,7 +69,8 @@ def named(scenario: Scenario) -> tuple[Condition, float, int]:
 def contradictions(said: Iterable[Said]) -> list[str]:
     """Return a line for each run that stays up by one source, and does not by another."""
     found = []
-    for (condition, inclination_deg, seed), some in by(said, _place).items():
+    places = by(said, lambda one: (one.condition, round(one.inclination_deg, 6), one.seed))
+    for (condition, inclination_deg, seed), some in places.items():
         up = sorted({one.source for one in some if one.stayed_up})
         down = sorted({one.source for one in some if not one.stayed_up})
         if up and down:
@@ -119,10 +120,6 @@ def ragged(said: Iterable[Said]) -> list[str]:
                 f'{steepest:g} deg'
             )
     return sorted(found)
-
-
-def _place(one: Said) -> tuple[Condition, float, int]:
-    return one.condition, round(one.inclination_deg, 6), one.seed
 
 
 def _title(condition: Condition) -> str:
