@@ -14,6 +14,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from khr_balance.errors import BalanceError
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario, changes_of
 from khr_studies.errors import StudyError, check_integer
@@ -246,8 +247,11 @@ def ask(
 
 
 def attempt(scenario: Scenario) -> TunedRun:
-    """Run a scenario once."""
-    outcome = run_offline(scenario).outcome
+    """Run a scenario once; where the legs do not reach it counts as a fall from the start."""
+    try:
+        outcome = run_offline(scenario).outcome
+    except BalanceError:
+        return TunedRun(stayed_up=False, lasted=0.0, slip=inf, vibration=inf)
     lasted = outcome.lasted(duration(scenario))
     return TunedRun(outcome.stayed_up, lasted, outcome.largest_slip, outcome.vibration)
 

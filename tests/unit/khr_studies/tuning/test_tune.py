@@ -238,6 +238,12 @@ def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_gait_that_the_legs_do_not_reach_is_a_fall_from_the_start():
+    out_of_reach = {('gait', 'com_lifted'): 0.025, ('gait', 'com_touchdown'): 0.04}
+    run = study.attempt(WALK.changed(out_of_reach))
+    assert not run.stayed_up and run.lasted == 0.0
+
+
 @pytest.mark.slow
 def test_real_runs_are_tuned(tmp_path):
     changed = ['simulator.duration=0.3', 'gait.start_delay=0.0']
