@@ -23,7 +23,7 @@ from scipy.fft import dct
 from scipy.optimize import newton
 
 from khr_common.published import GAIT_FREQUENCY
-from khr_models.checks import FORMS, Array, Form, inclination_within, one_of, positive, within
+from khr_models.checks import Array, Form, inclination_within, positive, sign_of, within
 from khr_models.errors import ModelError
 from khr_models.integrate import integrate
 from khr_models.pendulum import GRAVITY, Pendulum
@@ -44,17 +44,14 @@ class Harmonics:
 
 @dataclass(frozen=True)
 class Growth:
-    """Sizes of the second and third harmonic over the inclination, arrays of one length.
+    """Sizes of the second and third harmonic over the inclination, in rows: (2, N).
 
     Sizes are in rad, but the printed ones in rad/s^2.
     """
 
-    second_published: Array
-    third_published: Array
-    second_series: Array
-    third_series: Array
-    second_integrated: Array
-    third_integrated: Array
+    published: Array
+    series: Array
+    integrated: Array
 
 
 def published_harmonics(
@@ -87,14 +84,14 @@ def series_harmonics(
             frequency, where the expansion has no solution.
     """
     _check(amplitude, inclination)
-    linear, square, cube = _coefficients(pendulum, inclination, form)
-    responses = _responses(linear, frequency)
-    mean = square * amplitude**2 / 2.0 * responses[0]
-    second = square * amplitude**2 / 2.0 * responses[2]
-    first = (square * amplitude * (2.0 * mean + second) + 0.75 * cube * amplitude**3) * responses[
-        1
-    ]
-    third = (square * amplitude * second + 0.25 * cube * amplitude**3) * responses[3]
+    signed = -sign_of(form) * GRAVITY / pendulum.length  # (5.16)
+    linear, square = signed * math.cos(inclination), signed * math.sin(inclination) / 2.0
+    cube = linear / 6.0
+    still, once, twice, thrice = _responses(linear, frequency)
+    mean = square * amplitude**2 / 2.0 * still
+    second = square * amplitude**2 / 2.0 * twice
+    first = (square * amplitude * (2.0 * mean + second) + 0.75 * cube * amplitude**3) * once
+    third = (square * amplitude * second + 0.25 * cube * amplitude**3) * thrice
     return Harmonics(mean, amplitude + first, second, third)
 
 
@@ -117,9 +114,8 @@ def integrated_harmonics(
             linear one.
     """
     _check(amplitude, inclination)
-    linear, _, _ = _coefficients(pendulum, inclination, form)
-    drive = amplitude / _responses(linear, frequency)[1]
-    signed = (1.0 if form == 'published' else -1.0) * GRAVITY / pendulum.length
+    signed = -sign_of(form) * GRAVITY / pendulum.length
+    drive = amplitude / _responses(signed * math.cos(inclination), frequency)[1]
     weight, angular = signed * math.sin(inclination), 2.0 * math.pi * frequency
     times = np.linspace(0.0, 0.5 / frequency, HALF_PERIOD_SAMPLES + 1)
 
@@ -143,49 +139,21 @@ def integrated_harmonics(
     return Harmonics(float(cosines[0]) / 2.0, *(float(value) for value in cosines[1:4]))
 
 
-def growth(
-    pendulum: Pendulum,
-    amplitude: float,
-    inclination: Array,
-    *,
-    frequency: float = GAIT_FREQUENCY,
-    form: Form = 'physical',
-) -> Growth:
+def growth(pendulum: Pendulum, amplitude: float, inclination: Array) -> Growth:
     """Return how 2 f_0 and 3 f_0 grow with the inclination, printed and by both methods."""
-    printed = [published_harmonics(pendulum, amplitude, float(phi)) for phi in inclination]
+    slopes = inclination.tolist()
+    printed = [published_harmonics(pendulum, amplitude, phi) for phi in slopes]
     series, integrated = (
-        [
-            method(pendulum, amplitude, float(phi), frequency=frequency, form=form)
-            for phi in inclination
-        ]
+        [(one.second, one.third) for one in (method(pendulum, amplitude, phi) for phi in slopes)]
         for method in (series_harmonics, integrated_harmonics)
     )
-    return Growth(
-        np.abs([second for second, _ in printed]),
-        np.abs([third for _, third in printed]),
-        np.abs([one.second for one in series]),
-        np.abs([one.third for one in series]),
-        np.abs([one.second for one in integrated]),
-        np.abs([one.third for one in integrated]),
-    )
+    return Growth(*(np.abs(sizes).T for sizes in (printed, series, integrated)))
 
 
 def _check(amplitude: float, inclination: float) -> None:
     positive('amplitude', amplitude)
     within('amplitude', amplitude, 0.0, LARGEST_AMPLITUDE)
     inclination_within(inclination)
-
-
-def _coefficients(
-    pendulum: Pendulum, inclination: float, form: Form
-) -> tuple[float, float, float]:
-    one_of('form', form, FORMS)
-    signed = (1.0 if form == 'published' else -1.0) * GRAVITY / pendulum.length  # (5.16)
-    return (
-        signed * math.cos(inclination),
-        signed * math.sin(inclination) / 2.0,
-        signed * math.cos(inclination) / 6.0,
-    )
 
 
 def _responses(linear: float, frequency: float) -> list[float]:

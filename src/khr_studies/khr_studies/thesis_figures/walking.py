@@ -145,16 +145,16 @@ def harmonics() -> Figure:
     figure, (left, right) = panels(
         'carried through, rad over rad of f_0', 'coefficients as printed, 1/s² over rad of f_0'
     )
-    left.semilogy(degrees, curve.second_series / SWING, label='2 f_0, series')
-    left.semilogy(degrees, curve.third_series / SWING, label='3 f_0, series')
-    for name, mark, face, values in (
-        ('2 f_0', 'o', '0.3', curve.second_integrated),
-        ('3 f_0', 's', 'white', curve.third_integrated),
-    ):
+    names = ('2 f_0', '3 f_0')
+    for name, values in zip(names, curve.series, strict=True):
+        left.semilogy(degrees, values / SWING, label=f'{name}, series')
+    marks = zip(names, 'os', ('0.3', 'white'), curve.integrated, strict=True)
+    for name, mark, face, values in marks:
         look = {'color': '0.3', 'markerfacecolor': face, 'label': f'{name}, integrated'}
         left.semilogy(degrees[::4], values[::4] / SWING, mark, **look)
-    right.plot(degrees, curve.second_published / SWING, label='a_2/a_0 for 2 f_0, (5.20)')
-    right.plot(degrees, curve.third_published / SWING, label='a_1/a_0 for 3 f_0, (5.19)')
+    second, third = curve.published / SWING
+    right.plot(degrees, second, label='a_2/a_0 for 2 f_0, (5.20)')
+    right.plot(degrees, third, label='a_1/a_0 for 3 f_0, (5.19)')
     left.set(xlabel='inclination φ (°)', ylabel='amplitude over that of f_0')
     right.set(xlabel='inclination φ (°)', ylabel='coefficient (1/s²)', ylim=(0.0, None))
     left.legend()
