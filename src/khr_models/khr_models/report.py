@@ -18,29 +18,22 @@ from khr_models.numbers.walking import (
     stiffness_numbers,
 )
 
+PARTS = {
+    'The pendulum (3.1)-(3.10)': pendulum_numbers,
+    'The ankle servo and the force loop (3.11)-(3.13)': ankle_numbers,
+    'Friction': friction_numbers,
+    'The servo loop (5.1)-(5.14)': servo_loop_numbers,
+    'Identification': identification_numbers,
+    'Joint stiffness': stiffness_numbers,
+    'Harmonics (5.15)-(5.20)': harmonics_numbers,
+    'Push recovery (4.1)-(4.7)': push_numbers,
+}
+
 
 @cache
 def tables() -> str:
     """Return the numbers of the document as Markdown."""
-    parts = [
-        '### The pendulum (3.1)-(3.10)',
-        pendulum_numbers(),
-        '### The ankle servo and the force loop (3.11)-(3.13)',
-        ankle_numbers(),
-        '### Friction',
-        friction_numbers(),
-        '### The servo loop (5.1)-(5.14)',
-        servo_loop_numbers(),
-        '### Identification',
-        identification_numbers(),
-        '### Joint stiffness',
-        stiffness_numbers(),
-        '### Harmonics (5.15)-(5.20)',
-        harmonics_numbers(),
-        '### Push recovery (4.1)-(4.7)',
-        push_numbers(),
-    ]
-    return '\n\n'.join(parts)
+    return '\n\n'.join(f'### {title}\n\n{numbers()}' for title, numbers in PARTS.items())
 
 
 PART = WrittenPart('khr_models.report docs/models.md', tables)

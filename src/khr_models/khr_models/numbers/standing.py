@@ -40,13 +40,12 @@ def pendulum_numbers() -> str:
     swing = simulate(ROBOT, initial_lean=0.01, inclination=0.1, form='published')
     fall = simulate(ROBOT, initial_lean=0.01, inclination=0.1)
     middle = math.degrees(0.5 * (swing.lean.max() + swing.lean.min()))
-    return '\n\n'.join(
-        [
-            table(['th_A0, deg', '(3.10) published, deg', 'exact, deg', 'tangent, deg'], rows),
-            f'(3.6) let go at {math.degrees(0.01):.2f} deg on an incline of {math.degrees(0.1):.2f} '
-            f'deg: published, it swings about {middle:.2f} deg for ever; physical, it lies on the '
-            f'surface after {fall.time[-1]:.2f} s.',
-        ]
+    head = ['th_A0, deg', '(3.10) published, deg', 'exact, deg', 'tangent, deg']
+    return (
+        f'{table(head, rows)}\n\n'
+        f'(3.6) let go at {math.degrees(0.01):.2f} deg on an incline of {math.degrees(0.1):.2f} '
+        f'deg: published, it swings about {middle:.2f} deg for ever; physical, it lies on the '
+        f'surface after {fall.time[-1]:.2f} s.'
     )
 
 
@@ -80,6 +79,7 @@ def ankle_numbers() -> str:
 def friction_numbers() -> str:
     """Return whether the foot slides or the robot tips first, by friction."""
     rows = []
+    tips = math.degrees(critical_inclination(ROBOT, INITIAL_LEAN, 'tangent'))
     for friction in (0.05, 0.10, 0.18, 0.60):
         foot = SlidingFoot(friction=friction)
         slides = math.degrees(sliding_inclination(friction))
@@ -87,26 +87,16 @@ def friction_numbers() -> str:
         motion = simulate_sliding(ROBOT, foot, Pid(), inclination=inclination, duration=2.0)
         change = np.diff(motion.slide_rate)[-1] / np.diff(motion.time)[-1]
         block = GRAVITY * (math.sin(inclination) - friction * math.cos(inclination))
-        tips = math.degrees(critical_inclination(ROBOT, INITIAL_LEAN, 'tangent'))
         rows.append(
-            [
-                f'{friction:.2f}',
-                f'{slides:.2f}',
-                'slides' if slides < tips else 'tips',
-                f'{change:.3f}',
-                f'{block:.3f}',
-            ]
+            {
+                'mu': f'{friction:.2f}',
+                'atan(mu), deg': f'{slides:.2f}',
+                'which comes first': 'slides' if slides < tips else 'tips',
+                'slide 2 deg beyond, simulated, m/s^2': f'{change:.3f}',
+                'a block, m/s^2': f'{block:.3f}',
+            }
         )
-    return table(
-        [
-            'mu',
-            'atan(mu), deg',
-            'which comes first',
-            'slide 2 deg beyond, simulated, m/s^2',
-            'a block, m/s^2',
-        ],
-        rows,
-    )
+    return table(list(rows[0]), [list(row.values()) for row in rows])
 
 
 def push_numbers() -> str:
@@ -128,12 +118,11 @@ def push_numbers() -> str:
         [name, *(f'{_survived(loop, setting, side):.2f}' for setting in (0.0, 12.0, 18.0))]
         for name, loop, side in cases
     ]
-    return '\n\n'.join(
-        [
-            f'A lasting push lifts the heel from m g b/l = {tipping_force(ROBOT):.2f} N. The largest '
-            'push of 0.1 s survived, N, with an ideal gyro read every 15 ms:',
-            table(['form, inclination, direction', 'K_A = 0', 'K_A = 12', 'K_A = 18'], rows),
-        ]
+    head = ['form, inclination, direction', 'K_A = 0', 'K_A = 12', 'K_A = 18']
+    return (
+        f'A lasting push lifts the heel from m g b/l = {tipping_force(ROBOT):.2f} N. The largest '
+        'push of 0.1 s survived, N, with an ideal gyro read every 15 ms:\n\n'
+        f'{table(head, rows)}'
     )
 
 

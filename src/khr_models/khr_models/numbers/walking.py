@@ -78,15 +78,14 @@ def identification_numbers() -> str:
     servo = identified_servo()
     loop = servo.loop(0.0)
     limit = loop.stability_limit / gain_of_board(1.0)
-    return '\n\n'.join(
-        [
-            'From f_A0 = 2.58 Hz at K_A = 12 and 4.74 Hz at 18, each +-0.22 Hz:',
-            table(['form', 'K/J, 1/s^2', 'B/J, 1/s', 'f_A0 at K_A = 15, Hz', '95 %'], rows),
-            f'Physical: K = {loop.stiffness:.0f} N m/rad for J = m l^2; without gyro the damping '
-            f'ratio is {loop.damping_ratio:.2f} (no ringing); the loop is unstable from '
-            f'K_A = {limit:.1f}. 2.58 Hz lies within {abs(2.58 - 6 / GAIT_PERIOD):.2f} Hz of line 6 '
-            f'of the gait cycle, 4.74 Hz within {abs(4.74 - 11 / GAIT_PERIOD):.2f} Hz of line 11.',
-        ]
+    head = ['form', 'K/J, 1/s^2', 'B/J, 1/s', 'f_A0 at K_A = 15, Hz', '95 %']
+    return (
+        'From f_A0 = 2.58 Hz at K_A = 12 and 4.74 Hz at 18, each +-0.22 Hz:\n\n'
+        f'{table(head, rows)}\n\n'
+        f'Physical: K = {loop.stiffness:.0f} N m/rad for J = m l^2; without gyro the damping '
+        f'ratio is {loop.damping_ratio:.2f} (no ringing); the loop is unstable from '
+        f'K_A = {limit:.1f}. 2.58 Hz lies within {abs(2.58 - 6 / GAIT_PERIOD):.2f} Hz of line 6 '
+        f'of the gait cycle, 4.74 Hz within {abs(4.74 - 11 / GAIT_PERIOD):.2f} Hz of line 11.'
     )
 
 
@@ -96,13 +95,15 @@ def stiffness_numbers() -> str:
     share = np.array([0.5, 0.75, 1.0, 1.5, 2.0])
     sweep = sweep_stiffness(loop, share * loop.stiffness, Tone(SWING, GAIT_FREQUENCY))
     rows = [
-        [
-            f'{part:g}',
-            f'{ringing:.2f}',
-            f'{ratio:.2f}',
-            f'{math.degrees(rate):.1f}' if math.isfinite(rate) else 'unstable',
-            f'{limit / gain_of_board(1.0):.1f}',
-        ]
+        {
+            'K over the identified': f'{part:g}',
+            'f_A0 at K_A = 12, Hz': f'{ringing:.2f}',
+            'damping ratio': f'{ratio:.2f}',
+            'ringing rate, deg/s rms': (
+                f'{math.degrees(rate):.1f}' if math.isfinite(rate) else 'unstable'
+            ),
+            'largest K_A': f'{limit / gain_of_board(1.0):.1f}',
+        }
         for part, ringing, ratio, rate, limit in zip(
             share,
             sweep.ringing_frequency,
@@ -112,16 +113,7 @@ def stiffness_numbers() -> str:
             strict=True,
         )
     ]
-    return table(
-        [
-            'K over the identified',
-            'f_A0 at K_A = 12, Hz',
-            'damping ratio',
-            'ringing rate, deg/s rms',
-            'largest K_A',
-        ],
-        rows,
-    )
+    return table(list(rows[0]), [list(row.values()) for row in rows])
 
 
 def harmonics_numbers() -> str:
@@ -133,30 +125,20 @@ def harmonics_numbers() -> str:
         series = series_harmonics(ROBOT, SWING, inclination)
         whole = integrated_harmonics(ROBOT, SWING, inclination)
         rows.append(
-            [
-                f'{degrees:g}',
-                f'{second / SWING:.3f}',
-                f'{third / SWING:.3f}',
-                *(
-                    f'{abs(value) / SWING + 0.0:.2e}' if abs(value) > 1e-10 else '0'
-                    for value in (series.second, whole.second, series.third, whole.third)
-                ),
-            ]
+            {
+                'phi, deg': f'{degrees:g}',
+                'a_2/a_0 printed, 1/s^2': f'{second / SWING:.3f}',
+                'a_1/a_0 printed, 1/s^2': f'{third / SWING:.3f}',
+                '2 f_0 series': _size(series.second),
+                '2 f_0 integrated': _size(whole.second),
+                '3 f_0 series': _size(series.third),
+                '3 f_0 integrated': _size(whole.third),
+            }
         )
-    return '\n\n'.join(
-        [
-            'A pitch of 3 deg at f_0, amplitudes over that of f_0:',
-            table(
-                [
-                    'phi, deg',
-                    'a_2/a_0 printed, 1/s^2',
-                    'a_1/a_0 printed, 1/s^2',
-                    '2 f_0 series',
-                    '2 f_0 integrated',
-                    '3 f_0 series',
-                    '3 f_0 integrated',
-                ],
-                rows,
-            ),
-        ]
-    )
+    text = 'A pitch of 3 deg at f_0, amplitudes over that of f_0:'
+    return f'{text}\n\n{table(list(rows[0]), [list(row.values()) for row in rows])}'
+
+
+def _size(amplitude: float) -> str:
+    """Write the size of a harmonic over that of f_0."""
+    return f'{abs(amplitude) / SWING:.2e}' if abs(amplitude) > 1e-10 else '0'
