@@ -177,23 +177,19 @@ def critical_inclination(
     """
     one_of('form', form, CRITICAL_FORMS)
     ratio = pendulum.half_foot / pendulum.length
-    within('initial_lean', initial_lean, *_tippable(ratio, form))
     if form == 'exact':
-        return _plain(math.asin(ratio) - initial_lean, initial_lean)
+        middle, reach = math.asin(ratio), RIGHT_ANGLE
+    elif form == 'tangent':
+        middle, reach = 0.0, RIGHT_ANGLE - 1e-9
+    else:  # |b - l sin th| = l cos th
+        middle, reach = math.asin(ratio / math.sqrt(2.0)), RIGHT_ANGLE / 2.0
+    within('initial_lean', initial_lean, middle - reach, middle + reach)
+    if form == 'exact':
+        return _plain(middle - initial_lean, initial_lean)
     argument = (ratio - np.sin(initial_lean)) / np.cos(initial_lean)
     if form == 'tangent':
         return _plain(np.arctan(argument), initial_lean)
     return _plain(np.arcsin(np.clip(argument, -1.0, 1.0)), initial_lean)
-
-
-def _tippable(ratio: float, form: CriticalForm) -> tuple[float, float]:
-    """Return the leans that have a critical inclination within +-90 deg, rad."""
-    if form == 'exact':
-        return math.asin(ratio) - RIGHT_ANGLE, math.asin(ratio) + RIGHT_ANGLE
-    if form == 'tangent':
-        return -RIGHT_ANGLE + 1e-9, RIGHT_ANGLE - 1e-9
-    edge = math.asin(ratio / math.sqrt(2.0))  # |b - l sin th| = l cos th
-    return edge - RIGHT_ANGLE / 2.0, edge + RIGHT_ANGLE / 2.0
 
 
 def inclination_from_force_difference(

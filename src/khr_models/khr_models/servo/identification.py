@@ -54,22 +54,18 @@ class Identification:
     form: Form
     inertia: float
 
-    def loop(self, gain: float, inertia: float | None = None) -> ServoLoop:
-        """Return the identified servo loop at a gain, with an inertia of its own if given."""
-        inertia = self.inertia if inertia is None else inertia
-        return ServoLoop(
-            inertia, self.damping * inertia, self.stiffness * inertia, gain, self.form
-        )
+    def loop(self, gain: float) -> ServoLoop:
+        """Return the identified servo loop at a gain."""
+        damping, stiffness = self.damping * self.inertia, self.stiffness * self.inertia
+        return ServoLoop(self.inertia, damping, stiffness, gain, self.form)
 
     def predict(self, gain: float) -> Prediction:
         """Return the ringing frequency at another gain, with its uncertainty."""
         finite('gain', gain)
-        spread = _frequency(self.samples[0], self.samples[1], gain, self.form, self.inertia)
-        best = _frequency(
-            np.array([self.stiffness]), np.array([self.damping]), gain, self.form, self.inertia
-        )
+        stiffness, damping = np.column_stack([(self.stiffness, self.damping), self.samples])
+        best, *spread = _frequency(stiffness, damping, gain, self.form, self.inertia).tolist()
         low, high = np.percentile(spread, [2.5, 97.5])
-        return Prediction(float(best[0]), float(np.std(spread)), float(low), float(high))
+        return Prediction(best, float(np.std(spread)), float(low), float(high))
 
 
 def identify(
@@ -79,7 +75,6 @@ def identify(
     uncertainty: float = CYCLE_RESOLUTION,
     form: Form = 'physical',
     inertia: float = 1.0,
-    seed: int = 0,
 ) -> Identification:
     """Identify the servo from two peaks measured at two gains.
 
@@ -89,7 +84,6 @@ def identify(
         uncertainty: half-width of each peak's uniform distribution, Hz; the default is what one
             gait cycle of 2.31 s resolves.
         inertia: J, kg m^2; the printed form needs it, the physical one only passes it on.
-        seed: of the samples that carry the uncertainty through.
 
     Raises:
         ModelError: if the peaks or gains do not rise, or no stable servo has such peaks.
@@ -100,16 +94,15 @@ def identify(
     _rising('gains', gains)
     _rising('peaks', peaks)
     positive('peaks[0]', peaks[0])
-    best = _solve(gains, np.array([[peaks[0]], [peaks[1]]]), form, inertia)
+    measured = np.array(peaks)[:, np.newaxis]
+    best = _solve(gains, measured, form, inertia)
     if np.isnan(best).any():
         raise ModelError(
             f'peaks: {tuple(peaks)} at gains {tuple(gains)} fit no stable servo; '
             'accepted: peaks further apart, or gains closer together'
         )
-    generator = np.random.default_rng(seed)
-    drawn = np.array([[peaks[0]], [peaks[1]]]) + generator.uniform(
-        -uncertainty, uncertainty, (2, SAMPLES)
-    )
+    generator = np.random.default_rng(0)
+    drawn = measured + generator.uniform(-uncertainty, uncertainty, (2, SAMPLES))
     samples = _solve(gains, drawn, form, inertia)
     samples = samples[:, ~np.isnan(samples).any(axis=0)]
     deviation = np.std(samples, axis=1)
@@ -126,9 +119,7 @@ def identify(
 
 
 def _rising(name: str, values: Sequence[float]) -> None:
-    if len(values) != 2 or not (
-        math.isfinite(values[0]) and math.isfinite(values[1]) and values[0] < values[1]
-    ):
+    if len(values) != 2 or not -math.inf < values[0] < values[1] < math.inf:
         raise ModelError(
             f'{name}: {tuple(values)} is not accepted; '
             'accepted: two finite values, the second larger'

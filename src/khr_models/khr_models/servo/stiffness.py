@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from khr_common.published import GAIT_PERIOD
-from khr_models.checks import Array, positive
+from khr_models.checks import Array
 from khr_models.servo.servo_loop import ServoLoop, Tone, response_by_residues
 
 
@@ -17,8 +17,8 @@ from khr_models.servo.servo_loop import ServoLoop, Tone, response_by_residues
 class StiffnessSweep:
     """How the joint's stiffness acts on vibration; arrays of one length.
 
-    ``ringing_rate`` is the rms of the ringing part of the pitch rate over the window, rad/s; it is
-    infinite, and ``ringing_frequency`` (Hz) still given, where the loop is unstable.
+    ``ringing_rate`` is the rms of the ringing part of the pitch rate over a gait cycle, rad/s; it
+    is infinite, and ``ringing_frequency`` (Hz) still given, where the loop is unstable.
     ``stability_limit`` is the largest gain, s.
     """
 
@@ -29,7 +29,7 @@ class StiffnessSweep:
 
 
 def sweep_stiffness(
-    loop: ServoLoop, stiffness: Sequence[float] | Array, tone: Tone, *, window: float = GAIT_PERIOD
+    loop: ServoLoop, stiffness: Sequence[float] | Array, tone: Tone
 ) -> StiffnessSweep:
     """Vary a loop's stiffness and measure how it vibrates (Dutta (2021), ch. 6).
 
@@ -37,22 +37,20 @@ def sweep_stiffness(
         loop: gives inertia, damping, gain and form.
         stiffness: the values of K, N m/rad.
         tone: what the loop is asked to do from rest, for instance the gait's fundamental.
-        window: s over which the ringing is averaged; the default is one gait cycle.
     """
-    positive('window', window)
     loops = [replace(loop, stiffness=float(value)) for value in stiffness]
     return StiffnessSweep(
         np.array([one.ringing_frequency for one in loops]),
         np.array([one.damping_ratio for one in loops]),
-        np.array([_ringing_rate(one, tone, window) for one in loops]),
+        np.array([_ringing_rate(one, tone) for one in loops]),
         np.array([one.stability_limit for one in loops]),
     )
 
 
-def _ringing_rate(loop: ServoLoop, tone: Tone, window: float) -> float:
+def _ringing_rate(loop: ServoLoop, tone: Tone) -> float:
     if loop.feedback_damping <= 0.0:
         return math.inf
-    time = np.linspace(0.0, window, 2001)
+    time = np.linspace(0.0, GAIT_PERIOD, 2001)
     angular = 2.0 * math.pi * tone.frequency
     steady = (
         loop.gain_at(tone.frequency) * tone.amplitude * np.exp(1j * (angular * time + tone.phase))

@@ -86,9 +86,8 @@ def simulate_servo(
     def derivative(_time: float, state: Array) -> tuple[float, float, float]:  # (3.11)
         lean, rate, integral = state.tolist()
         error = target - lean
-        moment = sign * pendulum.gravity_moment * math.sin(lean + inclination) + pid.torque(
-            error, integral, -rate
-        )
+        gravity = sign * pendulum.gravity_moment * math.sin(lean + inclination)
+        moment = gravity + pid.torque(error, integral, -rate)
         return rate, moment / pendulum.inertia, error
 
     states = integrate(derivative, (initial_lean, 0.0, 0.0), times)

@@ -78,10 +78,9 @@ class Chain:
         count = len(self.masses)
         matrix = np.zeros((count, count))
         for body in range(count):
-            for one in range(body + 1):
-                for other in range(body + 1):
-                    over = self.centres[body, 1] - self.joints[max(one, other), 1]
-                    matrix[one, other] += self.masses[body] * GRAVITY * over
+            upper = np.maximum.outer(range(body + 1), range(body + 1))
+            over = self.centres[body, 1] - self.joints[upper, 1]
+            matrix[: body + 1, : body + 1] += self.masses[body] * GRAVITY * over
         return matrix
 
 
@@ -177,11 +176,7 @@ class StandingLoop:
         joint[:size, :size], joint[:size, size : size + 2] = a, b
         joint[size : size + 2, size + 2 :] = np.eye(2) / h
         whole = expm(joint * h)
-        free, held, ramp = (
-            whole[:size, :size],
-            whole[:size, size : size + 2],
-            whole[:size, size + 2 :],
-        )
+        free, held, ramp = np.split(whole[:size], [size, size + 2], axis=1)
         answer = np.zeros((2, size))  # opposes a load on the toes, and a forward rate
         answer[0, -2], answer[1, -1] = -self.ankle_gain, -self.hip_gain
         step = np.zeros((size + 4, size + 4))

@@ -97,6 +97,13 @@ class _Dynamics:
         self._downhill = total * GRAVITY * math.sin(inclination)
         self._into = total * GRAVITY * math.cos(inclination)
 
+    def carrying(self, lean: float) -> float:
+        """Return the integral of the error with which the servo holds a lean at rest, rad s."""
+        if self._pid.integral == 0.0:
+            return 0.0
+        weight = self._body.gravity_moment * math.sin(lean + self._inclination)
+        return -(weight + self._pid.proportional * (self._target - lean)) / self._pid.integral
+
     def torque(self, state: Sequence[Any]) -> Any:
         """Return the servo's torque, N m, for a state (th, th', int e, s, s') or rows of them."""
         return self._pid.torque(self._target - state[0], state[2], -state[1])
@@ -108,9 +115,8 @@ class _Dynamics:
         lean, rate = state[0], state[1]
         sine, cosine = math.sin(lean), math.cos(lean)
         couple, inertia = self._body.mass * self._body.length, self._body.inertia
-        moment = self._body.gravity_moment * math.sin(lean + self._inclination) + self.torque(
-            state
-        )
+        gravity = self._body.gravity_moment * math.sin(lean + self._inclination)
+        moment = gravity + self.torque(state)
         spin = couple * rate**2
         if direction == 0.0:
             lean_acceleration, slide_acceleration = moment / inertia, 0.0
@@ -187,13 +193,7 @@ def simulate_sliding(
     within('initial_lean', initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
     times = time_grid(duration, step)
     dynamics = _Dynamics(pendulum, foot, pid, target, inclination)
-    state = [
-        initial_lean,
-        0.0,
-        _carrying(pendulum, pid, target, initial_lean, inclination),
-        0.0,
-        0.0,
-    ]
+    state = [initial_lean, 0.0, dynamics.carrying(initial_lean), 0.0, 0.0]
     direction = dynamics.direction_from_rest(state)
     pieces: list[tuple[Array, Array, float]] = []
     pending, start = times, 0.0
@@ -215,16 +215,6 @@ def simulate_sliding(
         f'pid: {pid!r} makes the foot chatter; accepted: gains that change '
         f'between sticking and sliding fewer than {MODE_CHANGES} times'
     )
-
-
-def _carrying(
-    pendulum: Pendulum, pid: Pid, target: float, lean: float, inclination: float
-) -> float:
-    """Return the integral of the error with which the servo holds the initial lean, rad s."""
-    if pid.integral == 0.0:
-        return 0.0
-    weight = pendulum.gravity_moment * math.sin(lean + inclination)
-    return -(weight + pid.proportional * (target - lean)) / pid.integral
 
 
 def _phase(
@@ -260,22 +250,14 @@ def _assemble(
 ) -> SlidingMotion:
     times = np.concatenate([time for time, _, _ in pieces])
     states = np.concatenate([states for _, states, _ in pieces], axis=1)
-    forces = np.array(
+    tangent, normal = np.array(
         [
             dynamics.accelerations(state, direction)[2:]
             for _, states, direction in pieces
             for state in states.T.tolist()
         ]
     ).T
+    lean, rate, _, slide, slide_rate = states
     torque = np.asarray(dynamics.torque(list(states)))
-    return SlidingMotion(
-        times,
-        states[0],
-        states[1],
-        torque,
-        -torque / pendulum.half_foot,
-        states[3],
-        states[4],
-        forces[0],
-        forces[1],
-    )
+    delta = -torque / pendulum.half_foot
+    return SlidingMotion(times, lean, rate, torque, delta, slide, slide_rate, tangent, normal)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal
@@ -57,25 +58,22 @@ def simulate_push(
     """
     positive('duration', duration)
     model = (Published if loop.form == 'published' else Physical)(loop, push)
-    waiting = [0.0] * loop.delay
+    waiting, correction = deque([0.0] * loop.delay), 0.0
     rows = [model.observe()]
     step = loop.period / loop.substeps
-    for period in range(math.ceil(duration / loop.period * (1.0 - 1e-12))):
-        measured = model.side * gyro(model.side * model.rate)
-        waiting.append(loop.gain * measured)
-        correction = waiting.pop(0)
-        for index in range(loop.substeps):
-            model.advance((period * loop.substeps + index) * step, step, correction)
-            rows.append(model.observe())
-            if model.fell:
-                return _recovery(rows, step, True)
-    return _recovery(rows, step, False)
-
-
-def _recovery(rows: list[tuple[float, float, float]], step: float, fell: bool) -> Recovery:
-    table = np.array(rows, dtype=np.float64).T
-    time = step * np.arange(table.shape[1], dtype=np.float64)
-    return Recovery(time, table[0], table[1], table[2], fell)
+    periods = math.ceil(duration / loop.period * (1.0 - 1e-12))
+    for number in range(periods * loop.substeps):
+        if number % loop.substeps == 0:
+            measured = model.side * gyro(model.side * model.rate)
+            waiting.append(loop.gain * measured)
+            correction = waiting.popleft()
+        model.advance(number * step, step, correction)
+        rows.append(model.observe())
+        if model.fell:
+            break
+    x_com, rate, ankle = np.array(rows, dtype=np.float64).T
+    time = step * np.arange(len(rows), dtype=np.float64)
+    return Recovery(time, x_com, rate, ankle, model.fell)
 
 
 def largest_push(

@@ -109,9 +109,8 @@ class PushLoop:
 def tipping_length(pendulum: Pendulum, ankle: float = 0.0) -> float:
     """Return L_0 of (4.1), or with the ankle leaned back by th_A (rad) L of (4.6), m."""
     length, half_foot = pendulum.length, pendulum.half_foot
-    return math.sqrt(
-        length**2 + half_foot**2 + 2.0 * half_foot * length * math.sin(ankle)
-    )  # (4.6)
+    squared = length**2 + half_foot**2 + 2.0 * half_foot * length * math.sin(ankle)  # (4.6)
+    return math.sqrt(squared)
 
 
 def tipping_angle(pendulum: Pendulum) -> float:
@@ -185,16 +184,13 @@ class Published(Model):
         """Return the rate of change under (4.5) and (3.11)."""
         angle, rate, ankle, ankle_rate, integral = state
         pendulum, pid = self._loop.pendulum, self._loop.pid
-        length = tipping_length(pendulum, ankle)
-        acceleration = (
-            GRAVITY * math.sin(angle) + force / pendulum.mass * math.cos(angle)
-        ) / length  # (4.5)
+        along = GRAVITY * math.sin(angle) + force / pendulum.mass * math.cos(angle)
+        acceleration = along / tipping_length(pendulum, ankle)  # (4.5)
         if angle <= self._rest and rate <= 0.0 and acceleration < 0.0:
             rate = acceleration = 0.0  # the foot is down, (4.3)
         error = self._correction - ankle
-        moment = pid.torque(error, integral, -ankle_rate) - pendulum.gravity_moment * math.sin(
-            ankle
-        )  # (3.11)
+        held = pendulum.gravity_moment * math.sin(ankle)
+        moment = pid.torque(error, integral, -ankle_rate) - held  # (3.11)
         return rate, acceleration, ankle_rate, moment / pendulum.inertia, error
 
     def settle(self) -> None:
@@ -225,9 +221,8 @@ class Physical(Model):
         """Return the rate of change, the servo's torque cut to what the foot carries."""
         lean, rate, integral = state
         pendulum, pid = self._loop.pendulum, self._loop.pid
-        load = pendulum.gravity_moment * math.sin(
-            lean + self._slope
-        ) + force * pendulum.length * math.cos(lean + self._slope)
+        tilt = lean + self._slope
+        load = pendulum.gravity_moment * math.sin(tilt) + force * pendulum.length * math.cos(tilt)
         error = self._lean - self._correction - lean
         torque = self._held + pid.torque(error, integral, -rate)
         torque = self._on_foot(lean, rate, load, torque, force)
