@@ -5,7 +5,7 @@ from __future__ import annotations
 import base64
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +22,7 @@ class Section:
 
     title: str
     body: Markup
-    parts: tuple[Section, ...] = field(default=())
+    parts: tuple[Section, ...] = ()
 
     @property
     def anchor(self) -> str:

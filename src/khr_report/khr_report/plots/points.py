@@ -21,18 +21,10 @@ def write_points(figure: Figure, path: Path) -> None:
         writer.writerow(HEAD)
         for axes in figure.axes:
             panel = axes.get_title(loc='left')
+            x_label, y_label = axes.get_xlabel(), axes.get_ylabel()
             for line in axes.lines:
                 label = str(line.get_label())
                 if label.startswith('_'):
                     continue
                 for x, y in np.asarray(line.get_xydata(), dtype=np.float64):
-                    writer.writerow(
-                        (
-                            panel,
-                            label,
-                            axes.get_xlabel(),
-                            f'{x:.9g}',
-                            axes.get_ylabel(),
-                            f'{y:.9g}',
-                        )
-                    )
+                    writer.writerow((panel, label, x_label, f'{x:.9g}', y_label, f'{y:.9g}'))

@@ -54,21 +54,25 @@ class Signal:
         return not (np.ptp(values) if self.moving else values).any()
 
 
-SIGNALS = (
-    Signal('Pitch of the torso', '', 'pitch (°)', lambda s: np.degrees(s.pitch)),
-    Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
-    Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
-    Signal(FEET, 'toe', 'force (N)', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
-    Signal(FEET, 'heel', 'force (N)', lambda s: s.foot_force[:, [1, 3]].sum(axis=1)),
-    Signal(LEFT, 'toe', 'force (N)', lambda s: s.foot_force[:, 0]),
-    Signal(LEFT, 'heel', 'force (N)', lambda s: s.foot_force[:, 1]),
-    Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
-    Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
-    Signal('Slip of the loaded soles, summed', '', 'way (mm)', lambda s: 1000.0 * s.slip),
-    Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
-    Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
-    Signal(STAGE, '', 'stage', lambda s: s.stage),
-)
+def signals_of(runs: Iterable[Series]) -> list[Signal]:
+    """Return all signals of runs, those of every controller behind those of the feet."""
+    controllers = dict.fromkeys(name for series in runs for name in series.controllers)
+    return [
+        Signal('Pitch of the torso', '', 'pitch (°)', lambda s: np.degrees(s.pitch)),
+        Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
+        Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
+        Signal(FEET, 'toe', 'force (N)', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
+        Signal(FEET, 'heel', 'force (N)', lambda s: s.foot_force[:, [1, 3]].sum(axis=1)),
+        Signal(LEFT, 'toe', 'force (N)', lambda s: s.foot_force[:, 0]),
+        Signal(LEFT, 'heel', 'force (N)', lambda s: s.foot_force[:, 1]),
+        Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
+        Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
+        *map(correction, controllers),
+        Signal('Slip of the loaded soles, summed', '', 'way (mm)', lambda s: 1000.0 * s.slip),
+        Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
+        Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
+        Signal(STAGE, '', 'stage', lambda s: s.stage),
+    ]
 
 
 def correction(controller: str) -> Signal:
@@ -76,13 +80,6 @@ def correction(controller: str) -> Signal:
     return Signal(
         CORRECTIONS, controller, 'angle (°)', lambda s: np.degrees(s.correction_of(controller))
     )
-
-
-def signals_of(runs: Iterable[Series]) -> list[Signal]:
-    """Return all signals of runs, those of every controller behind those of the feet."""
-    controllers = dict.fromkeys(name for series in runs for name in series.controllers)
-    place = 1 + max(index for index, one in enumerate(SIGNALS) if one.group == RIGHT)
-    return [*SIGNALS[:place], *map(correction, controllers), *SIGNALS[place:]]
 
 
 @dataclass(frozen=True)

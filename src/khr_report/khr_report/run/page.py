@@ -6,7 +6,7 @@ import csv
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,11 +29,11 @@ from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
 OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, HASH: 'trajectory hash'}
-LETTERS = ('A', 'B')
 # Of the recorder; they say where, not what.
 PLACES = [('recorder', key) for key in ('folder', 'scenario_file', 'scenario')]
 FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
 RESOLUTION = 150  # dots per inch
+Found = Mapping[str, RunContents]  # one as ``this run``, or two as ``A`` and ``B``
 
 
 def report(run: Path, against: Path | None, out: Path | None) -> Path:
@@ -49,15 +49,16 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
     Raises:
         ReportError: if a run has nothing to show, or the page cannot be written.
     """
-    found = [contents_of(path) for path in (run, against) if path is not None]
-    for each in found:
+    paths = {'this run': run} if against is None else {'A': run, 'B': against}
+    found = {name: contents_of(path) for name, path in paths.items()}
+    for each in found.values():
         if not each.outcome and each.series is None:
             reasons = '; '.join(each.notes)
             raise ReportError(
                 f'{each.folder}: neither outcome nor signals ({reasons}); {ACCEPTED}'
             )
-    warnings = [f'{each.name}: {note}' for each in found for note in each.notes]
-    if len(found) == 2 and (other := _difference(*found)):
+    warnings = [f'{each.name}: {note}' for each in found.values() for note in each.notes]
+    if len(found) == 2 and (other := _difference(*found.values())):
         warnings.insert(0, other)
     for warning in warnings:
         print(f'khr: {warning}', file=sys.stderr)
@@ -65,15 +66,17 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
     return write_run(out or folder / 'report.html', found, warnings)
 
 
-def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str]) -> Path:
+def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:
     """Write the page of one run, or of two compared; return its path.
 
     Raises:
         ReportError: if the file cannot be written.
     """
-    names = [f'{letter}: ' for letter in LETTERS] if len(found) == 2 else ['']
-    title = ' against '.join(run.name for run in found)
-    titles = (f'{name}{run.title} ({run.name}).' for name, run in zip(names, found, strict=True))
+    title = ' against '.join(run.name for run in found.values())
+    titles = [
+        f'{name}: ' * (len(found) == 2) + f'{run.title} ({run.name}).'
+        for name, run in found.items()
+    ]
     lead = paragraphs(*titles) + part('notes', warnings)
     sections = [
         Section('Outcome', _outcome(found)),
@@ -85,27 +88,20 @@ def write_run(path: Path, found: Sequence[RunContents], warnings: Sequence[str])
     return write_page(path, f'Run {title}', lead, sections)
 
 
-def _heads(found: Sequence[RunContents]) -> tuple[str, ...]:
-    return LETTERS if len(found) == 2 else ('this run',)
-
-
-def _named(found: Sequence[RunContents]) -> list[tuple[str, RunContents]]:
-    return list(zip(_heads(found), found, strict=True))
-
-
-def _outcome(found: Sequence[RunContents]) -> Markup:
-    rows = [
-        [text, *(_value(name, run.outcome.get(name)) for run in found)]
-        for name, text in OUTCOME.items()
-        if name == HASH or any(run.outcome.get(name) for run in found)
-    ]
-    if not any(run.outcome for run in found):
+def _outcome(found: Found) -> Markup:
+    outcomes = [run.outcome for run in found.values()]
+    if not any(outcomes):
         return paragraphs('Unknown: the run has no outcome file.')
-    heads = ['what', *_heads(found)]
+    rows = [
+        [text, *(_value(name, outcome.get(name)) for outcome in outcomes)]
+        for name, text in OUTCOME.items()
+        if name == HASH or any(outcome.get(name) for outcome in outcomes)
+    ]
+    heads = ['what', *found]
     if len(found) == 2:
         heads.append('B - A')
         rows = [[*row, _step(row[1], row[2])] for row in rows]
-    return part('table', heads, rows, dict.fromkeys(_heads(found), 'value'))
+    return part('table', heads, rows, dict.fromkeys(found, 'value'))
 
 
 def _value(name: str, value: Any) -> str:
@@ -123,8 +119,8 @@ def _step(before: str, after: str) -> str:
         return 'same' if before == after else 'differs'
 
 
-def _signals(found: Sequence[RunContents]) -> Markup:
-    runs = [(name, run, run.series) for name, run in _named(found) if run.series is not None]
+def _signals(found: Found) -> Markup:
+    runs = [(name, run, run.series) for name, run in found.items() if run.series is not None]
     if not runs:
         return paragraphs('The run kept no signals.')
     windows = {
@@ -150,10 +146,10 @@ def _signals(found: Sequence[RunContents]) -> Markup:
     return body
 
 
-def _spectrum(found: Sequence[RunContents]) -> Markup:
+def _spectrum(found: Found) -> Markup:
     lines = {
         name if len(found) == 2 else '': third_cycle(run.series, run.parameters)
-        for name, run in _named(found)
+        for name, run in found.items()
         if run.series is not None
     }
     if not lines:
@@ -168,25 +164,20 @@ def _spectrum(found: Sequence[RunContents]) -> Markup:
     )
 
 
-def _parameters(found: Sequence[RunContents]) -> Markup:
-    known = [
-        (name, run, complete(run.scenario))
-        for name, run in _named(found)
-        if run.scenario is not None
-    ]
+def _parameters(found: Found) -> Markup:
+    known = {name: complete(run.scenario) for name, run in found.items() if run.scenario}
     if not known:
         return paragraphs('Unknown: the run has no scenario file.')
     rows = []
     for node, registered in registry().items():
         for key, specification in specifications(registered.spec.table).items():
-            values = [every[node][key] for _, _, every in known]
+            values = [every[node][key] for every in known.values()]
             default = specification.default
             if (node, key) not in PLACES and any(value != default for value in values):
                 meaning = (default, specification.unit, specification.description)
                 rows.append((f'{node}.{key}', *values, *meaning))
-    names = [name for name, _, _ in known]
-    heads = ('parameter', *names, 'default', 'unit', 'meaning')
-    looks = dict.fromkeys((*names, 'default'), 'value') | {'meaning': 'meaning'}
+    heads = ('parameter', *known, 'default', 'unit', 'meaning')
+    looks = dict.fromkeys((*known, 'default'), 'value') | {'meaning': 'meaning'}
     body = Markup()
     if len(known) == 2:
         differing = [row for row in rows if row[1] != row[2]]
@@ -195,7 +186,7 @@ def _parameters(found: Sequence[RunContents]) -> Markup:
     body += Markup('<h3>What differs from the defaults</h3>')
     body += _table(heads, rows, looks)
     body += Markup('<h3>Changes while it ran</h3>')
-    for name, run in _named(found):
+    for name, run in found.items():
         changed = [
             (f'{each.time:.3f}', f'{each.node}.{each.parameter}', each.value)
             for each in run.changes
@@ -215,18 +206,18 @@ def _table(
     return part('table', heads, rows, looks) if rows else paragraphs(nothing)
 
 
-def _making(found: Sequence[RunContents], page: Path) -> Markup:
-    here = next((version_of(run.scenario) for run in found if run.scenario), code_version())
-    recorded = {name for run in found for name in run.made_with}
+def _making(found: Found, page: Path) -> Markup:
+    runs = found.values()
+    here = next((version_of(run.scenario) for run in runs if run.scenario), code_version())
+    recorded = {name for run in runs for name in run.made_with}
     versions = [
-        ('khr code', *(run.version or 'not recorded' for run in found), here),
+        ('khr code', *(run.version or 'not recorded' for run in runs), here),
         *(
-            (name, *(run.made_with.get(name, 'not recorded') for run in found), number)
+            (name, *(run.made_with.get(name, 'not recorded') for run in runs), number)
             for name, number in stated_of().items()
             if name in recorded or not recorded
         ),
     ]
-    scenarios = [(name, run.scenario.to_yaml()) for name, run in _named(found) if run.scenario]
     return (
         paragraphs(
             '"khr report" wrote this page from what each run left in its folder; it loads nothing '
@@ -234,17 +225,18 @@ def _making(found: Sequence[RunContents], page: Path) -> Markup:
             'the same arithmetic with the same versions; "khr verify" compares the hash of a bag. '
             'The code version takes in NumPy and the physics engine.'
         )
-        + part('table', ('version', *_heads(found), 'here'), versions)
+        + part('table', ('version', *found, 'here'), versions)
         + Markup().join(
-            part('links', f'Files of {name}', _files(run, page)) for name, run in _named(found)
+            part('links', f'Files of {name}', _files(run, page)) for name, run in found.items()
         )
         + Markup().join(
             part(
                 'folded',
                 f'Scenario of {name}, whole',
-                Markup('<pre><code>{}</code></pre>').format(text),
+                Markup('<pre><code>{}</code></pre>').format(run.scenario.to_yaml()),
             )
-            for name, text in scenarios
+            for name, run in found.items()
+            if run.scenario
         )
     )
 
