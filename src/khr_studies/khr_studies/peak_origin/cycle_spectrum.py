@@ -37,6 +37,11 @@ class Treatment:
     friction: float
     inclination: float
 
+    @property
+    def controlled(self) -> bool:
+        """Return whether there is feedback."""
+        return bool(self.ankle_gain or self.hip_gain)
+
 
 @dataclass(frozen=True, eq=False)
 class Record:

@@ -10,7 +10,7 @@ stays when the feedback is taken away is not thereby the gait's, it is only not 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Literal
 
 import numpy as np
@@ -21,20 +21,18 @@ from khr_studies.peak_origin.cycle_spectrum import Array, Treatment, Walks
 Origin = Literal['gait', 'feedback', 'slipping']
 
 LEFT = 1.0 / 3.0  # of a peak; with less of it left it has vanished
-MOVED = (
-    1.5  # bins by which another cycle must move a line to distinguish it from a fixed frequency
-)
+# Bins by which another cycle must move a line to distinguish it from a fixed frequency.
+MOVED = 1.5
 APART = 0.75  # bins from the other cycle's lines at which a fixed frequency is none of them
 LOCKED = 0.5  # share of a peak's power that repeats in every cycle if the gait makes it
 ORIGINS: tuple[Origin, ...] = ('gait', 'feedback', 'slipping')
-GAINS = ('ankle_gain', 'hip_gain')
+GAINS = {'ankle_gain', 'hip_gain'}
 
 
 @dataclass(frozen=True)
 class Evidence:
     """What one experiment says of a peak: which origins it speaks for, and against which."""
 
-    experiment: str
     speaks_for: frozenset[Origin]
     speaks_against: frozenset[Origin]
     words: str
@@ -46,14 +44,14 @@ class Evidence:
         return bool(self.speaks_against) and origin not in self.speaks_against
 
 
-def _only(experiment: str, words: str, *origins: Origin) -> Evidence:
+def _only(words: str, *origins: Origin) -> Evidence:
     """Return evidence for some origins, which excludes the others."""
-    return Evidence(experiment, frozenset(origins), frozenset(ORIGINS) - {*origins}, words)
+    return Evidence(frozenset(origins), frozenset(ORIGINS) - {*origins}, words)
 
 
-def _not(experiment: str, words: str, *origins: Origin) -> Evidence:
+def _not(words: str, *origins: Origin) -> Evidence:
     """Return evidence that excludes some origins and is for none."""
-    return Evidence(experiment, frozenset(), frozenset(origins), words)
+    return Evidence(frozenset(), frozenset(origins), words)
 
 
 @dataclass(frozen=True)
@@ -132,8 +130,8 @@ def _pairs(
         for reference in (base, *others)
         if peak.in_walks(reference).mean() >= level
         for other in others
-        if set(_different(reference, other))
-        and set(_different(reference, other)) <= differ
+        if (changed := _different(reference, other))
+        and changed <= differ
         and accept(reference.treatment, other.treatment)
     ]
     nearest = min((distance for distance, _, _ in found), default=0)
@@ -147,24 +145,17 @@ def _ratios(peak: TracedPeak, pairs: list[tuple[Walks, Walks]]) -> list[Ratio]:
     ]
 
 
-def _different(one: Walks, other: Walks) -> list[str]:
-    return [
-        each.name
-        for each in fields(Treatment)
-        if getattr(one.treatment, each.name) != getattr(other.treatment, each.name)
-    ]
-
-
-def _controlled(treatment: Treatment) -> bool:
-    return any(getattr(treatment, gain) for gain in GAINS)
+def _different(one: Walks, other: Walks) -> set[str]:
+    """Return the fields of the treatment in which walks differ."""
+    return {name for name, _ in asdict(one.treatment).items() ^ asdict(other.treatment).items()}
 
 
 def _place(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     if peak.line is not None:
         words = f'on line {peak.line} of the cycle'
-        return Evidence('place', frozenset({'gait'}), frozenset(), words)
+        return Evidence(frozenset({'gait'}), frozenset(), words)
     words = f'between the lines, n = {base.order(peak.frequency):.2f}'
-    return _only('place', words, 'feedback', 'slipping')
+    return _only(words, 'feedback', 'slipping')
 
 
 def _repeats(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
@@ -172,8 +163,8 @@ def _repeats(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence
     locked = base.locked_share(peak.frequency)
     words = f'{locked:.0%} of its power repeats in every cycle'
     if locked >= LOCKED:
-        return Evidence('repeats', frozenset({'gait'}), frozenset(), words)
-    return _not('repeats', words, 'gait')
+        return Evidence(frozenset({'gait'}), frozenset(), words)
+    return _not(words, 'gait')
 
 
 def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -187,10 +178,10 @@ def _cycle(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence |
         return None
     decided = {each for each in said if each}
     if decided == {'n'}:
-        return _only('cycle', 'stays at its n with another cycle', 'gait')
+        return _only('stays at its n with another cycle', 'gait')
     if decided == {'Hz'}:
-        return _only('cycle', 'stays at its frequency with another cycle', 'feedback', 'slipping')
-    return _not('cycle', 'another cycle does not show whether n or Hz stays')
+        return _only('stays at its frequency with another cycle', 'feedback', 'slipping')
+    return _not('another cycle does not show whether n or Hz stays')
 
 
 def _separates(peak: TracedPeak, reference: Walks, other: Walks) -> bool:
@@ -234,7 +225,7 @@ def _stays(peak: TracedPeak, reference: Walks, other: Walks) -> Literal['n', 'Hz
 def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it changes with the gains, and how."""
     pairs = _pairs(
-        peak, base, others, set(GAINS), lambda one, other: _controlled(one) and _controlled(other)
+        peak, base, others, GAINS, lambda one, other: one.controlled and other.controlled
     )
     if not pairs:
         return None
@@ -243,28 +234,24 @@ def _gain(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | 
         f'{other.label} {each.words}' for (_, other), each in zip(pairs, found, strict=True)
     )
     if any(each.vanished or (each.value > 1.0 / LEFT and each.changed) for each in found):
-        return _only('gain', f'comes or goes with the gain: {words}', 'feedback')
+        return _only(f'comes or goes with the gain: {words}', 'feedback')
     if any(each.changed for each in found):
         words = f'grows or shrinks with the gain: {words}'
         # the loop shapes what the gait drives, so a line may do so too
-        return _not('gain', words) if peak.line is not None else _only('gain', words, 'feedback')
+        return _not(words) if peak.line is not None else _only(words, 'feedback')
     if not any(np.isfinite(each.low) for each in found):
-        return _not('gain', f'one seed shows no scatter: {words}')
-    return _not('gain', f'the gain does not matter beyond the seeds: {words}', 'feedback')
+        return _not(f'one seed shows no scatter: {words}')
+    return _not(f'the gain does not matter beyond the seeds: {words}', 'feedback')
 
 
 def _feedback(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
     """Ask whether it is there without feedback."""
-    if not _controlled(base.treatment):
-        return _not('no feedback', 'there is no feedback', 'feedback')
+    if not base.treatment.controlled:
+        return _not('there is no feedback', 'feedback')
     pairs = _pairs(
-        peak,
-        base,
-        others,
-        set(GAINS),
-        lambda one, other: _controlled(one) and not _controlled(other),
+        peak, base, others, GAINS, lambda one, other: one.controlled and not other.controlled
     )
-    return _absent(peak, pairs, 'no feedback', 'without feedback', 'feedback')
+    return _absent(peak, pairs, 'without feedback', 'feedback')
 
 
 def _grip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | None:
@@ -272,15 +259,11 @@ def _grip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence | 
     pairs = _pairs(
         peak, base, others, {'friction'}, lambda one, other: other.friction > one.friction
     )
-    return _absent(peak, pairs, 'no slipping', 'with more friction', 'slipping')
+    return _absent(peak, pairs, 'with more friction', 'slipping')
 
 
 def _absent(
-    peak: TracedPeak,
-    pairs: list[tuple[Walks, Walks]],
-    experiment: str,
-    words: str,
-    removed: Origin,
+    peak: TracedPeak, pairs: list[tuple[Walks, Walks]], words: str, removed: Origin
 ) -> Evidence | None:
     """Ask whether it is there without one possible origin."""
     if not pairs:
@@ -288,8 +271,8 @@ def _absent(
     found = _ratios(peak, pairs)
     text = f'{words} {", ".join(each.words for each in found)}'
     if any(each.vanished for each in found):
-        return _only(experiment, f'vanishes {text}', removed)
-    return _not(experiment, f'stays {text}', removed)
+        return _only(f'vanishes {text}', removed)
+    return _not(f'stays {text}', removed)
 
 
 def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
@@ -297,18 +280,18 @@ def _slip(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
     coherence, limit = base.slip_coherence(peak.frequency)
     words = f'coherence with the slip speed {coherence:.2f}, chance stays below {limit:.2f}'
     if coherence <= limit:
-        return _not('slip', words, 'slipping')
+        return _not(words, 'slipping')
     if base.locked_share(peak.frequency) >= LOCKED:
-        return _not('slip', f'{words}, but most of it repeats in every cycle')
-    return _only('slip', words, 'slipping')
+        return _not(f'{words}, but most of it repeats in every cycle')
+    return _only(words, 'slipping')
 
 
-EXPERIMENTS: tuple[Callable[[TracedPeak, Walks, Sequence[Walks]], Evidence | None], ...] = (
-    _place,
-    _repeats,
-    _cycle,
-    _gain,
-    _feedback,
-    _grip,
-    _slip,
-)
+EXPERIMENTS: dict[str, Callable[[TracedPeak, Walks, Sequence[Walks]], Evidence | None]] = {
+    'place': _place,
+    'repeats': _repeats,
+    'cycle': _cycle,
+    'gain': _gain,
+    'no feedback': _feedback,
+    'no slipping': _grip,
+    'slip': _slip,
+}

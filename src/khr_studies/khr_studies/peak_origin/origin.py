@@ -7,12 +7,14 @@ not the gait's. :mod:`khr_studies.peak_origin.null_rates` says how often noise p
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections import Counter
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from scipy import stats
+from scipy.signal import find_peaks
 
 from khr_studies.peak_origin.cycle_spectrum import Array, Walks
 from khr_studies.peak_origin.evidence import EXPERIMENTS, ORIGINS, Evidence, Origin, TracedPeak
@@ -49,6 +51,7 @@ class Line:
         label: the origin in words, with the number of the line.
         sure: by ``RULE``.
         locked: share of its power that repeats in every cycle, from averaging over cycles.
+        evidence: by experiment.
     """
 
     frequency: float
@@ -62,7 +65,7 @@ class Line:
     label: str
     sure: Sureness
     locked: float
-    evidence: tuple[Evidence, ...]
+    evidence: dict[str, Evidence]
 
 
 def origins(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tuple[Line, ...]:
@@ -74,12 +77,8 @@ def origins(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tu
         threshold: of the smallest peak, over the largest.
     """
     height = base.amplitude
-    inner = height[1:-1]
-    places = 1 + np.flatnonzero(
-        (inner > height[:-2]) & (inner >= height[2:]) & (inner >= threshold * height[1:].max())
-    )
-    found = (_label(int(place), base, others) for place in places if _stands(base, int(place)))
-    return tuple(found)
+    places, _ = find_peaks(height, height=threshold * height[1:].max())
+    return tuple(_label(place, base, others) for place in places.tolist() if _stands(base, place))
 
 
 def _stands(base: Walks, place: int) -> bool:
@@ -109,10 +108,13 @@ def _peak(base: Walks, place: int) -> TracedPeak:
 
 def _label(place: int, base: Walks, others: Sequence[Walks]) -> Line:
     peak = _peak(base, place)
-    said = (experiment(peak, base, others) for experiment in EXPERIMENTS)
-    evidence = tuple(each for each in said if each)
+    evidence = {
+        name: said
+        for name, experiment in EXPERIMENTS.items()
+        if (said := experiment(peak, base, others))
+    }
     stands = _stands(base, place)
-    origin = _origin(evidence) if stands else None
+    origin = _origin(evidence.values()) if stands else None
     amplitudes = peak.in_walks(base)
     low, high = _interval(amplitudes)
     return Line(
@@ -125,26 +127,21 @@ def _label(place: int, base: Walks, others: Sequence[Walks]) -> Line:
         stands,
         origin,
         _words(origin, peak, base) if stands else 'no peak',
-        _sure(origin, evidence, None if np.isnan(low) else low <= 0.0),
+        _sure(origin, evidence.values(), None if np.isnan(low) else low <= 0.0),
         base.locked_share(peak.frequency),
         evidence,
     )
 
 
-def _origin(evidence: Sequence[Evidence]) -> Origin | None:
+def _origin(evidence: Collection[Evidence]) -> Origin | None:
     """Return the origin that enough experiments speak for and that no other rivals."""
-
-    def speaking(origin: Origin) -> int:
-        return sum(origin in each.speaks_for for each in evidence)
-
-    def against(origin: Origin) -> int:
-        return sum(origin in each.speaks_against for each in evidence)
-
+    speaking = Counter(origin for each in evidence for origin in each.speaks_for)
+    against = Counter(origin for each in evidence for origin in each.speaks_against)
     found = [
         origin
         for origin in ORIGINS
-        if speaking(origin) >= max(SPEAKING, against(origin) + 1)
-        and all(against(other) for other in ORIGINS if other != origin)
+        if speaking[origin] >= max(SPEAKING, against[origin] + 1)
+        and all(against[other] for other in ORIGINS if other != origin)
     ]
     return found[0] if len(found) == 1 else None
 
@@ -156,7 +153,9 @@ def _interval(values: Array) -> tuple[float, float]:
     return float(values.mean()) - half, float(values.mean()) + half
 
 
-def _sure(origin: Origin | None, evidence: Sequence[Evidence], scattered: bool | None) -> Sureness:
+def _sure(
+    origin: Origin | None, evidence: Collection[Evidence], scattered: bool | None
+) -> Sureness:
     if origin is None:
         return 'low'
     agreeing = sum(each.agrees(origin) for each in evidence)

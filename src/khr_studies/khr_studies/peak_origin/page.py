@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees, isnan
+from math import isnan
 
 import numpy as np
 
 from khr_analysis.peaks import Peak
 from khr_common.published import GAIT_PERIOD
-from khr_report.page.document import Block, Bullets, Columns, Table, markdown, table
+from khr_report.page.document import Block, Bullets, Columns, Table, markdown, rate, table
 from khr_report.page.template import page_blocks
 from khr_studies.measuring.published import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
@@ -64,7 +64,7 @@ def recorded(found: RecordedPeaks) -> str:
     largest = max((peak.amplitude for peak in found.peaks), default=1.0)
     columns: Columns[Peak] = {
         'frequency, Hz': lambda peak: f'{peak.frequency:.2f}',
-        'amplitude, deg/s': lambda peak: _amplitude(peak.amplitude),
+        'amplitude, deg/s': lambda peak: rate(peak.amplitude, 2),
         'of the largest': lambda peak: f'{100.0 * peak.amplitude / largest:.0f} %',
         'place': found.place,
     }
@@ -80,15 +80,9 @@ def recorded(found: RecordedPeaks) -> str:
     return markdown(said) + '\n'
 
 
-def _amplitude(value: float) -> str:
-    return f'{degrees(value):.2f}'
-
-
 def _within(line: Line) -> str:
-    text = _amplitude(line.amplitude)
-    if isnan(line.low):
-        return text
-    return f'{text} ({_amplitude(line.low)} to {_amplitude(line.high)})'
+    text = rate(line.amplitude, 2)
+    return text if isnan(line.low) else f'{text} ({rate(line.low, 2)} to {rate(line.high, 2)})'
 
 
 LINE_COLUMNS: Columns[Line] = {
@@ -110,8 +104,8 @@ def _bands(bands: Sequence[Band]) -> Table:
             'loop': lambda row: row[0].loop,
             'most at, Hz': lambda row: f'{row[1].frequency:.2f}',
             'half of it, Hz': lambda row: f'{row[1].low:.1f} to {row[1].high:.1f}',
-            'there, deg/s': lambda row: _amplitude(row[1].amplitude),
-            'before, deg/s': lambda row: _amplitude(row[1].before),
+            'there, deg/s': lambda row: rate(row[1].amplitude, 2),
+            'before, deg/s': lambda row: rate(row[1].before, 2),
             'every seed': lambda row: 'yes' if row[1].beyond else 'no',
         },
     )
@@ -143,7 +137,7 @@ def _evidence(lines: Sequence[Line]) -> Bullets:
     return Bullets(
         tuple(
             f'{line.frequency:.2f} Hz, {line.label}: '
-            + '; '.join(f'{each.experiment}: {each.words}' for each in line.evidence)
+            + '; '.join(f'{name}: {each.words}' for name, each in line.evidence.items())
             for line in lines
         )
     )

@@ -4,19 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import groupby
 from math import radians
 from pathlib import Path
 
-from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import changes_of, load_scenario
 from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
-from khr_studies.measuring.experiments import Run, Runs, run_sweeps, runs_of, shipped
+from khr_studies.measuring.condition import Condition
+from khr_studies.measuring.experiments import Run, Runs, by, run_sweeps, runs_of, shipped
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.null_rates import NullRates, null_rates
 from khr_studies.peak_origin.origin import PEAK, Line, origins
@@ -71,39 +69,34 @@ def walks_of(runs: Runs) -> tuple[Walks, ...]:
     Raises:
         StudyError: if no run stayed up, or none kept its signals.
     """
-    found = []
-    for label, group in groupby(runs, key=lambda run: str(run.point.get(CASE, ''))):
-        kept = [run for run in group if run.stayed_up and run.series]
-        if kept:
-            found.append(_walks(label, kept))
-    if not found:
+    kept = by((run for run in runs if run.stayed_up and run.series), _case)
+    if not kept:
         raise StudyError('lines: no walk stayed up; accepted: a scenario that the robot walks')
-    return tuple(found)
+    return tuple(_walks(label, some) for label, some in kept.items())
 
 
 def lost_of(runs: Runs) -> str:
     """List how many runs of each case did not stay up and are left out."""
-    counts = {
-        label: [run.row['stayed_up'] is False for run in group]
-        for label, group in groupby(runs, key=lambda run: str(run.point.get(CASE, '')))
-    }
-    return (
-        ', '.join(
-            f'{label} ({sum(lost)} of {len(lost)})' for label, lost in counts.items() if any(lost)
-        )
-        or 'none'
-    )
+    lost = [
+        f'{label} ({count} of {len(some)})'
+        for label, some in by(runs, _case).items()
+        if (count := sum(run.row['stayed_up'] is False for run in some))
+    ]
+    return ', '.join(lost) or 'none'
 
 
-def _walks(label: str, runs: Sequence[Run]) -> Walks:
+def _case(run: Run) -> str:
+    return str(run.point.get(CASE, ''))
+
+
+def _walks(label: str, runs: Runs) -> Walks:
     scenario = runs[0].scenario
     simulator, gait = scenario.table(RunParameters), scenario.table(GaitParameters)
-    ankle = scenario.table(AnkleControllerParameters)
-    hip = scenario.table(HipControllerParameters)
+    condition, _ = Condition.of(scenario)
     treatment = Treatment(
         gait.cycle_period,
-        ankle.gain if ankle.enabled else 0.0,
-        hip.gain if hip.enabled else 0.0,
+        condition.ankle_gain,
+        condition.hip_gain,
         simulator.sole_friction,
         radians(simulator.inclination_deg),
     )
