@@ -152,7 +152,7 @@ def test_what_is_wanted_is_what_is_named():
 
 
 def test_an_evaluation_that_fails_does_not_lose_the_page():
-    computed = Computed({}, (), 0)
+    computed = Computed()
     assert computed.attempt('lines', lambda: 1 / 0) is None
     assert computed.failed == ['lines: ZeroDivisionError: division by zero']
     assert computed.attempt('lines', lambda: 'well') == 'well'

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from operator import attrgetter
 from statistics import fmean, median
-from typing import TypeVar
+from typing import Any
 
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
@@ -29,8 +29,6 @@ QUESTION = (
     'with published constants and a few fitted ones behave in the same way?'
 )
 NOTHING = 'No row that was measured.'
-
-Row = TypeVar('Row', bound=ScoreboardRow)
 
 
 def _outcome(tally: Tally) -> str:
@@ -127,29 +125,21 @@ def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:
     """Return the tables of the rows that agree with the thesis, do not, or are undecided: None."""
     if board is None:
         return (NOTHING,)
-    found: list[Block] = []
-
-    def add(title: str, of: Table) -> None:
-        if of.rows:
-            found.append(Passage(title, (of,)))
-
     limits = dict(scoreboard.LIMIT_COLUMNS)
     if passed is False and board.explanations:
         best = {each.condition: scoreboard.closest(each) for each in board.explanations}
         limits['closest with one change, deg'] = lambda row: best.get(row.condition, '-')
-    kept = ('chapter', 'verdict')
-    add('Critical inclinations', table(_judged(board.limits, passed), limits, *kept))
-    add(
-        'Order of the limits',
-        table(_judged(board.orders, passed), scoreboard.ORDER_COLUMNS, *kept),
+    parts: tuple[tuple[str, Sequence[ScoreboardRow], Columns[Any]], ...] = (
+        ('Critical inclinations', board.limits, limits),
+        ('Order of the limits', board.orders, scoreboard.ORDER_COLUMNS),
+        ('Standing on one leg', board.standing, scoreboard.STANDING_COLUMNS),
+        ('Walking', board.walks, scoreboard.WALK_COLUMNS),
+        ('Trends', board.trends, scoreboard.TREND_COLUMNS),
     )
-    add(
-        'Standing on one leg',
-        table(_judged(board.standing, passed), scoreboard.STANDING_COLUMNS, *kept),
+    return _passages(
+        (title, '', table(_judged(rows, passed), columns, 'chapter', 'verdict'))
+        for title, rows, columns in parts
     )
-    add('Walking', table(_judged(board.walks, passed), scoreboard.WALK_COLUMNS, *kept))
-    add('Trends', table(_judged(board.trends, passed), scoreboard.TREND_COLUMNS, *kept))
-    return tuple(found) or (NOTHING,)
 
 
 def _added(findings: Findings) -> tuple[Block, ...]:
@@ -184,6 +174,11 @@ def _added(findings: Findings) -> tuple[Block, ...]:
             table(findings.odd_lines, ODD_COLUMNS),
         ),
     )
+    return _passages(parts)
+
+
+def _passages(parts: Iterable[tuple[str, str, Table]]) -> tuple[Block, ...]:
+    """Return the tables that have rows, each under its title and a text, if it has one."""
     found = tuple(
         Passage(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
     )
@@ -205,7 +200,7 @@ def _raised(found: Sequence[OddLine]) -> str:
     )
 
 
-def _judged(rows: Iterable[Row], passed: bool | None) -> list[Row]:
+def _judged(rows: Iterable[ScoreboardRow], passed: bool | None) -> list[ScoreboardRow]:
     return [row for row in rows if row.passed is passed and row.undecided == (passed is None)]
 
 

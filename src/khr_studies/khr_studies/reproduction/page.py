@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from khr_common.files import write_text
 from khr_report.page.document import html
@@ -210,12 +210,12 @@ def _runs(runs: Runs) -> Markup:
     )
 
 
-def _result(row: dict[str, Any]) -> tuple[Any, Any]:
+def _result(row: dict[str, Any]) -> tuple[str, str]:
     if row.get('error'):
         return f'could not be run: {row["error"]}', ''
     fell = row.get('fell_at_s')
     when = f' at {fell:.2f} s' if row.get('verdict') == 'fell' and fell is not None else ''
-    return f'{row.get("verdict") or "unknown"}{when}', escape(row.get('trajectory_hash') or '')
+    return f'{row.get("verdict") or "unknown"}{when}', row.get('trajectory_hash') or ''
 
 
 def _short(value: Any) -> str:

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 from khr_common import KhrError
-from khr_sim.physics import engines
 from khr_studies.measuring.experiments import folder_of, root_of, runs_by_name
 from khr_studies.reproduction.results import FigureResult
+from khr_studies.reproduction.wanted import Wanted, on_engine
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
 from khr_sweeps.pool import Pool
@@ -26,36 +26,34 @@ class Pictures:
         pool: its workers have access to the same folders.
         bar: advances with each figure.
         out: folder of the figures and their CSV files.
-        fast: whether to draw the quick and coarse form.
-        engine: physics engine of the experiments, and of what is run for a figure.
+        asked: in which form, and on which physics engine; also that of what is run for a figure.
     """
 
     pool: Pool
     bar: Bar
     out: Path
-    fast: bool
-    engine: str = engines.DEFAULT
+    asked: Wanted
 
     def __post_init__(self) -> None:
         self._futures: dict[str, tuple[FigureResult, Any]] = {}
 
     def submit_figure(self, number: str) -> None:
         """Start drawing a figure."""
-        drawing = FIGURES[number]
+        drawing, fast, engine = FIGURES[number], self.asked.fast, self.asked.engine
         result = FigureResult(
             number,
             drawing.title,
-            *paths(number, self.out, self.engine),
-            f'khr figure {number}' + ' --fast' * self.fast + self._on_engine,
+            *paths(number, self.out, engine),
+            f'khr figure {number}' + ' --fast' * fast + on_engine(engine),
             drawing.experiments,
         )
-        self._submit(result, _draw_figure, number, self.out.absolute(), self.fast, self.engine)
+        self._submit(result, _draw_figure, number, self.out.absolute(), fast, engine)
 
     def submit_map(self, sweep: Sweep) -> None:
         """Start drawing a stability map over the first two axes of an experiment."""
         x, y = list(sweep.axes)[:2]
-        name = sweep.name
-        folder, image = folder_of(name, self.fast, root_of(self.engine)), self.out / f'{name}.png'
+        name, image = sweep.name, self.out / f'{sweep.name}.png'
+        folder = folder_of(name, self.asked.fast, root_of(self.asked.engine))
         result = FigureResult(
             name,
             sweep.title,
@@ -65,10 +63,6 @@ class Pictures:
             (name,),
         )
         self._submit(result, draw_map, folder.absolute(), x, y, image.absolute())
-
-    @property
-    def _on_engine(self) -> str:
-        return f' --engine {self.engine}' if self.engine != engines.DEFAULT else ''
 
     def results(self, numbers: Iterable[str]) -> list[FigureResult]:
         """Wait for all; return them in the order of their numbers."""

@@ -19,6 +19,7 @@ from khr_studies.measuring.consistency import Said, check, ragged, said_of_runs
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.experiments import Opened, Runs, runs_by_name
+from khr_studies.measuring.published import STAGE_1_GRID
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.peak_origin.odd_line import EXPERIMENT as LINE_11
 from khr_studies.peak_origin.odd_line import odd_lines
@@ -40,10 +41,11 @@ from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.pool import check_workers, local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.specification import Sweep
 
 LINES = 'lines'  # the experiment on the origin of the spectral peaks
-SEEDS, TOLERANCE = 3, 0.2  # of the scoreboard; the tolerance is that of each bisection, in deg
-FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE = 1, 0.8, (0.0, 3.0, 6.0)
+# Of the scoreboard: seeds, tolerance of each bisection, deg, inclinations of its curve, deg.
+FULL, FAST = (3, 0.2, STAGE_1_GRID), (1, 0.8, (0.0, 3.0, 6.0))
 LIMIT_RUNS = 5  # of a bisection, about
 LIBRARIES = ('scipy', 'matplotlib')
 
@@ -71,7 +73,7 @@ def reproduce(asked: Wanted, out: Path, workers: int | None = None) -> Reproduct
     sweeps = experiments.sweeps_of(asked.experiments, asked.fast, asked.engine)
     with experiments.opened(sweeps) as entered:
         computed = _compute(asked, entered, out / 'figures', processes)
-    return _results(asked, computed, began)
+    return _results(asked, list(sweeps.values()), computed, began)
 
 
 @dataclass
@@ -79,19 +81,16 @@ class Computed:
     """What the workers have computed.
 
     Attributes:
-        seeds: by experiment.
-        bisected: experiments whose runs lie along a limit.
         lost: number of runs whose workers died.
-        drawn: figures, then maps.
+        figures, maps: what was drawn.
         scoreboard: None if it was not asked for, or failed.
         failed: other failures, a line each.
         said: what the scoreboard's measurements say of who stays up.
     """
 
-    seeds: dict[str, int]
-    bisected: tuple[str, ...]
-    lost: int
-    drawn: list[FigureResult] = field(default_factory=list)
+    lost: int = 0
+    figures: list[FigureResult] = field(default_factory=list)
+    maps: list[FigureResult] = field(default_factory=list)
     scoreboard: Scoreboard | None = None
     failed: list[str] = field(default_factory=list)
     said: list[Said] = field(default_factory=list)
@@ -107,9 +106,9 @@ class Computed:
 
 def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Computed:
     """Compute everything on one pool; jobs that wait for nothing are submitted first."""
-    drawn = (*asked.figures, *asked.maps)
+    drawn = len(asked.figures) + len(asked.maps)
     with (
-        Bar('reproduce', experiments.missing(sweeps) + len(drawn), lines=True) as bar,
+        Bar('reproduce', experiments.missing(sweeps) + drawn, lines=True) as bar,
         local_pool(workers) as pool,
         KeptJobs(
             pool,
@@ -119,48 +118,44 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
             {limit_of_seed: LIMIT_RUNS},
         ) as kept,
     ):
-        pictures = Pictures(pool, bar, out, asked.fast, asked.engine)
+        pictures = Pictures(pool, bar, out, asked)
         for number in asked.figures:
             if not FIGURES[number].experiments:
                 pictures.submit_figure(number)
         bench = _bench(kept, asked)
         if asked.scoreboard:
             submit_all(bench, explain=not asked.fast)
-        lost = experiments.run_on(pool, sweeps, bar)
+        computed = Computed(experiments.run_on(pool, sweeps, bar))
         for number in asked.figures:
             if FIGURES[number].experiments:
                 pictures.submit_figure(number)
         for sweep, _ in sweeps:
             if sweep.name in asked.maps:
                 pictures.submit_map(sweep)
-        computed = Computed(
-            {each.name: each.seeds or 0 for each, _ in sweeps},
-            tuple(each.name for each, _ in sweeps if each.bisect),
-            lost,
-        )
         if asked.scoreboard:
             computed.scoreboard = computed.attempt(
                 SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
             )
         if computed.scoreboard:
             computed.said = list(bench.said())
-        computed.drawn = pictures.results(drawn)
+        computed.figures = pictures.results(asked.figures)
+        computed.maps = pictures.results(asked.maps)
         return computed
 
 
-def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
+def _results(asked: Wanted, sweeps: list[Sweep], computed: Computed, began: float) -> Reproduction:
     root = experiments.root_of(asked.engine)
     runs = runs_by_name(asked.experiments, root, asked.fast)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
     said = [*computed.said, *said_of_runs(runs)]
     check(said, root)
     return Reproduction(
-        [each for each in computed.drawn if each.number in FIGURES],
-        [each for each in computed.drawn if each.number not in FIGURES],
+        computed.figures,
+        computed.maps,
         runs,
-        computed.seeds,
+        {each.name: each.seeds or 0 for each in sweeps},
         time.monotonic() - began,
-        _findings(asked, computed, runs, peaks),
+        _findings(asked, sweeps, computed, runs, peaks),
         peaks,
         ragged(said),
         computed.failed,
@@ -169,15 +164,21 @@ def _results(asked: Wanted, computed: Computed, began: float) -> Reproduction:
 
 
 def _findings(
-    asked: Wanted, computed: Computed, runs: Mapping[str, Runs], peaks: PeakStudy | None
+    asked: Wanted,
+    sweeps: list[Sweep],
+    computed: Computed,
+    runs: Mapping[str, Runs],
+    peaks: PeakStudy | None,
 ) -> Findings:
     # Line 11 varies parameters that the tables of comparisons have no column for.
     done = finished({name: some for name, some in runs.items() if name != LINE_11})
     made = distinct(runs)
     maps = {
-        name: computed.attempt(name, partial(map_result, runs[name], name in computed.bisected))
-        for name in asked.maps
-        if runs[name]
+        each.name: computed.attempt(
+            each.name, partial(map_result, runs[each.name], bool(each.bisect))
+        )
+        for each in sweeps
+        if each.name in asked.maps and runs[each.name]
     }
     odd = computed.attempt(LINE_11, lambda: odd_lines(runs)) if LINE_11 in runs else None
     return Findings(
@@ -188,7 +189,7 @@ def _findings(
         peaks.origins if peaks else (),
         odd or (),
         {name: result for name, result in maps.items() if result is not None},
-        sum(each.number in FIGURES for each in computed.drawn),
+        len(computed.figures),
         len(made),
         float(sum(row['wall_time_s'] for row in made)),
         asked.fast,
@@ -198,12 +199,7 @@ def _findings(
 
 
 def _bench(kept: KeptJobs, asked: Wanted) -> Bench:
-    spread = spread_of(read_ensemble())
-    settings = (
-        ((('simulator', 'engine'), asked.engine),) if asked.engine != engines.DEFAULT else ()
-    )
-    return (
-        Bench(kept, FAST_SEEDS, FAST_TOLERANCE, FAST_CURVE, spread, settings)
-        if asked.fast
-        else Bench(kept, SEEDS, TOLERANCE, spread=spread, settings=settings)
-    )
+    seeds, tolerance, curve = FAST if asked.fast else FULL
+    other = asked.engine != engines.DEFAULT
+    settings = ((('simulator', 'engine'), asked.engine),) if other else ()
+    return Bench(kept, seeds, tolerance, curve, spread_of(read_ensemble()), settings)

@@ -63,6 +63,11 @@ def wanted(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> Wante
         'khr reproduce'
         + (f' --only {only}' if only else '')
         + ' --fast' * fast
-        + (f' --engine {engine}' if engine != engines.DEFAULT else ''),
+        + on_engine(engine),
         engine,
     )
+
+
+def on_engine(engine: str) -> str:
+    """Return the option of a command on a physics engine; nothing for the default one."""
+    return f' --engine {engine}' if engine != engines.DEFAULT else ''

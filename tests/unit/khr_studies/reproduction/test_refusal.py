@@ -20,7 +20,7 @@ def test_a_reproduction_whose_results_contradict_one_another_writes_nothing(
     said, tmp_path, monkeypatch, capsys
 ):
     def compute(*_):
-        return Computed({}, (), 0, said=said)
+        return Computed(said=said)
 
     monkeypatch.setattr(reproduce, '_compute', compute)
     asked, out = wanted('3.8', fast=True), tmp_path / 'report'
