@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 from math import degrees, hypot
 
 import numpy as np
@@ -242,13 +243,10 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
         bench: measures, with seeds and tolerance of its own.
         names: of the scenarios.
     """
-    for name in names:
-        for engine in ENGINES:
-            for changes in SCATTER:
-                bench.submit(measure_scenario, name, on(engine, changes))
-    for row in LIMITS:
-        for engine in ENGINES:
-            bench.ask_limit(_condition(row.condition, engine))
+    for name, engine, changes in product(names, ENGINES, SCATTER):
+        bench.submit(measure_scenario, name, on(engine, changes))
+    for row, engine in product(LIMITS, ENGINES):
+        bench.ask_limit(_condition(row.condition, engine))
     for engine, _, changes in CHANGES:
         bench.submit(measure_scenario, WALK, on(engine, changes))
     limits = {row.condition: _compared(bench, row.condition) for row in LIMITS}
@@ -257,9 +255,8 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
         for condition, limit in limits.items()
         if condition == STUDIED or not limit.is_inside
     ]
-    for condition in studied:
-        for engine, _, changes in CHANGES:
-            bench.ask_limit(_condition(condition, engine, changes))
+    for condition, (engine, _, changes) in product(studied, CHANGES):
+        bench.ask_limit(_condition(condition, engine, changes))
     return Comparison(
         bench.seeds,
         bench.tolerance,

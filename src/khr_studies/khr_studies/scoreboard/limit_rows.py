@@ -13,7 +13,7 @@ from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.json_file import known
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import LIMITS, ORDERS, THEORY_DEG, PublishedLimit
+from khr_studies.measuring.published import LIMITS, ORDERS, THEORY_DEG
 from khr_studies.scoreboard.rows import ENOUGH, LimitRow, OrderRow, Width, grows, kind_of
 
 # Of a limit. It is ours: the thesis gives none, and its chapters differ by up to 0.6 deg on the
@@ -35,33 +35,31 @@ def limit_rows(
         spread: lowest and highest limit in deg of the robots that explain the data, by the
             condition's title.
     """
-    return [
-        _limit_row(row, limits[row.condition], elsewhere[row.condition], spread) for row in LIMITS
-    ]
-
-
-def _limit_row(
-    row: PublishedLimit, limit: Limit, other: Limit, spread: Mapping[str, tuple[float, float]]
-) -> LimitRow:
-    ensemble = spread.get(row.condition.title)
-    half = half_width(limit, other, ensemble)
-    passed = agrees(limit.mean - row.thesis_deg, half)
-    return LimitRow(
-        row.chapter,
-        kind_of(row.fitted),
-        passed,
-        row.condition.title,
-        row.thesis_deg,
-        limit.mean,
-        half,
-        known(limit.slipped),
-        known(limit.vibrated),
-        ensemble,
-        limit.half_width,
-        other.mean,
-        TOLERANCE_DEG,
-        undecided=passed is None,
-    )
+    rows = []
+    for row in LIMITS:
+        limit, other = limits[row.condition], elsewhere[row.condition]
+        ensemble = spread.get(row.condition.title)
+        half = half_width(limit, other, ensemble)
+        passed = agrees(limit.mean - row.thesis_deg, half)
+        rows.append(
+            LimitRow(
+                row.chapter,
+                kind_of(row.fitted),
+                passed,
+                row.condition.title,
+                row.thesis_deg,
+                limit.mean,
+                half,
+                known(limit.slipped),
+                known(limit.vibrated),
+                ensemble,
+                limit.half_width,
+                other.mean,
+                TOLERANCE_DEG,
+                undecided=passed is None,
+            )
+        )
+    return rows
 
 
 def half_width(limit: Limit, other: Limit, ensemble: tuple[float, float] | None) -> float:
@@ -77,7 +75,7 @@ def half_width(limit: Limit, other: Limit, ensemble: tuple[float, float] | None)
     return hypot(limit.half_width, other.mean - limit.mean, (high - low) / 2.0)
 
 
-def agrees(difference: float, half_width: float, most: float = TOLERANCE_DEG) -> bool | None:
+def agrees(difference: float, half_width: float) -> bool | None:
     """Return whether a limit agrees with the thesis; None if that is undecided.
 
     It agrees if its whole interval lies within the tolerance, and disagrees if none of it does.
@@ -85,11 +83,10 @@ def agrees(difference: float, half_width: float, most: float = TOLERANCE_DEG) ->
     Args:
         difference: from the thesis, deg.
         half_width: of the interval, deg.
-        most: tolerance, deg.
     """
-    if abs(difference) + half_width <= most:
+    if abs(difference) + half_width <= TOLERANCE_DEG:
         return True
-    return False if abs(difference) - half_width > most else None
+    return False if abs(difference) - half_width > TOLERANCE_DEG else None
 
 
 def width_rows(bench: Bench, limits: Limits) -> list[Width]:

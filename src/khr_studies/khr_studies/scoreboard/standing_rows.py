@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import isnan, nan
+from math import nan
 
 import numpy as np
 
 from khr_studies.measuring import bench as runs
 from khr_studies.measuring import published
-from khr_studies.measuring.bench import Bench, MeasuredLift
+from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.json_file import known, known_all
 from khr_studies.measuring.limit import Limit
@@ -25,26 +25,18 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
         *_rows_at_limit(bench, round(stage_1.mean, 2)),
         _read_back_row(bench),
         *(
-            _standing('toe and heel force', 'N', [phi], 'not published', [toe, heel], None)
+            _standing('toe and heel force', 'N', [phi], 'not published', forces, None)
             for phi in published.STAGE_1_READ
-            for toe, heel in zip(
-                *(_over(bench, published.STAGE_1, [phi], force) for force in ('toe', 'heel')),
-                strict=True,
-            )
+            for forces in [
+                _over(bench, published.STAGE_1, [phi], 'toe')
+                + _over(bench, published.STAGE_1, [phi], 'heel')
+            ]
         ),
         *(
-            _standing(
-                f'Delta, stage {stage}',
-                'N',
-                grid,
-                'rises again',
-                again,
-                grows(again),
-                kind=STATICS,
-            )
-            for stage, condition, grid in (
-                (2, published.STAGE_2, published.STAGE_2_GRID),
-                (3, published.STAGE_3, published.STAGE_3_GRID),
+            _standing(name, 'N', grid, 'rises again', again, grows(again), kind=STATICS)
+            for name, condition, grid in (
+                ('Delta, stage 2', published.STAGE_2, published.STAGE_2_GRID),
+                ('Delta, stage 3', published.STAGE_3, published.STAGE_3_GRID),
             )
             for again in [_over(bench, condition, grid, 'difference')]
         ),
@@ -129,10 +121,11 @@ def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
 
 
 def _read_back_row(bench: Bench) -> StandingRow:
-    delta = _over(bench, published.STAGE_1, bench.curve, 'difference')
-    curve = [pair for pair in zip(bench.curve, delta, strict=True) if not isnan(pair[1])]
+    delta = np.array(_over(bench, published.STAGE_1, bench.curve, 'difference'))
+    measured = np.isfinite(delta)
+    curve, delta = np.array(bench.curve)[measured], delta[measured]
     error = max(
-        abs(_read_back(curve, one) - phi)
+        abs(float(np.interp(one.difference, delta, curve)) - phi)
         for phi in published.STAGE_1_READ
         for one in bench.lifts(published.STAGE_1, phi)
     )
@@ -144,9 +137,3 @@ def _read_back_row(bench: Bench) -> StandingRow:
         [error],
         error <= published.READ_BACK_DEG,
     )
-
-
-def _read_back(curve: Sequence[tuple[float, float]], one: MeasuredLift) -> float:
-    """Return the inclination in deg at which the curve has a measured Delta."""
-    phi, delta = np.array(curve).T
-    return float(np.interp(one.difference, delta, phi))

@@ -169,16 +169,16 @@ def best_gains(runs: Runs, gain: str) -> BestGains:
 
 def map_limits(runs: Runs, other: str) -> MapLimits:
     """Find where half of the runs stay up, for each value of another parameter."""
-    lines = by(cells_of(runs, INCLINATION, other), lambda cell: cell.y)
-    return MapLimits(other, tuple(_limit(value, lines[value]) for value in sorted(lines)))
+    return MapLimits(other, _limits(cells_of(runs, INCLINATION, other)))
 
 
 def sole_effect(runs: Runs) -> SoleEffect:
     """Compare rubber with smooth soles on a map of inclination and friction."""
-    cells = {(cell.x, cell.y): cell for cell in cells_of(runs, INCLINATION, FRICTION)}
-    slopes, frictions = (sorted({key[side] for key in cells}) for side in (0, 1))
+    cells = cells_of(runs, INCLINATION, FRICTION)
+    slopes = tuple(sorted({cell.x for cell in cells}))
+    placed = {(cell.x, cell.y): cell for cell in cells}
     smooth, rubber = (
-        tuple(cells.get((slope, friction)) for slope in slopes) for friction in (SMOOTH, RUBBER)
+        tuple(placed.get((slope, friction)) for slope in slopes) for friction in (SMOOTH, RUBBER)
     )
     both = [
         (one, other)
@@ -186,13 +186,10 @@ def sole_effect(runs: Runs) -> SoleEffect:
         if one and other and one.up and other.up
     ]
     return SoleEffect(
-        tuple(slopes),
+        slopes,
         smooth,
         rubber,
-        tuple(
-            _limit(friction, [cells[key] for key in sorted(cells) if key[1] == friction])
-            for friction in frictions
-        ),
+        _limits(cells),
         both[-1][0].x if both else None,
         _growth([(one.slip, other.slip) for one, other in both]),
         _growth([(one.vibration, other.vibration) for one, other in both]),
@@ -213,9 +210,14 @@ def crossing_of(cells: Sequence[Cell]) -> Crossing:
     return crossing(x, up, runs)
 
 
-def _limit(value: float, cells: Sequence[Cell]) -> SurvivalLimit:
-    found = crossing_of(cells)
-    return SurvivalLimit(value, known(found.value), known(found.low), known(found.high))
+def _limits(cells: Sequence[Cell]) -> tuple[SurvivalLimit, ...]:
+    """Return where half of the runs stay up, for each ``y``."""
+    lines = sorted(by(cells, lambda cell: cell.y).items())
+    found = [(value, crossing_of(line)) for value, line in lines]
+    return tuple(
+        SurvivalLimit(value, known(one.value), known(one.low), known(one.high))
+        for value, one in found
+    )
 
 
 def _growth(pairs: Sequence[tuple[float | None, float | None]]) -> float | None:

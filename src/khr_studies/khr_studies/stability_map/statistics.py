@@ -63,10 +63,8 @@ def crossing(x: Array, hits: Array, runs: Array) -> Crossing:
     profile = likelihood.max(axis=1)
     best = centres[profile > profile.max() - 1e-3]
     inside = np.flatnonzero(profile > profile.max() - DROP)
-    first, last = (
-        inside[0] - 1,
-        inside[-1] + 1,
-    )  # neighbours outside, as the ends are between grid points
+    # neighbours outside, as the ends are between grid points
+    first, last = inside[0] - 1, inside[-1] + 1
     found = bool(best[0] > places[0] - 1e-9 and best[-1] < places[-1] + 1e-9)
     return Crossing(
         float(best[[0, -1]].mean()) if found else np.nan,

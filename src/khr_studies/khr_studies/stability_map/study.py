@@ -104,16 +104,12 @@ class StabilityMap:
         Cells below an all-up cell count as up, cells beyond an all-lost cell as lost.
         """
         runs, up = self.of('runs'), self.of('up')
-        found = np.full(runs.shape, nan)
-        if self.bisected:
-            with_runs = runs > 0
-            whole = with_runs & (up == runs)
-            lost = with_runs & (up == 0)
-            before = np.flip(np.maximum.accumulate(np.flip(whole, axis=1), axis=1), axis=1)
-            beyond = np.maximum.accumulate(lost, axis=1)
-            found[before & ~with_runs] = 1.0
-            found[beyond & ~with_runs] = 0.0
-        return found
+        if not self.bisected:
+            return np.full(runs.shape, nan)
+        whole, lost = (runs > 0) & (up == runs), (runs > 0) & (up == 0)
+        before = np.maximum.accumulate(whole[:, ::-1], axis=1)[:, ::-1]
+        beyond = np.maximum.accumulate(lost, axis=1)
+        return np.select([runs > 0, beyond, before], [nan, 0.0, 1.0], nan)
 
 
 def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
