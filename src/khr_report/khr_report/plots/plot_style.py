@@ -33,6 +33,12 @@ FALLEN: dict[str, Any] = {  # the mark of a run that fell or was lost
     'markeredgewidth': 1.5,
     'clip_on': False,
 }
+AT_EDGE: dict[str, Any] = {  # of a small name at a value of x, at an edge of the panel
+    'fontsize': 7,
+    'color': '0.4',
+    'ha': 'center',
+    'xycoords': ('data', 'axes fraction'),
+}
 SYMBOL = re.compile(r'(?<![\w$])([KFVfxaθφ])_([A-Za-z]+\d?|\d)(\*?)(?!\w)')
 LINE, NOTE_LINE = 80, 115  # characters of a line of the heading, and of the notes
 
@@ -80,10 +86,8 @@ def head(figure: Figure, title: str, *notes: str) -> None:
     """Set the heading of a figure, and below its panels what helps to read them."""
     figure.suptitle(balanced(title))
     text = textwrap.fill('; '.join(each for each in notes if each), NOTE_LINE)
-    if text and figure.legends:
-        figure.legends[-1].set_title(
-            text, prop=FontProperties(size=8)
-        )  # the layout keeps no place for both
+    if text and figure.legends:  # the layout keeps no place for both
+        figure.legends[-1].set_title(text, prop=FontProperties(size=8))
     elif text:
         figure.supxlabel(text, fontsize=8)
 

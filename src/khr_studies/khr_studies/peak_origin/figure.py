@@ -12,7 +12,7 @@ from khr_report.plots.plot_style import panels
 from khr_studies.peak_origin.cycle_spectrum import Walks
 from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
 from khr_studies.peak_origin.origin import Line
-from khr_studies.peak_origin.published_peaks import PUBLISHED, Band
+from khr_studies.peak_origin.published_peaks import PUBLISHED
 from khr_studies.peak_origin.study import ExplainedWalks
 
 LARGEST_HZ = 11.0
@@ -42,7 +42,9 @@ def origin_of_lines(found: Sequence[ExplainedWalks]) -> Figure:
         axis.sharex(axes[0])
         axis.tick_params(labelbottom=axis is axes[-1])
         _draw(axis, each.walks)
-        _shade(axis, each.band)
+        if each.band and each.band.found:
+            low, high = each.band.found.low, each.band.found.high
+            axis.axvspan(low, high, color=COLORS['feedback'], alpha=0.15, linewidth=0.0)
         _name(axis, each.lines)
     axes[0].set_xlim(0.0, LARGEST_HZ)
     axes[-1].set_xlabel(
@@ -93,13 +95,6 @@ def _draw(axis: Axes, walks: Walks) -> None:
     for peak in PUBLISHED:
         axis.axvline(peak.frequency, color='0.3', linestyle=':', linewidth=0.8)
     axis.set_ylim(0.03, 60.0)
-
-
-def _shade(axis: Axes, band: Band | None) -> None:
-    if band is not None and band.found is not None:
-        axis.axvspan(
-            band.found.low, band.found.high, color=COLORS['feedback'], alpha=0.15, linewidth=0.0
-        )
 
 
 def _name(axis: Axes, lines: Sequence[Line]) -> None:

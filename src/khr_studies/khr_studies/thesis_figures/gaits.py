@@ -13,7 +13,7 @@ from scipy.signal import find_peaks
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Array, Series
-from khr_report.plots.plot_style import COLORS, head, panels, share_scale
+from khr_report.plots.plot_style import AT_EDGE, COLORS, head, panels, share_scale
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
@@ -133,30 +133,18 @@ def peaks_of_swings(gait: Array) -> list[int]:
     """
     around = np.tile(gait, 3)  # a cycle has no ends
     places, found = find_peaks(around, prominence=0.0)
-    size, half = len(gait), len(gait) / 2.0
+    places -= len(gait)
+    half = len(gait) / 2.0
     chosen = []
-    for swing in range(2):
-        begin = size + swing * half
-        here = [
-            (prominence, int(place) - size)
-            for place, prominence in zip(places, found['prominences'], strict=True)
-            if begin <= place < begin + half
-        ]
-        chosen += sorted(place for _, place in sorted(here)[-PEAKS:])
+    for begin in (0.0, half):
+        inside = (places >= begin) & (places < begin + half)
+        rising = np.argsort(found['prominences'][inside], kind='stable')
+        chosen += sorted(places[inside][rising[-PEAKS:]].tolist())
     return chosen
 
 
 def _write(axis: Axes, text: str, x: float) -> None:
-    axis.annotate(
-        text,
-        (x, 1.0),
-        xytext=(0, -9),
-        textcoords='offset points',
-        fontsize=7,
-        color='0.4',
-        ha='center',
-        xycoords=('data', 'axes fraction'),
-    )
+    axis.annotate(text, (x, 1.0), xytext=(0, -9), textcoords='offset points', **AT_EDGE)
 
 
 def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:

@@ -147,11 +147,11 @@ def draw_over_inclination(
     Such a run is marked at the upper edge of the panel, and has no value in the CSV.
     """
     groups = sorted(grouped(runs, inclination_deg).items())
-    samples = [np.array([value(run) for run in group]) for _, group in groups]
-    known = [index for index, values in enumerate(samples) if np.isfinite(values).any()]
-    slope = [groups[index][0] for index in known]
+    samples = {phi: np.array([value(run) for run in group]) for phi, group in groups}
+    known = {phi: values for phi, values in samples.items() if np.isfinite(values).any()}
+    slope = list(known)
     low, middle, high = (
-        [float(pick(samples[index])) for index in known]
+        [float(pick(values)) for values in known.values()]
         for pick in (np.nanmin, np.nanmedian, np.nanmax)
     )
     (line,) = axis.plot(slope, middle, label=label, **{'marker': 'o', **look})
@@ -169,8 +169,8 @@ def draw_over_inclination(
             )
     lost = [
         (phi, found)
-        for (phi, group), values in zip(groups, samples, strict=True)
-        for run, found in zip(group, values, strict=True)
+        for phi, group in groups
+        for run, found in zip(group, samples[phi], strict=True)
         if not run.stayed_up
     ]
     look = {**FALLEN, 'color': color}

@@ -10,19 +10,16 @@ from matplotlib.lines import Line2D
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_common.published import GAIT_PERIOD
-from khr_report.plots.plot_style import COLORS, legend_above
-from khr_studies.measuring.condition import Condition
+from khr_report.plots.plot_style import COLORS
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import LINE_HZ, WALKS
 from khr_studies.thesis_figures.gaits import cycle_of, gait_3, walked
-from khr_studies.thesis_figures.records import GYRO, Rate, control
+from khr_studies.thesis_figures.records import GYRO, Rate, Walk, control
 
 ROBOT, THESIS = COLORS[:2]
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
 MARK_HEIGHT = 0.96  # of a panel, where the thesis's peaks are marked
-pitch = walked(lambda series: np.degrees(series.pitch))  # of the torso, deg
 slip = walked(lambda series: 1e3 * series.slip)  # distance slipped, mm
-PITCH = "where no seed stays up, the torso's pitch up to the fall (x), a thin line per seed"
 
 
 def spectrum_of(run: Run, rate: Rate = GYRO) -> Spectrum | None:
@@ -31,14 +28,6 @@ def spectrum_of(run: Run, rate: Rate = GYRO) -> Spectrum | None:
         return None
     parameters: FftAnalyserParameters = run.scenario.table(FftAnalyserParameters)
     return spectrum(gait_3(run, rate)[1], parameters, cycle_of(run)[0])
-
-
-def thesis_lines(inclination: float, of: Condition) -> tuple[tuple[float, float], ...]:
-    """Return the published peaks of a walk, Hz, each as a range."""
-    return next(
-        (row.lines for row in WALKS if (row.inclination_deg, row.condition) == (inclination, of)),
-        (),
-    )
 
 
 def draw_spectra(axis: Axes, group: Runs, label: str, rate: Rate, /, **look: Any) -> None:
@@ -80,9 +69,11 @@ def draw_phases(axis: Axes, group: Runs, label: str, rate: Rate, /, **look: Any)
             )
 
 
-def mark_thesis(axis: Axes, inclination: float, of: Condition, color: str) -> None:
+def mark_thesis(axis: Axes, walk: Walk, color: str) -> None:
     """Mark the published peaks of a walk at the top, each as a bar of its range."""
-    for low, high in thesis_lines(inclination, of):
+    inclination, of = walk
+    published = {(row.inclination_deg, row.condition): row.lines for row in WALKS}
+    for low, high in published.get(walk, ()):
         middle = (low + high) / 2.0
         sharp = high - low < 2.1 * LINE_HZ
         text = f'{middle:.2f} Hz' if sharp else f'{low:g} to {high:g} Hz'
@@ -134,9 +125,3 @@ def finish_phases(axis: Axes, rate: Rate) -> None:
     """Set the axes of a panel of phases."""
     finish_spectrum(axis, rate)
     axis.set(ylabel='phase (°)', ylim=(-190.0, 220.0), yticks=[-180, -90, 0, 90, 180])
-
-
-def label_pitch(axis: Axes, columns: int = 0) -> None:
-    """Set the axes of a panel that shows the pitch of runs of which none stayed up."""
-    axis.set(xlabel='time in the walk (s)', ylabel='pitch of the torso (°)')
-    legend_above(axis, columns)

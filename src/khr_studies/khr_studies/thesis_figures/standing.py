@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping
+from itertools import pairwise
 
 import matplotlib
 import numpy as np
@@ -19,6 +20,7 @@ from khr_models.pendulum import Pendulum, static_force_difference
 from khr_models.standing.ankle_servo import controlled_lean
 from khr_models.thesis import FORCE_GAIN, INITIAL_LEAN
 from khr_report.plots.plot_style import (
+    AT_EDGE,
     LOOKS,
     head,
     legend_above,
@@ -248,19 +250,7 @@ def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
 def _mark_parts(axis: Axes, lift: LiftTimes) -> None:
     """Shade the time on one leg and name the parts of the motion."""
     axis.axvspan(lift.lifted - lift.start, lift.down - lift.start, color='0.95', zorder=0)
-    for begin, end, name in (
-        (lift.start, lift.lifted, 'shifts'),
-        (lift.lifted, lift.up, 'lifts'),
-        (lift.up, lift.lowered, 'on one leg'),
-        (lift.lowered, lift.down, 'lowers'),
-        (lift.down, lift.end, 'shifts back'),
-    ):
-        axis.annotate(
-            name,
-            ((begin + end) / 2.0 - lift.start, 0.0),
-            fontsize=7,
-            color='0.4',
-            ha='center',
-            va='bottom',
-            xycoords=('data', 'axes fraction'),
-        )
+    parts = pairwise((lift.start, lift.lifted, lift.up, lift.lowered, lift.down, lift.end))
+    names = ('shifts', 'lifts', 'on one leg', 'lowers', 'shifts back')
+    for (begin, end), name in zip(parts, names, strict=True):
+        axis.annotate(name, ((begin + end) / 2.0 - lift.start, 0.0), va='bottom', **AT_EDGE)

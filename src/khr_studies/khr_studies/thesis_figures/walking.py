@@ -46,32 +46,23 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
         )
     servo = identified_servo()
     for setting, (low, high) in WALKED.items():
-        found = servo.predict(gain_of_board(setting))
-        middle = 0.5 * (low + high)
+        found, gain = servo.predict(gain_of_board(setting)), f'K_A = {setting:g}'
+        f_a0, middle = found.frequency, 0.5 * (low + high)
         axis.plot(
-            [low, high],
-            [found.frequency] * 2,
-            color='black',
-            linestyle='-',
-            linewidth=1.0,
-            label=f'inclinations walked at K_A = {setting:g}',
+            [low, high], [f_a0] * 2, 'k-', linewidth=1.0, label=f'inclinations walked at {gain}'
         )
         axis.plot(
             [middle] * 2,
             [found.low, found.high],
-            color='black',
-            linestyle='-',
+            'k-',
             marker='_',
-            label=f'95 % interval at K_A = {setting:g}',
+            label=f'95 % interval at {gain}',
         )
-        kind = 'identified' if setting in GAINS else 'predicted'
-        axis.plot(
-            [middle],
-            [found.frequency],
-            'ko' if kind == 'identified' else 'ks',
-            markerfacecolor='black' if kind == 'identified' else 'white',
-            label=f'f_A0 at K_A = {setting:g}, {kind}: {found.frequency:.2f} Hz',
+        kind, mark, face = (
+            ('identified', 'ko', 'black') if setting in GAINS else ('predicted', 'ks', 'white')
         )
+        name = f'f_A0 at {gain}, {kind}: {f_a0:.2f} Hz'
+        axis.plot([middle], [f_a0], mark, markerfacecolor=face, label=name)
     _mark_published(axis)
     _mark_dominant(axis, runs, rate)
     axis.set(
