@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import groupby
 from math import isfinite
 from pathlib import Path
 
@@ -154,22 +155,18 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
         for one in signals
         if one.group in wanted and not all(one.silent(series) for series in runs.values())
     ]
-    if len(runs) > 1:
-        return [
-            Pane(
-                f'{one.group}: {one.name}' if one.name else one.group,
-                one.unit,
-                tuple((name, series, one) for name, series in runs.items()),
-            )
-            for one in shown
-        ]
-    (series,) = runs.values()
+    several = len(runs) > 1
+    by_group = (list(some) for _, some in groupby(shown, key=lambda one: one.group))
     found = []
-    for group in dict.fromkeys(one.group for one in shown):
-        some = [one for one in shown if one.group == group]
-        alone = f': {some[0].name}' if len(some) == 1 and some[0].name else ''
-        lines = tuple((one.name, series, one) for one in some)
-        found.append(Pane(group + alone, some[0].unit, lines))
+    for part in [[one] for one in shown] if several else by_group:
+        first = part[0]
+        alone = f': {first.name}' if len(part) == 1 and first.name else ''
+        lines = tuple(
+            (name if several else one.name, series, one)
+            for one in part
+            for name, series in runs.items()
+        )
+        found.append(Pane(first.group + alone, first.unit, lines))
     return found
 
 
