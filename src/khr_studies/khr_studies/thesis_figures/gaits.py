@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
@@ -25,7 +24,7 @@ from khr_studies.thesis_figures.records import (
     by_ground,
     control,
     draw_seeds,
-    record,
+    since,
 )
 
 EXPERIMENTS = ('walk_inclination', 'walk_between')
@@ -40,22 +39,15 @@ def cycle_of(run: Run) -> tuple[float, float]:
     return gait_of(run.scenario.table(GaitParameters)).cycle(CYCLE)
 
 
-def walked(values: Callable[[Series], Array]) -> Callable[[Run], tuple[Array, Array]]:
-    """Return a function from a walk to time, s, and values from its start to its end or fall."""
-
-    def signal(run: Run) -> tuple[Array, Array]:
-        series = record(run)
-        time = series.time - run.scenario.table(GaitParameters).start_delay
-        return time[time >= 0.0], values(series)[time >= 0.0]
-
-    return signal
+def walked(run: Run) -> Series:
+    """Return the signals of a walk from its start to its end or fall, timed from there."""
+    return since(run, run.scenario.table(GaitParameters).start_delay)
 
 
-def gait_3(run: Run, rate: Rate = GYRO) -> tuple[Array, Array]:
-    """Return time (s) and pitch rate (deg/s) from the start of Gait-3 to its end or a fall."""
-    series, (start, end) = record(run), cycle_of(run)
-    kept = (series.time > start - 1e-4) & (series.time < end - 1e-4)
-    return series.time[kept] - start, rate.values(series)[kept]
+def gait_3(run: Run) -> Series:
+    """Return the signals from the start of Gait-3 to its end or a fall, timed from there."""
+    start, end = cycle_of(run)
+    return since(run, start, start - 1e-4, end - 1e-4)
 
 
 def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
@@ -70,7 +62,7 @@ def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     (walks,) = (runs[name] for name in FINGERPRINT)
     flat = [run for run in walks if run.series is not None]
     figure, (whole, third) = panels('the whole walk', 'Gait-3', columns=1, height=4.6)
-    draw_seeds(whole, flat, walked(rate.values), 'pitch rate', color=BLUE)
+    draw_seeds(whole, flat, walked, rate.values, 'pitch rate', color=BLUE)
     _draw_gait_3(third, flat, rate)
     for axis in (whole, third):  # room for the names
         low, high = axis.get_ylim()
@@ -110,14 +102,14 @@ def _name_legs(axis: Axes, gait: GaitParameters) -> None:
 
 def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
     """Number the peaks of Gait-3, of the mean over the seeds that reached its end."""
-    whole = [gait_3(run, rate) for run in walks if run.stayed_up]
+    whole = [gait_3(run) for run in walks if run.stayed_up]
     if not whole:
         return
-    time, mean = whole[0][0], np.mean([values for _, values in whole], axis=0)
-    for number, place in enumerate(peaks_of_swings(mean), start=1):
+    time, rates = whole[0].time, np.array([rate.values(series) for series in whole])
+    for number, place in enumerate(peaks_of_swings(rates.mean(axis=0)), start=1):
         axis.annotate(
             str(number),
-            (time[place], max(values[place] for _, values in whole)),
+            (time[place], rates[:, place].max()),
             xytext=(0, 3),
             textcoords='offset points',
             ha='center',
@@ -198,20 +190,21 @@ def _draw_gait_3(axis: Axes, group: Runs, rate: Rate, flat: Sequence[Run] = ()) 
 
     Beneath Gait-3 is that of the first of the walks on the flat.
     """
-    there = [run for run in group if gait_3(run)[0].size]
-    for run in flat[:1] if there else ():
-        label = 'φ = 0°, no control'
-        axis.plot(*gait_3(run, rate), color='0.75', linewidth=1.2, linestyle='-', label=label)
+    there = [run for run in group if gait_3(run).time.size]
+    for series in map(gait_3, flat[:1] if there else ()):
+        values, label = rate.values(series), 'φ = 0°, no control'
+        axis.plot(series.time, values, '-', color='0.75', linewidth=1.2, label=label)
     if there:
         draw_seeds(
             axis,
             there,
-            functools.partial(gait_3, rate=rate),
+            gait_3,
+            rate.values,
             'pitch rate',
             lambda run: run.fell and bool(run.row['fell_at_s'] < cycle_of(run)[1]),
             color=BLUE,
             linestyle='-',
         )
     else:
-        draw_seeds(axis, group, walked(rate.values), 'pitch rate', color=BLUE)
+        draw_seeds(axis, group, walked, rate.values, 'pitch rate', color=BLUE)
     axis.set(xlabel=f'time in {"Gait-3" if there else "the walk"} (s)', ylabel=rate.label)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.run_signals import Array
+from khr_bringup.recorded.run_signals import Array, Series
 from khr_models.pendulum import critical_inclination, static_force_difference
-from khr_studies.measuring.experiments import Run
+from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.push.study import stance
-from khr_studies.thesis_figures.records import TRUE, Rate, record
+from khr_studies.thesis_figures.records import TRUE, Rate, since
 
 SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
 
@@ -39,16 +40,14 @@ def lift_of(run: Run) -> LiftTimes:
     return LiftTimes('left' if gait.first_foot == 'right' else 'right', *times.tolist())
 
 
-def support_forces(run: Run) -> tuple[Array, Array, Array]:
-    """Return time from the start of the motion (s), toe and heel force of the support foot (N)."""
-    series, lift = record(run), lift_of(run)
-    toe, heel = SIDES[lift.support]
-    kept = series.time >= lift.start
-    return (
-        series.time[kept] - lift.start,
-        series.contact_force[kept, toe],
-        series.contact_force[kept, heel],
-    )
+def on_leg(side: str, runs: Iterable[Run]) -> Runs:
+    """Return the lifts in which the robot stands on a leg, ``left`` or ``right``."""
+    return [run for run in runs if lift_of(run).support == side]
+
+
+def motion(run: Run) -> Series:
+    """Return the signals of a leg lift from the start of its motion on, timed from there."""
+    return since(run, lift_of(run).start)
 
 
 def held_forces(run: Run) -> tuple[float, float]:
@@ -56,13 +55,14 @@ def held_forces(run: Run) -> tuple[float, float]:
 
     NaN if the robot fell earlier.
     """
-    lift = lift_of(run)
-    time, toe, heel = support_forces(run)
+    series, lift = motion(run), lift_of(run)
+    time = series.time
     late = lift.up + lift.lowered - 2.0 * lift.start
     settled = (time >= late / 2.0) & (time <= lift.lowered - lift.start)
     if not time.size or time[-1] < lift.lowered - lift.start - 1e-6:
         return math.nan, math.nan
-    return float(toe[settled].mean()), float(heel[settled].mean())
+    toe, heel = (series.contact_force[settled, column] for column in SIDES[lift.support])
+    return float(toe.mean()), float(heel.mean())
 
 
 def held_difference(run: Run) -> float:
@@ -89,5 +89,4 @@ def overshoot_of(run: Run, rate: Rate = TRUE) -> float:
     """Return the largest absolute pitch rate of a leg lift, deg/s; NaN if it did not stay up."""
     if not run.stayed_up:
         return math.nan
-    series, lift = record(run), lift_of(run)
-    return float(np.abs(rate.values(series)[series.time >= lift.start]).max())
+    return float(np.abs(rate.values(motion(run))).max())

@@ -29,7 +29,7 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import STAGE_2, STAGE_3
 from khr_studies.thesis_figures import standing
-from khr_studies.thesis_figures.lifts import held_difference, lift_of, overshoot_of
+from khr_studies.thesis_figures.lifts import held_difference, on_leg, overshoot_of
 from khr_studies.thesis_figures.records import (
     TRUE,
     Rate,
@@ -37,7 +37,7 @@ from khr_studies.thesis_figures.records import (
     control,
     draw_over_inclination,
     draw_seeds,
-    over_time,
+    record,
     spread,
 )
 
@@ -124,7 +124,7 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
     for side, color, line, mark in (('left', 'C2', '-', 'o'), ('right', 'C3', '--', 's')):
         draw_over_inclination(
             axis,
-            [run for run in lifts if lift_of(run).support == side],
+            on_leg(side, lifts),
             held_difference,
             f'simulated robot, {side} leg',
             color=color,
@@ -193,7 +193,7 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
         for phi, look in zip(ADJUSTED_DEG, LOOKS, strict=False):
             group = lifts.get((phi, stage), [])
-            draw_seeds(axis, group, over_time(rate.values), f'φ = {phi:g}°', **look)
+            draw_seeds(axis, group, record, rate.values, f'φ = {phi:g}°', **look)
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(
             xlabel='time, the board tilting from 0 s on (s)',

@@ -8,7 +8,7 @@ that did not stay up, at its value, or at the bottom if it has none.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from typing import Any
 
@@ -108,28 +108,31 @@ def record(run: Run) -> Series:
     return run.series.during(run.series.time <= end + 1e-6)
 
 
-def over_time(values: Callable[[Series], Array]) -> Callable[[Run], tuple[Array, Array]]:
-    """Return a function from a run to its time, s, and values of its signals, up to its fall."""
+def since(run: Run, zero: float, begin: float | None = None, end: float = np.inf) -> Series:
+    """Return the signals of a run up to its fall, their time counted from ``zero``, s.
 
-    def signal(run: Run) -> tuple[Array, Array]:
-        series = record(run)
-        return series.time, values(series)
-
-    return signal
+    They begin there, or at another time, and end before a time, both as the run counts it.
+    """
+    series = record(run)
+    first = zero if begin is None else begin
+    shown = series.during((series.time >= first) & (series.time < end))
+    return replace(shown, time=shown.time - zero)
 
 
 def draw_seeds(
     axis: Axes,
     runs: Runs,
-    signal: Callable[[Run], tuple[Array, Array]],
+    part: Callable[[Run], Series],
+    values: Callable[[Series], Array],
     label: str,
     falls: Callable[[Run], bool] = attrgetter('fell'),
     /,
     **look: Any,
 ) -> None:
-    """Draw a thin line per run, with a cross at its end if it falls."""
+    """Draw values of a part of each run as a thin line, with a cross at its end if it falls."""
     for run in runs:
-        time, value = signal(run)
+        series = part(run)
+        time, value = series.time, values(series)
         name = f'{label}, seed {run.seed}'
         axis.plot(time, value, label=name, **{**SEED, **look})
         if falls(run):

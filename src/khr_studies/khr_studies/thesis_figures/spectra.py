@@ -109,10 +109,10 @@ def _lost(walks: Sequence[Walk]) -> str:
 
 def _none_up(title: str, walks: Mapping[Walk, Runs]) -> Figure:
     """Draw the torso's pitch up to the falls."""
-    pitch = walked(lambda series: np.degrees(series.pitch))
     figure, (axis,) = panels('all lost', height=4.6)
     for number, (walk, group) in enumerate(walks.items()):
-        draw_seeds(axis, group, pitch, name_of(walk), color=f'C{number}')
+        name, color = name_of(walk), f'C{number}'
+        draw_seeds(axis, group, walked, lambda series: np.degrees(series.pitch), name, color=color)
     axis.set(xlabel='time in the walk (s)', ylabel='pitch of the torso (°)')
     legend_above(axis, columns=3)
     note = "where no seed stays up, the torso's pitch up to the fall (x), a thin line per seed"

@@ -13,6 +13,7 @@ from khr_report.plots.plot_style import COLORS, LOOKS, head, legend_above, panel
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import COMMON_DEG, walking
+from khr_studies.thesis_figures.gaits import walked
 from khr_studies.thesis_figures.records import (
     GYRO,
     Rate,
@@ -31,7 +32,6 @@ from khr_studies.thesis_figures.spectrum_panels import (
     finish_spectrum,
     legend_of_marks,
     mark_thesis,
-    slip,
 )
 
 GAINS = ('walk_ankle_gains', 'walk_hip_gains')  # experiments
@@ -152,7 +152,9 @@ def _draw_soles(
         legend_above(axis, columns=1 if axis in others else 2)
     for of, look in zip(both, LOOKS, strict=False):
         draw_phases(phase, walks[phi, of], names[of], rate, color=look['color'])
-        draw_seeds(way, walks[phi, of], slip, names[of], **look)
+        draw_seeds(
+            way, walks[phi, of], walked, lambda series: 1e3 * series.slip, names[of], **look
+        )
     finish_phases(phase, rate)
     way.set(xlabel='time in the walk (s)', ylabel='slip of the soles (mm)', ylim=(0.0, None))
     for axis in (phase, way):

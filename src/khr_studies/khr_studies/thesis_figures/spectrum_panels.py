@@ -13,13 +13,12 @@ from khr_common.published import GAIT_PERIOD
 from khr_report.plots.plot_style import COLORS
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import LINE_HZ, WALKS
-from khr_studies.thesis_figures.gaits import cycle_of, gait_3, walked
+from khr_studies.thesis_figures.gaits import cycle_of, gait_3
 from khr_studies.thesis_figures.records import GYRO, Rate, Walk, control
 
 ROBOT, THESIS = COLORS[:2]
 LARGEST_HZ = 10.5  # the thesis's highest peak lies between 7.5 and 10 Hz
 MARK_HEIGHT = 0.96  # of a panel, where the thesis's peaks are marked
-slip = walked(lambda series: 1e3 * series.slip)  # distance slipped, mm
 
 
 def spectrum_of(run: Run, rate: Rate = GYRO) -> Spectrum | None:
@@ -27,7 +26,7 @@ def spectrum_of(run: Run, rate: Rate = GYRO) -> Spectrum | None:
     if not run.stayed_up:
         return None
     parameters: FftAnalyserParameters = run.scenario.table(FftAnalyserParameters)
-    return spectrum(gait_3(run, rate)[1], parameters, cycle_of(run)[0])
+    return spectrum(rate.values(gait_3(run)), parameters, cycle_of(run)[0])
 
 
 def draw_spectra(axis: Axes, group: Runs, label: str, rate: Rate, /, **look: Any) -> None:

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from khr_balance.stage import StageParameters
 from khr_report.plots.plot_style import LOOKS, legend_above, panels
 from khr_studies.measuring.experiments import Runs
-from khr_studies.thesis_figures.records import draw_seeds, grouped, over_time, record
+from khr_studies.thesis_figures.records import draw_seeds, grouped, record
 
 TOES_AND_HEELS = np.array([1.0, -1.0, 1.0, -1.0])  # of both feet, as the sensors are listed
 
@@ -33,7 +33,7 @@ def climb(runs: dict[str, Runs]) -> Figure:
             (difference, label, lambda series: series.foot_force @ TOES_AND_HEELS),
             (correction, case, lambda series: np.degrees(series.correction_of('ankle'))),
         ):
-            draw_seeds(axis, group, over_time(values), name, **look)
+            draw_seeds(axis, group, record, values, name, **look)
     _draw_ground(slope, [run for group in cases.values() for run in group])
     slope.set(ylabel='φ (°)')
     stage.set(

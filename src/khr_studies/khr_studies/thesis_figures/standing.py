@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
-from khr_bringup.recorded.run_signals import Array
+from khr_bringup.recorded.run_signals import Array, Series
 from khr_models.pendulum import Pendulum, static_force_difference
 from khr_models.standing.ankle_servo import controlled_lean
 from khr_models.thesis import FORCE_GAIN, INITIAL_LEAN
@@ -39,8 +39,9 @@ from khr_studies.thesis_figures.lifts import (
     held_difference,
     held_forces,
     lift_of,
+    motion,
+    on_leg,
     rigid_difference,
-    support_forces,
 )
 from khr_studies.thesis_figures.records import (
     condition,
@@ -49,7 +50,7 @@ from khr_studies.thesis_figures.records import (
     draw_seeds,
     grouped,
     inclination_deg,
-    record,
+    since,
 )
 
 ROBOT = Pendulum()
@@ -68,8 +69,7 @@ def spread_with_lost(groups: Iterable[Runs]) -> str:
 
 def on_the_left(runs: Mapping[str, Runs], experiments: Iterable[str]) -> dict[Condition, Runs]:
     """Return the lifts of experiments in which the robot stands on its left leg, by condition."""
-    lifts = (run for name in experiments for run in runs[name])
-    return grouped((run for run in lifts if lift_of(run).support == 'left'), condition)
+    return grouped(on_leg('left', (run for name in experiments for run in runs[name])), condition)
 
 
 def draw_own_difference(axis: Axes, run: Run) -> None:
@@ -85,10 +85,7 @@ def draw_own_difference(axis: Axes, run: Run) -> None:
 
 def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
     """Draw toe and heel force of the support foot while the other leg is lifted and lowered."""
-    lifts = grouped(
-        (run for run in runs['lift_inclination'] if lift_of(run).support == 'left'),
-        inclination_deg,
-    )
+    lifts = grouped(on_leg('left', runs['lift_inclination']), inclination_deg)
     figure, axes = panels(
         f'toe and heel of the support foot, φ = {SHOWN_DEG:g}°',
         'toe',
@@ -97,16 +94,15 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
         height=6.6,
     )
     shown = lifts[SHOWN_DEG]
-    for name, parts, look in zip(
-        ('toe', 'heel', 'toe and heel'), ((0,), (1,), (0, 1)), LOOKS, strict=False
-    ):
-        draw_seeds(axes[0], shown, _force(*parts), name, **look)
+    parts = {'toe': (0,), 'heel': (1,), 'toe and heel': (0, 1)}
+    for (name, columns), look in zip(parts.items(), LOOKS, strict=False):
+        draw_seeds(axes[0], shown, motion, _force(*columns), name, **look)
     for part, axis in enumerate(axes[1:]):
         for phi, look in zip(STAGE_1_READ, LOOKS, strict=False):
             name, up = f'φ = {phi:g}°', [run for run in lifts[phi] if run.stayed_up]
             dotted = look | {'linestyle': (0, (1, 2))}
-            draw_seeds(axis, lifts[phi], _force(part), name, **look)
-            draw_seeds(axis, up, _force_of_both(part), f'{name}{BOTH}', **dotted)
+            draw_seeds(axis, lifts[phi], motion, _force(part), name, **look)
+            draw_seeds(axis, up, _lowered, _force(part, part + 2), f'{name}{BOTH}', **dotted)
     for axis in axes:
         _mark_parts(axis, lift_of(shown[0]))
         axis.set(
@@ -130,7 +126,7 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
     """Draw toe and heel force over the inclination, standing on each leg."""
     figure, axes = panels('left leg', 'right leg')
     for side, axis in zip(SIDES, axes, strict=True):
-        lifts = [run for run in runs['lift_inclination'] if lift_of(run).support == side]
+        lifts = on_leg(side, runs['lift_inclination'])
         for part, (name, look) in enumerate(zip(('toe', 'heel'), LOOKS, strict=False)):
             draw_over_inclination(axis, lifts, _held(part), name, **look)
         _mark_limit(axis, STAGE_1)
@@ -194,26 +190,15 @@ def thesis_limit(stage: Condition) -> float:
     return next(row.thesis_deg for row in LIMITS if row.condition == stage)
 
 
-def _force(*parts: int) -> Callable[[Run], tuple[Array, Array]]:
-    """Return a function from a run to time and the sum of its toe (0) and heel (1) force."""
-
-    def signal(run: Run) -> tuple[Array, Array]:
-        time, *forces = support_forces(run)
-        return time, np.sum([forces[part] for part in parts], axis=0)
-
-    return signal
+def _force(*columns: int) -> Callable[[Series], Array]:
+    """Return what sums forces: of the left toe (0) and heel (1), the right toe (2) and heel (3)."""
+    return lambda series: np.asarray(series.contact_force[:, columns].sum(axis=1))
 
 
-def _force_of_both(part: int) -> Callable[[Run], tuple[Array, Array]]:
-    """Return a function from a run to time and toe or heel force of both feet, after the lift."""
-
-    def signal(run: Run) -> tuple[Array, Array]:
-        series, lift = record(run), lift_of(run)
-        kept = series.time >= lift.down
-        force = series.contact_force[kept][:, [part, part + 2]].sum(axis=1)
-        return series.time[kept] - lift.start, force
-
-    return signal
+def _lowered(run: Run) -> Series:
+    """Return the signals of a leg lift from when both feet are down, timed from its start."""
+    lift = lift_of(run)
+    return since(run, lift.start, lift.down)
 
 
 def _held(part: int) -> Callable[[Run], float]:
