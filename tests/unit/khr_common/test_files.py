@@ -1,6 +1,7 @@
 """A file is whole or not there, and what prevents it is one line with its path."""
 
 import resource
+from contextlib import contextmanager
 
 import pytest
 
@@ -16,18 +17,22 @@ def test_a_text_replaces_the_one_before(tmp_path):
     assert list(tmp_path.iterdir()) == [path]
 
 
-@pytest.fixture
+@contextmanager
 def small_files():
+    """Let no file become larger than 100 bytes; not in a fixture, as pytest writes a file too."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100, before[1]))
-    yield
-    resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
 
 
-def test_a_file_that_does_not_fit_leaves_the_one_before(tmp_path, small_files):
+def test_a_file_that_does_not_fit_leaves_the_one_before(tmp_path):
     path = tmp_path / 'outcome.json'
     write_text(path, 'before')
-    with pytest.raises(RunError, match=r"outcome\.json': File too large; accepted"):
+    refusal = pytest.raises(RunError, match=r"outcome\.json': File too large; accepted")
+    with small_files(), refusal:
         write_text(path, 'x' * 1000)
     assert path.read_text() == 'before'
     assert list(tmp_path.iterdir()) == [path]
