@@ -8,8 +8,10 @@ from urllib.error import HTTPError
 from urllib.request import Request, urlopen
 
 import pytest
+import viser
 from viser._messages import ResetGuiMessage
 from viser.infra import _infra
+from websockets.sync.client import connect
 
 from khr_view.guard import open_door
 from khr_view.page.server import PageServer
@@ -25,6 +27,24 @@ def test_only_the_loop_wakes_those_who_wait_for_a_change():
     assert not buffer.message_event.is_set()
     loop.run_until_complete(asyncio.wait_for(buffer.message_event.wait(), 60))
     loop.close()
+
+
+def test_a_viewer_that_comes_before_the_page_is_built_sees_it(monkeypatch):
+    """viser serves from its start on, and builds what it serves afterwards."""
+    door, came, start = open_door(), [], _infra.WebsockServer.start
+    origin, version = f'127.0.0.1:{door.port}', f'viser-v{viser.__version__}'
+
+    def start_and_come(server):
+        start(server)
+        early = connect(f'ws://{origin}', origin=f'http://{origin}', subprotocols=[version])
+        assert early.ping().wait(60)  # by now it has been let in, or has to wait
+        came.append(early)
+
+    monkeypatch.setattr(_infra.WebsockServer, 'start', start_and_come)
+    server = PageServer(door, 'khr')
+    with came[0] as early:
+        assert early.recv(timeout=20)
+    server.stop()
 
 
 @pytest.fixture(scope='module')
@@ -71,6 +91,7 @@ def test_nothing_else_is(served, path):
     assert refused.value.code == 404
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('path', 'header'), [(b'/?token=\xff', b''), (b'/', b'Cookie: khr_view=\xff'), (b'//[', b'')]
 )

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager, redirect_stdout, suppress
 from dataclasses import dataclass, field
 from http import HTTPStatus
+from threading import Event
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -20,6 +21,7 @@ from khr_view.guard import Door
 from khr_view.page.additions import Tables, add_to, addition, prepare
 
 _infra: Any = viser.infra._infra
+LOOK = 0.02  # s between looks whether a server has been built
 
 
 class LoopEvent(asyncio.Event):
@@ -78,10 +80,11 @@ class PageServer(viser.ViserServer):
 def _guarded(door: Door, tables: Tables) -> Iterator[None]:
     """Let viser start its server on the door's socket, every request checked first.
 
-    viser has no setting for that, and takes another port if its own is not free.
+    viser has no setting for that, and takes another port if its own is not free. It also begins to
+    serve before it has built what it serves: who comes that early waits until the context ends.
     """
     module: Any = websockets.asyncio.server
-    real = module.serve
+    real, built = module.serve, Event()
 
     def serve(
         handler: Any, _host: str, _port: int, *, process_request: Any, **options: Any
@@ -104,10 +107,16 @@ def _guarded(door: Door, tables: Tables) -> Iterator[None]:
                     response.headers[name] = value
             return response
 
-        return real(handler, sock=door.socket, process_request=check, **options)
+        async def handle(connection: Any) -> None:
+            while not built.is_set():
+                await asyncio.sleep(LOOK)
+            await handler(connection)
+
+        return real(handle, sock=door.socket, process_request=check, **options)
 
     module.serve = serve
     try:
         yield
     finally:
         module.serve = real
+        built.set()
