@@ -1,6 +1,6 @@
 # make run    installs what a run needs into .venv and runs the main job
 # make test   installs the tools as well, checks the code, runs the tests
-# make quick  runs the tests but the slow ones
+# make quick  runs the unit tests and golden hashes, but the slow ones, within about a minute
 # make nightly  runs all tests, also those of whole studies and the longest of the others
 # make coverage  runs all tests, measured, and prints their coverage by package
 # make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
@@ -33,7 +33,7 @@ nightly: lint
 	$(PYTEST)
 
 quick: tools
-	$(PYTEST) -m 'not slow and not nightly'
+	$(PYTEST) tests/unit tests/golden -m 'not slow and not nightly'
 
 # apart from the tests: what is measured takes twice the computing
 coverage: tools

@@ -52,6 +52,7 @@ def kept_short(engines=ENGINES):
     return [expected()[key(*EMULATED, engine)] for engine in engines]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('kernel', KERNELS)
 def test_other_kernels_of_the_linear_algebra_library_change_nothing(kernel):
     if KERNELS[kernel] not in PROCESSOR.split():

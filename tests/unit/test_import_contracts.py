@@ -7,6 +7,8 @@ import sys
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from tests import ROOT
 
 # A wrong import for each contract: the module that gets it, and the line.
@@ -44,6 +46,7 @@ def verdicts(folder):
     }
 
 
+@pytest.mark.slow
 def test_every_contract_notices_a_wrong_import(tmp_path):
     for path in ROOT.glob('src/khr*/khr*/**/*.py'):
         copy = tmp_path / path.relative_to(ROOT)

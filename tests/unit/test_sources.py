@@ -18,6 +18,7 @@ def sources(package):
     return sorted(package.rglob('*.py'))
 
 
+@pytest.mark.slow
 def test_no_two_classes_share_a_name():
     places = defaultdict(list)
     for path in (path for package in PACKAGES for path in sources(package)):
@@ -28,6 +29,7 @@ def test_no_two_classes_share_a_name():
     assert {name: files for name, files in places.items() if len(files) > 1} == {}
 
 
+@pytest.mark.slow
 def test_no_test_imports_another():
     """What several tests use lies in tests/fakes and tests/support."""
     shared = ('tests.fakes', 'tests.support')

@@ -18,6 +18,7 @@ def walk():
     return khr.run('walk_7.68deg_ka12', set={'ankle_controller.gain': 15}, duration=5)
 
 
+@pytest.mark.slow
 def test_a_run_is_that_of_the_twin(walk):
     scenario = scenarios.load_scenario('walk_7.68deg_ka12').changed(
         {('ankle_controller', 'gain'): 15.0, ('simulator', 'duration'): 5.0}
@@ -69,6 +70,7 @@ def test_a_notebook_shows_a_run_as_the_command_prints_it_and_its_picture(walk):
     assert len(figure.axes) == 4 and figure._repr_png_().startswith(b'\x89PNG')
 
 
+@pytest.mark.slow
 def test_tuned_gains_are_a_scenario_and_kept_in_the_folder_asked_for(tmp_path, capfd):
     found = khr.tune(
         'stand_0deg', set=SHORT, engine='mujoco', seeds=1, candidates=8, workers=1, out=tmp_path
@@ -81,6 +83,7 @@ def test_tuned_gains_are_a_scenario_and_kept_in_the_folder_asked_for(tmp_path, c
     assert 'stand_0deg' in repr(found) and len(repr(found)) < 200
 
 
+@pytest.mark.slow
 def test_a_recorded_run_is_read_back_as_it_was(tmp_path):
     folder = tmp_path / 'run'
     subprocess.run(
@@ -105,6 +108,7 @@ def test_a_spectrum_is_of_the_gyro_over_whole_cycles(walk):
     )
 
 
+@pytest.mark.slow
 def test_a_limit_is_between_survival_and_fall_and_found_without_a_word(capfd):
     found = khr.critical('leg_lift', seeds=1, tolerance=0.8, engine='mujoco')
     assert capfd.readouterr() == ('', '')
@@ -117,6 +121,7 @@ def test_a_limit_is_between_survival_and_fall_and_found_without_a_word(capfd):
     assert repr(found) == f'Limit({found.mean:.2f} deg, seeds {found.mean:.2f} deg)'
 
 
+@pytest.mark.slow
 def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
     grid = {'simulator.inclination_deg': [0, 30.0]}
     found = khr.sweep(

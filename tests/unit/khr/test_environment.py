@@ -177,6 +177,7 @@ def test_a_picture_shows_the_robot():
     environment.close()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('mode', [None, 'sync', 'async'])
 @pytest.mark.parametrize(
     ('name', 'scenario'), [('khr/Walk-v0', 'walk_7.68deg_ka12'), ('khr/Balance-v0', 'stand_0deg')]

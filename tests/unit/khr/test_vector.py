@@ -16,6 +16,8 @@ from gymnasium.vector import AutoresetMode
 import khr
 from khr.vector import BalanceVectorEnv
 
+pytestmark = pytest.mark.slow
+
 SHORT = {'simulator.duration': 0.12}
 ENGINES = ('bullet', 'mujoco')
 REST = np.zeros((3, 2), np.float32)

@@ -261,6 +261,7 @@ def test_stamps_may_round():
     assert analyser.reason == ''
 
 
+@pytest.mark.slow
 @given(seed=st.integers(0, 2**32 - 1), origin=st.floats(-1.0, 1.0), drift=st.floats(-0.001, 0.001))
 def test_stamps_that_jitter_and_drift_change_nothing(seed, origin, drift):
     """A third of a period either way, as of a driver that stamps late; 0.1 % is a bad clock."""

@@ -58,6 +58,7 @@ def test_a_node_that_fits_in_changes_nothing_for_the_others(tmp_path):
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.slow
 def test_a_node_of_one_module_takes_part_in_runs_and_in_their_code_version(tmp_path):
     codes = []
     for name, module in (('one', GOOD), ('two', GOOD + '# changed')):

@@ -26,6 +26,7 @@ input()
 HANGS = 'signal.signal(signal.SIGCONT, signal.SIG_IGN)'
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(('hangs', 'says'), [('', 'closed'), (HANGS, '')], ids=['well', 'hangs'])
 def test_who_closes_what_it_writes_ends_after_its_parent(hangs, says):
     parent = subprocess.Popen(

@@ -52,6 +52,7 @@ class Spoiler:
         return arriving + reply
 
 
+@pytest.mark.slow
 def test_ten_thousand_corrupted_streams_give_no_wrong_value():
     """Each stream is some exchanges over a line that spoils a part of the replies."""
     board = bench_board()

@@ -150,6 +150,7 @@ def test_on_a_wire_a_reply_takes_as_long_as_its_bytes_and_the_board(tmp_path):
         connect(line, 1_250_000, timeout=0.01)
 
 
+@pytest.mark.slow
 def test_over_a_pseudo_terminal_a_spoilt_line_gives_no_wrong_value(tmp_path):
     rng, faults, board = Random(2), Faults(), bench_board()
     good = failed = 0

@@ -3,12 +3,15 @@
 import importlib
 import re
 
+import pytest
+
 from khr_models.report import PART
 from tests import ROOT
 
 DOCUMENT = ROOT / 'docs' / 'models.md'
 
 
+@pytest.mark.slow
 def test_the_document_is_up_to_date():
     text = DOCUMENT.read_text(encoding='utf-8')
     assert PART.rewrite(text) == text, 'run: python -m khr_models.report docs/models.md'

@@ -87,6 +87,7 @@ def sweep_into(folder):
         return [row for batch in runner.run_missing(None, [(SWEEP, open_folder)]) for row in batch]
 
 
+@pytest.mark.slow
 def test_rounds_go_on_until_every_limit_is_found_and_resume(computed, tmp_path):
     done, _ = computed
     rows = sweep_into(tmp_path / 'sweep')

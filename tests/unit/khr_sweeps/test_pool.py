@@ -35,6 +35,7 @@ def test_a_job_whose_worker_is_killed_is_done_again(pool, tmp_path):
     assert psutil.pid_exists(pool.submit(pid_once, str(tmp_path)).result())
 
 
+@pytest.mark.slow
 def test_a_job_that_kills_every_worker_is_given_up_and_the_others_go_on(pool):
     lost, other = pool.submit(os._exit, 3), pool.submit(sqrt, 4)
     assert other.result() == 2.0

@@ -61,6 +61,7 @@ def test_a_file_cut_anywhere_keeps_whole_lines_silently(content, tmp_path, capsy
     assert capsys.readouterr().err == ''
 
 
+@pytest.mark.slow
 @given(st.integers(1, 5), st.data())
 @settings(max_examples=100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_whatever_is_done_to_a_line_it_is_left_out_by_name(content, tmp_path, capsys, row, data):
@@ -171,6 +172,7 @@ def fill(path, found):
             found.put((str(error), len(store.values)))
 
 
+@pytest.mark.slow
 def test_a_disk_that_takes_no_more_is_one_line_and_no_torn_result(tmp_path, capsys):
     context = multiprocessing.get_context('spawn')
     found = context.Queue()

@@ -296,6 +296,7 @@ GOOD = {
 }
 
 
+@pytest.mark.slow
 @given(st.data())
 @settings(max_examples=300, deadline=None)
 def test_mutated_data_is_a_sweep_or_one_line(data):
@@ -354,6 +355,7 @@ def shipped_sweeps():
 # ---- what identifies a run ----
 
 
+@pytest.mark.slow
 @given(st.floats(0.0, 60.0), st.floats(0.0, 60.0))
 @settings(max_examples=20)
 def test_a_run_is_its_parameters_and_the_code(first, second):
@@ -371,6 +373,7 @@ def test_a_run_is_its_parameters_and_the_code(first, second):
     assert identity(complete(one.scenario), 'w') != one.id
 
 
+@pytest.mark.slow
 def test_a_trial_gives_what_an_offline_run_gives():
     trial = trials(f'{HEAD}duration: 0.3\n{TILT}seeds: 1\n{GRID}', code_version())[0]
     (row, series), result = run_trial(trial), run_offline(trial.scenario)
@@ -423,6 +426,7 @@ def row_of(number):
     }
 
 
+@pytest.mark.slow
 @given(st.integers(1, 6), st.data())
 @settings(max_examples=30, suppress_health_check=[HealthCheck.differing_executors])
 def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, count, data):

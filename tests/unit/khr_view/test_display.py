@@ -37,6 +37,7 @@ def button(panel, name):
     return found.label, not found.disabled
 
 
+@pytest.mark.slow
 def test_only_what_runs_or_is_paused_can_be_halted(panel):
     for state, shown in {
         'waiting': ('Pause', False),

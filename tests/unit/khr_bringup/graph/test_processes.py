@@ -28,6 +28,7 @@ PARENT = """
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('state', ['running', 'stopped', 'at once'])
 def test_a_child_dies_with_its_killed_parent(tmp_path, state):
     parent = subprocess.Popen(

@@ -19,6 +19,7 @@ def standing():
     return scenario, *run_with_series(scenario)
 
 
+@pytest.mark.slow
 def test_looking_does_not_change_the_run(standing):
     scenario, result, series = standing
     assert result.trajectory_hash == run_offline(scenario).trajectory_hash

@@ -123,6 +123,7 @@ def test_a_fast_board_is_the_continuous_loop():
     assert loop.growth == pytest.approx(exact.real.max(), abs=0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('delay', [0, 1])
 def test_periods_follow_one_another_as_the_board_has_them(delay):
     """Targets in straight lines, an answer one period or two after its sample, by integration."""

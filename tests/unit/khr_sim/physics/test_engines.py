@@ -168,6 +168,7 @@ print(before, len(compiled))
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('engine', engines.LIBRARIES)
 def test_nothing_is_left_to_be_compiled_in_the_first_period(engine):
     """It takes a tenth of a second even from the cache, and the clock runs in realtime."""

@@ -327,6 +327,7 @@ def test_journal_of_another_search_or_of_other_physics_is_refused(tmp_path, here
         searched(journal)
 
 
+@pytest.mark.slow
 def test_physics_of_a_plan_changes_with_its_settings():
     slick = replace(PLAN, settings={'simulator.servo_friction': 0.1})
     assert physics_of(PLAN, 'mujoco') == physics_of(PLAN, 'mujoco') != physics_of(slick, 'mujoco')
@@ -472,6 +473,7 @@ def test_difference_of_limits_is_a_row():
     assert wanted.title not in row_costs(plan, Candidate({}, {TITLES[0]: [5.0]}))
 
 
+@pytest.mark.slow
 def test_lean_of_a_robot_is_the_constant_part_of_its_correction():
     lean = constant_lean(replace(PLAN, constants=OFFSETS), of_lean(3.0))
     assert lean.deg == pytest.approx(3.0, abs=0.3) and lean.share > 0.8

@@ -24,6 +24,7 @@ def walks(seed, seeds=3, amplitude=0.0):
     return Walks('', WALK, records, PERIOD)
 
 
+@pytest.mark.slow
 def test_chance_exceeds_the_coherence_limit_once_in_a_hundred_times():
     found = [walks(seed).slip_coherence(each) for seed in range(100) for each in FREQUENCIES]
     beyond = np.mean([coherence > limit for coherence, limit in found])

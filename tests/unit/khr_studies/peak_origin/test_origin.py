@@ -165,6 +165,7 @@ def gait_alone(treatment, time, draw):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seeds', [1, 3])
 def test_noise_has_hardly_a_peak_and_no_label(seeds):
     """One peak in 20 spectra is the stated level; a label must be much rarer."""
@@ -182,6 +183,7 @@ def test_no_bin_of_noise_is_called_a_line_of_the_gait():
     assert {line.sure for line in asked} == {'low'}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('seeds', [1, 3])
 def test_a_gait_alone_has_lines_of_the_gait_alone(seeds):
     base = invented(gait_alone, seeds)

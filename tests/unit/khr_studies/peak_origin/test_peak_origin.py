@@ -98,6 +98,7 @@ def test_other_cycles_separate_every_line_from_a_fixed_frequency(ground):
         assert any(separate), line
 
 
+@pytest.mark.slow
 def test_walks_that_do_not_stay_up_are_left_out_and_named(runs):
     assert 'K_A 9' not in [each.label for each in walks_of(runs)]
     assert 'left out: K_A 9 (2 of 2)' in markdown(blocks(lines.study(runs)))
@@ -158,6 +159,7 @@ def test_a_peak_that_is_not_explained_stands_out_all_the_same(runs, monkeypatch)
     assert found.verdict == 'not settled: the experiments do not explain the peak there'
 
 
+@pytest.mark.slow
 def test_the_page_begins_with_the_published_peaks(runs):
     text = markdown(blocks(lines.study(runs)))
     lead = text.split('\n\n')[0]
@@ -172,6 +174,7 @@ def test_the_page_begins_with_the_published_peaks(runs):
     assert heads[0] == '## The peaks of walk_6.99deg_ka12, as it is' and len(heads) == 4
 
 
+@pytest.mark.slow
 def test_the_figure_shows_lines_bands_and_names(runs, tmp_path):
     image, table = figures.draw('lines', tmp_path, {'lines': runs})
     assert image.is_file()

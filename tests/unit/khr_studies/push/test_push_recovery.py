@@ -25,6 +25,8 @@ from khr_studies.push.study import GYROS, START, PushCondition, bracket, push_ro
 from tests import ROOT
 from tests.support.mechanics import PLAIN_SERVOS
 
+pytestmark = pytest.mark.slow
+
 DOCUMENT = ROOT / 'docs' / 'models.md'
 FOOT = 2.0 * stance().pendulum.half_foot
 

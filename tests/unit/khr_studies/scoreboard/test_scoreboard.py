@@ -294,6 +294,7 @@ def test_every_walk_and_lift_limit_of_the_thesis_has_a_scenario_to_run():
             ) in ours
 
 
+@pytest.mark.slow
 def test_measurements_are_of_the_run():
     slow = (
         (('gait', 'start_delay'), 0.0),

@@ -106,6 +106,7 @@ def test_the_critical_inclination_rises_with_the_gain(folder):
     assert values == sorted(values)
 
 
+@pytest.mark.slow
 def test_files_hold_what_was_counted(folder, tmp_path):
     image, cells, critical, gains = draw_map(folder, X, Y, tmp_path / 'new' / 'map.png')
     assert image.read_bytes().startswith(b'\x89PNG')
@@ -150,6 +151,7 @@ def test_what_a_bisection_takes_for_granted_is_filled_palely(tmp_path):
     assert len(pale) == 1 and pale[0].get_array().count() == np.isfinite(counted.implied()).sum()
 
 
+@pytest.mark.slow
 def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
     page = figure(stability_map(read_results(folder), X, Y))
     page.draw_without_rendering()
@@ -169,6 +171,7 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
         assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
 
 
+@pytest.mark.slow
 def test_the_best_gains_are_marked_and_listed(folder):
     counted = stability_map(read_results(folder), X, Y)
     page = figure(counted)
@@ -180,6 +183,7 @@ def test_the_best_gains_are_marked_and_listed(folder):
     assert stability_map(read_results(folder), Y, X).best == []
 
 
+@pytest.mark.slow
 def test_words_make_an_axis_too(folder, tmp_path):
     counted = stability_map(read_results(folder), X, Z)
     assert counted.y.labels == tuple(SURFACES) and len(counted.critical) == 2

@@ -51,6 +51,7 @@ def test_the_figures_asked_for_are_there():
     assert list(COUNTERPARTS) == list(ASKED)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('number', OF_MODELS)
 def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
     image, table = draw(number, tmp_path / 'new')
@@ -62,6 +63,7 @@ def test_a_figure_is_an_image_and_a_table_with_units(number, tmp_path):
         assert row['curve'] and row['x label'] and row['y label']
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize('number', OF_MODELS)
 def test_every_panel_names_its_axes_and_nothing_hides_or_leaves_the_page(number):
     with styled():
@@ -108,11 +110,13 @@ def test_a_picture_has_its_symbols_typeset_and_the_table_has_them_plain(tmp_path
     assert 'φ_cr' in table.read_text(encoding='utf-8')
 
 
+@pytest.mark.slow
 def test_drawing_twice_gives_the_same_bytes(tmp_path):
     one, two = draw('3.9', tmp_path / 'a'), draw('3.9', tmp_path / 'b')
     assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
 
 
+@pytest.mark.slow
 def test_drawing_leaves_matplotlib_s_settings_alone(tmp_path):
     before = dict(matplotlib.rcParams)
     draw('3.9', tmp_path)

@@ -21,6 +21,8 @@ from khr_studies.thesis_figures.registry import FIGURES, draw, run_experiments
 from tests.fakes.invented_runs import FELL_AT, RATE, READ, TONE, WEIGHT, difference, runs_for
 from tests.support.figures import check_whole
 
+pytestmark = pytest.mark.slow
+
 OF_LIFTS = ('3.4', '3.5', '3.6', '3.10', '3.12', '3.13', '3.15')
 OF_WALKS = ('5.5', '5.6', '5.7', '5.8', '5.9', '5.10', '5.11', '5.12', '5.13', '5.14')
 SPECTRA = ('robot', 'at 8.88°', 'smooth')  # curves of spectra

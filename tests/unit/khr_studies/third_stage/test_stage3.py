@@ -189,6 +189,7 @@ def test_page_says_where_a_loop_has_no_edge_in_the_plane():
     assert 'beyond the plane' not in whole
 
 
+@pytest.mark.slow
 def test_page_picture_and_data_are_written(tmp_path):
     out = tmp_path / 'stage3.md'
     assert write(plane(), out) == summary(plane())

@@ -1,7 +1,7 @@
 """What the page knows of a run that goes on."""
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr_bringup.scenario.scenario import load_scenario, parse
@@ -21,6 +21,8 @@ def told(**gains):
     return run
 
 
+@pytest.mark.slow
+@settings(max_examples=20)
 @given(st.integers(1, 5), st.floats(0.0, 30.0))
 def test_the_next_seed_is_that_of_every_node_and_gains_stay(count, gain):
     run = told(ankle_controller=gain)

@@ -1,6 +1,7 @@
 """The live scene: robot, forces and centre of mass are those of one instant."""
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -32,6 +33,7 @@ def live():
     return scene
 
 
+@pytest.mark.slow
 @given(st.lists(st.tuples(st.sampled_from(NEEDED), st.sampled_from([0] * 9 + [1])), max_size=80))
 def test_a_scene_is_of_one_instant_whatever_is_lost_or_late(order):
     scene, sent = live(), dict.fromkeys(NEEDED, 0)

@@ -24,6 +24,7 @@ def tried(action, *arguments):
         assert str(error).isprintable()
 
 
+@pytest.mark.slow
 @given(
     st.dictionaries(
         st.sampled_from(['sync', 'missed_periods', 'stale_corrections', 'real_time_factor'])
@@ -40,6 +41,7 @@ def test_a_report_is_shown_or_refused(values, verdict):
         assert (name.isprintable() and text.isprintable() and 'nan' not in text) or verdict in text
 
 
+@pytest.mark.slow
 @given(
     st.lists(
         st.tuples(
