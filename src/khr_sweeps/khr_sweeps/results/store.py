@@ -194,7 +194,7 @@ def _name(path: Path, damaged: Sequence[int]) -> None:
         numbers = ', '.join(map(str, damaged[:_NAMED]))
         more = f' and {len(damaged) - _NAMED} more' if len(damaged) > _NAMED else ''
         print(
-            f'khr: {path}: damaged, without its signals, or of another computation, and left out: '
+            f'khr: {path}: damaged, incomplete, or of another computation, and left out: '
             f'line {numbers}{more}',
             file=sys.stderr,
         )
