@@ -19,14 +19,6 @@ _LEG_NAME = {'l': 'left', 'r': 'right'}
 REACH = 2.0 * LINK
 
 
-def sole_normal(pitch: ArrayLike, roll: ArrayLike) -> Array:
-    """Give the normal of a sole that is rolled about +x, then pitched about +y: (..., 3)."""
-    pitch, roll = np.broadcast_arrays(np.asarray(pitch, float), np.asarray(roll, float))
-    return np.stack(
-        [np.sin(pitch) * np.cos(roll), -np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=-1
-    )
-
-
 def leg_angles(side: str, sole: ArrayLike, normal: ArrayLike) -> Array:
     """Find the joint angles that put a sole where it is wanted.
 

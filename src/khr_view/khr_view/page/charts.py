@@ -10,6 +10,7 @@ import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE
 from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart
+from khr_view.charts.export import spectrum_csv
 from khr_view.charts.spectrum_lines import SpectrumLines
 from khr_view.charts.traces import Columns
 
@@ -81,7 +82,9 @@ class TimeCharts:
         """Let the reader choose which charts are shown."""
         for chart, handle in self._handles.items():
             box = gui.add_checkbox(chart.title, chart.shown)
-            box.on_update(_shows(handle))
+            box.on_update(
+                lambda event, handle=handle: setattr(handle, 'visible', event.target.value)
+            )
 
     def show(self, traces: Columns) -> None:
         """Draw what the traces hold."""
@@ -147,6 +150,10 @@ class SpectrumChart:
         )
         self._peaks.content = f'<div class="khr"><table>{rows}</table></div>'
 
+    def csv(self) -> str:
+        """Return what is drawn as a table."""
+        return spectrum_csv(self.drawn)
+
     def forget(self, words: str = NO_SPECTRUM) -> None:
         """Draw none, and say why."""
         self.drawn, self._chart.visible = None, False
@@ -157,8 +164,3 @@ class SpectrumChart:
     def _choose(self, wanted: bool) -> None:
         self._wanted = self._peaks.visible = wanted
         self._chart.visible = wanted and self.drawn is not None
-
-
-def _shows(handle: Any) -> Any:
-    """Return what shows a chart or hides it, as its checkbox says."""
-    return lambda event: setattr(handle, 'visible', event.target.value)

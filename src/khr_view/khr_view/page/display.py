@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from khr_sim.robot import Robot
 from khr_view.charts.charts import Chart
-from khr_view.charts.export import signals_csv, spectrum_csv
+from khr_view.charts.export import signals_csv
 from khr_view.charts.spectrum_lines import SpectrumLines
 from khr_view.charts.traces import Columns
 from khr_view.guard import Door
@@ -109,7 +109,7 @@ class Display:
             for number, chart in enumerate(self._spectra, 1):
                 file = f'spectrum{number}.csv' if number > 1 else 'spectrum.csv'
                 links += SAVE_SPECTRUM.format(file=file, number=f' {number}' if number > 1 else '')
-                server.tables[file] = partial(_spectrum_csv, chart)
+                server.tables[file] = chart.csv
             server.gui.add_html(SAVE.format(spectra=links))
             with server.gui.add_folder('Choose', expand_by_default=False):
                 for spectrum in self._spectra:
@@ -218,10 +218,6 @@ class Display:
     def close(self) -> None:
         """Stop serving the page."""
         self.server.stop()
-
-
-def _spectrum_csv(chart: SpectrumChart) -> str:
-    return spectrum_csv(chart.drawn)
 
 
 def _frame(client: Any) -> None:

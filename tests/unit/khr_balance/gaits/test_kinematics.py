@@ -6,11 +6,19 @@ from hypothesis import strategies as st
 from khr_balance import joints
 from khr_balance.errors import BalanceError
 from khr_balance.gaits.body import MASS, forward
-from khr_balance.gaits.kinematics import leg_angles, sole_normal
+from khr_balance.gaits.kinematics import leg_angles
 from tests.fakes.postures import mirrored
 
 SIDE = st.sampled_from(joints.SIDES)
 ROLL, PITCH, KNEE = st.floats(-0.5, 0.5), st.floats(-1.0, 1.0), st.floats(0.01, 2.2)
+
+
+def sole_normal(pitch, roll):
+    """Return the normal of a sole that is rolled about +x, then pitched about +y: (..., 3)."""
+    pitch, roll = np.broadcast_arrays(pitch, roll)
+    return np.stack(
+        [np.sin(pitch) * np.cos(roll), -np.sin(roll), np.cos(pitch) * np.cos(roll)], axis=-1
+    )
 
 
 def posture(side, leg):

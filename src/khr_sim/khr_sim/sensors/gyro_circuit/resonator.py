@@ -5,9 +5,6 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from khr_sim.sensors.gyro_circuit.checks import check_positive, check_range
 
 
@@ -48,9 +45,3 @@ class Resonator:
     def response(self, s: complex) -> complex:
         """Return displacement over force at the complex frequency ``s`` (rad/s), m/N."""
         return 1.0 / (self.mass * s * s + self.damping * s + self.stiffness)
-
-    def energy(
-        self, position: NDArray[np.float64], velocity: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        """Return kinetic plus elastic energy, J."""
-        return 0.5 * (self.mass * velocity**2 + self.stiffness * position**2)
