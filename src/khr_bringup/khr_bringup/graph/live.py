@@ -119,16 +119,12 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
         BringupError: if there is no run, or it refuses; then all is as before.
     """
     from rcl_interfaces.srv import SetParametersAtomically
-    from rclpy.parameter import Parameter
+
+    from khr_common.nodes.ros_parameters import to_set
 
     text = read_file(scenario)
     entry = choose(domain)
-    request = SetParametersAtomically.Request(
-        parameters=[
-            Parameter('name', value=scenario.stem).to_parameter_msg(),
-            Parameter('scenario', value=text).to_parameter_msg(),
-        ]
-    )
+    request = to_set({'name': scenario.stem, 'scenario': text})
     answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, SWITCHING)
     if answer is None:
         raise BringupError('khr: no answer; is the run still there?')

@@ -131,14 +131,10 @@ class _Graph:
     def prepare(self, node: str, values: Mapping[str, Any]) -> None:
         """Have a node prepare for another run; without values it forgets what it prepared for."""
         from rcl_interfaces.srv import SetParametersAtomically
-        from rclpy.parameter import Parameter
 
-        request = SetParametersAtomically.Request(
-            parameters=[
-                Parameter(name, value=value).to_parameter_msg() for name, value in values.items()
-            ]
-        )
-        result = self._call(SetParametersAtomically, f'{node}/prepare', request).result
+        from khr_common.nodes.ros_parameters import to_set
+
+        result = self._call(SetParametersAtomically, f'{node}/prepare', to_set(values)).result
         if not result.successful:
             raise BringupError(f'{node}: {result.reason}')
 

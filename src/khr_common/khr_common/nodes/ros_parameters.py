@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from typing import Any
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
-from rclpy.parameter import parameter_value_to_python
+from rcl_interfaces.srv import SetParametersAtomically
+from rclpy.parameter import Parameter, parameter_value_to_python
 
 from khr_common.parameters import Specification
 
@@ -21,6 +23,15 @@ def plain(value: Any) -> Any:
 def value_of(message: Any) -> Any:
     """Return the plain value that a rcl_interfaces/ParameterValue holds."""
     return plain(parameter_value_to_python(message))
+
+
+def to_set(values: Mapping[str, Any]) -> SetParametersAtomically.Request:
+    """Return the request to set parameters, all or none; the services of khr take such ones too."""
+    return SetParametersAtomically.Request(
+        parameters=[
+            Parameter(name, value=each).to_parameter_msg() for name, each in values.items()
+        ]
+    )
 
 
 def describe(specification: Specification) -> ParameterDescriptor:

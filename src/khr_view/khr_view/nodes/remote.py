@@ -15,7 +15,7 @@ from std_srvs.srv import SetBool, Trigger
 from khr_bringup.node_registry import table_of
 from khr_common.errors import KhrError
 from khr_common.interfaces import PARAMETER_EVENTS
-from khr_common.nodes.ros_parameters import value_of
+from khr_common.nodes.ros_parameters import to_set, value_of
 from khr_common.parameters import check
 from khr_common.run_identity import MalformedError
 from khr_view.controls import Control, Pending, Tunable, Value, control
@@ -93,16 +93,11 @@ class Remote:
         if not self._switch.service_is_ready():
             self._refused('scenarios are switched by the command that started the run: it is gone')
             return
-        values = {'name': name, 'scenario': text}
-        request = SetParametersAtomically.Request(
-            parameters=[
-                Parameter(key, value=each).to_parameter_msg() for key, each in values.items()
-            ]
-        )
 
         def answered(future: Any) -> None:
             self._refused(future.result().result.reason)
 
+        request = to_set({'name': name, 'scenario': text})
         self._switch.call_async(request).add_done_callback(answered)
 
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
