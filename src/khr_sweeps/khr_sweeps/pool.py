@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import CancelledError, Future
 from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
 from multiprocessing.connection import Pipe
 from pathlib import Path
 from queue import Empty, PriorityQueue, SimpleQueue
@@ -108,19 +107,22 @@ def compute(
         RunError: if the function raised, or the pool ended.
     """
     remaining = iter(tasks)
-    finished: SimpleQueue[tuple[str, Future[Result]]] = SimpleQueue()
+    finished: SimpleQueue[Future[Result]] = SimpleQueue()
+    keys: dict[Future[Result], str] = {}
 
     def submit(count: int) -> int:
         some = list(itertools.islice(remaining, count))
         for key, task in some:
-            pool.submit(function, task).add_done_callback(partial(_put, finished, key))
+            future = pool.submit(function, task)
+            keys[future] = key
+            future.add_done_callback(finished.put)
         return len(some)
 
     waiting = submit(max(LEAST_AHEAD, AHEAD * pool.workers))
     while waiting:
         batch = [finished.get(), *_at_hand(finished)]
         waiting += submit(len(batch)) - len(batch)
-        yield [(key, _result(future)) for key, future in batch]
+        yield [(keys.pop(future), _result(future)) for future in batch]
 
 
 class LocalPool:
@@ -177,7 +179,10 @@ class LocalPool:
                         break
                     self._discard(worker)
                     worker = None
-                _settle(job.future, answer)
+                if answer is None:
+                    raise LostWorkerError(f'lost {ATTEMPTS} workers over one job')
+                succeeded, found = answer
+                (job.future.set_result if succeeded else job.future.set_exception)(found)
             except Exception as error:  # no process to be had, or an answer that does not read
                 job.future.set_exception(error)
         if worker is not None:
@@ -266,19 +271,6 @@ def start_worker(module: str, ends: Sequence[int], quiet: bool = False) -> Popen
         env=SINGLE_THREADED | os.environ | {'PYTHONPATH': same_modules},
         preexec_fn=tied_to_parent(),
     )
-
-
-def _settle(future: Future[Any], answer: tuple[bool, Any] | None) -> None:
-    if answer is None:
-        future.set_exception(LostWorkerError(f'lost {ATTEMPTS} workers over one job'))
-    elif answer[0]:
-        future.set_result(answer[1])
-    else:
-        future.set_exception(answer[1])
-
-
-def _put(finished: SimpleQueue[Any], key: str, future: Future[Any]) -> None:
-    finished.put((key, future))
 
 
 def _at_hand(queue: Any) -> Iterator[Any]:

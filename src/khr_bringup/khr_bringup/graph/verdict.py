@@ -27,14 +27,15 @@ def main() -> int:
     """
     enter()
     end_with_parent()
-    own, of_ros = _parted(sys.argv[1:])
+    from rclpy.utilities import remove_ros_args  # once the arithmetic is in force
+
     parser = argparse.ArgumentParser('verdict', description='Wait for the verdict of a run.')
     parser.add_argument('parameters', type=Path, help='the parameter file that the nodes have')
     parser.add_argument('--expect', default='', help=MEANING)
     parser.add_argument('--out', type=Path, help='folder in which to write outcome.json')
     parser.add_argument('--driver', default='', help="in the simulator's place")
     parser.add_argument('--name', help='of the scenario; that of the file by default')
-    options = parser.parse_args(own)
+    options = parser.parse_args(remove_ros_args(sys.argv)[1:])
     try:
         scenario = scenarios.load_scenario(str(options.parameters))
         scenario = replace(scenario, name=options.name or scenario.name)
@@ -42,7 +43,9 @@ def main() -> int:
             scenario = scenario.driven_by(driver_of(options.driver, '--driver'))
         expected = Expectation.parse(options.expect, '--expect', scenario)
         with interrupts() as interrupted:
-            result = follow(scenario, own_run(), interrupted, arguments=of_ros, folder=options.out)
+            result = follow(
+                scenario, own_run(), interrupted, arguments=sys.argv, folder=options.out
+            )
         _show(result)
         if options.out:
             write_outcome(options.out, result)
@@ -55,12 +58,6 @@ def main() -> int:
     if unmet:
         print(f'verdict: {unmet}', file=sys.stderr)
     return 1 if unmet else 0
-
-
-def _parted(arguments: list[str]) -> tuple[list[str], list[str]]:
-    """Return the arguments before ``--ros-args``, and the rest."""
-    place = arguments.index('--ros-args') if '--ros-args' in arguments else len(arguments)
-    return arguments[:place], arguments[place:]
 
 
 def _show(result: Result) -> None:

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from viser.transforms import SO3
 
 from khr_common.interfaces import BODY, JOINTS, TORSO
 from khr_common.maths.rotation import pitched, rotated
@@ -13,7 +14,7 @@ from khr_sim.robot import Robot
 from khr_view.model.shapes import Shape, shapes
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.marks import Marks
-from khr_view.page.pose import turned, wxyz
+from khr_view.page.pose import wxyz
 
 DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
 OVERHEAD = 0.2  # m from the torso's frame up to the robot's name
@@ -97,7 +98,7 @@ class RobotView:
 
     def _add_shape(self, number: int, shape: Shape) -> None:
         name = f'{self._names[shape.link]}/shape_{number}'
-        place = {'position': shape.position, 'wxyz': turned(shape.turn)}
+        place = {'position': shape.position, 'wxyz': SO3.from_rpy_radians(*shape.turn).wxyz}
         color = tuple(round(255 * part) for part in shape.color)
         if len(shape.size) == 3:
             handle = self._scene.add_box(name, color, shape.size, **place)
