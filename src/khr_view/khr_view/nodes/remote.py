@@ -93,12 +93,8 @@ class Remote:
         if not self._switch.service_is_ready():
             self._refused('scenarios are switched by the command that started the run: it is gone')
             return
-
-        def answered(future: Any) -> None:
-            self._refused(future.result().result.reason)
-
-        request = to_set({'name': name, 'scenario': text})
-        self._switch.call_async(request).add_done_callback(answered)
+        answer = self._switch.call_async(to_set({'name': name, 'scenario': text}))
+        answer.add_done_callback(lambda future: self._refused(future.result().result.reason))
 
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
         def listed(future: Any) -> None:
