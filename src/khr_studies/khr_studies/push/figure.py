@@ -23,7 +23,6 @@ from khr_report.plots.plot_style import (
     share_scale,
 )
 from khr_studies.push import motions
-from khr_studies.push.study import SIGNS
 
 UNCONTROLLED = ', no control'
 FORMS_EXPLAINED = (
@@ -122,9 +121,8 @@ def both_directions(found: list[motions.PushedBothWays]) -> Figure:
     for body, axis in zip(found, axes, strict=True):
         half_foot = 1e3 * body.half_foot
         for each in body.pushed:
-            ahead = SIGNS[each.direction] * (
-                1e3 * each.values + half_foot * math.cos(body.inclination)
-            )
+            side = 1.0 if each.direction == 'behind' else -1.0
+            ahead = side * (1e3 * each.values + half_foot * math.cos(body.inclination))
             label = f'{each.force:.2f} N from {SIDES[each.direction]}'
             look = LINES[each.gain] | {'color': OF_SIDES[each.direction]}
             _draw_until_fall(axis, each, ahead, label + UNCONTROLLED * (not each.gain), look)

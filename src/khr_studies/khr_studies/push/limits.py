@@ -4,17 +4,33 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 
-from khr_models.standing.push import DIRECTIONS
+from khr_models.standing.ankle_servo import Pid
+from khr_models.standing.push import DIRECTIONS, capture_force
+from khr_models.standing.push import largest_push as largest_of_model
 from khr_studies.errors import StudyError
-from khr_studies.measuring.condition import Changes
-from khr_studies.push.model import model_push
-from khr_studies.push.study import GYROS, PushCondition, PushLimit, largest_push
+from khr_studies.measuring.condition import Changes, stiffer_pid
+from khr_studies.push.model import model_loop, model_push
+from khr_studies.push.study import (
+    GYROS,
+    WATCH,
+    PushCondition,
+    PushLimit,
+    largest_push,
+    push_robot,
+    stance,
+)
 
 GAINS = (0.0, 12.0, 18.0)
 DURATIONS = (0.1, 0.2, 0.5)  # s
+SHORT = (0.02, 0.05, *DURATIONS)  # s, of the momentum argument
+IMPULSE = 0.6  # N s, compared over durations
+# Servos four times as stiff; still stiffer ones chatter after the push.
+STIFF: Changes = ((('simulator', 'stiffness_per_stretch'), 1.0), *stiffer_pid(4.0))
+STIFFER = 20.0  # times, of the model's servo
+PADS: Changes = ((('simulator', 'surface'), 'pads'),)
 
 
 @dataclass(frozen=True)
@@ -92,6 +108,98 @@ def measure_all(tried: Iterable[PushCondition]) -> list[PushRow]:
         )
         rows.append(row)
     return rows
+
+
+@dataclass(frozen=True)
+class MomentumRow:
+    """The largest impulse without control, from behind, beside closed forms; in N s.
+
+    Attributes:
+        duration: of the push, s.
+        survived, fatal: of the robot.
+        point_mass, rigid_body: largest impulse by conservation of momentum.
+        carried_mm: how far IMPULSE carries the centre of mass; None if the robot falls.
+    """
+
+    duration: float
+    survived: float
+    fatal: float
+    point_mass: float
+    rigid_body: float
+    carried_mm: float | None
+
+
+def momentum(duration: float) -> MomentumRow:
+    """Measure the largest impulse for one duration in s."""
+    own, inertia = stance().tipping('behind')
+    condition = PushCondition(duration=duration)
+    found = largest_push(condition)
+    response = push_robot(condition, IMPULSE / duration)
+    return MomentumRow(
+        duration,
+        duration * found.survived,
+        duration * found.fatal,
+        duration * capture_force(own, own.inertia, duration),
+        duration * capture_force(own, inertia, duration),
+        None if response.fell else 1e3 * float(response.x_com.max() - response.x_com[0]),
+    )
+
+
+@dataclass(frozen=True)
+class ComplianceRow:
+    """The largest push without control, from behind, with soft and with stiff servos; in N."""
+
+    duration: float
+    robot: float
+    stiff_robot: float
+    rigid: float
+    model: float
+    stiff_model: float
+    rigid_point_mass: float
+
+
+def compliance(duration: float) -> ComplianceRow:
+    """Measure the effect of stiff servos for one duration in s."""
+    soft, hard = (PushCondition(duration=duration, changes=changes) for changes in ((), STIFF))
+    edge, inertia = stance(hard.base()).tipping('behind')
+    loop = model_loop(soft, 'physical', 'robot')
+    pid = Pid(STIFFER * loop.pid.proportional, 0.0, STIFFER * loop.pid.derivative)
+    return ComplianceRow(
+        duration,
+        largest_push(soft).middle,
+        largest_push(hard).middle,
+        capture_force(edge, inertia, duration),
+        model_push(soft, 'physical', 'robot'),
+        largest_of_model(replace(loop, pid=pid), duration=duration, watch=WATCH),
+        capture_force(edge, edge.inertia, duration),
+    )
+
+
+@dataclass(frozen=True)
+class PushLimits:
+    """All that the models' document says of pushes on the robot.
+
+    Attributes:
+        pushes: the largest, under every condition.
+        on_pads: the largest of one duration, on the force-sensor pads.
+        momentum, compliance: by duration.
+    """
+
+    pushes: list[PushRow]
+    on_pads: list[PushRow]
+    momentum: list[MomentumRow]
+    compliance: list[ComplianceRow]
+
+
+def measure_limits() -> PushLimits:
+    """Measure all of it; it takes minutes."""
+    on_pads = conditions(durations=DURATIONS[:1], gyros=('packaged',), changes=PADS)
+    return PushLimits(
+        measure_all(conditions()),
+        measure_all(on_pads),
+        [momentum(duration) for duration in SHORT],
+        [compliance(duration) for duration in DURATIONS],
+    )
 
 
 def numbers(name: str, text: str) -> list[float]:

@@ -16,7 +16,7 @@ from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
 from khr_sim.physics import engines
 from khr_sim.sensors.gyro_circuit.baseband import Baseband
 from khr_studies.push.model import model_gyro, model_loop, model_push
-from khr_studies.push.study import GYROS, SIGNS, START, PushCondition, on, push_robot, stance
+from khr_studies.push.study import GYROS, START, PushCondition, on, push_robot, stance
 
 LOOP = PushLoop()  # of the thesis's model
 CONTROL = 12.0  # K_A, the thesis's
@@ -169,24 +169,22 @@ def with_and_without_control(engine: str = engines.DEFAULT) -> RobotAndModel:
     alone = PushCondition(duration=PUSHED, changes=on(engine))
     force = FATAL * model_push(alone, 'physical', 'robot')
     tried = [replace(alone, gain=gain, gyro='circuit') for gain in (0.0, *CONTROLLED)]
-    return _robot_and_model(force, tried, tried)
+    return RobotAndModel(
+        force,
+        stance().pendulum.half_foot,
+        [_push_robot(condition, force, (0.0, WATCHED_LONG)) for condition in tried],
+        [_push_its_model(condition, force) for condition in tried],
+    )
 
 
 def near_limit(alone: PushCondition, force: float) -> RobotAndModel:
     """Push the robot without and with control, with either gyro, and the model with the last."""
-    tried = [alone, *(replace(alone, gain=CONTROLLED[-1], gyro=gyro) for gyro in GYROS)]
-    return _robot_and_model(force, tried, tried[-1:], begin=-0.1)
-
-
-def _robot_and_model(
-    force: float, of_robot: list[PushCondition], of_model: list[PushCondition], begin: float = 0.0
-) -> RobotAndModel:
-    """Push the robot under some conditions, and the model of its body under some of them."""
+    conditions = [alone, *(replace(alone, gain=CONTROLLED[-1], gyro=gyro) for gyro in GYROS)]
     return RobotAndModel(
         force,
         stance().pendulum.half_foot,
-        [_push_robot(condition, force, (begin, WATCHED_LONG)) for condition in of_robot],
-        [_push_its_model(condition, force) for condition in of_model],
+        [_push_robot(condition, force, (-0.1, WATCHED_LONG)) for condition in conditions],
+        [_push_its_model(conditions[-1], force)],
     )
 
 
@@ -238,9 +236,10 @@ def _push_model(
     loop: PushLoop, setting: float, force: float, direction: Direction = 'behind'
 ) -> PushedBody:
     """Push a model for 0.1 s."""
+    side = 1.0 if direction == 'behind' else -1.0
     run = simulate_push(
         replace(loop, gain=gain_of_board(setting)),
-        ForcePulse(SIGNS[direction] * force, 0.1),
+        ForcePulse(side * force, 0.1),
         gyro=circuit(),
         duration=WATCHED,
     )

@@ -9,36 +9,43 @@ from __future__ import annotations
 import csv
 import io
 from collections.abc import Iterable, Sequence
-from dataclasses import astuple, fields, replace
+from dataclasses import astuple, fields
 from pathlib import Path
 
 from khr_common.files import write_text
 from khr_common.text.markdown import WrittenPart
-from khr_models.standing.ankle_servo import Pid
-from khr_models.standing.push import capture_force
-from khr_models.standing.push import largest_push as largest_of_model
-from khr_report.page.document import Table, markdown
+from khr_report.page.document import Columns, Table, markdown, table
 from khr_report.page.template import page_text
 from khr_sim.parameters import SimulatorParameters
-from khr_studies.measuring.condition import Changes, stiffer_pid
-from khr_studies.push.limits import DURATIONS, PushRow, conditions, measure_all
-from khr_studies.push.model import legs, model_loop, model_push
-from khr_studies.push.study import (
-    START,
-    TOLERANCE,
-    WATCH,
-    PushCondition,
-    largest_push,
-    push_robot,
-    stance,
+from khr_studies.push.limits import (
+    IMPULSE,
+    ComplianceRow,
+    MomentumRow,
+    PushLimits,
+    PushRow,
+    measure_limits,
 )
+from khr_studies.push.model import legs
+from khr_studies.push.study import START, TOLERANCE, WATCH, stance
 
-SHORT = (0.02, 0.05, *DURATIONS)  # s, of the momentum argument
-IMPULSE = 0.6  # N s, compared over durations
-# Servos four times as stiff; still stiffer ones chatter after the push.
-STIFF: Changes = ((('simulator', 'stiffness_per_stretch'), 1.0), *stiffer_pid(4.0))
-STIFFER = 20.0  # times, of the model's servo
-PADS: Changes = ((('simulator', 'surface'), 'pads'),)
+MOMENTUM_COLUMNS: Columns[MomentumRow] = {
+    'push, s': lambda row: f'{row.duration:g}',
+    'robot, N s': lambda row: f'{row.survived:.3f} to {row.fatal:.3f}',
+    'point mass, N s': lambda row: f'{row.point_mass:.3f}',
+    'rigid body, N s': lambda row: f'{row.rigid_body:.3f}',
+    f'COM carried by {IMPULSE:g} N s': lambda row: (
+        'falls' if row.carried_mm is None else f'{row.carried_mm:.1f} mm'
+    ),
+}
+COMPLIANCE_COLUMNS: Columns[ComplianceRow] = {
+    'push, s': lambda row: f'{row.duration:g}',
+    'robot, N': lambda row: f'{row.robot:.2f}',
+    'with stiff servos, N': lambda row: f'{row.stiff_robot:.2f}',
+    'rigid, closed form, N': lambda row: f'{row.rigid:.2f}',
+    'model of its body, N': lambda row: f'{row.model:.2f}',
+    'with a stiff servo, N': lambda row: f'{row.stiff_model:.2f}',
+    'rigid point mass, closed form, N': lambda row: f'{row.rigid_point_mass:.2f}',
+}
 
 
 def csv_of(rows: Iterable[PushRow]) -> str:
@@ -87,81 +94,24 @@ def largest_pushes(rows: Sequence[PushRow]) -> Table:
     return Table(('push', 'who', *head), tuple(lines))
 
 
-def momentum(duration: float) -> dict[str, str]:
-    """Measure the largest impulse without control, from behind, for one duration in s.
-
-    Beside it stand closed forms, by conservation of momentum, and how far IMPULSE carries the
-    centre of mass.
-
-    Returns:
-        The cells of a line, by the head of their column.
-    """
-    own, inertia = stance().tipping('behind')
-    condition = PushCondition(duration=duration)
-    found = largest_push(condition)
-    response = push_robot(condition, IMPULSE / duration)
-    carried = 1e3 * float(response.x_com.max() - response.x_com[0])
-    return {
-        'push, s': f'{duration:g}',
-        'robot, N s': f'{duration * found.survived:.3f} to {duration * found.fatal:.3f}',
-        'point mass, N s': f'{duration * capture_force(own, own.inertia, duration):.3f}',
-        'rigid body, N s': f'{duration * capture_force(own, inertia, duration):.3f}',
-        f'COM carried by {IMPULSE:g} N s': 'falls' if response.fell else f'{carried:.1f} mm',
-    }
-
-
-def compliance(duration: float) -> dict[str, str]:
-    """Measure the largest push without control, from behind, with soft and with stiff servos.
-
-    Args:
-        duration: of the push, s.
-
-    Returns:
-        The cells of a line, by the head of their column.
-    """
-    soft, hard = (PushCondition(duration=duration, changes=changes) for changes in ((), STIFF))
-    edge, inertia = stance(hard.base()).tipping('behind')
-    loop = model_loop(soft, 'physical', 'robot')
-    pid = Pid(STIFFER * loop.pid.proportional, 0.0, STIFFER * loop.pid.derivative)
-    forces = {
-        'robot': largest_push(soft).middle,
-        'with stiff servos': largest_push(hard).middle,
-        'rigid, closed form': capture_force(edge, inertia, duration),
-        'model of its body': model_push(soft, 'physical', 'robot'),
-        'with a stiff servo': largest_of_model(
-            replace(loop, pid=pid), duration=duration, watch=WATCH
-        ),
-        'rigid point mass, closed form': capture_force(edge, edge.inertia, duration),
-    }
-    return {
-        'push, s': f'{duration:g}',
-        **{f'{who}, N': f'{force:.2f}' for who, force in forces.items()},
-    }
-
-
-def _table(lines: Sequence[dict[str, str]]) -> Table:
-    return Table(tuple(lines[0]), tuple(tuple(line.values()) for line in lines))
-
-
-def document_part() -> str:
-    """Measure the part of the models' document on the robot, which takes minutes; return it."""
-    own, simulator = stance(), SimulatorParameters()
+def document_part(found: PushLimits) -> str:
+    """Return the part of the models' document on the robot."""
+    own = stance()
     body, inertia = own.tipping('behind')
-    on_pads = conditions(durations=DURATIONS[:1], gyros=('packaged',), changes=PADS)
     return page_text(
         __name__,
         body=body,
         heels=own.tipping('front')[0].half_foot,
         inertia=inertia / (body.mass * (body.length**2 + body.half_foot**2)),
-        servo=legs(own, simulator),
-        pad_distance=simulator.pad_distance,
+        servo=legs(own, SimulatorParameters()),
+        pad_distance=SimulatorParameters().pad_distance,
         start=START,
         watch=WATCH,
         tolerance=TOLERANCE,
-        pushes=largest_pushes(measure_all(conditions())),
-        on_pads=largest_pushes(measure_all(on_pads)),
-        momentum=_table([momentum(duration) for duration in SHORT]),
-        compliance=_table([compliance(duration) for duration in DURATIONS]),
+        pushes=largest_pushes(found.pushes),
+        on_pads=largest_pushes(found.on_pads),
+        momentum=table(found.momentum, MOMENTUM_COLUMNS),
+        compliance=table(found.compliance, COMPLIANCE_COLUMNS),
     ).strip()
 
 
@@ -176,7 +126,7 @@ def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
     return list(texts)
 
 
-PART = WrittenPart('khr_studies.push.page docs/models.md', document_part)
+PART = WrittenPart('khr_studies.push.page docs/models.md', lambda: document_part(measure_limits()))
 
 if __name__ == '__main__':
     # by the module's own name, at which its template is

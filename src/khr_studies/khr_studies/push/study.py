@@ -11,6 +11,7 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import get_args
 
 import numpy as np
 
@@ -40,7 +41,6 @@ AT_REST = {GYRO: (0.0, 0.0, 0.0)}
 WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
 LEAST = 0.05  # N; below this the limit is reported as 0
-SIGNS: dict[Direction, float] = {'behind': 1.0, 'front': -1.0}  # of a push's force along x
 GIVING = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
 # The packaged gyro is the default of every scenario, slowed to 2 Hz; the circuit has the corner
 # of its own description, 50 Hz.
@@ -72,7 +72,7 @@ class PushCondition:
     changes: Changes = ()
 
     def __post_init__(self) -> None:
-        for name, accepted in (('direction', SIGNS), ('gyro', GYROS)):
+        for name, accepted in (('direction', get_args(Direction)), ('gyro', tuple(GYROS))):
             if getattr(self, name) not in accepted:
                 raise StudyError(
                     f'{name}: {getattr(self, name)!r} is not accepted; '
@@ -83,6 +83,11 @@ class PushCondition:
                 f'duration: {self.duration!r} is not accepted; accepted: [0.001, 60] s'
             )
         self.base()
+
+    @property
+    def side(self) -> float:
+        """Return the sign of the force along x."""
+        return 1.0 if self.direction == 'behind' else -1.0
 
     def base(self) -> Scenario:
         """Return the scenario without a push."""
@@ -98,13 +103,7 @@ class PushCondition:
         return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
 
     def scenario(self, force: float) -> Scenario:
-        """Return the scenario of a push with a force of at least 0, N.
-
-        Raises:
-            StudyError: if the force is negative or not finite.
-        """
-        if not 0.0 <= force < math.inf:
-            raise StudyError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
+        """Return the scenario of a push with a force of at least 0, N."""
         base = self.base()
         if not force:
             return base
@@ -113,7 +112,7 @@ class PushCondition:
             {
                 ('simulator', 'pushes'): [
                     f't={START:g} duration={self.duration:g} link=base_link frame=odom '
-                    f'force={SIGNS[self.direction] * force!r},0,0 point={point}'
+                    f'force={self.side * force!r},0,0 point={point}'
                 ]
             }
         )
@@ -144,8 +143,8 @@ class Stance:
 
     def tipping(self, direction: Direction) -> tuple[Pendulum, float]:
         """Return the pendulum from its edge of tipping, and the inertia about that edge."""
-        half_foot = self.pendulum.half_foot - SIGNS[direction] * self.ahead
-        own = replace(self.pendulum, half_foot=half_foot)
+        side = 1.0 if direction == 'behind' else -1.0
+        own = replace(self.pendulum, half_foot=self.pendulum.half_foot - side * self.ahead)
         return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
 
 
@@ -219,17 +218,31 @@ def push_robot(condition: PushCondition, force: float) -> PushResponse:
     Raises:
         StudyError: if the force is negative or not finite.
     """
-    scenario = condition.scenario(force)
+    scenario = _pushed(condition, force)
     parameters = scenario.table(RunParameters)
     rows: list[tuple[float, float]] = []
 
     def watch(truth: Truth, *_: object) -> None:
-        x_com = _x_com(truth, SIGNS[condition.direction], parameters)
-        rows.append((truth.stamp_ns / 1e9 - START, x_com))
+        rows.append((truth.stamp_ns / 1e9 - START, _x_com(truth, condition.side, parameters)))
 
     result = run_offline(scenario, watch)
     time, x_com = np.array(rows).T
     return PushResponse(time, x_com, result.outcome.fell)
+
+
+def falls(condition: PushCondition, force: float) -> bool:
+    """Return whether a push with a force of at least 0, N, topples the robot.
+
+    Raises:
+        StudyError: if the force is negative or not finite.
+    """
+    return run_offline(_pushed(condition, force)).outcome.fell
+
+
+def _pushed(condition: PushCondition, force: float) -> Scenario:
+    if not 0.0 <= force < math.inf:
+        raise StudyError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
+    return condition.scenario(force)
 
 
 def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
@@ -291,6 +304,4 @@ def largest_push(condition: PushCondition) -> PushLimit:
         guess = capture_force(
             *stance(condition.base()).tipping(condition.direction), condition.duration
         )
-    return bracket(
-        lambda force: run_offline(condition.scenario(force)).outcome.fell, max(guess, LEAST)
-    )
+    return bracket(functools.partial(falls, condition), max(guess, LEAST))
