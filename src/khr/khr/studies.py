@@ -290,8 +290,9 @@ def stage3(
         )
         if out is not None:
             from khr_studies.third_stage import page  # draws
+            from khr_studies.third_stage.comparison import compare_with_model
 
-            page.write(plane, folder / 'stage3.md')
+            page.write(plane, compare_with_model(plane), folder / 'stage3.md')
         return plane
 
 

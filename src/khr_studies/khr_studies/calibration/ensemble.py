@@ -10,14 +10,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy import stats
 
-from khr_models.checks import Array
 from khr_studies.calibration.objective import FALL, Candidate, row_costs
 from khr_studies.calibration.plan import CalibrationPlan, FreeConstant
 from khr_studies.calibration.rows import WantedLimit
 from khr_studies.measuring.ensemble_file import Member
 
+Array = NDArray[np.float64]
 LEAST, MOST = 20, 40  # members of an ensemble
 OPEN = 0.5  # share of the range searched from which on a constant counts as open
 

@@ -6,12 +6,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from math import nan
+from typing import NamedTuple
 
 import numpy as np
 
 from khr_models.standing.force_loop import StandingLoop
 from khr_studies.third_stage.standing_model import standing_loop
-from khr_studies.third_stage.study import HIP_GAIN, Plane, Setting
+from khr_studies.third_stage.study import HIP_GAIN, Array, Plane, Setting
 
 
 @dataclass(frozen=True)
@@ -34,9 +35,53 @@ class Edge:
     predicted: float | None
 
 
-def growth(setting: Setting) -> float:
-    """Return how fast the linear model's worst motion grows on the flat, on two feet, 1/s."""
-    return loop_at(setting, feet=2).growth
+class ModelLoop(NamedTuple):
+    """The model at the point nearest to the thesis's limits."""
+
+    feet: int
+    hip_gain: float
+    model: StandingLoop
+
+
+@dataclass(frozen=True)
+class ModelComparison:
+    """What the linear model has of a plane.
+
+    Attributes:
+        edges: one for each time constant.
+        growth: of its worst motion on the flat without the hip and with it, 1/s, each
+            (times, scales), by hip gain.
+        loops: at the point nearest to the thesis's limits, on one foot and on two.
+    """
+
+    edges: tuple[Edge, ...]
+    growth: dict[float, Array]
+    loops: tuple[ModelLoop, ...]
+
+
+def compare_with_model(plane: Plane) -> ModelComparison:
+    """Return what the linear model has of a plane."""
+    near = plane.nearest
+    hips = 0.0, HIP_GAIN
+    return ModelComparison(
+        tuple(edges(plane)),
+        {
+            hip: np.array(
+                [[growth(scale, time, hip) for scale in plane.scales] for time in plane.times]
+            )
+            for hip in hips
+        },
+        tuple(
+            ModelLoop(feet, hip, loop_at(Setting(near.force_scale, near.time_constant, hip), feet))
+            for feet in (2, 1)
+            for hip in hips
+        ),
+    )
+
+
+def growth(scale: float, time: float, hip_gain: float, feet: int = 2) -> float:
+    """Return how fast the linear model's worst motion grows on the flat, 1/s."""
+    return loop_at(Setting(scale, time, hip_gain), feet).growth
 
 
 def loop_at(setting: Setting, feet: int) -> StandingLoop:
@@ -62,9 +107,7 @@ def edges(plane: Plane) -> list[Edge]:
     """
     measured = {time: plane.edge(time, 0.0) for time in plane.times}
     rates = {
-        time: growth(Setting(scale, time, 0.0))
-        for time, scale in measured.items()
-        if scale is not None
+        time: growth(scale, time, 0.0) for time, scale in measured.items() if scale is not None
     }
     borne = float(np.mean([*rates.values()])) if rates else nan
     return [
@@ -80,7 +123,7 @@ def edges(plane: Plane) -> list[Edge]:
 
 
 def _scale_at(rate: float, time: float, scales: Sequence[float]) -> float | None:
-    rates = [growth(Setting(scale, time, HIP_GAIN)) for scale in scales]
+    rates = [growth(scale, time, HIP_GAIN) for scale in scales]
     if not rates[0] <= rate <= rates[-1]:
         return None
     return float(np.interp(rate, rates, scales))

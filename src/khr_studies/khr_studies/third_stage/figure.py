@@ -9,16 +9,15 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from khr_models.checks import Array
 from khr_report.plots.plot_style import WIDTH, head, styled
-from khr_studies.third_stage.comparison import Edge, growth
-from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Plane
+from khr_studies.third_stage.comparison import Edge, ModelComparison
+from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Array, Plane
 
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
 LARGEST_RATE = 60.0  # deg/s, end of the colours
 
 
-def limits_picture(plane: Plane, found: Sequence[Edge]) -> Figure:
+def limits_picture(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw the limits over the plane, and what the hip adds to them, each number in its place."""
     with styled():
         figure, axes = _page()
@@ -37,10 +36,10 @@ def limits_picture(plane: Plane, found: Sequence[Edge]) -> Figure:
             _cells(axis, plane, values, (-reach, reach), 'RdBu', '+.1f')
             axis.set_title(title)
         title = 'Standing on one leg: what the force loop holds, what the hip adds'
-        return _finished(figure, axes, plane, found, title)
+        return _finished(figure, axes, plane, compared.edges, title)
 
 
-def swing_picture(plane: Plane, found: Sequence[Edge]) -> Figure:
+def swing_picture(plane: Plane, compared: ModelComparison) -> Figure:
     """Draw how far the robot swings over the plane, and how fast the model's swing grows."""
     with styled():
         figure, axes = _page()
@@ -49,12 +48,11 @@ def swing_picture(plane: Plane, found: Sequence[Edge]) -> Figure:
             _cells(axis, plane, values, (0.0, LARGEST_RATE), 'cividis', '.0f')
             axis.set_title(f'overshoot at 3.8° in °/s: {title}')
         for axis, (hip, title) in zip(axes[1], HIPS.items(), strict=True):
-            growths = plane.grid(hip, lambda point: growth(point.setting))
-            reach = float(np.abs(growths).max())
-            _cells(axis, plane, growths, (-reach, reach), 'PuOr_r', '+.1f')
+            reach = float(np.abs(compared.growth[hip]).max())
+            _cells(axis, plane, compared.growth[hip], (-reach, reach), 'PuOr_r', '+.1f')
             axis.set_title(f"growth of the model's swing, 1/s: {title}")
         title = 'Standing on one leg: how the force loop swings, with and without hip'
-        return _finished(figure, axes, plane, found, title)
+        return _finished(figure, axes, plane, compared.edges, title)
 
 
 def _page() -> tuple[Figure, Any]:
@@ -77,10 +75,12 @@ def _finished(
             markeredgecolor='black',
             linestyle='none',
         )
-        axis.set(xlabel='force scale (mV/N)', ylabel='time constant (s)')
-        axis.label_outer()
     lines, names = axes[0][0].get_legend_handles_labels()
     figure.legend(lines, names, loc='outside lower center', ncols=3)
+    for axis in axes[-1]:
+        axis.set_xlabel('force scale (mV/N)')
+    for axis in axes[:, 0]:
+        axis.set_ylabel('time constant (s)')
     head(figure, title, "the square is where both limits come nearest to the thesis's")
     return figure
 

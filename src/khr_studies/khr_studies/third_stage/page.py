@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
-from itertools import product
 from math import degrees, isfinite, isnan, nan
 from pathlib import Path
 
@@ -15,7 +12,7 @@ from khr_report.page.document import Columns, Table, number, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.measuring.json_file import write_json
-from khr_studies.third_stage.comparison import Edge, edges, loop_at
+from khr_studies.third_stage.comparison import Edge, ModelComparison, ModelLoop
 from khr_studies.third_stage.figure import limits_picture, swing_picture
 from khr_studies.third_stage.study import (
     ANKLE_GAIN,
@@ -29,18 +26,17 @@ from khr_studies.third_stage.study import (
 )
 
 
-def write(plane: Plane, out: Path) -> str:
+def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
     """Write page, picture and data beside one another; return a summary of one line.
 
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
     """
-    found = edges(plane)
     pictures = out.with_suffix('.png'), out.with_name(f'{out.stem}_swing.png')
     write_json(out.with_suffix('.json'), plane)
     for draw, picture in zip((limits_picture, swing_picture), pictures, strict=True):
-        save(draw(plane, found), picture, dpi=200)
-    write_text(out, page(plane, found, *(picture.name for picture in pictures)))
+        save(draw(plane, compared), picture, dpi=200)
+    write_text(out, page(plane, compared, *(picture.name for picture in pictures)))
     return summary(plane)
 
 
@@ -55,8 +51,9 @@ def summary(plane: Plane) -> str:
     )
 
 
-def page(plane: Plane, found: Sequence[Edge], limits_picture: str, swing_picture: str) -> str:
+def page(plane: Plane, compared: ModelComparison, limits_picture: str, swing_picture: str) -> str:
     """Return the page; the pictures are files beside it."""
+    found = compared.edges
     near, worth, without = plane.nearest, plane.worth, plane.limits(0.0)
     held = worth >= WORTH
     pair = [Setting(near.force_scale, near.time_constant, hip) for hip in (0.0, HIP_GAIN)]
@@ -95,7 +92,7 @@ def page(plane: Plane, found: Sequence[Edge], limits_picture: str, swing_picture
         moved=np.mean(moved, axis=0) if moved else (nan, nan),
         misses=[abs(e.with_hip - e.predicted) for e in found if e.with_hip and e.predicted],
         grids=_grids(plane),
-        loops=_loops(near),
+        loops=table(compared.loops, LOOPS),
         checks=table(plane.checks, _checks(plane)),
     )
 
@@ -141,14 +138,13 @@ def _grids(plane: Plane) -> list[tuple[str, Table]]:
     ]
 
 
-def _loops(near: Setting) -> Table:
-    """Return the linear model at a point, on two feet and on one, without the hip and with it."""
-    rows = []
-    for feet, hip in product((2, 1), (0.0, HIP_GAIN)):
-        model = loop_at(replace(near, hip_gain=hip), feet)
-        swing = f'{model.frequency:.2f}', f'{model.damping_ratio:+.3f}', f'{model.growth:+.2f}'
-        rows.append((str(feet), f'{hip:g}', *swing))
-    return Table(('feet', 'K_H', 'swing, Hz', 'damping ratio', 'growth, 1/s'), tuple(rows))
+LOOPS: Columns[ModelLoop] = {
+    'feet': lambda row: str(row.feet),
+    'K_H': lambda row: f'{row.hip_gain:g}',
+    'swing, Hz': lambda row: f'{row.model.frequency:.2f}',
+    'damping ratio': lambda row: f'{row.model.damping_ratio:+.3f}',
+    'growth, 1/s': lambda row: f'{row.model.growth:+.2f}',
+}
 
 
 def _checks(plane: Plane) -> Columns[Point]:

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from math import tau
 
 import numpy as np
+from numpy.typing import NDArray
 
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.board_units import force_gain, rate_gain
@@ -13,7 +13,6 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import Scenario
-from khr_models.checks import Array
 from khr_models.standing.force_loop import Chain, JointServos, StandingLoop
 from khr_sim.robot import JOINTS, Robot
 from khr_sim.run_parameters import RunParameters
@@ -21,6 +20,7 @@ from khr_sim.sensors.foot_force import FootForceParameters
 from khr_sim.sensors.gyro import GyroParameters
 from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 
+Array = NDArray[np.float64]
 CHAIN = ('ankle_pitch', 'knee', 'hip_pitch')
 
 
@@ -81,15 +81,20 @@ def chain_of(robot: Robot, posture: Array, sides: str) -> Chain:
     sole = poses[f'{first}_sole'][:3, :3]
     children = {name: robot.joints[f'{first}_{name}'].child for name in CHAIN}
     origin = poses[children['ankle_pitch']][:3, 3]
-
-    def hanging(name: str, legs: Iterable[str]) -> set[str]:
-        """Return the links below a joint of some legs."""
-        joints = (robot.joints[f'{side}_{name}'] for side in legs)
-        return {link for joint in joints for link in robot.descendants(joint.child)}
-
-    feet, shanks, legs = (hanging(name, sides) for name in CHAIN)
-    lifted = hanging('hip_pitch', set('lr') - set(sides))
-    bodies = shanks - feet, (legs - shanks) | lifted, set(robot.links) - legs - lifted
+    above: dict[str, set[str]] = {}
+    for name in CHAIN:
+        legs = [set(robot.descendants(robot.joints[f'{s}_{name}'].child)) for s in 'lr']
+        standing = [leg for leg, s in zip(legs, 'lr', strict=True) if s in sides]
+        above[name] = set.union(*standing)
+    raised = {s for s in 'lr' if s not in sides}
+    lifted = {
+        link for s in raised for link in robot.descendants(robot.joints[f'{s}_hip_pitch'].child)
+    }
+    bodies = (
+        above['knee'] - above['ankle_pitch'],
+        (above['hip_pitch'] - above['knee']) | lifted,
+        set(robot.links) - above['hip_pitch'] - lifted,
+    )
     masses, centres, inertias = [], [], []
     for links in bodies:
         names = [name for name in robot.links if name in links]

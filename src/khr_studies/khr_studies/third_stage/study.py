@@ -17,9 +17,9 @@ from math import inf, nan
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from khr_common.maths.limit import bracket_limit
-from khr_models.checks import Array
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.bench import MeasuredLift, lift
@@ -29,6 +29,7 @@ from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
 
+Array = NDArray[np.float64]
 STEP = 1.9  # deg, of the climb: its steps meet the thesis's 3.8, 7.6 and 9.5 deg
 HIGHEST_DEG = 7 * STEP  # of the climb
 HALVINGS = 3  # of the last step: to a quarter of a degree

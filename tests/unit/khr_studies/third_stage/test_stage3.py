@@ -15,7 +15,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.json_file import read_json
 from khr_studies.third_stage import study as stage3
-from khr_studies.third_stage.comparison import edges, growth
+from khr_studies.third_stage.comparison import compare_with_model, edges, growth
 from khr_studies.third_stage.page import page, summary, write
 from khr_studies.third_stage.standing_model import chain_of, standing_loop
 from khr_studies.third_stage.study import (
@@ -111,7 +111,7 @@ def test_the_model_predicts_its_own_edge():
     scales, times = np.arange(0.001, 0.0101, 0.0005).round(4).tolist(), [0.4, 0.6]
 
     def point(setting):
-        stands = growth(setting) < borne
+        stands = growth(setting.force_scale, setting.time_constant, setting.hip_gain) < borne
         return Point(setting, (Climb(8.0 if stands else 0.0, None, 1),))
 
     points = [point(Setting(s, t, *h)) for s in scales for t in times for h in HIPS]
@@ -183,16 +183,16 @@ def test_page_says_where_a_loop_has_no_edge_in_the_plane():
 
     points = [slow(each) if each.setting.time_constant == 0.7 else each for each in plane().points]
     found = replace(plane(), points=tuple(points))
-    text = page(found, edges(found), 'limits.png', 'swing.png')
+    text = page(found, compare_with_model(found), 'limits.png', 'swing.png')
     assert 'for the others it lies beyond the plane' in text and 'inf' not in text.split()
-    whole = page(plane(), edges(plane()), 'limits.png', 'swing.png')
+    whole = page(plane(), compare_with_model(plane()), 'limits.png', 'swing.png')
     assert 'beyond the plane' not in whole
 
 
 @pytest.mark.slow
 def test_page_picture_and_data_are_written(tmp_path):
     out = tmp_path / 'stage3.md'
-    assert write(plane(), out) == summary(plane())
+    assert write(plane(), compare_with_model(plane()), out) == summary(plane())
     assert read_json(out.with_suffix('.json'), Plane) == plane()
     text = out.read_text(encoding='utf-8')
     assert (tmp_path / 'stage3.png').stat().st_size > 10_000

@@ -200,13 +200,14 @@ def stage3(
     """Explain the third stage of standing: what the hip's damping is worth, and where."""
     from khr_studies.measuring.json_file import read_json
     from khr_studies.third_stage import page
+    from khr_studies.third_stage.comparison import compare_with_model
     from khr_studies.third_stage.study import Plane, measure_plane
 
     if measured:
         plane = read_json(out.with_suffix('.json'), Plane)
     else:
         plane = measure_plane(seeds, engine, jobs)
-    print(page.write(plane, out))
+    print(page.write(plane, compare_with_model(plane), out))
 
 
 def start_sweep(
