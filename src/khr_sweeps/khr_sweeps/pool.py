@@ -182,8 +182,11 @@ class LocalPool:
                 if answer is None:
                     raise LostWorkerError(f'lost {ATTEMPTS} workers over one job')
                 succeeded, found = answer
-                (job.future.set_result if succeeded else job.future.set_exception)(found)
-            except Exception as error:  # no process to be had, or an answer that does not read
+                if succeeded:
+                    job.future.set_result(found)
+                else:
+                    job.future.set_exception(found)
+            except Exception as error:  # no worker lasts, or an answer does not read
                 job.future.set_exception(error)
         if worker is not None:
             self._discard(worker)

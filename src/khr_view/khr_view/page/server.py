@@ -21,7 +21,6 @@ from khr_view.guard import Door
 from khr_view.page.additions import Tables, add_to, addition, prepare
 
 _infra: Any = viser.infra._infra
-LOOK = 0.02  # s between looks whether a server has been built
 
 
 class LoopEvent(asyncio.Event):
@@ -108,8 +107,7 @@ def _guarded(door: Door, tables: Tables) -> Iterator[None]:
             return response
 
         async def handle(connection: Any) -> None:
-            while not built.is_set():
-                await asyncio.sleep(LOOK)
+            await asyncio.to_thread(built.wait)
             await handler(connection)
 
         return real(handle, sock=door.socket, process_request=check, **options)
