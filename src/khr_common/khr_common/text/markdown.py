@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,6 +15,11 @@ def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
     """Return a table."""
     lines = [head, ['---'] * len(head), *rows]
     return '\n'.join('| ' + ' | '.join(line) + ' |' for line in lines)
+
+
+def table_of(rows: Sequence[Mapping[str, str]]) -> str:
+    """Return a table of rows that all have the same columns, by their heads."""
+    return table(list(rows[0]), [list(row.values()) for row in rows])
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from khr_common.published import STALL_TORQUE
-from khr_common.text.markdown import table
+from khr_common.text.markdown import table, table_of
 from khr_models.checks import FORMS
 from khr_models.pendulum import GRAVITY, Pendulum, critical_inclination, simulate
 from khr_models.servo.servo_loop import gain_of_board
@@ -96,7 +96,7 @@ def friction_numbers() -> str:
                 'a block, m/s^2': f'{block:.3f}',
             }
         )
-    return table(list(rows[0]), [list(row.values()) for row in rows])
+    return table_of(rows)
 
 
 def push_numbers() -> str:

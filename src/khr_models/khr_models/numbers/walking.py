@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
-from khr_common.text.markdown import table
+from khr_common.text.markdown import table, table_of
 from khr_models.checks import FORMS
 from khr_models.harmonics import integrated_harmonics, published_harmonics, series_harmonics
 from khr_models.pendulum import Pendulum
@@ -113,7 +113,7 @@ def stiffness_numbers() -> str:
             strict=True,
         )
     ]
-    return table(list(rows[0]), [list(row.values()) for row in rows])
+    return table_of(rows)
 
 
 def harmonics_numbers() -> str:
@@ -136,7 +136,7 @@ def harmonics_numbers() -> str:
             }
         )
     text = 'A pitch of 3 deg at f_0, amplitudes over that of f_0:'
-    return f'{text}\n\n{table(list(rows[0]), [list(row.values()) for row in rows])}'
+    return f'{text}\n\n{table_of(rows)}'
 
 
 def _size(amplitude: float) -> str:
