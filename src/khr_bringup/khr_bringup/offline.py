@@ -153,7 +153,9 @@ def _run(
 
     def change(instant_ns: int) -> None:
         nonlocal now
-        made = due.pop(instant_ns, [])
+        made = due.pop(instant_ns, None)
+        if made is None:  # a scenario takes a while to check
+            return
         now = now.changed({(each.node, each.parameter): each.value for each in made})
         for node in {each.node for each in made}:
             if node == SIMULATOR:

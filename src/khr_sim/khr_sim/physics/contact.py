@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -20,9 +21,10 @@ from khr_sim.robot import Robot
 
 Array = NDArray[np.float64]
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
-# One contact of robot and ground: the engine's number of the link; the point, in m in odom; the
-# ground's normal and the force along it, in N; then force and direction of both frictions.
-Contact = tuple[int, Vector, Vector, float, float, Vector, float, Vector]
+Contact = tuple[Any, ...]  # of robot and ground, as PyBullet has it
+# Where in it these are: the robot's link; the point, in m in odom; the ground's normal and the
+# force along it, in N; then force and direction of both frictions.
+LINK, POINT, NORMAL, PRESS, SLIP, ALONG, SLIDE, ACROSS = 3, 5, 7, 9, 10, 11, 12, 13
 
 SIDES = ('l', 'r')
 HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads, which lie across it, m
@@ -87,7 +89,7 @@ class ContactForces:
     def __init__(self, feet: Sequence[int], soles: Sequence[Pose]) -> None:
         self.steps = 0
         self.in_odom = np.zeros((4, 3))
-        self._directions: tuple[Vector, Vector, Vector] | None = None
+        self._last: Contact | None = None  # of a foot
         self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along normal and both frictions
         self._feet, self._soles = feet, soles
 
@@ -107,14 +109,16 @@ class ContactForces:
         """Take the contacts of the robot with the ground after one step."""
         self.steps += 1
         of_foot = self._of_foot
-        for link, (x, y, z), up, press, slip, along, slide, across in contacts:
-            if link in of_foot:
-                (fx, fy, fz), ankle, toe, heel = of_foot[link]
+        for contact in contacts:
+            foot = of_foot.get(contact[LINK])
+            if foot is not None:
+                (fx, fy, fz), ankle, toe, heel = foot
+                x, y, z = contact[POINT]
                 impulse = toe if fx * x + fy * y + fz * z >= ankle else heel
-                impulse[0] += press
-                impulse[1] += slip
-                impulse[2] += slide
-                self._directions = up, along, across
+                impulse[0] += contact[PRESS]
+                impulse[1] += contact[SLIP]
+                impulse[2] += contact[SLIDE]
+                self._last = contact
 
     def mean(self, soles: Sequence[Pose]) -> list[Vector]:
         """Return the forces on l_toe, l_heel, r_toe and r_heel, each in its frame, N.
@@ -123,9 +127,10 @@ class ContactForces:
             soles: poses of l_sole and r_sole at the end of the period, in whose frames they are.
         """
         sums = self.in_odom.tolist()
-        if self._directions is not None:
-            along = tuple(zip(*self._directions, strict=True))
-            sums = [[dot(impulse, each) for each in along] for impulse in self._impulses]
+        if self._last is not None:
+            directions = (self._last[NORMAL], self._last[ALONG], self._last[ACROSS])
+            axes = tuple(zip(*directions, strict=True))
+            sums = [[dot(impulse, axis) for axis in axes] for impulse in self._impulses]
         steps = self.steps or 1
         to_sole = [inverse(orientation) for _, orientation in soles for _ in range(2)]
         return [

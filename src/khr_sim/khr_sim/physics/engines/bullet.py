@@ -37,9 +37,8 @@ __all__ = ['Bullet', 'bullet']
 Array = NDArray[np.float64]
 
 _pack = Struct(f'{len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
+_ANGLE, _SPEED = itemgetter(0), itemgetter(1)  # of a joint, in its state
 _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
-# Of a contact point: link, position, normal, normal force, and twice friction force, direction.
-_CONTACT = itemgetter(3, 5, 7, 9, 10, 11, 12, 13)
 
 
 class Bullet:
@@ -149,9 +148,7 @@ class Bullet:
                 body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
             )
             bullet.stepSimulation(client)
-            forces.add(
-                map(_CONTACT, bullet.getContactPoints(body, ground, physicsClientId=client))
-            )
+            forces.add(bullet.getContactPoints(body, ground, physicsClientId=client))
             self._read_joints()
         return torques
 
@@ -181,6 +178,5 @@ class Bullet:
 
     def _read_joints(self) -> None:
         states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
-        angles, speeds, *_ = zip(*states, strict=True)
-        _pack(self._position.data, 0, *angles)
-        _pack(self._velocity.data, 0, *speeds)
+        _pack(self._position.data, 0, *map(_ANGLE, states))
+        _pack(self._velocity.data, 0, *map(_SPEED, states))
