@@ -14,6 +14,7 @@ from functools import partial
 from itertools import pairwise
 from struct import Struct
 from struct import error as StructError
+from typing import NamedTuple
 
 from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES, WRENCH, Topic
 
@@ -27,6 +28,8 @@ _TIME = Struct('<iI')
 _COUNT = Struct('<I')
 _THREE, _SIX, _SEVEN = Struct('<3d'), Struct('<6d'), Struct('<7d')
 _START = 4  # of the fields, behind the encoding
+_STAMPED = _START + _TIME.size  # the end of the stamp in a header
+MOST_FORMS = 50  # of JointStates that are remembered
 _DOUBLE = 8
 _BLANK = Struct('<d').pack(BLANK)
 _RATE = 13 * _DOUBLE  # in an Imu, behind orientation and its covariance
@@ -103,7 +106,7 @@ def clock(data: bytes) -> int:
 
 def frame(data: bytes) -> str:
     """Return the frame in the header of any stamped message."""
-    start, length = _counted(data, _START + _TIME.size)
+    start, length = _counted(data, _STAMPED)
     return data[start : start + length - 1].decode()
 
 
@@ -128,8 +131,29 @@ def poses(data: bytes) -> Floats:
     return Struct(f'<{7 * count}d').unpack_from(data, _aligned(place) if count else place)
 
 
-def joint_positions(data: bytes) -> tuple[list[str], Floats]:
-    """Return the joint names of a JointState and their positions, rad."""
+def joint_positions(data: bytes) -> tuple[tuple[str, ...], Floats]:
+    """Return the joint names of a JointState and their positions, rad.
+
+    A sender's messages differ in stamp and numbers alone: what stands between them is read once.
+    """
+    form = _forms.get(len(data))
+    if form is None or data[_STAMPED : form.place] != form.text:
+        form = _forms[len(data)] = _form_of(data)
+        if len(_forms) > MOST_FORMS:
+            del _forms[next(iter(_forms))]
+    return form.names, form.unpack_from(data, form.place)
+
+
+class _Form(NamedTuple):
+    """What a JointState has between its stamp and its positions, which begin at ``place``."""
+
+    text: bytes
+    place: int
+    names: tuple[str, ...]
+    unpack_from: Callable[[bytes, int], Floats]
+
+
+def _form_of(data: bytes) -> _Form:
     place, count = _counted(data, _after_header(data))
     names = []
     for _ in range(count):
@@ -137,7 +161,11 @@ def joint_positions(data: bytes) -> tuple[list[str], Floats]:
         names.append(data[start : end - 1].decode())
         place = end
     place, count = _counted(data, place)
-    return names, Struct(f'<{count}d').unpack_from(data, _aligned(place) if count else place)
+    place = _aligned(place) if count else place
+    return _Form(data[_STAMPED:place], place, tuple(names), Struct(f'<{count}d').unpack_from)
+
+
+_forms: dict[int, _Form] = {}  # by length of the message
 
 
 def pose_and_twist(data: bytes) -> Floats:
@@ -172,7 +200,7 @@ def numbers_of(topic: Topic) -> Reader:
 
 def _ordered(names: tuple[str, ...], data: bytes) -> Floats:
     found, positions = joint_positions(data)
-    if tuple(found) == names:
+    if found == names:
         return positions
     by_name = dict(zip(found, positions, strict=True))
     return tuple([by_name[name] for name in names])
@@ -192,7 +220,7 @@ LENGTHS = {CLOCK.kind: 0, IMU: 3, WRENCH: 3, TRUE_POSE.kind: 7, TRUE_SOLES.kind:
 
 
 def _after_header(data: bytes) -> int:
-    return _after_text(data, _START + _TIME.size)
+    return _after_text(data, _STAMPED)
 
 
 def _after_text(data: bytes, place: int) -> int:

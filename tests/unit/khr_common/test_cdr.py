@@ -111,4 +111,21 @@ def test_joint_positions(stamp_ns, frame, names, positions, velocities):
     message = stamped(
         JointState(name=names, position=positions, velocity=velocities), stamp_ns, frame
     )
-    assert cdr.joint_positions(serialize_message(message)) == (names, tuple(positions))
+    assert cdr.joint_positions(serialize_message(message)) == (tuple(names), tuple(positions))
+
+
+@given(stamps, texts, st.lists(texts, min_size=1, max_size=5).flatmap(st.permutations), floats)
+def test_joint_positions_of_senders_whose_messages_are_of_one_length(stamp, frame, names, number):
+    for each, text in ((names, frame), (names[::-1], frame), (names, frame[::-1]), (names, frame)):
+        message = stamped(JointState(name=each, position=[number] * len(each)), stamp, text)
+        assert cdr.joint_positions(serialize_message(message)) == (
+            tuple(each),
+            (number,) * len(each),
+        )
+
+
+def test_forms_of_all_lengths_do_not_fill_the_memory():
+    for length in range(3 * cdr.MOST_FORMS):
+        message = JointState(name=['x' * 4 * length], position=[0.0])
+        assert cdr.joint_positions(serialize_message(message))[1] == (0.0,)
+    assert len(cdr._forms) <= cdr.MOST_FORMS

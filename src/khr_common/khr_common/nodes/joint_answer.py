@@ -13,7 +13,7 @@ class JointAnswer(NamedTuple):
     """What a node wants of the joints, rad, for the instant of its stamp."""
 
     stamp_ns: int
-    name: list[str]
+    name: tuple[str, ...]
     position: tuple[float, ...]
 
 

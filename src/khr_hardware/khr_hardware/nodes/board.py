@@ -217,7 +217,7 @@ class BoardNode(KhrNode):
     # ---- what arrives ----
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
-        if source == GAIT and tuple(answer.name) != JOINTS:
+        if source == GAIT and answer.name != JOINTS:
             raise MalformedError('not all joints in their order')
         if answer.stamp_ns > self.now_ns:
             raise MalformedError('an instant that has not been')

@@ -181,7 +181,7 @@ class SimulatorNode(KhrNode):
     # ---- what arrives ----
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
-        if source == GAIT and tuple(answer.name) != JOINTS:
+        if source == GAIT and answer.name != JOINTS:
             raise MalformedError('not all joints in their order')
         if (self._lockstep.barrier.first(source, answer.stamp_ns) or answer) != answer:
             self._contradicted(source, answer.stamp_ns)
