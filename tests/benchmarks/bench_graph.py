@@ -16,6 +16,8 @@ from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
+from unittest.mock import patch
 
 import psutil
 
@@ -27,7 +29,7 @@ from khr_sim.physics.engines.bullet import bullet
 from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
-from tests.benchmarks.clock import Numbers, clocks, factors, log
+from tests.benchmarks.clock import FACTORS, Numbers, clocks, factors, log
 from tests.support.runs import Bag, children
 
 SCENARIO = 'walk_0deg'
@@ -58,20 +60,18 @@ def twin_torques() -> tuple[list[int], list[list[float]], list[float]]:
     return joints, torques, positions[-1]
 
 
-def plain(motors: bool = False, contacts: bool = False) -> Numbers:
+def plain(motors: bool = False) -> Numbers:
     """Return the real-time factor of a plain PyBullet loop: set all joints, step, read them.
 
     It does nothing else: no torso, no servo, no board, no sensor, no control. The world, the robot
     and its start are the twin's. Without the engine's motors it sets the torques that the twin
     reckoned, so that its motion and contacts are the twin's, which it checks; with them it holds
-    the joints where they stand. With contacts it reads these as well: then it makes all the calls
-    of PyBullet that a step of the twin makes, and nothing of this project.
+    the joints where they stand.
     """
     joints, torques, end = twin_torques()
     plant = Plant(SHORT.table(RunParameters))
     plant.start(ControlLoop(SHORT).reference(0.0))
     body, client = plant.world.engine.body, plant.world.engine.client
-    ground = plant.world.engine.ground
     held = [bullet.getJointState(body, i, client)[0] for i in joints]
     control, key = (
         (bullet.POSITION_CONTROL, 'targetPositions')
@@ -84,13 +84,33 @@ def plain(motors: bool = False, contacts: bool = False) -> Numbers:
             body, joints, control, physicsClientId=client, **{key: held if motors else torque}
         )
         bullet.stepSimulation(client)
-        if contacts:
-            bullet.getContactPoints(body, ground, physicsClientId=client)
         states = bullet.getJointStates(body, joints, client)
     figures = factors(len(torques) * plant.parameters.physics_step, began)
     plant.close()
     assert motors or [state[0] for state in states] == end
     return figures
+
+
+def steps() -> Numbers:
+    """Return the real-time factor of the twin's physics steps alone.
+
+    That is servos, engine, contacts and joint states of every step, and nothing of what the twin
+    does once in a control period.
+    """
+    spent = [0.0, 0.0]
+    run = engine.Bullet.run
+
+    def timed(*arguments: Any) -> list[float]:
+        began = clocks()
+        torques = run(*arguments)
+        spent[:] = (
+            so_far + now - then for so_far, now, then in zip(spent, clocks(), began, strict=True)
+        )
+        return torques
+
+    with patch.object(engine.Bullet, 'run', timed):
+        simulated = run_offline(SHORT).time
+    return {clock: simulated / took for clock, took in zip(FACTORS, spent, strict=True)}
 
 
 def offline(scenario: Scenario = SHORT) -> Numbers:
@@ -165,13 +185,13 @@ def bag_figures(folder: Path) -> Numbers:
 
 
 RAW, MOTORS, TWIN = 'plain loop', "plain loop, engine's motors", 'offline twin'
-CONTACTS = 'plain loop, contacts read'
+STEPS = "the twin's steps alone"
 MUJOCO_TWIN = 'offline twin, MuJoCo'
 ONE, ONE_RECORDED = 'one process', 'one process, recorded'
 EACH, EACH_RECORDED = 'a process per node', 'a process per node, recorded'
 CASES: dict[str, Callable[[], Numbers]] = {
     RAW: plain,
-    CONTACTS: lambda: plain(contacts=True),
+    STEPS: steps,
     MOTORS: lambda: plain(motors=True),
     TWIN: offline,
     MUJOCO_TWIN: lambda: offline(SECOND_ENGINE),

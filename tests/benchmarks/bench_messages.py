@@ -1,4 +1,4 @@
-"""Time the middleware alone: what no graph that exchanges these messages can fall below.
+"""Time the twin with the middleware alone: what no graph of these messages can fall below.
 
 ``python -m tests.benchmarks.bench_messages``
 """
@@ -21,19 +21,31 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from khr_analysis.node_specs import RECORDER
+from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
 from khr_bringup.graph.following import nodes_of
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import spec_of
+from khr_bringup.offline import ControlLoop
 from khr_common.interfaces import Topic
 from khr_common.nodes.messages import blank_message, message_class, serialized
 from khr_common.nodes.node import DATA
 from khr_sim.node_specs import SIMULATOR
+from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
-from tests.benchmarks.bench_graph import EACH, ONE, ONE_RECORDED, SHORT
+from tests.benchmarks.bench_graph import (
+    EACH,
+    EACH_RECORDED,
+    ONE,
+    ONE_RECORDED,
+    SECONDS,
+    SHORT,
+    TWIN,
+)
 from tests.benchmarks.clock import WALL, Numbers, log
 
 NAMES = nodes_of(SHORT, record=True)
-PERIODS = 2000
+CONTROL_PERIOD = SHORT.table(RunParameters).control_period
+PERIODS = round(SECONDS / CONTROL_PERIOD)
 PATIENCE = 120.0  # s
 READY = 'ready'
 
@@ -78,21 +90,35 @@ class Bare(Node):  # type: ignore[misc]
 
 
 class Source(Bare):
-    """The bare simulator: it counts the periods."""
+    """The bare simulator: in each period it runs the whole twin, and counts."""
 
     def __init__(self) -> None:
         super().__init__(SIMULATOR.name)
         self.done = Future()
+        self._twin = periods()
         self._left, self._began = PERIODS, 0.0
 
     def answer(self) -> None:
-        """Publish the messages of a period, so many times."""
+        """Run the twin for a period and publish its messages, so many times."""
         self._began = self._began or perf_counter()
         self._left -= 1
         if self._left < 0:
             self.done.set_result(perf_counter() - self._began)
         else:
+            next(self._twin)
             super().answer()
+
+
+def periods() -> Iterator[None]:
+    """Simulate one control period of the offline twin at a time."""
+    plant, loop = Plant(SHORT.table(RunParameters)), ControlLoop(SHORT)
+    monitor = OutcomeMonitor(SHORT.table(MonitorParameters))
+    truth = plant.start(loop.reference(0.0))
+    while True:
+        plant.answer(loop.answer(truth))
+        monitor.update(truth.stamp_ns, loop.signals)
+        truth = plant.advance()
+        yield
 
 
 def topics(name: str) -> tuple[list[Topic], list[Topic]]:
@@ -114,18 +140,26 @@ def topics(name: str) -> tuple[list[Topic], list[Topic]]:
 
 
 def measure() -> dict[str, Numbers]:
-    """Return simulated by wall time of bare nodes, in one process and in one each."""
-    found = {}
-    for case, recorded, processes in (
-        (ONE, False, False),
-        (ONE_RECORDED, True, False),
-        (EACH, False, True),
+    """Return simulated by wall time of the twin, alone and among bare nodes."""
+    log('bare messages: none')
+    seconds = {TWIN: _alone()}
+    for case, recorded, run in (
+        (ONE, False, _in_one),
+        (ONE_RECORDED, True, _in_one),
+        (EACH, False, _in_processes),
+        (EACH_RECORDED, True, _in_processes),
     ):
         log(f'bare messages: {case}')
-        names = nodes_of(SHORT, recorded)
-        seconds = _in_processes(names) if processes else _in_one(names)
-        found[case] = {WALL: PERIODS * SHORT.table(RunParameters).control_period / seconds}
-    return found
+        seconds[case] = run(nodes_of(SHORT, recorded))
+    return {case: {WALL: PERIODS * CONTROL_PERIOD / took} for case, took in seconds.items()}
+
+
+def _alone() -> float:
+    twin = periods()
+    began = perf_counter()
+    for _ in range(PERIODS):
+        next(twin)
+    return perf_counter() - began
 
 
 def _in_one(names: Sequence[str]) -> float:

@@ -28,7 +28,7 @@ def bounds_of(
 ) -> Bounds:
     """Return the bounds, of medians; none of what was not measured."""
     return {
-        **(_calls(graphs) if graph.CONTACTS in graphs else {}),
+        **(_steps(graphs) if graph.STEPS in graphs else {}),
         **(_exchanges(graphs, messages) if graphs and messages else {}),
         **{
             pair: bound
@@ -43,28 +43,36 @@ def _took(runs: Sequence[Numbers]) -> float:
     return 1.0 / statistics.median(run[WALL] for run in runs)
 
 
-def _calls(graphs: Mapping[str, Sequence[Numbers]]) -> Bounds:
-    most = _took(graphs[graph.RAW]) / _took(graphs[graph.CONTACTS])
-    left = 'its calls of PyBullet, contacts read for the foot forces'
+def _steps(graphs: Mapping[str, Sequence[Numbers]]) -> Bounds:
+    most = _took(graphs[graph.RAW]) / _took(graphs[graph.STEPS])
+    left = 'its steps: calls of PyBullet, contacts, servos, joint states; nothing once a period'
     return {(graph.TWIN, graph.RAW): Bound(most, left)}
 
 
 def _exchanges(
     graphs: Mapping[str, Sequence[Numbers]], messages: Sequence[Mapping[str, Numbers]]
 ) -> Bounds:
-    twin, one = _took(graphs[graph.TWIN]), _took(graphs[graph.ONE])
     bare = {name: _took([each[name] for each in messages]) for name in messages[0]}
-    taken = bare[graph.ONE_RECORDED] - bare[graph.ONE]
+    unread = 'the twin and its messages, blank and unread, '
     return {
-        (graph.ONE, graph.TWIN): Bound(
-            twin / (twin + bare[graph.ONE]), 'the twin and the messages'
-        ),
-        (graph.ONE_RECORDED, graph.ONE): Bound(
-            one / (one + taken), 'the run, and what the recorder takes and does not write'
-        ),
-        (graph.EACH, graph.TWIN): Bound(
-            twin / (twin + bare[graph.EACH]), 'the twin and the messages from process to process'
-        ),
+        **{
+            (name, graph.TWIN): Bound(bare[graph.TWIN] / bare[name], unread + where)
+            for name, where in (
+                (graph.ONE, 'in one process'),
+                (graph.EACH, 'from process to process'),
+            )
+        },
+        **{
+            (recorded, name): Bound(
+                took / (took + bare[recorded] - bare[name]),
+                'the run, and a recorder that takes its messages and does not write',
+            )
+            for recorded, name in (
+                (graph.ONE_RECORDED, graph.ONE),
+                (graph.EACH_RECORDED, graph.EACH),
+            )
+            for took in [_took(graphs[name])]
+        },
     }
 
 

@@ -151,13 +151,19 @@ def _bounds(bounds: Bounds) -> tuple[str, str]:
 
 
 def _messages(rounds: Sequence[dict[str, Numbers]]) -> tuple[str]:
-    spent = ', '.join(
-        f'{name} {statistics.median(1e6 * environment.PERIOD / each[name][WALL] for each in rounds):.0f} us'
+    added = {
+        name: statistics.median(
+            1.0 / each[name][WALL] - 1.0 / each[graph.TWIN][WALL] for each in rounds
+        )
         for name in rounds[0]
+        if name != graph.TWIN
+    }
+    spent = ', '.join(
+        f'{name} {1e6 * environment.PERIOD * took:.0f} us' for name, took in added.items()
     )
     return (
-        'The messages of a control period alone, blank, published and taken by nodes that do nothing '
-        f'else, take: {spent}.',
+        'The messages of a control period, blank, published and taken by nodes that do nothing else, '
+        f'add to the twin: {spent}.',
     )
 
 
