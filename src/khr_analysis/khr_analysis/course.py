@@ -39,10 +39,6 @@ class Course:
 
     def __init__(self, parameters: CourseParameters) -> None:
         self._end_ns = round(parameters.duration * 1e9) or None
-        self.reset()
-
-    def reset(self) -> None:
-        """Wait for a run to begin."""
         self.state, self.end, self.now_ns = 'waiting', '', 0
 
     def take(self, stamp_ns: int) -> bool:

@@ -181,20 +181,15 @@ class OutcomeMonitor:
 
     def __init__(self, parameters: MonitorParameters) -> None:
         self.configure(parameters)
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the run so far; the next instant is the start of another."""
         self._soles = (SoleSlip(), SoleSlip())
         self._start: _Start | None = None
         self._largest_pitch = 0.0
-        own = self.parameters
-        self._vibration = Vibration(own.vibration_frequency, own.control_period)
-        self._steps = StepSlides(own.control_period)
+        self._vibration = Vibration(parameters.vibration_frequency, parameters.control_period)
+        self._steps = StepSlides(parameters.control_period)
         self._outcome: Outcome | None = None
 
     def configure(self, parameters: MonitorParameters) -> None:
-        """Take changed thresholds from the next instant on; the corner frequency at a reset."""
+        """Take changed thresholds from the next instant on, but the corner frequency."""
         self.parameters = parameters
 
     def update(self, stamp_ns: int, signals: Signals) -> Outcome:

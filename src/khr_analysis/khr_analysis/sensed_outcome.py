@@ -19,16 +19,11 @@ class SensedMonitor:
 
     def __init__(self, parameters: MonitorParameters) -> None:
         self.configure(parameters)
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget the run so far."""
-        own = self.parameters
         self._turned = float('-inf')  # when it last turned fast, s
         self._loaded = 0.0  # when a foot last carried the robot, s
         self._fell: float | None = None
         self._fastest = 0.0
-        self._vibration = Vibration(own.vibration_frequency, own.control_period)
+        self._vibration = Vibration(parameters.vibration_frequency, parameters.control_period)
 
     def configure(self, parameters: MonitorParameters) -> None:
         """Take changed parameters."""

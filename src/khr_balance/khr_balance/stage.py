@@ -129,11 +129,6 @@ class StagePolicy:
         self._posture = LowPass(
             len(JOINTS) + 1, parameters.control_period, parameters.time_constant
         )
-        self.reset()
-
-    def reset(self) -> None:
-        """Return to the start of a run: in stage 1 if the inclination decides."""
-        self._posture.reset()
         number = 1 if self.parameters.mode == 'auto' else self._commanded()
         self._now = Stage(number, 0.0, *_wanted(number))
 

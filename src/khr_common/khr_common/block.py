@@ -19,8 +19,8 @@ Contravariant = TypeVar('Contravariant', contravariant=True)
 class Block(ABC, Generic[Table]):
     """Turn the signals of an instant into those that answer it.
 
-    Subclasses state their topics and define :meth:`update`; one with a memory extends
-    :meth:`reset`, one with states that depend on parameters extends :meth:`configure`.
+    Subclasses state their topics and define :meth:`update`; one with states that depend on
+    parameters extends :meth:`configure`. Every run has a block of its own.
 
     Attributes:
         subscribes: all topics that it may need.
@@ -37,9 +37,6 @@ class Block(ABC, Generic[Table]):
     def configure(self, parameters: Table) -> None:
         """Take changed parameters from the next instant on, keeping the state."""
         self.parameters = parameters
-
-    def reset(self) -> None:
-        """Return to the start of a run."""
 
     @property
     def needs(self) -> tuple[Topic, ...]:
@@ -68,9 +65,6 @@ class Core(Protocol[Contravariant]):
     def configure(self, parameters: Contravariant) -> None:
         """Take changed parameters, keeping the state."""
 
-    def reset(self) -> None:
-        """Return to the start of a run."""
-
 
 CoreType = TypeVar('CoreType', bound=Core[Any])
 
@@ -90,10 +84,6 @@ class CoreBlock(Block[Table], Generic[Table, CoreType]):
         """Pass changed parameters to the core."""
         super().configure(parameters)
         self.core.configure(parameters)
-
-    def reset(self) -> None:
-        """Return the core to the start of a run."""
-        self.core.reset()
 
 
 @dataclass(frozen=True)

@@ -21,5 +21,3 @@ def test_a_run_without_duration_goes_on_until_it_is_stopped():
     assert states(course, [15_000_000, 10**15]) == ['running', 'running']
     course.stop()
     assert (course.state, course.end) == ('finished', 'stopped')
-    course.reset()
-    assert (course.state, course.end, course.now_ns) == ('waiting', '', 0)

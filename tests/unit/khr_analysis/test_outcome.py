@@ -285,13 +285,6 @@ def test_vibration_agrees_with_scipy(frequency):
     )
 
 
-def test_reset_starts_anew():
-    monitor = OutcomeMonitor(MonitorParameters())
-    first = [monitor.update(0, seen.signals) for seen in walk(slide=0.02)]
-    monitor.reset()
-    assert [monitor.update(0, seen.signals) for seen in walk(slide=0.02)] == first
-
-
 def test_thresholds_change_at_runtime():
     monitor = OutcomeMonitor(MonitorParameters())
     for seen in walk(slide=0.01):

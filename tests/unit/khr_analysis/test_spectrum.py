@@ -303,13 +303,6 @@ def test_a_shorter_window_keeps_the_latest_samples():
     assert np.array_equal(result.amplitude, spectrum(signal[-77:], short).amplitude)
 
 
-def test_reset_forgets():
-    analyser = SpectrumAnalyser(FftAnalyserParameters())
-    fed(analyser, np.ones(300))
-    analyser.reset()
-    assert not any(fed(analyser, np.ones(SIZE - 1)))
-
-
 def test_refusals():
     analyser = SpectrumAnalyser(FftAnalyserParameters())
     with pytest.raises(AnalysisError, match='value'):

@@ -211,13 +211,6 @@ def test_a_stage_set_at_runtime_comes_on_by_its_ramp():
     assert shares[-1] == 1.0
 
 
-def test_a_new_run_begins_below():
-    policy = StagePolicy(AUTO)
-    first = climb(policy, np.linspace(0.0, 8.0, 500))
-    policy.reset()
-    assert climb(policy, np.linspace(0.0, 8.0, 500)) == first
-
-
 def test_a_control_acts_by_its_share():
     law = AnkleControllerParameters(
         enabled=True, source='force', gain=12.0, staged=True, start_ramp=0.0

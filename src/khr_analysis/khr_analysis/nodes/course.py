@@ -44,10 +44,8 @@ class CourseNode(KhrNode):
 
     def _restart(self) -> None:
         """Begin another run: the clock has gone back."""
-        if self.begin():
-            self._course = Course(self.parameters)
-        else:
-            self._course.reset()
+        self.begin()
+        self._course = Course(self.parameters)
         self._publish()
 
     def _on_clock(self, stamp_ns: int) -> None:

@@ -39,10 +39,8 @@ class FftAnalyserNode(Listener):
         self._analyser.configure(parameters)
 
     def _restart(self) -> None:
-        if self.begin():
-            self._analyser = SpectrumAnalyser(self.parameters)
-        else:
-            self._analyser.reset()
+        self.begin()
+        self._analyser = SpectrumAnalyser(self.parameters)
 
     def _on_gyro(self, _: Topic, stamp_ns: int, rates: Floats) -> None:
         self.now_ns = stamp_ns

@@ -41,7 +41,6 @@ class MonitorNode(Listener):
         sensed = self.parameters.judge_by == 'sensors'
         self._make = SensedMonitor if sensed else OutcomeMonitor
         self._rate, looks_at = (GYRO, SENSED) if sensed else (TRUE_RATE, OBSERVED)
-        self._monitor: OutcomeMonitor | SensedMonitor = self._make(self.parameters)
         self._judge = StampJudge(self._restart)
         self._epoch = Epoch(self, self._restart)
         self._inputs = ExactTimeSynchronizer(looks_at)
@@ -59,10 +58,8 @@ class MonitorNode(Listener):
         self._monitor.configure(parameters)
 
     def _restart(self) -> None:
-        if self.begin():
-            self._monitor = self._make(self.parameters)
-        else:
-            self._monitor.reset()
+        self.begin()
+        self._monitor: OutcomeMonitor | SensedMonitor = self._make(self.parameters)
         self._outcome: Outcome | SensedOutcome | None = None
         self.now_ns = 0
         self._pitch_rate = 0.0

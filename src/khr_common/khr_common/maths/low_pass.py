@@ -20,10 +20,6 @@ class LowPass:
         self._output = [0.0] * size
         self.configure(time_constant)
 
-    def reset(self) -> None:
-        """Return to rest."""
-        self._output = [0.0] * len(self._output)
-
     def configure(self, time_constant: float) -> None:
         """Take another time constant from the next sample on, keeping the state."""
         self._rest = exp(-self._period / time_constant) if time_constant > 0.0 else 0.0

@@ -48,11 +48,9 @@ class BlockNode(KhrNode):
         return self._judge.last
 
     def restart(self) -> None:
-        """Return to the start of a run, with another block if its parameters were prepared."""
-        if self.begin():
-            self._block = self._make(self.parameters)
-        else:
-            self._block.reset()
+        """Return to the start of a run, with another block and the parameters prepared for it."""
+        self.begin()
+        self._block = self._make(self.parameters)
 
     def answered(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Do what else an answer calls for; called once per instant."""

@@ -55,13 +55,8 @@ class FootForce:
 
     def __init__(self, parameters: FootForceParameters) -> None:
         self._low_pass = LowPass(4, parameters.control_period, parameters.time_constant)
+        self._noise = generator(parameters.seed, 'foot_force')
         self.configure(parameters)
-        self.reset()
-
-    def reset(self) -> None:
-        """Return to rest, and start the same sequence of noise again."""
-        self._low_pass.reset()
-        self._noise = generator(self.parameters.seed, 'foot_force')
 
     def configure(self, parameters: FootForceParameters) -> None:
         """Take changed parameters from the next sample on, keeping the state."""

@@ -80,15 +80,8 @@ class Gyro:
         period = parameters.control_period
         self._low_pass = LowPass(3, period, 0.0)
         self._circuits = [Baseband(period) for _ in range(3)]
+        self._noise = generator(parameters.seed, 'gyro')
         self.configure(parameters)
-        self.reset()
-
-    def reset(self) -> None:
-        """Return to rest, and start the same sequence of noise again."""
-        self._low_pass.reset()
-        for circuit in self._circuits:
-            circuit.reset()
-        self._noise = generator(self.parameters.seed, 'gyro')
 
     def configure(self, parameters: GyroParameters) -> None:
         """Take changed parameters from the next sample on; a model keeps its state."""

@@ -58,14 +58,12 @@ def test_noise_has_its_deviation_and_differs_between_sensors():
     assert np.abs(np.corrcoef(reading.T) - np.eye(4)).max() < 0.05
 
 
-def test_reset_repeats_the_run_and_the_seed_changes_it():
+def test_a_seed_has_its_noise():
     def run(sensors):
         return [sensors.update(of([5.0] * 4)) for _ in range(20)]
 
-    sensors = FootForce(FootForceParameters(time_constant=0.03))
-    first = run(sensors)
-    sensors.reset()
-    assert run(sensors) == first
+    first = run(FootForce(FootForceParameters(time_constant=0.03)))
+    assert run(FootForce(FootForceParameters(time_constant=0.03))) == first
     assert run(FootForce(FootForceParameters(time_constant=0.03, seed=1))) != first
 
 

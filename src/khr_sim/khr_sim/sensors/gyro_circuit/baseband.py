@@ -33,10 +33,6 @@ class Baseband:
         check_positive('sample_period', sample_period, 's')
         self.sample_period = sample_period
         self.configure(circuit)
-        self.reset()
-
-    def reset(self) -> None:
-        """Return to rest."""
         self._upper = 0j  # the envelope's two modes
         self._lower = 0j
         self._output = 0.0  # voltage of the RC's capacitor over the static sensitivity, rad/s
