@@ -8,16 +8,21 @@ from hypothesis import given
 from hypothesis import strategies as st
 from nav_msgs.msg import Odometry
 from rclpy.serialization import deserialize_message, serialize_message
+from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
 
 from khr_common import cdr
-from khr_common.nodes.messages import serialized, to_nanoseconds, to_stamp
+from khr_common.nodes.messages import serialized, to_nanoseconds
 
 texts = st.text(st.characters(exclude_characters='\0', exclude_categories=['Cs']), max_size=12)
 stamps = st.integers(0, 2**31 * 10**9 - 1)
 floats = st.floats(allow_nan=False)
 three, seven = st.tuples(*[floats] * 3), st.tuples(*[floats] * 7)
+
+
+def to_stamp(stamp_ns):
+    return Time(nanoseconds=stamp_ns).to_msg()
 
 
 def stamped(message, stamp_ns, frame):

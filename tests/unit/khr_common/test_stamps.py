@@ -2,14 +2,15 @@
 
 from hypothesis import given
 from hypothesis import strategies as st
+from rclpy.time import Time
 
-from khr_common.nodes.messages import to_nanoseconds, to_stamp
+from khr_common.nodes.messages import to_nanoseconds
 from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 
 
 @given(st.integers(0, 2**31 * 10**9 - 1))
 def test_stamps_are_exact(nanoseconds):
-    assert to_nanoseconds(to_stamp(nanoseconds)) == nanoseconds
+    assert to_nanoseconds(Time(nanoseconds=nanoseconds).to_msg()) == nanoseconds
 
 
 def test_judge_steps_once_per_stamp_and_restarts_when_time_goes_back():

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import time
 
-from rclpy.clock import Clock, ClockType
-
 from khr_analysis.course import Course, CourseParameters
 from khr_common import cdr
 from khr_common.block import NodeSpec
@@ -31,9 +29,7 @@ class CourseNode(KhrNode):
         self._state = self.publisher(STATE)
         self._publish()
         self.subscribe_bytes(CLOCK, cdr.clock, self._on_clock)
-        self.create_timer(
-            REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self.by_wall_clock(REPORT_PERIOD, self._report)
 
     def finish(self) -> None:
         """Report how far the run got."""

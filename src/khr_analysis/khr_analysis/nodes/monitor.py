@@ -5,7 +5,6 @@ from __future__ import annotations
 import time
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 
 from khr_analysis.outcome import (
     OBSERVED,
@@ -49,9 +48,7 @@ class MonitorNode(Listener):
         for topic in looks_at:
             self.subscribe_numbers(topic, self._on_numbers)
         self.subscribe(PEAKS, self._on_peaks)
-        self.create_timer(
-            REPORT_PERIOD, self._report, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self.by_wall_clock(REPORT_PERIOD, self._report)
 
     def configure(self, parameters: MonitorParameters) -> None:
         """Pass changed parameters to the judge."""

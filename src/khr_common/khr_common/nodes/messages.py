@@ -21,12 +21,6 @@ from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, TRANSFORMS, WRENCH
 from khr_common.nodes.transform_messages import transform_message
 
 
-def to_stamp(nanoseconds: int) -> Time:
-    """Convert integer nanoseconds to a message stamp."""
-    seconds, rest = divmod(nanoseconds, 1_000_000_000)
-    return Time(sec=seconds, nanosec=rest)
-
-
 def to_nanoseconds(stamp: Time) -> int:
     """Convert a message stamp to integer nanoseconds."""
     return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)

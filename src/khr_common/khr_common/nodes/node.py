@@ -24,6 +24,7 @@ from rclpy.publisher import Publisher
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
+from rclpy.timer import Timer
 
 from khr_common import cdr
 from khr_common.block import NodeSpec
@@ -36,9 +37,9 @@ from khr_common.nodes.messages import (
     changed,
     little_endian,
     message_class,
+    restamp,
     serialized,
     status,
-    to_stamp,
 )
 from khr_common.nodes.next_run import NextRun
 from khr_common.nodes.ros_parameters import describe, plain
@@ -197,12 +198,14 @@ class KhrNode(Node):  # type: ignore[misc]
 
         return self.subscribe_bytes(topic, read, lambda found: callback(topic, *found))
 
+    def by_wall_clock(self, period: float, callback: Callable[[], None]) -> Timer:
+        """Create a timer that calls back every ``period`` s of wall time."""
+        return self.create_timer(period, callback, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
     def refuse(self, topic: Topic, reason: str) -> None:
         """Count a message that is not accepted; ``diagnostics`` names topic, reason, senders."""
         if not self._refused:
-            self.create_timer(
-                REPORT_PERIOD, self._report_refused, clock=Clock(clock_type=ClockType.STEADY_TIME)
-            )
+            self.by_wall_clock(REPORT_PERIOD, self._report_refused)
         known = (topic, reason) in self._refused or len(self._refused) < MOST_REASONS
         self._refused[topic, reason if known else 'other reasons'] += 1
 
@@ -255,7 +258,7 @@ class KhrNode(Node):  # type: ignore[misc]
 
     def _publish_health(self, statuses: list[DiagnosticStatus]) -> None:
         message = DiagnosticArray(status=statuses)
-        message.header.stamp = to_stamp(self.now_ns)
+        restamp(message.header.stamp, self.now_ns)
         self._diagnostics.publish(message)
 
     @cached_property

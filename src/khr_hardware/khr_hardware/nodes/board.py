@@ -8,7 +8,6 @@ from functools import partial
 from pathlib import Path
 
 from diagnostic_msgs.msg import DiagnosticStatus
-from rclpy.clock import Clock, ClockType
 from std_msgs.msg import String
 from std_srvs.srv import Trigger
 
@@ -108,9 +107,7 @@ class BoardNode(KhrNode):
         self._read_at = self._published = self._asked = self._reported = float('-inf')
         self._first = ask_for_real_time(own.priority)
         self._enter('waiting')
-        self.create_timer(
-            own.control_period, self._on_period, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self.by_wall_clock(own.control_period, self._on_period)
 
     def configure(self, parameters: BoardParameters) -> None:
         """Pass changed parameters to the driver."""

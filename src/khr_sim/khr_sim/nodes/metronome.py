@@ -5,10 +5,9 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
-from rclpy.clock import Clock
-from rclpy.node import Node
 from rclpy.timer import Timer
 
+from khr_common.nodes.node import KhrNode
 from khr_common.punctuality import Pace
 from khr_sim.run_parameters import RunParameters
 
@@ -20,12 +19,11 @@ class Metronome:
 
     Args:
         node: that has the timer.
-        clock: of the wall.
         on_tick: called at each tick.
     """
 
-    def __init__(self, node: Node, clock: Clock, on_tick: Callable[[], None]) -> None:
-        self._node, self._clock, self._on_tick = node, clock, on_tick
+    def __init__(self, node: KhrNode, on_tick: Callable[[], None]) -> None:
+        self._node, self._on_tick = node, on_tick
         self._timer: Timer | None = None
         self._tick = 0.0  # s of wall time; 0 is never
         self._paced = 0.0  # s of wall time that a period takes at least
@@ -43,7 +41,7 @@ class Metronome:
             self._node.destroy_timer(self._timer)
         self._tick, self._timer = tick, None
         if tick:
-            self._timer = self._node.create_timer(tick, self._on_tick, clock=self._clock)
+            self._timer = self._node.by_wall_clock(tick, self._on_tick)
 
     def restart(self) -> None:
         """Keep the pace of another run."""

@@ -8,7 +8,6 @@ from functools import partial
 
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
-from rclpy.clock import Clock, ClockType
 from std_msgs.msg import String
 from std_srvs.srv import SetBool, Trigger
 
@@ -69,10 +68,9 @@ class SimulatorNode(KhrNode):
         self.subscribe(PUSH, self._on_push)
         self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
-        self._steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(ASK_AGAIN, self._on_watch, clock=self._steady)
+        self.by_wall_clock(ASK_AGAIN, self._on_watch)
         on_tick = self._pump if self._in_lockstep else self._on_tick
-        self._metronome = Metronome(self, self._steady, on_tick)
+        self._metronome = Metronome(self, on_tick)
         self._restart()
         self._metronome.configure(self.parameters)
 

@@ -9,7 +9,6 @@ from functools import partial
 
 import numpy as np
 from geometry_msgs.msg import WrenchStamped
-from rclpy.clock import Clock, ClockType
 from std_msgs.msg import String
 
 from khr_bringup.scenario.scenario import find_scenario, shipped
@@ -82,9 +81,7 @@ class PageNode(KhrNode):
             self._remote,
             self.push,
         )
-        self.create_timer(
-            1.0 / p.rate, self._on_frame, clock=Clock(clock_type=ClockType.STEADY_TIME)
-        )
+        self.by_wall_clock(1.0 / p.rate, self._on_frame)
         if not handed:
             print(f'page: {self._door.address}', file=sys.stderr, flush=True)
 
