@@ -4,6 +4,7 @@ import json
 import os
 import re
 import signal
+from pkgutil import resolve_name
 from unittest import mock
 
 import pytest
@@ -13,7 +14,6 @@ from typer.testing import CliRunner
 from khr.cli.verbs.board import board_verbs
 from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, JOINTS
-from khr_common.nodes.spin import node_class
 from khr_hardware.joint_map import COUNT
 from khr_hardware.node_specs import BOARD
 from khr_hardware.protocol.memory import FREE
@@ -186,7 +186,7 @@ def test_an_exception_in_the_node_frees_the_robot(tmp_path, monkeypatch):
         words = [word for key, value in given.items() for word in ('-p', f'{key}:={value}')]
         rclpy.init(args=['--ros-args', *words])
         try:
-            node = node_class(BOARD)(BOARD)
+            node = resolve_name(BOARD.node)(BOARD)
             node.driver.start()
             wait_for(lambda: board.sent[18] != FREE, 'torque')
             monkeypatch.setattr(node.driver, 'measure', lambda: 1 / 0)

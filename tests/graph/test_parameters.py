@@ -3,13 +3,13 @@
 import os
 import subprocess
 import sys
+from pkgutil import resolve_name
 
 import pytest
 
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import registry
 from khr_common import specifications
-from khr_common.nodes.spin import node_class
 
 
 @pytest.fixture(scope='module')
@@ -22,7 +22,9 @@ def nodes(tmp_path_factory):
             patch.setenv(key, value)
         rclpy.init(args=[])
         names = ('simulator', 'gyro', 'gait')
-        found = {name: node_class(registry()[name].spec)(registry()[name].spec) for name in names}
+        found = {
+            name: resolve_name(registry()[name].spec.node)(registry()[name].spec) for name in names
+        }
         yield found
         found['simulator'].close()
         rclpy.try_shutdown()

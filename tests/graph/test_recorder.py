@@ -1,11 +1,12 @@
 """The recorder alone: whose clock it follows, and what it warns of when it closes."""
 
+from pkgutil import resolve_name
+
 import pytest
 
 from khr_analysis.node_specs import RECORDER
 from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import DIAGNOSTICS, READY
-from khr_common.nodes.spin import node_class
 from tests.support.runs import Bag, wait_for
 
 TOPICS = 'clock rosgraph_msgs/msg/Clock period, imu/data_raw sensor_msgs/msg/Imu period'
@@ -26,7 +27,7 @@ class Sources:
         from khr_common.nodes.node import LATCHED
 
         self._time, self._clock, self._imu = Time, Clock, Imu
-        self.recorder = node_class(RECORDER)(RECORDER)
+        self.recorder = resolve_name(RECORDER.node)(RECORDER)
         self.folder = folder
         self.driver = rclpy.create_node('driver')
         self.clock = self.driver.create_publisher(Clock, 'clock', 10)

@@ -13,18 +13,19 @@ KIND = 'tf2_msgs/msg/TFMessage'
 HASH = get_typestore(Stores.ROS2_JAZZY).hash_rihs01(KIND)
 # In a process of its own: what goes wrong with addresses ends it.
 PROGRAM = """
+from pkgutil import resolve_name
+
 import rclpy
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from type_description_interfaces.srv import GetTypeDescription
 
 from khr_common.interfaces import TF_STATIC
-from khr_common.nodes.spin import node_class
 from khr_common.nodes.transform_messages import transform_message
 from khr_sim.node_specs import TRANSFORMS
 
 rclpy.init()
-node, other = node_class(TRANSFORMS)(TRANSFORMS), rclpy.create_node('other')
+node, other = resolve_name(TRANSFORMS.node)(TRANSFORMS), rclpy.create_node('other')
 executor = SingleThreadedExecutor()
 executor.add_node(node)
 executor.add_node(other)

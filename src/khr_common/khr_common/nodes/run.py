@@ -2,18 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
 import sys
+from pkgutil import resolve_name
 
-from khr_common.block import NodeSpec
 from khr_common.nodes.spin import run_nodes
-
-
-def load_spec(entry: str) -> NodeSpec:
-    """Return the specification that an entry point such as ``khr_sim.node_specs:GYRO`` names."""
-    module, name = entry.split(':')
-    spec: NodeSpec = getattr(importlib.import_module(module), name)
-    return spec
 
 
 def main() -> int:
@@ -21,7 +13,7 @@ def main() -> int:
     arguments = sys.argv[1:]
     if '--ros-args' in arguments:
         arguments = arguments[: arguments.index('--ros-args')]
-    return run_nodes([load_spec(entry) for entry in arguments])
+    return run_nodes([resolve_name(entry) for entry in arguments])
 
 
 if __name__ == '__main__':

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import gc
-import importlib
 import os
 import signal
 import sys
 import time
 from collections.abc import Callable, Sequence
+from pkgutil import resolve_name
 
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
@@ -66,13 +66,6 @@ class Turn:
         self.interrupt()
 
 
-def node_class(spec: NodeSpec) -> type[KhrNode]:
-    """Return the class that runs a node."""
-    module, name = spec.node.split(':')
-    found: type[KhrNode] = getattr(importlib.import_module(module), name)
-    return found
-
-
 def run_node(spec: NodeSpec) -> int:
     """Run one node in this process until it ends or is interrupted; return the exit code."""
     return run_nodes([spec])
@@ -90,7 +83,7 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
     turn = Turn()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, turn.interrupt)
-    classes = [node_class(spec) for spec in specs]
+    classes: list[type[KhrNode]] = [resolve_name(spec.node) for spec in specs]
     if any(each.keeps for each in classes):
         report_parents_end(turn.abandon)
     else:
