@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from khr_common import ParameterError, parameter
 from khr_common.published import CONTROL_PERIODS
-from khr_sim.surfaces import SURFACES, friction_of
+
+
+def _friction(default: float, materials: str) -> Any:
+    return parameter(default, f'Friction coefficient of {materials}.', minimum=0.0, maximum=2.0)
 
 
 @dataclass(frozen=True)
@@ -41,7 +45,7 @@ class SimulatorParameters:
         'smooth',
         'What the robot stands on: its soles on a smooth board, rubber soles, or the '
         'pads of its force sensors.',
-        choices=tuple(SURFACES),
+        choices=('smooth', 'rubber', 'pads'),
         read_only=True,
     )
     friction: float = parameter(
@@ -50,9 +54,9 @@ class SimulatorParameters:
         minimum=0.0,
         maximum=2.0,
     )
-    friction_smooth: float = friction_of('smooth')
-    friction_rubber: float = friction_of('rubber')
-    friction_pads: float = friction_of('pads')
+    friction_smooth: float = _friction(0.2402, 'the bare sole on the smooth board')
+    friction_rubber: float = _friction(0.8, 'the rubber sole on the board')
+    friction_pads: float = _friction(0.8, 'the force-sensor pads on the board')
     pad_distance: float = parameter(
         0.023,
         'Distance of toe pad and heel pad from the ankle axis.',

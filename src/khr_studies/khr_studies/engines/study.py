@@ -18,9 +18,9 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import Truth
-from khr_sim.surfaces import SURFACES
 from khr_studies.errors import check_integer
 from khr_studies.measuring.bench import CYCLE, Bench
 from khr_studies.measuring.condition import INITIAL_TILT_DEG, Changes, Condition
@@ -52,7 +52,7 @@ STEPS: dict[str, Changes] = {
 # A little less and a little more than the sole's own: an engine's friction by another name.
 FRICTIONS: dict[str, Changes] = {
     f'friction {friction:.2f}': ((('simulator', 'friction'), friction),)
-    for friction in (round(SURFACES['smooth'].friction + by, 2) for by in (-0.01, 0.01))
+    for friction in (round(SimulatorParameters.friction_smooth + by, 2) for by in (-0.01, 0.01))
 }
 CAUSES: dict[str, dict[str, Changes]] = {
     'bullet': {**STEPS, **FRICTIONS},
