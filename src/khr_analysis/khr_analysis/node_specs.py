@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from khr_analysis.course import CourseParameters
 from khr_analysis.outcome import OBSERVED, SENSED, MonitorParameters
-from khr_analysis.recorded_topics import OF_EVERY_RUN
-from khr_analysis.recorder_parameters import RecorderParameters
+from khr_analysis.recorder_parameters import OF_EVERY_RUN, RecorderParameters
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_common.block import NodeSpec
 from khr_common.interfaces import CLOCK, DIAGNOSTICS, GYRO, OUTCOME, PEAKS, READY, SPECTRUM, STATE

@@ -5,10 +5,39 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import cast, get_args
 
-from khr_analysis.recorded_topics import OF_EVERY_RUN
 from khr_common import ParameterError, parameter
+from khr_common import interfaces as topics
 from khr_common.interfaces import Flow, Topic
 from khr_common.text.strict_yaml import LARGEST_FILE
+
+# What every run has, whatever nodes take part; the topics of further nodes come with them.
+OF_EVERY_RUN = (
+    topics.CLOCK,
+    topics.JOINT_STATES,
+    topics.TRUE_POSE,
+    topics.TRUE_RATE,
+    topics.TRUE_SOLES,
+    topics.TRUE_INCLINATION,
+    *topics.TRUE_FORCES,
+    topics.GYRO,
+    *topics.FOOT_FORCES,
+    topics.JOINT_REFERENCE,
+    topics.ANKLE_CORRECTION,
+    topics.HIP_CORRECTION,
+    topics.ROBOT_DESCRIPTION,
+    topics.TF,
+    topics.TF_STATIC,
+    topics.STATE,
+    topics.READY,
+    topics.OUTCOME,
+    topics.SPECTRUM,
+    topics.PEAKS,
+    topics.PUSH,
+    topics.PUSHED,
+    topics.DIAGNOSTICS,
+    topics.PARAMETER_EVENTS,
+    topics.LOG,
+)
 
 # What its own command line alone sets: no message makes it read or write another place.
 OF_ITS_START = ('folder', 'scenario_file', 'topics', 'extra_topics')

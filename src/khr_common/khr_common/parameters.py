@@ -69,25 +69,17 @@ class Specification:
             hint = f' (write {float(value)})' if kind is float and type(value) is int else ''
             raise self._refusal(value, hint)
         elements = value if self.element else [value]
-        if self.length is not None and len(elements) != self.length:
+        if self.length not in (None, len(elements)) or not all(map(self._accepts, elements)):
             raise self._refusal(value)
-        for element in elements:
-            self._check_element(element, value)
         return cast(Value, value)
 
-    def _check_element(self, element: Any, value: Any) -> None:
+    def _accepts(self, element: Any) -> bool:
         kind = self.element or self.kind
-        if type(element) is not kind:
-            raise self._refusal(value)
-        if self.choices and element not in self.choices:
-            raise self._refusal(value)
-        if kind in (int, float):
-            if not math.isfinite(element):
-                raise self._refusal(value)
-            if self.minimum is not None and element < self.minimum:
-                raise self._refusal(value)
-            if self.maximum is not None and element > self.maximum:
-                raise self._refusal(value)
+        if type(element) is not kind or (self.choices and element not in self.choices):
+            return False
+        low = -math.inf if self.minimum is None else self.minimum
+        high = math.inf if self.maximum is None else self.maximum
+        return kind not in (int, float) or (math.isfinite(element) and low <= element <= high)
 
     def _refusal(self, value: Any, hint: str = '') -> ParameterError:
         return ParameterError(

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from khr_analysis.recorded_topics import OF_EVERY_RUN
+from khr_analysis.recorder_parameters import OF_EVERY_RUN
 from khr_bringup.code_version import version_in, version_of
 from khr_bringup.node_registry import node_of, registry, table_of
 from khr_bringup.scenario.scenario import load_scenario

@@ -147,9 +147,8 @@ def _leg_lift(p: GaitParameters) -> Plan:
     def raised(side: str) -> Path:
         if side != p.first_foot[0]:
             return _still(0.0)
-        return _rests(
-            [Key(shifted, 0.0), Key(up, p.lift), *_unless_empty(up, down, p.lift), Key(back, 0.0)]
-        )
+        held = [Key(down, p.lift)] if down > up else []
+        return _rests([Key(shifted, 0.0), Key(up, p.lift), *held, Key(back, 0.0)])
 
     return Plan(
         duration=end + p.end_pause,
@@ -162,10 +161,6 @@ def _leg_lift(p: GaitParameters) -> Plan:
         torso_pitch=p.torso_pitch,
         hip_height=p.hip_height,
     )
-
-
-def _unless_empty(start: float, end: float, place: float) -> list[Key]:
-    return [Key(end, place)] if end > start else []
 
 
 def _walk(p: GaitParameters) -> Plan:
