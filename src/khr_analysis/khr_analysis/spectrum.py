@@ -8,14 +8,12 @@ from dataclasses import dataclass
 from math import ceil, floor, isfinite
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
-from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Peak, find_tones
+from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Array, Peak, find_tones
 from khr_common import ParameterError, parameter, sample_period
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 
-Array = NDArray[np.float64]
 # Stamps jitter, and the clocks of drivers drift: so much of how late a sample is moves what is due,
 # more at first, as long as it is the mean of few. Until then a sample may be later or earlier.
 FOLLOWED, SETTLED = 0.05, 20
@@ -187,11 +185,7 @@ class SpectrumAnalyser:
 
     def __init__(self, parameters: FftAnalyserParameters) -> None:
         self.parameters = parameters
-        self.reset()
-
-    def reset(self) -> None:
-        """Forget all samples."""
-        self._samples: deque[float] = deque(maxlen=self.parameters.size)
+        self._samples: deque[float] = deque(maxlen=parameters.size)
         self._last: float | None = None
         self._due = 0.0  # when the next sample is due, s
         self._wait = 0

@@ -10,16 +10,14 @@ from math import cos, sin
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common.interfaces import JOINTS
-from khr_common.maths.rotation import applied, dot, matrix, product
+from khr_common.maths.rotation import Array, applied, dot, matrix, product
 from khr_common.text.quoting import named, quoted
 from khr_sim.errors import SimError
 
 __all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
 
-Array = NDArray[np.float64]
 DESCRIPTION = files('khr_sim') / 'urdf' / 'khr3hv.urdf'
 
 

@@ -5,15 +5,13 @@ from __future__ import annotations
 from itertools import product
 
 import numpy as np
-from numpy.typing import NDArray
 from PIL import Image, ImageChops, ImageDraw
 
-from khr_common.maths.rotation import matrix, pitched
+from khr_common.maths.rotation import Array, matrix, pitched
 from khr_sim.physics.camera import SUN, Camera
 from khr_sim.physics.truth import Truth
 from khr_sim.robot import Robot
 
-Array = NDArray[np.float64]
 # The corners of a box, and the faces by the numbers of their corners, in order around each.
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
 FACES = ((0, 1, 3, 2), (4, 5, 7, 6), (0, 1, 5, 4), (2, 3, 7, 6), (0, 2, 6, 4), (1, 3, 7, 5))

@@ -9,9 +9,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_common.maths.rotation import Vector
-
-Array = NDArray[np.float64]
+from khr_common.maths.rotation import Array, Vector
 
 FIELD_OF_VIEW = 30.0  # deg, vertical
 NEAR, FAR = 0.05, 10.0  # what is drawn, m from the camera

@@ -13,13 +13,11 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
-from numpy.typing import NDArray
 
-from khr_common.maths.rotation import Vector, carried, dot, inverse
+from khr_common.maths.rotation import Array, Vector, carried, dot, inverse
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
 
-Array = NDArray[np.float64]
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
 Contact = tuple[Any, ...]  # of robot and ground, as PyBullet has it
 # Where in it these are: the robot's link; the point, in m in odom; the ground's normal and the

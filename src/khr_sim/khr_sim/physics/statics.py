@@ -7,12 +7,9 @@ twice the sag, which is no property of a robot that stood there before.
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from khr_common.maths.rotation import applied, between, cross, dot
+from khr_common.maths.rotation import Array, applied, between, cross, dot
 from khr_sim.robot import JOINTS, Robot
-
-Array = NDArray[np.float64]
 
 GRAVITY = 9.80665  # m/s^2
 TOUCHING = 0.003  # m: a sole less than this above the other carries its share

@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from math import cos, sin, tan
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import ConvexHull, QhullError
 
 from khr_common.block import Numbers, Signals
@@ -18,12 +17,10 @@ from khr_common.interfaces import (
     TRUE_INCLINATION,
     TRUE_POSE,
 )
-from khr_common.maths.rotation import matrix
+from khr_common.maths.rotation import Array, matrix
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, corners
 from khr_sim.robot import Robot
-
-Array = NDArray[np.float64]
 
 NEEDED = (JOINT_STATES, TRUE_POSE, TRUE_INCLINATION, *TRUE_FORCES)
 LOADED = 1.0  # N on a sole from which on it supports

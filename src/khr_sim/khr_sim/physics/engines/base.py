@@ -5,15 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
-
-from khr_common.maths.rotation import Vector
+from khr_common.maths.rotation import Array, Vector
 from khr_sim.physics.camera import Camera, Picture
 from khr_sim.physics.contact import ContactForces, Pose
 from khr_sim.servo import Servos
-
-Array = NDArray[np.float64]
 
 
 class Motion(NamedTuple):

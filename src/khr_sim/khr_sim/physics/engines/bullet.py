@@ -10,10 +10,9 @@ from pathlib import Path
 from struct import Struct
 
 import numpy as np
-from numpy.typing import NDArray
 
 from khr_common.interfaces import TORSO
-from khr_common.maths.rotation import applied, carried, cross, pitched, quaternion
+from khr_common.maths.rotation import Array, applied, carried, cross, pitched, quaternion
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import ContactForces, Pose, physics_urdf
 from khr_sim.physics.engines.base import Motion
@@ -34,7 +33,6 @@ finally:
 
 __all__ = ['Bullet', 'bullet']
 
-Array = NDArray[np.float64]
 
 _pack = Struct(f'{len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
 _ANGLE, _SPEED = itemgetter(0), itemgetter(1)  # of a joint, in its state

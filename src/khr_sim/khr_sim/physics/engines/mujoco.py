@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from khr_common import RunError
 from khr_common.interfaces import TORSO
-from khr_common.maths.rotation import carried, cross, pitched, quaternion
+from khr_common.maths.rotation import Array, carried, cross, pitched, quaternion
 from khr_sim.compiled import compiled
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, SPHERES, ContactForces, Pose, physics_urdf
@@ -28,8 +28,6 @@ from khr_sim.physics.engines.base import Motion
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import Servos, law
-
-Array = NDArray[np.float64]
 
 IMPEDANCE_RATIO = 10.0  # of friction to normal force: what keeps a standing foot from creeping
 IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, by its depth
