@@ -23,7 +23,7 @@ from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import Truth
 from khr_studies.errors import check_integer
 from khr_studies.measuring.bench import CYCLE, Bench
-from khr_studies.measuring.condition import INITIAL_TILT_DEG, Changes, Condition
+from khr_studies.measuring.condition import Changes, Condition, on, seeded
 from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.published import LIMITS
 from khr_sweeps.pool import local_pool
@@ -38,10 +38,7 @@ WALK = 'walk_0deg'  # whose numbers are taken under every change
 SCATTER: tuple[Changes, ...] = (
     (),
     ((('simulator', 'physics_step'), 0.0005),),
-    *(
-        ((('simulator', 'seed'), seed), (('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG))
-        for seed in (1, 2)
-    ),
+    *map(seeded, (1, 2)),
 )
 # What may move a limit: solver and step of each engine, and what the engines model differently.
 STEPS: dict[str, Changes] = {
@@ -272,11 +269,6 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
             for engine, change, changes in CHANGES
         ),
     )
-
-
-def on(engine: str, changes: Changes = ()) -> Changes:
-    """Return changes together with that of the engine."""
-    return ((('simulator', 'engine'), engine), *changes)
 
 
 def _condition(condition: Condition, engine: str, changes: Changes = ()) -> Condition:

@@ -18,7 +18,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.derived import start_of_lift
 from khr_sim.physics import engines
 from khr_sim.physics.truth import Truth
-from khr_studies.measuring.condition import Changes, Condition
+from khr_studies.measuring.condition import Changes, Condition, on
 from khr_studies.measuring.consistency import Said
 from khr_studies.measuring.critical import START, limit_of_seed, run_condition
 from khr_studies.measuring.limit import Limit
@@ -149,8 +149,7 @@ class Bench:
 
     def elsewhere(self, condition: Condition) -> Condition:
         """Return a condition on the other physics engine."""
-        engine = (('simulator', 'engine'), self.engines[1])
-        return replace(condition, changes=(*condition.changes, engine))
+        return replace(condition, changes=(*condition.changes, *on(self.engines[1])))
 
     def ask_limit(self, condition: Condition, seeds: int | None = None) -> list[Future[Any]]:
         """Start measuring a limit, a job per seed; all searches begin on the same ground."""

@@ -15,6 +15,16 @@ INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 
 
+def seeded(seed: int) -> Changes:
+    """Return a seed, and that the robot starts with a small error of its posture."""
+    return ((('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG), (('simulator', 'seed'), seed))
+
+
+def on(engine: str, changes: Changes = ()) -> Changes:
+    """Return changes together with that of the physics engine."""
+    return ((('simulator', 'engine'), engine), *changes)
+
+
 def stiffer_pid(times: float) -> Changes:
     """Return the gains of servos on the identified loop, so many times as stiff."""
     gains = RunParameters()
@@ -97,6 +107,5 @@ class Condition:
         if standing:
             changes['simulator', 'level_start'] = True
         if seed is not None:
-            changes['simulator', 'initial_tilt_deg'] = INITIAL_TILT_DEG
-            changes['simulator', 'seed'] = seed
+            changes |= dict(seeded(seed))
         return Scenario(self.title, {}).changed(changes | dict(self.changes))

@@ -9,6 +9,7 @@ from khr_models.checks import FORMS, Form
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.push import DIRECTIONS, Direction
 from khr_sim.physics import engines
+from khr_studies.measuring.condition import on
 from khr_studies.push.limits import DURATIONS, GAINS, PushRow, conditions, measure_push
 from khr_studies.push.motions import (
     FATAL,
@@ -20,7 +21,7 @@ from khr_studies.push.motions import (
     largest_with_circuit,
     near_limit,
 )
-from khr_studies.push.study import GYROS, PushCondition, largest_push, on
+from khr_studies.push.study import GYROS, PushCondition, largest_push
 
 SETTINGS = (0.0, 4.0, 8.0, 12.0, 18.0, 24.0, 36.0)  # K_A, of the thesis's model
 

@@ -15,8 +15,9 @@ from khr_models.standing.push import largest_push as largest_of_model
 from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
 from khr_sim.physics import engines
 from khr_sim.sensors.gyro_circuit.baseband import Baseband
+from khr_studies.measuring.condition import on
 from khr_studies.push.model import model_gyro, model_loop, model_push
-from khr_studies.push.study import GYROS, START, PushCondition, on, push_robot, stance
+from khr_studies.push.study import GYROS, START, PushCondition, push_robot, stance
 
 LOOP = PushLoop()  # of the thesis's model
 CONTROL = 12.0  # K_A, the thesis's

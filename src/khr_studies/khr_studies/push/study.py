@@ -11,7 +11,6 @@ import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import get_args
 
 import numpy as np
 
@@ -23,9 +22,9 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO
 from khr_common.maths.limit import bracket_limit
 from khr_common.maths.rotation import matrix
-from khr_models.checks import Array
+from khr_models.checks import Array, non_negative, one_of, within
 from khr_models.pendulum import Pendulum
-from khr_models.standing.push import Direction, capture_force
+from khr_models.standing.push import DIRECTIONS, Direction, capture_force
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import corners
 from khr_sim.physics.truth import Truth
@@ -33,7 +32,6 @@ from khr_sim.plant import Plant, mix
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro_circuit.circuit import KRG4
-from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Changes
 
 START = 2.1  # s, start of the push: the robot is at rest, and its controller leans it whole
@@ -62,7 +60,7 @@ class PushCondition:
         changes: further parameters by (node, key).
 
     Raises:
-        StudyError: if a value is not accepted.
+        KhrError: if a value is not accepted.
     """
 
     gain: float = 0.0
@@ -72,16 +70,9 @@ class PushCondition:
     changes: Changes = ()
 
     def __post_init__(self) -> None:
-        for name, accepted in (('direction', get_args(Direction)), ('gyro', tuple(GYROS))):
-            if getattr(self, name) not in accepted:
-                raise StudyError(
-                    f'{name}: {getattr(self, name)!r} is not accepted; '
-                    f'accepted: {" | ".join(accepted)}'
-                )
-        if not 0.001 <= self.duration <= 60.0:
-            raise StudyError(
-                f'duration: {self.duration!r} is not accepted; accepted: [0.001, 60] s'
-            )
+        one_of('direction', self.direction, DIRECTIONS)
+        one_of('gyro', self.gyro, tuple(GYROS))
+        within('duration', self.duration, 0.001, 60.0)
         self.base()
 
     @property
@@ -103,7 +94,12 @@ class PushCondition:
         return Scenario('push', {}).changed(changes | GYROS[self.gyro] | dict(self.changes))
 
     def scenario(self, force: float) -> Scenario:
-        """Return the scenario of a push with a force of at least 0, N."""
+        """Return the scenario of a push with a force of at least 0, N.
+
+        Raises:
+            ModelError: if the force is negative or not finite.
+        """
+        non_negative('force', force)
         base = self.base()
         if not force:
             return base
@@ -116,11 +112,6 @@ class PushCondition:
                 ]
             }
         )
-
-
-def on(engine: str) -> Changes:
-    """Return the changes of a condition by which the robot is pushed on a physics engine."""
-    return ((('simulator', 'engine'), engine),)
 
 
 @dataclass(frozen=True)
@@ -148,11 +139,6 @@ class Stance:
         return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
 
 
-@functools.cache
-def _robot() -> Robot:
-    return Robot.load()
-
-
 def stance(scenario: Scenario | None = None) -> Stance:
     """Measure the stance in a scenario, by default that of a condition without control.
 
@@ -162,6 +148,9 @@ def stance(scenario: Scenario | None = None) -> Stance:
     return _stance(
         own.table(GaitParameters), own.table(RunParameters), own.table(AnkleControllerParameters)
     )
+
+
+_robot = functools.cache(Robot.load)
 
 
 @functools.cache
@@ -213,12 +202,8 @@ class PushResponse:
 
 
 def push_robot(condition: PushCondition, force: float) -> PushResponse:
-    """Push the robot with a force of at least 0, N, and record its motion.
-
-    Raises:
-        StudyError: if the force is negative or not finite.
-    """
-    scenario = _pushed(condition, force)
+    """Push the robot with a force of at least 0, N, and record its motion."""
+    scenario = condition.scenario(force)
     parameters = scenario.table(RunParameters)
     rows: list[tuple[float, float]] = []
 
@@ -231,18 +216,8 @@ def push_robot(condition: PushCondition, force: float) -> PushResponse:
 
 
 def falls(condition: PushCondition, force: float) -> bool:
-    """Return whether a push with a force of at least 0, N, topples the robot.
-
-    Raises:
-        StudyError: if the force is negative or not finite.
-    """
-    return run_offline(_pushed(condition, force)).outcome.fell
-
-
-def _pushed(condition: PushCondition, force: float) -> Scenario:
-    if not 0.0 <= force < math.inf:
-        raise StudyError(f'force: {force!r} is not accepted; accepted: [0, inf) N')
-    return condition.scenario(force)
+    """Return whether a push with a force of at least 0, N, topples the robot."""
+    return run_offline(condition.scenario(force)).outcome.fell
 
 
 def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:

@@ -15,6 +15,7 @@ from khr_report.folders import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.bench import Bench
+from khr_studies.measuring.condition import on
 from khr_studies.measuring.consistency import Said, check, ragged, said_of_runs
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
@@ -200,6 +201,5 @@ def _findings(
 
 def _bench(kept: KeptJobs, asked: Wanted) -> Bench:
     seeds, tolerance, curve = FAST if asked.fast else FULL
-    other = asked.engine != engines.DEFAULT
-    settings = ((('simulator', 'engine'), asked.engine),) if other else ()
+    settings = on(asked.engine) if asked.engine != engines.DEFAULT else ()
     return Bench(kept, seeds, tolerance, curve, spread_of(read_ensemble()), settings)

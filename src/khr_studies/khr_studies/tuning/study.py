@@ -18,7 +18,7 @@ from khr_balance.errors import BalanceError
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario, changes_of
 from khr_studies.errors import StudyError, check_integer
-from khr_studies.measuring.condition import INITIAL_TILT_DEG
+from khr_studies.measuring.condition import seeded
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.study_version import version_of_study
@@ -149,17 +149,7 @@ class Question:
         for constants in robots:
             own: Changes = changes_of(f'{name}={value!r}' for name, value in constants.items())
             robot = self.scenario.changed(own | changes(self.knobs, values))
-            found.append(
-                [
-                    robot.changed(
-                        {
-                            ('simulator', 'initial_tilt_deg'): INITIAL_TILT_DEG,
-                            ('simulator', 'seed'): seed,
-                        }
-                    )
-                    for seed in seeds
-                ]
-            )
+            found.append([robot.changed(dict(seeded(seed))) for seed in seeds])
         return found
 
 

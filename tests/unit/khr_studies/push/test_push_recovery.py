@@ -16,7 +16,6 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.run_parameters import RunParameters
 from khr_sim.servo import BACK_EMF
-from khr_studies.errors import StudyError
 from khr_studies.push import limits as push_limits
 from khr_studies.push import page as push_page
 from khr_studies.push import study as push_recovery
@@ -206,7 +205,7 @@ def test_a_condition_out_of_range_is_refused_by_name(name, value):
 
 @pytest.mark.parametrize('force', [-1.0, float('nan'), float('inf')])
 def test_a_force_out_of_range_is_refused(force):
-    with pytest.raises(StudyError, match=r'^force: .*accepted: '):
+    with pytest.raises(KhrError, match=r'^force: .*accepted: '):
         push_robot(PushCondition(), force)
 
 
