@@ -17,6 +17,7 @@ from khr_common.files import written
 from khr_report.errors import ReportError
 from khr_report.film.overlay import COLORS, Overlay
 from khr_report.film.scene import Frame, Look, PosedScene, frames, scenario_of
+from khr_report.folders import make_folder
 
 GIF_COLORS = 96
 SMOOTH = 1.5  # pictures are drawn so much larger, so that edges come out smooth
@@ -67,7 +68,7 @@ def render_run(
     chosen = [scenario_of(each) for each in runs]
     _within(max(map(duration, chosen)), still, part)
     base = _base(run, chosen[0], out)
-    _writable(base)
+    make_folder(base.parent)
     tracks = [
         Filmed(one, frames(one, each, _of(f'repeating {each}', duration(one), show)))
         for one, each in zip(chosen, runs, strict=True)
@@ -184,13 +185,3 @@ def _base(run: str, scenario: Scenario, out: Path | None) -> Path:
         return out.with_suffix('') if out.suffix in ('.mp4', '.gif', '.png') else out
     folder = Path(run)
     return folder / 'film' if folder.is_dir() else Path(scenario.name)
-
-
-def _writable(path: Path) -> None:
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise ReportError(
-            f'--out: {str(path)!r}: {error.strerror}; accepted: a path in a '
-            'folder that can be written'
-        ) from error

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 from matplotlib.figure import Figure
+
+from khr_common.files import write_text
+from khr_report.page.text import csv_text
 
 HEAD = ('panel', 'curve', 'x label', 'x', 'y label', 'y')
 
@@ -16,15 +18,11 @@ def write_points(figure: Figure, path: Path) -> None:
 
     Lines without a label are guides, not data.
     """
-    with path.open('w', newline='', encoding='utf-8') as file:
-        writer = csv.writer(file)
-        writer.writerow(HEAD)
-        for axes in figure.axes:
-            panel = axes.get_title(loc='left')
-            x_label, y_label = axes.get_xlabel(), axes.get_ylabel()
-            for line in axes.lines:
-                label = str(line.get_label())
-                if label.startswith('_'):
-                    continue
-                for x, y in np.asarray(line.get_xydata(), dtype=np.float64):
-                    writer.writerow((panel, label, x_label, f'{x:.9g}', y_label, f'{y:.9g}'))
+    rows = (
+        (axes.get_title(loc='left'), label, axes.get_xlabel(), x, axes.get_ylabel(), y)
+        for axes in figure.axes
+        for line in axes.lines
+        if not (label := str(line.get_label())).startswith('_')
+        for x, y in np.asarray(line.get_xydata(), dtype=np.float64)
+    )
+    write_text(path, csv_text(HEAD, rows, 9))

@@ -84,9 +84,6 @@ def contents_of(path: Path) -> RunContents:
         _read_bag(path, found)
     else:
         _repeat(found)
-    if not (found.scenario or found.outcome or found.series):
-        reasons = '; '.join(found.notes)
-        raise ReportError(f'{path}: nothing of a run in it ({reasons}); {ACCEPTED}')
     return found
 
 

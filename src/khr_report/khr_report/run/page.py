@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import io
 import os
 import sys
@@ -21,7 +20,7 @@ from khr_bringup.result import NO_HASH
 from khr_common import specifications
 from khr_report.errors import ReportError
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
-from khr_report.page.text import count
+from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
 from khr_report.run.contents import ACCEPTED, RunContents, contents_of
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
@@ -262,13 +261,7 @@ def _picture(title: str, figure: Figure) -> Markup:
 def _csv(series: Series) -> bytes:
     """Return the signals as CSV, one column per number."""
     columns = series.columns
-    text = io.StringIO(newline='')
-    writer = csv.writer(text)
-    writer.writerow(columns)
-    writer.writerows(
-        [f'{value:.9g}' for value in row] for row in zip(*columns.values(), strict=True)
-    )
-    return text.getvalue().encode()
+    return csv_text(columns, zip(*columns.values(), strict=True), 9).encode()
 
 
 def _difference(one: RunContents, other: RunContents) -> str:

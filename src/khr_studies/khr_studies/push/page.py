@@ -6,9 +6,7 @@ a few minutes.
 
 from __future__ import annotations
 
-import csv
-import io
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import astuple, fields
 from pathlib import Path
 
@@ -16,6 +14,7 @@ from khr_common.files import write_text
 from khr_common.text.markdown import WrittenPart
 from khr_report.page.document import Columns, Table, markdown, table
 from khr_report.page.template import page_text
+from khr_report.page.text import csv_text
 from khr_sim.parameters import SimulatorParameters
 from khr_studies.push.limits import (
     IMPULSE,
@@ -46,16 +45,6 @@ COMPLIANCE_COLUMNS: Columns[ComplianceRow] = {
     'with a stiff servo, N': lambda row: f'{row.stiff_model:.2f}',
     'rigid point mass, closed form, N': lambda row: f'{row.rigid_point_mass:.2f}',
 }
-
-
-def csv_of(rows: Iterable[PushRow]) -> str:
-    """Return rows as CSV; the columns are the fields of PushRow."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator='\n')
-    writer.writerow(field.name for field in fields(PushRow))
-    for row in map(astuple, rows):
-        writer.writerow(f'{value:.4g}' if isinstance(value, float) else value for value in row)
-    return text.getvalue()
 
 
 def largest_pushes(rows: Sequence[PushRow]) -> Table:
@@ -117,8 +106,9 @@ def document_part(found: PushLimits) -> str:
 
 def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
     """Write push.csv and push.md into a folder; return their paths."""
+    names = [each.name for each in fields(PushRow)]
     texts = {
-        out / 'push.csv': csv_of(rows),
+        out / 'push.csv': csv_text(names, map(astuple, rows), 4, '\n'),
         out / 'push.md': markdown([largest_pushes(rows)]) + '\n',
     }
     for path, text in texts.items():

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from khr_common.files import write_text
+from khr_report.folders import make_folder
+from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import save, styled
-from khr_studies.errors import StudyError
 from khr_studies.stability_map.figure import figure
 from khr_studies.stability_map.study import stability_map
-from khr_studies.stability_map.tables import tables, write_csv
+from khr_studies.stability_map.tables import tables
 from khr_sweeps.results.folder import read_results
 
 
@@ -24,23 +26,16 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         out: the PNG; ``map_X_Y.png`` in the folder by default.
 
     Raises:
-        StudyError: if there is no sweep, or a parameter is not swept.
-        StudyError: if a file cannot be written.
+        KhrError: if there is no sweep, a parameter is not swept, or the folder cannot be written.
     """
     counted = stability_map(read_results(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
     rows_by_file = {
         image.with_name(f'{image.stem}{end}.csv'): rows for end, rows in tables(counted).items()
     }
-    try:
-        image.parent.mkdir(parents=True, exist_ok=True)
-        with styled():
-            save(figure(counted), image)
-        for path, rows in rows_by_file.items():
-            write_csv(path, rows)
-    except OSError as error:
-        raise StudyError(
-            f'--out: {str(image)!r}: {error.strerror}; accepted: a file in a '
-            'folder that can be written'
-        ) from error
+    make_folder(image.parent)
+    with styled():
+        save(figure(counted), image)
+    for path, rows in rows_by_file.items():
+        write_text(path, csv_text(rows[0], (row.values() for row in rows), 6))
     return [image, *rows_by_file]

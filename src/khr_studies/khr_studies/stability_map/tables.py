@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import csv
 from math import nan
-from pathlib import Path
 from typing import Any
 
 from khr_studies.stability_map.statistics import wilson
@@ -17,20 +15,6 @@ def tables(counted: StabilityMap) -> dict[str, Rows]:
     """Return the rows of each table that a map has, by the end of its file's name."""
     found = {'': _cells(counted), '_critical': _critical(counted), '_best': _best(counted)}
     return {end: rows for end, rows in found.items() if rows}
-
-
-def write_csv(path: Path, rows: Rows) -> None:
-    """Write rows, the names of their columns first."""
-    with path.open('w', newline='', encoding='utf-8') as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(
-            {
-                key: f'{value:.6g}' if isinstance(value, float) else value
-                for key, value in row.items()
-            }
-            for row in rows
-        )
 
 
 def _cells(counted: StabilityMap) -> Rows:

@@ -14,6 +14,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from khr_report.folders import make_folder
 from khr_report.plots.plot_style import head, save, styled
 from khr_report.plots.points import write_points
 from khr_sim.physics import engines
@@ -259,6 +260,7 @@ def draw(
     drawing = drawing_of(number)
     if signal is not None and signal not in RATES:
         raise StudyError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
+    make_folder(out)
     image, points = paths(number, out, engine)
     with styled():
         needed = {name: (runs or {})[name] for name in drawing.experiments}
@@ -266,15 +268,8 @@ def draw(
         figure = drawing.draw(*([needed] if needed else []), *rate, engine=engine, fast=fast)
         if suffix(number, engine):
             head(figure, f'{figure.get_suptitle()}; on {engine}')
-        try:
-            out.mkdir(parents=True, exist_ok=True)
-            write_points(figure, points)
-            save(figure, image)
-        except OSError as failure:
-            raise StudyError(
-                f'out: {str(out)!r} cannot be written ({failure.strerror}); '
-                'accepted: a directory that can'
-            ) from failure
+        write_points(figure, points)
+        save(figure, image)
     return [image, points]
 
 

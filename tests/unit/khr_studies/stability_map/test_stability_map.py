@@ -7,6 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
+from khr_common import KhrError
 from khr_studies.errors import StudyError
 from khr_studies.stability_map.figure import figure
 from khr_studies.stability_map.files import draw_map
@@ -232,5 +233,5 @@ def test_an_empty_sweep_and_no_sweep_are_named(tmp_path):
 
 def test_a_place_that_cannot_be_written_is_named(folder, tmp_path):
     (tmp_path / 'file').write_text('in the way')
-    with pytest.raises(StudyError, match=r'^--out: .*file'):
+    with pytest.raises(KhrError, match=r'^--out: .*file'):
         draw_map(folder, X, Y, tmp_path / 'file' / 'map.png')

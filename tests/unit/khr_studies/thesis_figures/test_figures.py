@@ -12,7 +12,7 @@ from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination
 from khr_report.plots.plot_style import styled, typeset
 from khr_studies.thesis_figures.counterparts import COUNTERPARTS
-from khr_studies.thesis_figures.registry import FIGURES, StudyError, draw, numbers_of
+from khr_studies.thesis_figures.registry import FIGURES, draw, numbers_of
 from tests.support.figures import check_whole
 
 ASKED = (
@@ -132,7 +132,7 @@ def test_an_unknown_figure_lists_those_known(tmp_path):
 
 def test_a_directory_that_cannot_be_written_is_named(tmp_path):
     (tmp_path / 'file').write_text('in the way')
-    with pytest.raises(StudyError, match=r'^out: .*file.*accepted: '):
+    with pytest.raises(KhrError, match=r'^--out: .*file.*accepted: '):
         draw('3.9', tmp_path / 'file')
 
 
