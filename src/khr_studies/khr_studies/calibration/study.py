@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from khr_bringup.offline import run_offline
+from khr_bringup.recorded.run_signals import run_with_series
 from khr_common import RunError
 from khr_studies.calibration.ensemble import ensemble, merit, resisting
 from khr_studies.calibration.journal import Journal, complete
@@ -123,8 +123,7 @@ def judged(
 def constant_lean(plan: CalibrationPlan, robot: Candidate) -> ConstantLean:
     """Measure how much of the ankle's correction is a constant lean, in a walk with K_A 12."""
     condition, phi = LEAN_AT
-    corrections: list[float] = []
     scenario = condition.scenario(phi, 0).changed(dict(plan.changes(robot.constants)))
-    run_offline(scenario, lambda _, loop, __: corrections.append(loop.corrections[0]))
-    values = np.degrees(corrections)
+    _, series = run_with_series(scenario)
+    values = np.degrees(series.correction_of('ankle'))
     return ConstantLean(float(values.mean()), float(values.mean() ** 2 / (values**2).mean()))

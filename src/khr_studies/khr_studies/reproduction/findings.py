@@ -18,7 +18,7 @@ from khr_studies.measuring.experiments import Run, Runs, by
 from khr_studies.peak_origin.odd_line import OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.stability_map.best_gain import BestGains, MapLimits, SoleEffect
+from khr_studies.stability_map.best_gain import BestGains, MapLimits, SoleEffect, count_cell
 from khr_sweeps.trial import complete
 
 SEEDS = ('seed', 'initial_tilt_deg')
@@ -124,14 +124,10 @@ class Findings:
 
 def tally(runs: Iterable[Run]) -> Tally:
     """Count runs; a run that belongs to several experiments counts once, by its trajectory."""
-    counted = {run.row['trajectory_hash']: run for run in runs}.values()
-    stayed = [run.row for run in counted if run.stayed_up]
-    return Tally(
-        len(counted),
-        len(counted) - len(stayed),
-        1000.0 * median(row['largest_slip_m'] for row in stayed) if stayed else None,
-        median(row['vibration_rad_s'] for row in stayed) if stayed else None,
-    )
+    rows = {run.row['trajectory_hash']: run.row for run in runs}.values()
+    cell = count_cell(None, None, [*rows])
+    slip_mm = None if cell.slip is None else 1000.0 * cell.slip
+    return Tally(cell.runs, cell.runs - cell.up, slip_mm, cell.vibration)
 
 
 def finished(runs: Mapping[str, Runs]) -> Runs:

@@ -73,32 +73,23 @@ class Pictures:
     ) -> None:
         for path in (result.image, result.points):
             path.unlink(missing_ok=True)  # of an earlier reproduction
-        future = self.pool.submit(_attempt, function, *arguments, first=True)  # some take long
+        future = self.pool.submit(function, *arguments, first=True)  # some take long
         future.add_done_callback(lambda _: self.bar.advance())
         self._futures[result.number] = result, future
 
     def _result(self, number: str) -> FigureResult:
         result, future = self._futures[number]
         try:
-            error = future.result()
-        except Exception as failure:  # the worker died; the other figures are not affected
-            error = reason(failure)
-        return replace(result, error=error)
+            future.result()
+        except Exception as failure:  # of the drawing, or its worker died; the others are drawn
+            return replace(result, error=reason(failure))
+        return result
 
 
 def reason(error: Exception) -> str:
     """Format an error as one line; user errors are shown without their type."""
     text = ' '.join(str(error).split())
     return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'
-
-
-def _attempt(function: Callable[..., object], *arguments: Any) -> str:
-    """Draw; return the error, empty without one."""
-    try:
-        function(*arguments)
-    except Exception as error:  # the other figures are drawn in any case
-        return reason(error)
-    return ''
 
 
 def _draw_figure(number: str, out: Path, fast: bool, engine: str) -> None:

@@ -156,7 +156,7 @@ def map_result(runs: Runs, bisected: bool = False) -> BestGains | SoleEffect | M
     """
     other = next(name for name in runs[0].point if name != INCLINATION)
     if bisected:
-        return map_limits(runs, other)
+        return MapLimits(other, _limits(cells_of(runs, INCLINATION, other)))
     return sole_effect(runs) if other == FRICTION else best_gains(runs, other)
 
 
@@ -165,11 +165,6 @@ def best_gains(runs: Runs, gain: str) -> BestGains:
     found = best(cells_of(runs, INCLINATION, gain))
     hopeless = {run.point[INCLINATION] for run in runs} - {cell.x for cell in found}
     return BestGains(GAINS.get(gain, gain), tuple(found), tuple(sorted(hopeless)))
-
-
-def map_limits(runs: Runs, other: str) -> MapLimits:
-    """Find where half of the runs stay up, for each value of another parameter."""
-    return MapLimits(other, _limits(cells_of(runs, INCLINATION, other)))
 
 
 def sole_effect(runs: Runs) -> SoleEffect:

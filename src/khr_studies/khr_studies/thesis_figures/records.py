@@ -97,13 +97,8 @@ def by_ground(runs: Iterable[Run]) -> dict[Walk, Runs]:
 
 
 def record(run: Run) -> Series:
-    """Return the signals of a run up to its fall, if it fell.
-
-    Raises:
-        ValueError: if the run has no signals; :func:`grouped` leaves such runs out.
-    """
-    if run.series is None:
-        raise ValueError(f'{run.point}: no signals')
+    """Return the signals of a run up to its fall, if it fell."""
+    assert run.series is not None  # :func:`grouped` leaves others out
     end = run.row['fell_at_s'] if run.fell else np.inf
     return run.series.during(run.series.time <= end + 1e-6)
 

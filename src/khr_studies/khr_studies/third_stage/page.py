@@ -122,14 +122,9 @@ def _grids(plane: Plane) -> list[tuple[str, Table]]:
         return f'{point.limit_deg:.1f} ({rate})'
 
     def grid(hip: float, offset: bool) -> Table:
-        rows = (
-            (
-                f'{time:g}',
-                *(cell(plane.at(Setting(scale, time, hip, offset))) for scale in plane.scales),
-            )
-            for time in plane.times
-        )
-        return Table(('', *(f'{1e3 * scale:g}' for scale in plane.scales)), tuple(rows))
+        cells = zip(plane.times, plane.grid(hip, cell, offset), strict=True)
+        head = ('', *(f'{1e3 * scale:g}' for scale in plane.scales))
+        return Table(head, tuple((f'{time:g}', *row) for time, row in cells))
 
     return [
         ('K_H 0', grid(0.0, True)),

@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from itertools import product
 from math import inf, nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -165,7 +166,7 @@ class Plane:
         """Return the point of a setting."""
         return next(point for point in self.points if point.setting == setting)
 
-    def grid(self, hip_gain: float, value: Callable[[Point], float], offset: bool = True) -> Array:
+    def grid(self, hip_gain: float, value: Callable[[Point], Any], offset: bool = True) -> Array:
         """Return a value of every point with a hip gain, (times, scales)."""
         return np.array(
             [
