@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, is_dataclass
 from functools import cache
+from graphlib import CycleError, TopologicalSorter
 from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, requires
 from types import MappingProxyType
 from typing import Any
@@ -33,11 +34,6 @@ class RegisteredNode:
     entry: str
     own: bool = True  # of this project
 
-    @property
-    def correction(self) -> bool:
-        """Return whether it is a controller: its answer is added to the joint reference."""
-        return any(_is_correction(self.spec, topic) for topic in self.spec.publishes)
-
 
 @cache
 def registry() -> Mapping[str, RegisteredNode]:
@@ -50,7 +46,8 @@ def registry() -> Mapping[str, RegisteredNode]:
     found: dict[str, RegisteredNode] = {}
     # Once each, also where this project is installed both whole and in parts.
     entries = {(each.name, each.value): each for each in entry_points(group=GROUP)}.values()
-    for entry in sorted(entries, key=_foreign_last):
+    # Of two that clash, the foreign one is refused.
+    for entry in sorted(entries, key=lambda each: (not _is_own(each), each.name, each.value)):
         node = RegisteredNode(_load(entry), entry.value, _is_own(entry))
         _check(entry, node.spec, found)
         found[entry.name] = node
@@ -80,13 +77,15 @@ def node_of(table: type[Any]) -> str:
 def controllers() -> Mapping[str, Topic]:
     """Return the topic of each controller's correction, by the name of its node.
 
-    Those of ankle and hip come first, whatever else is installed.
+    It is added to the joint reference. Those of ankle and hip come first, whatever else is
+    installed.
     """
     found = {
         name: topic
         for name, node in registry().items()
         for topic in node.spec.publishes
-        if _is_correction(node.spec, topic)
+        if topic.name == f'{name}/correction' and topic.kind == JOINT_STATE
+        if not node.spec.drives
     }
     first = sorted(found, key=lambda name: found[name] not in (ANKLE_CORRECTION, HIP_CORRECTION))
     return MappingProxyType({name: found[name] for name in first})
@@ -109,11 +108,6 @@ def _load(entry: EntryPoint) -> NodeSpec:
     if not isinstance(spec, NodeSpec):
         raise BringupError(f'{where}: {spec!r:.80} is not accepted; accepted: a NodeSpec')
     return spec
-
-
-def _foreign_last(entry: EntryPoint) -> tuple[bool, str, str]:
-    """Order entry points so that, of two that clash, the foreign one is refused."""
-    return not _is_own(entry), entry.name, entry.value
 
 
 def _is_own(entry: EntryPoint) -> bool:
@@ -181,32 +175,23 @@ def _claimed(spec: NodeSpec) -> list[str]:
     return [topic.name for topic in spec.publishes if topic.flow == 'period' and not spec.drives]
 
 
-def _is_correction(spec: NodeSpec, topic: Any) -> bool:
-    named = topic.name == f'{spec.name}/correction' and topic.kind == JOINT_STATE
-    return bool(named and not spec.drives)
-
-
 def _depths(specs: list[NodeSpec]) -> dict[str, int]:
     """Return how many nodes the data passes before each: 0 for the source of the clock."""
-    depth = {spec.name: 0 for spec in specs if any(topic == CLOCK for topic in spec.publishes)}
-    left = [spec for spec in specs if spec.name not in depth]
-    while left:
-        found = {}
-        for spec in left:
-            before = [
-                depth.get(other.name)
-                for other in specs
-                if other is not spec and set(other.publishes) & _inputs(spec)
-            ]
-            if None not in before:
-                found[spec.name] = 1 + max([each for each in before if each is not None] or [0])
-        if not found:
-            names = ', '.join(f'{spec.name} ({spec.package})' for spec in left)
-            raise BringupError(f'{names}: wait for one another; accepted: nodes without a circle')
-        depth |= found
-        left = [spec for spec in left if spec.name not in depth]
+    depth = {spec.name: 0 for spec in specs if CLOCK in spec.publishes}
+    order = TopologicalSorter[str](dict.fromkeys(depth, ()))
+    for spec in specs:
+        if spec.name not in depth:
+            inputs = {topic for topic in spec.subscribes if topic.flow == 'period'}
+            before = [o.name for o in specs if o is not spec and inputs & set(o.publishes)]
+            order.add(spec.name, *(before or depth))
+    with suppress(CycleError):
+        order.prepare()
+    level = 0
+    while ready := order.get_ready():
+        depth |= dict.fromkeys(ready, level)
+        order.done(*ready)
+        level += 1
+    left = ', '.join(f'{spec.name} ({spec.package})' for spec in specs if spec.name not in depth)
+    if left:
+        raise BringupError(f'{left}: wait for one another; accepted: nodes without a circle')
     return depth
-
-
-def _inputs(spec: NodeSpec) -> set[Any]:
-    return {topic for topic in spec.subscribes if topic.flow == 'period'}

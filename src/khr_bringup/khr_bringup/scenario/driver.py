@@ -16,7 +16,7 @@ from pathlib import Path
 from khr_analysis.node_specs import COURSE, MONITOR
 from khr_analysis.outcome import OBSERVED, SENSED
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import registry, spec_of
+from khr_bringup.node_registry import controllers, registry, spec_of
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
     BOARD_CORRECTION,
@@ -90,7 +90,7 @@ class Driver:
 
         One that closes the loop by itself stands for all controllers: it would be closed twice.
         """
-        if BOARD_CORRECTION in self.publishes and registry()[spec.name].correction:
+        if BOARD_CORRECTION in self.publishes and spec.name in controllers():
             return True
         flows = {topic for topic in spec.publishes if topic.flow == 'period'}
         brought = bool(flows) and flows <= set(self.publishes)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 
-from khr_bringup.node_registry import RegisteredNode, registry
+from khr_bringup.node_registry import RegisteredNode, controllers, registry
 from khr_common import specifications
 from khr_common.block import NodeSpec
 from khr_common.interfaces import Topic
@@ -52,7 +52,7 @@ def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str
     for spec in specs:
         for topic in getattr(spec, side):
             found.setdefault(topic, []).append(spec.name)
-        if side == 'subscribes' and registry()[spec.name].correction:  # the board adds them all
+        if side == 'subscribes' and spec.name in controllers():  # the board adds them all
             for topic in spec.publishes:
                 found.setdefault(topic, ['simulator'])
     left_out = TAKE_ALL if side == 'subscribes' else ()
