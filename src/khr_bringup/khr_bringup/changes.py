@@ -90,8 +90,7 @@ def effective(found: Sequence[Made], scenario: Scenario) -> tuple[Made, ...]:
     kept = []
     for each in found:
         key = each.node, each.parameter
-        default = specifications(table_of(each.node))[each.parameter].default
-        before = values.get(key, scenario.of(each.node).get(each.parameter, default))
+        before = values.get(key, scenario.whole(each.node)[each.parameter])
         if each.value != (list(before) if isinstance(before, tuple) else before):
             values[key] = each.value
             kept.append(each)

@@ -13,7 +13,7 @@ from khr_analysis.outcome import Outcome
 from khr_bringup.code_version import code_version
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario.scenario import Scenario, Values
-from khr_common import KhrError, specifications
+from khr_common import KhrError
 from khr_sweeps.errors import SweepError
 
 if TYPE_CHECKING:
@@ -65,13 +65,7 @@ class Trial:
 
 def complete(scenario: Scenario) -> Values:
     """Return the values of all parameters of all nodes, defaults filled in."""
-    return {
-        name: {
-            key: scenario.of(name).get(key, specification.default)
-            for key, specification in specifications(node.spec.table).items()
-        }
-        for name, node in registry().items()
-    }
+    return {node: scenario.whole(node) for node in registry()}
 
 
 def identity(values: Any, version: str) -> str:

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
+import rclpy
+from rcl_interfaces.srv import GetParameters, SetParametersAtomically
+from rclpy.executors import SingleThreadedExecutor
+from std_srvs.srv import Trigger
+
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import registry, table_of
+from khr_bringup.node_registry import registry
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
-from khr_common import specifications
 from khr_common.files import write_text
+from khr_common.nodes.ros_parameters import to_set, value_of
 
 PATIENCE = 5.0  # s of wall time for a node to answer
 RECORDER, SIMULATOR = 'recorder', 'simulator'
@@ -84,12 +90,8 @@ def switch(scenario: Scenario, own: Any, folder: Path | None = None) -> Scenario
 
 
 def _values(scenario: Scenario, node: str, keeper: str) -> dict[str, Any]:
-    given, kept = scenario.of(node), KEPT.get(SIMULATOR if node == keeper else node, ())
-    return {
-        key: given.get(key, specification.default)
-        for key, specification in specifications(table_of(node)).items()
-        if key not in kept
-    }
+    kept = KEPT.get(SIMULATOR if node == keeper else node, ())
+    return {key: value for key, value in scenario.whole(node).items() if key not in kept}
 
 
 def _write(text: str, folder: Path) -> Path:
@@ -105,11 +107,7 @@ class _Graph:
     """The services of a graph, each called and waited for."""
 
     def __init__(self, node: Any) -> None:
-        from rcl_interfaces.srv import SetParametersAtomically
-        from rclpy.executors import SingleThreadedExecutor
-
-        self._node = node
-        self._clients: dict[str, Any] = {}
+        self._node, self._client = node, cache(node.create_client)
         self._executor = SingleThreadedExecutor(context=node.context)
         namespace = node.get_namespace()
         self.names = {
@@ -120,35 +118,23 @@ class _Graph:
 
     def get(self, node: str, name: str) -> Any:
         """Return a parameter of a node."""
-        from rcl_interfaces.srv import GetParameters
-
-        from khr_common.nodes.ros_parameters import value_of
-
         request = GetParameters.Request(names=[name])
         (value,) = self._call(GetParameters, f'{node}/get_parameters', request).values
         return value_of(value)
 
     def prepare(self, node: str, values: Mapping[str, Any]) -> None:
         """Have a node prepare for another run; without values it forgets what it prepared for."""
-        from rcl_interfaces.srv import SetParametersAtomically
-
-        from khr_common.nodes.ros_parameters import to_set
-
         result = self._call(SetParametersAtomically, f'{node}/prepare', to_set(values)).result
         if not result.successful:
             raise BringupError(f'{node}: {result.reason}')
 
     def reset(self) -> None:
         """Start the run anew."""
-        from std_srvs.srv import Trigger
-
         response = self._call(Trigger, f'{SIMULATOR}/reset', Trigger.Request())
         if not response.success:
             raise BringupError(f'{SIMULATOR}: {response.message}')
 
     def _call(self, kind: Any, name: str, request: Any) -> Any:
-        import rclpy
-
         client = self._client(kind, name)
         future = client.call_async(request) if client.wait_for_service(PATIENCE) else None
         if future is not None:
@@ -156,8 +142,3 @@ class _Graph:
         if future is None or not future.done():
             raise BringupError(f'{name}: no answer within {PATIENCE:g} s')
         return future.result()
-
-    def _client(self, kind: Any, name: str) -> Any:
-        if name not in self._clients:
-            self._clients[name] = self._node.create_client(kind, name)
-        return self._clients[name]

@@ -59,6 +59,11 @@ class Scenario:
         """Return what the scenario states of a node, and what follows from it."""
         return derived(self.values, node) | self.values.get(node, {})
 
+    def whole(self, node: str) -> dict[str, Any]:
+        """Return all parameters of a node, defaults filled in."""
+        defaults = {key: each.default for key, each in specifications(table_of(node)).items()}
+        return defaults | self.of(node)
+
     @property
     def nodes(self) -> list[str]:
         """Return the nodes that take part, in the order in which data flows."""
@@ -72,7 +77,7 @@ class Scenario:
     @property
     def answers(self) -> list[str]:
         """Return the nodes whose answers move the joints: the gait, then each controller."""
-        return [GAIT, *(name for name in self.nodes if registry()[name].correction)]
+        return [GAIT, *(name for name in self.nodes if name in controllers())]
 
     @property
     def corrections(self) -> dict[str, Topic]:
@@ -158,12 +163,7 @@ class Scenario:
         It holds for nodes in whatever namespace.
         """
         document = {
-            ANYWHERE + node: {
-                'ros__parameters': {
-                    key: self.of(node).get(key, specification.default)
-                    for key, specification in specifications(table_of(node)).items()
-                }
-            }
+            ANYWHERE + node: {'ros__parameters': self.whole(node)}
             for node in dict.fromkeys(['simulator', *self.nodes])  # the simulator concerns all
         }
         return f'# {self.title or self.name}\n' + yaml.safe_dump(document, sort_keys=False)
