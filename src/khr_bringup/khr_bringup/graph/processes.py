@@ -9,8 +9,8 @@ import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
+from functools import partial
 from pathlib import Path
-from typing import BinaryIO
 
 from khr_common.lifeline import PARENT, tied_to_parent
 
@@ -97,7 +97,8 @@ class Processes:
         if beside:
             self._beside.add(name)
         inherited = (*self._locks, *([descriptor] if descriptor >= 0 else []))
-        with _private(self._log / f'{name}.log') as log, _sigint_blocked():
+        path, for_this_user = self._log / f'{name}.log', partial(os.open, mode=0o600)
+        with open(path, 'wb', opener=for_this_user) as log, _sigint_blocked():
             self._children[name] = subprocess.Popen(
                 [sys.executable, '-m', 'khr_bringup.graph.child', module, *arguments],
                 env={**self._environment, **(environment or {})},
@@ -197,11 +198,6 @@ def _sigint_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-def _private(path: Path) -> BinaryIO:
-    """Open a new file that this user alone may read."""
-    return os.fdopen(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), 'wb')
 
 
 def _ended(child: subprocess.Popen[bytes], end: float) -> bool:

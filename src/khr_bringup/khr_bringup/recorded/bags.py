@@ -151,11 +151,7 @@ def _empty(topics: Sequence[Topic]) -> Messages:
 
 
 def _collect(bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_of) -> None:
-    store = get_typestore(Stores.ROS2_JAZZY)
-
-    def whole(kind: str, data: bytes) -> Any:
-        return store.deserialize_cdr(data, kind)
-
+    whole = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
     with Reader(bag) as reader:
         chosen, read = [], {}
         for connection in reader.connections:
@@ -166,7 +162,9 @@ def _collect(bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_
             numbers = numbers_of(topic) if topic.flow == 'period' else None
             read[connection.topic] = (
                 messages[topic].append,
-                partial(_sample, numbers) if numbers else partial(whole, connection.msgtype),
+                partial(_sample, numbers)
+                if numbers
+                else partial(whole, typename=connection.msgtype),
             )
         counts: Counter[str] = Counter()
         for connection, time_ns, data in reader.messages(chosen) if chosen else ():

@@ -13,11 +13,7 @@ from typing import Any, TypeVar
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 from rclpy.clock import Clock, ClockType
-from rclpy.exceptions import (
-    InvalidParameterTypeException,
-    InvalidParameterValueException,
-    ParameterUninitializedException,
-)
+from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
@@ -285,14 +281,10 @@ class KhrNode(Node):  # type: ignore[misc]
             self.declare_parameter(
                 specification.name, specification.default, describe(specification)
             )
-        except InvalidParameterTypeException as error:
-            given = self._parameter_overrides[specification.name].value
-            specification.check(given)  # says it better, if it refuses
-            raise ParameterError(str(error)) from error
-        except (InvalidParameterValueException, ParameterUninitializedException) as error:
-            override = self._parameter_overrides.get(specification.name)
-            if override is not None:
-                specification.check(override.value)
+        except ParameterException as error:
+            given = self._parameter_overrides.get(specification.name)
+            if given is not None:
+                specification.check(given.value)  # says it better, if it refuses
             raise ParameterError(str(error)) from error
 
     def _check_given(self) -> None:
