@@ -23,9 +23,8 @@ settings.register_profile('search', deadline=None)
 settings.load_profile('khr')
 
 
-# Tests of many processes at once: a busy machine may keep one waiting beyond its time, and the
-# middleware may crash as it closes. What fails there is tried again, twice at most; pytest counts
-# it as rerun.
+# Tests of many processes at once: a busy machine may keep one waiting beyond its time. What fails
+# there is tried again, twice at most; pytest counts it as rerun.
 OF_PROCESSES = ('graph', 'reliability', 'integration', 'installation')
 OF_MILLISECONDS = ('khr_hardware/test_server.py',)  # on a pseudo-terminal
 

@@ -54,6 +54,7 @@ class RecorderNode(Listener):
         self._stopped = ''  # why no more is recorded
         self._runs, self._over = 0, False
         self._last: dict[str, bytes] = {}
+        self._stamps: dict[str, int] = {}  # of the same messages, ns
         # Of what was changed in the runs so far, by node and parameters: it holds in the next ones.
         self._changes: dict[tuple[str, ...], bytes] = {}
         self._clock_topic = self.resolve_topic_name(CLOCK.name)
@@ -93,7 +94,7 @@ class RecorderNode(Listener):
     def close(self) -> None:
         """Finish the bag."""
         expected = self.now_ns - LAST_INSTANTS
-        late = [topic for topic in self._kinds if self._stamp(topic) < expected]
+        late = [topic for topic in self._kinds if self._stamps.get(topic, -1) < expected]
         if late:
             self.get_logger().warning(
                 f'not received up to t = {self.now_ns / 1e9:.3f} s: {", ".join(late)}'
@@ -153,12 +154,16 @@ class RecorderNode(Listener):
         topic = self._topics[name]
         if name in self._kinds and self._last.get(name) == data:
             return  # the simulator asked again for what it missed
-        if reason := self._refusal(name, data):
-            self.refuse(topic, reason)
+        try:
+            stamp_ns = self._check(name, data)
+        except MalformedError as error:
+            self.refuse(topic, str(error))
+            return
+        except cdr.UNREADABLE:
+            self.refuse(topic, f'no readable {topic.kind}')
             return
         if name in self._kinds:
-            self._last[name] = data
-            stamp_ns = self._stamp(name)
+            self._last[name], self._stamps[name] = data, stamp_ns
             if name == self._clock_topic:
                 if stamp_ns < self.now_ns and self.count_publishers(name) > 1:
                     self.refuse(topic, 'of a second clock')
@@ -172,22 +177,22 @@ class RecorderNode(Listener):
         if recording is not None and name in recording.counts:
             self._attempt(lambda: recording.write(name, data, self.now_ns))
 
-    def _refusal(self, name: str, data: bytes) -> str:
-        """Say why a message is not recorded: of another run, or nobody could read it in the bag."""
+    def _check(self, name: str, data: bytes) -> int:
+        """Return the stamp, ns, of what flows in every period; negative of anything else.
+
+        Raises:
+            MalformedError: if the message is of another run.
+            Exception: of :data:`khr_common.cdr.UNREADABLE`, if nobody could read it in the bag.
+        """
         topic = self._topics[name]
-        try:
-            if name in self._kinds:
-                ordered = little_endian(data, self._kinds[name])
-                cdr.clock(ordered)
-                if topic.of_run:
-                    check_run(cdr.frame(ordered), self.run)
-            elif topic.kind != TRANSFORMS:  # which come in every period, as whole messages
-                deserialize_message(data, message_class(topic.kind))
-        except MalformedError as error:
-            return str(error)
-        except cdr.UNREADABLE:
-            return f'no readable {topic.kind}'
-        return ''
+        if name in self._kinds:
+            ordered = little_endian(data, self._kinds[name])
+            if topic.of_run:
+                check_run(cdr.frame(ordered), self.run)
+            return cdr.clock(ordered)
+        if topic.kind != TRANSFORMS:  # which come in every period, as whole messages
+            deserialize_message(data, message_class(topic.kind))
+        return -1
 
     def _follow_state(self, data: bytes) -> None:
         state = deserialize_message(data, message_class(STATE.kind)).message
@@ -204,11 +209,6 @@ class RecorderNode(Listener):
             self._finish_bag()
             self._attempt(self._begin_bag)
         self.now_ns = stamp_ns
-
-    def _stamp(self, topic: str) -> int:
-        """Return the newest stamp of a topic, ns; negative before the first."""
-        data = self._last.get(topic)
-        return -1 if data is None else cdr.clock(little_endian(data, self._kinds[topic]))
 
     def _attempt(self, action: Callable[[], object]) -> None:
         try:
