@@ -72,8 +72,9 @@ def test_converter_rounds_to_the_nearest_step(rate):
     assert reading / LSB == pytest.approx(round(reading / LSB), abs=1e-9)
 
 
-def test_step_of_the_converter_is_seven_degrees_per_second():
-    gyro = Gyro(replace(CLEAN, adc=True, bandwidth=500.0))
+@pytest.mark.parametrize('model', ['packaged', 'circuit'])
+def test_step_of_the_converter_is_seven_degrees_per_second(model):
+    gyro = Gyro(replace(CLEAN, model=model, adc=True, bandwidth=500.0))
     reading = np.unique(pitch(gyro, np.repeat(np.linspace(0.0, 1.0, 400), 3)))
     assert np.degrees(np.diff(reading)) == pytest.approx(7.288, abs=0.001)
 
