@@ -125,6 +125,18 @@ print(threads())
 """
 
 
+# Who started it is gone, and the middleware hangs.
+ABANDONED = """
+import time
+from khr_common.nodes import spin
+from khr_sim.node_specs import GYRO
+
+spin.Turn.take = lambda turn, executor: turn.abandon()
+spin._leave = lambda *_: time.sleep(60.0)
+spin.run_node(GYRO)
+"""
+
+
 def run_python(text):
     return subprocess.run(
         [sys.executable, '-c', text],
@@ -148,6 +160,10 @@ def test_the_middleware_is_gone_before_the_process_ends():
 def test_a_signal_at_any_moment_ends_a_turn():
     done = run_python(INTERRUPTED)
     assert int(done.stdout) > 5, done.stderr
+
+
+def test_an_orphan_that_has_closed_does_not_wait_for_the_middleware():
+    assert run_python(ABANDONED).returncode == 1
 
 
 def test_an_orphan_waits_for_nobody_before_it_closes():

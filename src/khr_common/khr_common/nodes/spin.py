@@ -35,7 +35,7 @@ class Turn:
     """
 
     def __init__(self) -> None:
-        self.signals = 0
+        self.signals, self.abandoned = 0, False
         self._stop: Callable[[Turn], None] = _nothing
 
     def take(self, executor: EventsExecutor) -> None:
@@ -62,6 +62,7 @@ class Turn:
 
     def abandon(self) -> None:
         """Count as two signals: who started this process is gone, and with it whom it waits for."""
+        self.abandoned = True
         self.signals += 1
         self.interrupt()
 
@@ -106,7 +107,9 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
         _spin(executor, LAST_WORDS)
         failed = [node for node in nodes if node.failure]
         for node in failed:
-            print(f'{node.get_name()}: {node.failure}', file=sys.stderr)
+            print(f'{node.get_name()}: {node.failure}', file=sys.stderr, flush=True)
+        if turn.abandoned:  # all is written, and the middleware may hang on what the dead one held
+            os._exit(1)
         return int(bool(failed))
     except KhrError as error:
         print(f'{spec.name}: {error}', file=sys.stderr)
