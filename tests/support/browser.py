@@ -10,7 +10,7 @@ from pathlib import Path
 import msgspec
 import pytest
 import viser
-from playwright.sync_api import sync_playwright
+from playwright.sync_api import TimeoutError, sync_playwright
 from viser._messages import ViewerCameraMessage
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
@@ -92,10 +92,21 @@ def labels(page):
 
 
 def saved(page, name):
-    """Click what saves a file, and return the file's name and content."""
-    with page.expect_download() as download:
-        page.get_by_text(name, exact=True).click()
-    return download.value.suggested_filename, Path(download.value.path()).read_bytes()
+    """Click what saves a file, and return the file's name and content.
+
+    A click while the page is drawn anew may be lost, as a reader's: then it is clicked once more.
+    """
+
+    def attempt(patience):
+        with page.expect_download(timeout=patience) as download:
+            page.get_by_text(name, exact=True).click()
+        return download.value
+
+    try:
+        file = attempt(PATIENCE / 4)
+    except TimeoutError:
+        file = attempt(PATIENCE)
+    return file.suggested_filename, Path(file.path()).read_bytes()
 
 
 def chart(page, title):

@@ -29,6 +29,7 @@ _COUNT = Struct('<I')
 _THREE, _SIX, _SEVEN = Struct('<3d'), Struct('<6d'), Struct('<7d')
 _START = 4  # of the fields, behind the encoding
 _STAMPED = _START + _TIME.size  # the end of the stamp in a header
+_FRAME = _STAMPED + _COUNT.size  # where its frame begins
 MOST_FORMS = 50  # of JointStates that are remembered
 _DOUBLE = 8
 _BLANK = Struct('<d').pack(BLANK)
@@ -106,8 +107,7 @@ def clock(data: bytes) -> int:
 
 def frame(data: bytes) -> str:
     """Return the frame in the header of any stamped message."""
-    start, length = _counted(data, _STAMPED)
-    return data[start : start + length - 1].decode()
+    return data[_FRAME : _after_header(data) - 1].decode()
 
 
 def force(data: bytes) -> Floats:
@@ -220,7 +220,7 @@ LENGTHS = {CLOCK.kind: 0, IMU: 3, WRENCH: 3, TRUE_POSE.kind: 7, TRUE_SOLES.kind:
 
 
 def _after_header(data: bytes) -> int:
-    return _after_text(data, _STAMPED)
+    return _FRAME + int(_COUNT.unpack_from(data, _STAMPED)[0])
 
 
 def _after_text(data: bytes, place: int) -> int:
@@ -235,7 +235,7 @@ def _counted(data: bytes, place: int) -> tuple[int, int]:
 
 
 def _aligned(place: int) -> int:
-    return _padded(place, _DOUBLE)
+    return place + (_START - place) % _DOUBLE
 
 
 def _padded(place: int, size: int) -> int:
