@@ -8,11 +8,15 @@ from contextlib import ExitStack
 from math import hypot
 
 import pytest
+import rclpy
 import yaml
+from geometry_msgs.msg import WrenchStamped
 from PIL import Image
+from rclpy.executors import SingleThreadedExecutor
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
+from khr_common.interfaces import PUSHED
 from tests.support.browser import browser_page, free_port, row, slider, viewer
 from tests.support.runs import (
     Bag,
@@ -140,7 +144,20 @@ def test_a_push_by_button_moves_the_robot_and_pause_halts_it(page, viewed):
 
 
 def test_a_drag_of_the_torso_pushes_it(page, viewed):
-    """The bag that holds the push is looked at when the run has ended."""
+    """One may be lost that begins while the page is drawn anew; the bag is looked at later."""
+    with joined(viewed.folder) as node:
+        executor = SingleThreadedExecutor(context=node.context)
+        pushed = rclpy.Future(executor=executor)
+        node.create_subscription(WrenchStamped, PUSHED.name, pushed.set_result, 10)
+        for _ in range(3):
+            drag(page)
+            rclpy.spin_until_future_complete(node, pushed, executor=executor, timeout_sec=10.0)
+            if pushed.done():
+                return
+    pytest.fail('no drag of three pushed the robot')
+
+
+def drag(page):
     page.mouse.move(712, 385)
     page.mouse.down()
     for far in range(8, 104, 8):
@@ -228,7 +245,7 @@ def test_all_that_was_done_is_in_the_bags(page, viewed):
     after = max(abs(rate) for time, rate in rates if pushed < time < pushed + 0.3)
     assert after > 10 * before
     after_reset = Bag(viewed.folder / 'bag_2')
-    ((_, dragged),) = after_reset['/simulator/push']
+    (_, dragged), *_ = after_reset['/simulator/push']
     assert hypot(dragged.wrench.force.x, dragged.wrench.force.y) > 1.0
 
 
