@@ -43,6 +43,14 @@ def test_the_centre_of_mass_starts_a_half_foot_behind_the_toe(form):
     assert np.allclose(still.x_com, -P.half_foot) and not still.fell
 
 
+@pytest.mark.parametrize('lean', [0.0, -0.05])
+def test_the_ankle_leans_back_by_what_the_mass_goes_ahead(lean):
+    found = simulate_push(PushLoop(form='physical', initial_lean=lean), ForcePulse(0.5))
+    ahead = np.arcsin((found.x_com + P.half_foot) / P.length)
+    assert found.ankle == pytest.approx(lean - ahead, abs=1e-12)
+    assert found.ankle[0] == 0.0 and abs(found.ankle).max() > 1e-3
+
+
 def test_the_published_tipping_agrees_with_another_integrator():  # (4.4)
     force, length = 2.0, tipping_length(P)
     ours = simulate_push(PushLoop(form='published', step=1e-3), ForcePulse(force))

@@ -153,3 +153,9 @@ def test_refuses_what_is_no_rate(rate):
 def test_unknown_model_is_refused_by_name():
     with pytest.raises(ParameterError, match=r'ideal \| packaged \| circuit'):
         build(GyroParameters, {'model': 'magic'})
+
+
+def test_an_offset_may_have_either_sign_and_a_range_is_needed():
+    assert build(GyroParameters, {'zero_offset': -0.5}).zero_offset == -0.5
+    with pytest.raises(ParameterError, match='saturation'):
+        build(GyroParameters, {'saturation': 0.0})

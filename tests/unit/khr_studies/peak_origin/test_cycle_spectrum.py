@@ -53,6 +53,24 @@ def test_a_high_bin_is_no_noise_to_its_neighbour():
     assert both.chance(first + 1) < 1e-4
 
 
+@pytest.mark.parametrize(('away', 'lost'), [(6, True), (8, False)])
+def test_noise_is_what_lies_within_a_line_and_a_half(away, lost):
+    first = 4 * CYCLES + 1
+    tones = 0.3 * np.sin(2 * np.pi * first / WALK.cycle_period / CYCLES * TIME)
+    tones += 10.0 * np.sin(2 * np.pi * (first + away) / WALK.cycle_period / CYCLES * TIME)
+    noise = walks(2).records
+    both = Walks('', WALK, tuple(replace(each, rate=each.rate + tones) for each in noise), PERIOD)
+    chance = both.chance(first)
+    assert chance > 0.5 if lost else chance < 1e-4
+
+
+def test_two_cycles_of_one_seed_are_coherent_by_chance_alone():
+    half = TIME.size // 2
+    (record,) = walks(3, seeds=1).records
+    short = Record(record.time[:half], record.rate[:half], record.slip[:half])
+    assert Walks('', WALK, (short,), PERIOD).slip_coherence(FREQUENCIES[0])[1] == 1.0
+
+
 def test_of_noise_nothing_repeats():
     """The estimate is cut at 0, which keeps its mean a little above; many seeds bring it down."""
     shares = [
