@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from khr_common.files import write_text
+from khr_common.files import write_text, written
 from khr_report.folders import make_folder
 from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import save, styled
@@ -26,7 +26,7 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         out: the PNG; ``map_X_Y.png`` in the folder by default.
 
     Raises:
-        KhrError: if there is no sweep, a parameter is not swept, or the folder cannot be written.
+        KhrError: if there is no sweep, a parameter is not swept, or a file cannot be written.
     """
     counted = stability_map(read_results(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
@@ -34,8 +34,8 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
         image.with_name(f'{image.stem}{end}.csv'): rows for end, rows in tables(counted).items()
     }
     make_folder(image.parent)
-    with styled():
-        save(figure(counted), image)
+    with styled(), written(image) as part:
+        save(figure(counted), part)
     for path, rows in rows_by_file.items():
         write_text(path, csv_text(rows[0], (row.values() for row in rows), 6))
     return [image, *rows_by_file]

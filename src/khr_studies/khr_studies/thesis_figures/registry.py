@@ -14,6 +14,7 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from khr_common.files import written
 from khr_report.folders import make_folder
 from khr_report.plots.plot_style import head, save, styled
 from khr_report.plots.points import write_points
@@ -269,7 +270,8 @@ def draw(
         if suffix(number, engine):
             head(figure, f'{figure.get_suptitle()}; on {engine}')
         write_points(figure, points)
-        save(figure, image)
+        with written(image) as part:
+            save(figure, part)
     return [image, points]
 
 
