@@ -110,15 +110,21 @@ class Source(Bare):
 
 
 def periods() -> Iterator[None]:
-    """Simulate one control period of the offline twin at a time."""
+    """Return the offline twin at the start of a run; each step is a control period."""
+    twin = _periods()
+    next(twin)
+    return twin
+
+
+def _periods() -> Iterator[None]:
     plant, loop = Plant(SHORT.table(RunParameters)), ControlLoop(SHORT)
     monitor = OutcomeMonitor(SHORT.table(MonitorParameters))
     truth = plant.start(loop.reference(0.0))
     while True:
+        yield
         plant.answer(loop.answer(truth))
         monitor.update(truth.stamp_ns, loop.signals)
         truth = plant.advance()
-        yield
 
 
 def topics(name: str) -> tuple[list[Topic], list[Topic]]:
