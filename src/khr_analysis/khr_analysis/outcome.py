@@ -189,7 +189,7 @@ class OutcomeMonitor:
         self._outcome: Outcome | None = None
 
     def configure(self, parameters: MonitorParameters) -> None:
-        """Take changed thresholds from the next instant on, but the corner frequency."""
+        """Take changed thresholds from the next instant on; the corner frequency stays."""
         self.parameters = parameters
 
     def update(self, stamp_ns: int, signals: Signals) -> Outcome:

@@ -182,8 +182,14 @@ def _depths(specs: list[NodeSpec]) -> dict[str, int]:
     for spec in specs:
         if spec.name not in depth:
             inputs = {topic for topic in spec.subscribes if topic.flow == 'period'}
-            before = [o.name for o in specs if o is not spec and inputs & set(o.publishes)]
-            order.add(spec.name, *(before or depth))
+            before = [
+                other.name
+                for other in specs
+                if other is not spec and inputs & set(other.publishes)
+            ]
+            order.add(
+                spec.name, *(before or depth)
+            )  # who waits for nobody has the clock before it
     with suppress(CycleError):
         order.prepare()
     level = 0

@@ -235,7 +235,7 @@ def _counted(data: bytes, place: int) -> tuple[int, int]:
 
 
 def _aligned(place: int) -> int:
-    return place + (_START - place) % _DOUBLE
+    return _padded(place, _DOUBLE)
 
 
 def _padded(place: int, size: int) -> int:
