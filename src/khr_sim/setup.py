@@ -24,7 +24,7 @@ setup(
             'transforms = khr_sim.node_specs:TRANSFORMS',
         ]
     },
-    package_data={'': ['py.typed', 'urdf/*.urdf']},
+    package_data={'': ['py.typed', 'urdf/*.urdf', '*.ll']},
     install_requires=['khr_common', 'llvmlite', 'numba', 'numpy', 'pybullet', 'scipy'],
     extras_require={'mujoco': ['mujoco<4'], 'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
-from khr_sim.compiled import compiled
+from khr_sim.compiled import bound
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
 
@@ -29,49 +29,46 @@ POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assum
 # symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: at the
 # defaults spring and damper of the head, which carries next to nothing, and no others.
 SPRING_LIMIT, DAMPER_LIMIT = 1.0, 0.5
-ANGLE, RATE, INTEGRAL, COMMAND = range(4)  # rows of the state
+
+# Rows of the servos' table. Their state: angle of the rotor in rad, its speed in rad/s, integral
+# of the PID loop in N m, last command in rad.
+ANGLE, RATE, INTEGRAL, COMMAND = range(4)
+# What comes in: command in rad, angle of the joint in rad, its speed in rad/s; out goes the torque
+# on the joint, N m.
+GOAL, POSITION, VELOCITY, TORQUE = range(4, 8)
+# Their setting: N m/rad of the position loop and of the gear, N m s/rad of the gear and of the
+# derivative gain, largest torque of the motor in N m.
+STIFFNESS, GEAR, DAMPING, DERIVATIVE, STRENGTH = range(8, 13)
+SHAPE, CONSTANTS = (13, len(JOINTS)), (8,)
 
 
-def law(
-    command: Array,
-    position: Array,
-    velocity: Array,
-    state: Array,
-    setting: Array,
-    constants: Array,
-    torque: Array,
-) -> None:
-    """Advance the rotors by one step, in plain Python: ``step`` is the same, compiled.
+def law(servos: Array, constants: Array) -> None:
+    """Advance the rotors by one step, in plain Python; :mod:`khr_sim.compiled` compiles it.
 
     Args:
-        command: angles commanded by the board, rad, (n,).
-        position: joint angles, rad, (n,).
-        velocity: joint speeds, rad/s, (n,).
-        state: of the servos, changed in place: rotor angles in rad, rotor speeds in rad/s,
-            integrals of the PID loop in N m, last commands in rad, (4, n).
-        setting: stiffness and gear stiffness in N m/rad, gear damping and derivative gain in
-            N m s/rad, largest torque of the motor in N m, (5, n).
+        servos: their table, whose state and torques are changed in place, (13, n).
         constants: those of :meth:`Servos.configure`, (8,).
-        torque: on the joints, set here, N m, (n,).
     """
-    h, gain, loss, stick, play, differs, integrates, integral_gain = constants
-    for i in range(len(command)):
-        goal, angle, rate = command[i], state[ANGLE, i], state[RATE, i]
-        most = setting[4, i]
+    h, gain, loss = constants[0], constants[1], constants[2]  # to unpack them could raise
+    stick, play, differs = constants[3], constants[4], constants[5]
+    integrates, integral_gain = constants[6], constants[7]
+    for i in range(servos.shape[1]):
+        goal, angle, rate = servos[GOAL, i], servos[ANGLE, i], servos[RATE, i]
+        most = servos[STRENGTH, i]
         offset = 0.0
         if integrates:
-            integral = state[INTEGRAL, i] + integral_gain * h * (goal - angle)
-            offset = state[INTEGRAL, i] = min(max(integral, -most), most)
+            integral = servos[INTEGRAL, i] + integral_gain * h * (goal - angle)
+            offset = servos[INTEGRAL, i] = min(max(integral, -most), most)
         if differs:
-            offset += setting[3, i] * ((goal - state[COMMAND, i]) / h - rate)
-        state[COMMAND, i] = goal
-        twist, slide = angle - position[i], rate - velocity[i]
+            offset += servos[DERIVATIVE, i] * ((goal - servos[COMMAND, i]) / h - rate)
+        servos[COMMAND, i] = goal
+        twist, slide = angle - servos[POSITION, i], rate - servos[VELOCITY, i]
         if play:
             twist -= min(max(twist, -play), play)
             if twist == 0.0:
                 slide = 0.0
-        load = setting[1, i] * twist + setting[2, i] * slide
-        drive = min(max(setting[0, i] * (goal - angle) + offset, -most), most)
+        load = servos[GEAR, i] * twist + servos[DAMPING, i] * slide
+        drive = min(max(servos[STIFFNESS, i] * (goal - angle) + offset, -most), most)
         rate = (rate + gain * (drive - load)) * loss
         if rate > stick:  # dry friction takes what speed it can, and no more
             rate -= stick
@@ -79,8 +76,8 @@ def law(
             rate += stick
         else:
             rate = 0.0
-        torque[i] = load
-        state[ANGLE, i], state[RATE, i] = angle + h * rate, rate
+        servos[TORQUE, i] = load
+        servos[ANGLE, i], servos[RATE, i] = angle + h * rate, rate
 
 
 class PositionLoop(NamedTuple):
@@ -103,18 +100,22 @@ class Servos:
     Args:
         parameters: the simulator's parameters.
         carried: what each joint carries outward, kg m^2, shape (17,).
+
+    Attributes:
+        table, constants: as the law has them.
+        state, torque: the rows of state, and that of the torques.
     """
 
     def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
         self._carried = carried
-        self._law = compiled(law)
-        self.state = np.zeros((4, len(JOINTS)))  # as the law has them
-        self.torque = np.zeros(len(JOINTS))
+        self.table, self.constants = np.zeros(SHAPE), np.zeros(CONSTANTS)
+        self.state: Array = self.table[: COMMAND + 1]
+        self.torque: Array = self.table[TORQUE]
+        self._inputs = [self.table[row].data for row in (GOAL, POSITION, VELOCITY)]
+        self._step = bound(law, self.table, self.constants)
         self._own_stretch: Array | None = None
         self._strength = np.full(len(JOINTS), STALL_TORQUE)
         self.configure(parameters)
-        at_rest = np.zeros(len(JOINTS))
-        self.update(at_rest, at_rest, at_rest)  # compiles now what the first period would
 
     def configure(self, parameters: SimulatorParameters) -> None:
         """Take changed parameters without losing the state."""
@@ -123,15 +124,15 @@ class Servos:
         damping = np.minimum(p.gear_damping, DAMPER_LIMIT * self._carried / h)
         loop = position_loop(p, self._own_stretch)
         self._integrates = loop.integral > 0.0
-        self.setting = np.array((loop.stiffness, gear, damping, loop.derivative, self._strength))
+        self.table[STIFFNESS:] = loop.stiffness, gear, damping, loop.derivative, self._strength
         gain = h / p.rotor_inertia  # speed gained per N m and step
         loss = 1.0 / (1.0 + gain * BACK_EMF)  # back-EMF, implicit
         stick = gain * p.servo_friction * loss
         play = radians(p.backlash_deg) / 2.0
-        self.constants = np.array(
-            (h, gain, loss, stick, play, loop.derivative.any(), self._integrates, loop.integral),
-            dtype=float,
-        )
+        differs = loop.derivative.any()
+        self.constants[:] = (
+            h, gain, loss, stick, play, differs, self._integrates, loop.integral,
+        )  # fmt: skip
 
     def set_each(self, parameters: SimulatorParameters, stretch: Array, free: Array) -> None:
         """Take what a board sets of each servo by itself.
@@ -158,7 +159,7 @@ class Servos:
         Returns:
             The joint angles (17,) in rad at which the servos hold it.
         """
-        stiffness, gear, *_ = self.setting
+        stiffness, gear = self.table[STIFFNESS], self.table[GEAR]
         held = np.clip(torque, -STALL_TORQUE, STALL_TORQUE)
         integral = held if self._integrates else np.zeros(len(JOINTS))
         angle = command - (held - integral) / stiffness
@@ -177,9 +178,9 @@ class Servos:
             The torques (17,) in N m to apply to the joints during the step; the next step
             overwrites them.
         """
-        self._law(
-            command, position, velocity, self.state, self.setting, self.constants, self.torque
-        )
+        goals, positions, velocities = self._inputs
+        goals[:], positions[:], velocities[:] = command, position, velocity
+        self._step()
         return self.torque
 
 

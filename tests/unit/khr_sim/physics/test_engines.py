@@ -2,6 +2,7 @@
 
 import subprocess
 import sys
+from functools import partial
 from math import radians
 
 import numpy as np
@@ -140,8 +141,7 @@ def test_the_compiled_servos_are_the_plain_ones_bit_for_bit(values):
     parameters = build(SimulatorParameters, values)
     carried = Robot.load().joint_inertia()
     compiled, plain = Servos(parameters, carried), Servos(parameters, carried)
-    assert compiled._law.py_func is law
-    plain._law = law
+    plain._step = partial(law, plain.table, plain.constants)
     random = np.random.default_rng(1)
     for each in (compiled, plain):
         each.reset(np.array(STANCE), np.zeros(len(JOINTS)))
@@ -174,7 +174,8 @@ def test_nothing_is_left_to_be_compiled_in_the_first_period(engine):
     """It takes a tenth of a second even from the cache, and the clock runs in realtime."""
     said = subprocess.check_output([sys.executable, '-c', COMPILATIONS, engine], text=True)
     before, after = map(int, said.split())
-    assert 0 < before == after
+    assert before == after
+    assert (before > 0) == (engine == 'mujoco')  # the other starts without Numba
 
 
 # --- what is there, and what is not ------------------------------------------------------------

@@ -27,7 +27,7 @@ from khr_sim.physics.contact import SIDES, SPHERES, ContactForces, Pose, physics
 from khr_sim.physics.engines.base import Motion
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import Servos, law
+from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Servos, law
 
 IMPEDANCE_RATIO = 10.0  # of friction to normal force: what keeps a standing foot from creeping
 IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, by its depth
@@ -66,7 +66,8 @@ def _run(
     speeds: Array,
     applied: Array,
     contacts: Array,
-    servos: tuple[Array, Array, Array, Array],
+    servos: Array,
+    constants: Array,
     position: Array,
     velocity: Array,
     forces: Array,
@@ -79,15 +80,15 @@ def _run(
         joints: where each joint lies in the engine's order, (17,).
         angles, speeds, applied: the engine's own joint angles, speeds and torques, (17,).
         contacts: the engine's own forces on the spheres of the feet, N, (8, 3).
-        servos: state, setting, constants and torques.
+        servos, constants: as the servos' law has them.
         position, velocity: joint states in our order, kept here, (17,).
         forces: on toes and heels, summed up here, N, (4, 3).
     """
-    state, setting, constants, torque = servos
     for row in range(len(commands)):
-        _servo_law(commands[row], position, velocity, state, setting, constants, torque)
+        servos[GOAL], servos[POSITION], servos[VELOCITY] = commands[row], position, velocity
+        _servo_law(servos, constants)
         for i in range(len(joints)):
-            applied[joints[i]] = torque[i]
+            applied[joints[i]] = servos[TORQUE, i]
         _call(mj_step, model, data)
         for i in range(len(joints)):
             position[i], velocity[i] = angles[joints[i]], speeds[joints[i]]
@@ -157,7 +158,8 @@ class MuJoCo:
             commands,
             self._joints,
             *self._views,
-            (servos.state, servos.setting, servos.constants, servos.torque),
+            servos.table,
+            servos.constants,
             self._position,
             self._velocity,
             forces.in_odom,
@@ -169,7 +171,8 @@ class MuJoCo:
         mujoco.mj_kinematics(self._model, self._data)  # a step leaves the poses of its start
         if self._viewer is not None:
             self._viewer.sync()
-        return servos.torque.tolist()
+        torques: list[float] = servos.torque.tolist()
+        return torques
 
     def base(self) -> Motion:
         """Return the motion of base_link."""
