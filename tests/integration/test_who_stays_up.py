@@ -85,8 +85,8 @@ def test_the_robot_slides_far_and_does_not_fall(slide):
     outcome = slide[0].outcome
     assert outcome.verdict == 'slipped' and outcome.largest_slip > 1.0
     assert not outcome.stayed_up and outcome.lasted(9.0) == 1.0
-    assert replace(outcome, largest_slip=0.056).stayed_up
-    assert not replace(outcome, largest_slip=0.0, verdict='fell').stayed_up
+    assert outcome._replace(largest_slip=0.056).stayed_up
+    assert not outcome._replace(largest_slip=0.0, verdict='fell').stayed_up
 
 
 def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):

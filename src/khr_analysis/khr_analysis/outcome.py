@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import atan2, cos, degrees, isfinite, radians
-from typing import Literal
+from typing import Literal, NamedTuple
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
@@ -100,8 +100,7 @@ class MonitorParameters:
     control_period: float = sample_period(maximum=0.03)
 
 
-@dataclass(frozen=True)
-class Outcome:
+class Outcome(NamedTuple):
     """What became of the robot so far; after a fall all of it stays as it was.
 
     Attributes:
@@ -130,7 +129,7 @@ class Outcome:
     slip_distance: float
     largest_slip: float
     vibration: float
-    slides: Slides = field(default_factory=Slides)
+    slides: Slides = Slides()
 
     @property
     def fell(self) -> bool:
@@ -157,8 +156,7 @@ class Outcome:
         return 1.0 if self.fell_at is None else min(self.fell_at / whole, 1.0)
 
 
-@dataclass(frozen=True)
-class SensedOutcome:
+class SensedOutcome(NamedTuple):
     """What became of the robot so far, by the sensors alone.
 
     Attributes:

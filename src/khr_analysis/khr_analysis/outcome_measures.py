@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import hypot, pi, sqrt, tan
+from typing import NamedTuple
 
 from khr_common.maths.rotation import Vector, dot
 
@@ -59,8 +59,7 @@ class SoleSlip:
         return way
 
 
-@dataclass(frozen=True)
-class Slides:
+class Slides(NamedTuple):
     """How far the soles slid in a walk, and in the stance around it, m.
 
     Attributes:

@@ -1,7 +1,5 @@
 """An outcome as texts: what is written is read again, and what is no outcome is refused."""
 
-from dataclasses import replace
-
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,7 +21,7 @@ def test_what_is_written_is_read_again(time, fell_at, numbers):
 
 def test_slides_per_step_are_there_if_there_were_steps():
     assert 'step_slide_m' not in quantities(OUTCOME)
-    walked = replace(OUTCOME, slides=Slides(0.001, 0.0023, 0.004, 9))
+    walked = OUTCOME._replace(slides=Slides(0.001, 0.0023, 0.004, 9))
     texts = quantities(walked)
     assert (texts['steps'], texts['step_slide_m']) == ('9', '0.0023')
     assert outcome_of('walked', texts).slides == walked.slides

@@ -108,11 +108,11 @@ class Truth:
         Raises:
             ValueError: if a part is missing, unknown, or not as long as it is to be.
         """
-        lengths = {name: len(part) for name, part in parts.items()}
-        if lengths != _lengths:
+        ordered = [parts[name] for name in _lengths if name in parts]
+        if len(parts) != len(_lengths) or [*map(len, ordered)] != [*_lengths.values()]:
+            lengths = {name: len(part) for name, part in parts.items()}
             raise ValueError(f'parts of {lengths} numbers are not accepted; accepted: {_lengths}')
-        numbers = list(chain.from_iterable([parts[name] for name in _lengths]))
-        return cls(step, stamp_ns, numbers, inclination)
+        return cls(step, stamp_ns, [*chain.from_iterable(ordered)], inclination)
 
     @property
     def tilt(self) -> float:

@@ -120,7 +120,7 @@ class Pool:
         if function is limit_of_seed:
             _, seed, start, _ = arguments
             done.set_result(
-                (start, [Attempt(start, seed, replace(outcome('walked'), largest_slip=self.slip))])
+                (start, [Attempt(start, seed, outcome('walked')._replace(largest_slip=self.slip))])
             )
         else:
             done.set_result(MeasuredWalk(outcome(self.walks), ()))

@@ -52,6 +52,7 @@ class Bullet:
         self._torso_center = robot.links[TORSO].center_of_mass
         self._torso_arm = self._torso_center.tolist()
         self._position, self._velocity = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
+        self._positions, self._velocities = self._position.data, self._velocity.data
 
     def reset(self, inclination: float) -> None:
         """Start anew, with a ground inclined by so many rad."""
@@ -176,5 +177,5 @@ class Bullet:
 
     def _read_joints(self) -> None:
         states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
-        _pack(self._position.data, 0, *map(_ANGLE, states))
-        _pack(self._velocity.data, 0, *map(_SPEED, states))
+        _pack(self._positions, 0, *map(_ANGLE, states))
+        _pack(self._velocities, 0, *map(_SPEED, states))
