@@ -1,4 +1,6 @@
-"""Time the twin with the middleware alone: what no graph of these messages can fall below.
+"""Time the twin with the middleware, and what a graph computes that the twin does not.
+
+No graph of these messages can fall below it.
 
 ``python -m tests.benchmarks.bench_messages``
 """
@@ -11,6 +13,8 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from itertools import count, repeat
+from math import sin
 from pathlib import Path
 from time import perf_counter
 from unittest.mock import patch
@@ -20,18 +24,22 @@ from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node
 from rclpy.task import Future
 
-from khr_analysis.node_specs import RECORDER
+from khr_analysis.node_specs import FFT_ANALYSER, RECORDER
 from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
+from khr_analysis.spectrum import FftAnalyserParameters, SpectrumAnalyser
 from khr_bringup.graph.following import nodes_of
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import ControlLoop
-from khr_common.interfaces import Topic
+from khr_common.cdr import MessageTemplate, transforms
+from khr_common.interfaces import BODY, JOINTS, TF, WORLD, Topic
 from khr_common.nodes.messages import blank_message, message_class, serialized
 from khr_common.nodes.node import DATA
-from khr_sim.node_specs import SIMULATOR
+from khr_sim.node_specs import SIMULATOR, TRANSFORMS
 from khr_sim.plant import Plant
+from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
+from khr_sim.transforms import JointTree, TransformsParameters
 from tests.benchmarks.bench_graph import (
     EACH,
     EACH_RECORDED,
@@ -51,7 +59,10 @@ READY = 'ready'
 
 
 class Bare(Node):  # type: ignore[misc]
-    """A node that takes the messages of a period unread, and then publishes its own, blank."""
+    """A node that takes the messages of a period unread, and then publishes its own, blank.
+
+    Between them it does what it has to do beside the twin: :data:`OWN_WORK`.
+    """
 
     def __init__(self, name: str) -> None:
         super().__init__(name)
@@ -68,6 +79,7 @@ class Bare(Node):  # type: ignore[misc]
                 message_class(topic.kind), topic.name, self._take, DATA, raw=True
             )
         self._awaited = self._missing = len(taken)
+        self._work = OWN_WORK.get(name, _no_work)(self)
 
     def matched(self, readers: Counter[Topic]) -> bool:
         """Return whether all who take its messages have found it."""
@@ -86,6 +98,7 @@ class Bare(Node):  # type: ignore[misc]
         self._missing -= 1
         if not self._missing:
             self._missing = self._awaited
+            next(self._work)
             self.answer()
 
 
@@ -107,6 +120,33 @@ class Source(Bare):
         else:
             next(self._twin)
             super().answer()
+
+
+def _no_work(_: Node) -> Iterator[None]:
+    return repeat(None)
+
+
+def _spectra(_: Node) -> Iterator[None]:
+    analyser = SpectrumAnalyser(SHORT.table(FftAnalyserParameters))
+    for period in count():
+        analyser.add(period * CONTROL_PERIOD, sin(period))
+        yield
+
+
+def _frames(node: Node) -> Iterator[None]:
+    parameters, tree = SHORT.table(TransformsParameters), JointTree(Robot.load())
+    publisher = node.create_publisher(message_class(TF.kind), TF.name, DATA)
+    torso, joints = (
+        MessageTemplate(*transforms(frames)) for frames in (((WORLD, BODY),), tree.moving)
+    )
+    for period in count():
+        if period % parameters.every == 0:
+            publisher.publish(torso.filled(period, [0.0] * 7))
+            publisher.publish(joints.filled(period, tree.moved([0.0] * len(JOINTS))))
+        yield
+
+
+OWN_WORK = {FFT_ANALYSER.name: _spectra, TRANSFORMS.name: _frames}  # by node, period by period
 
 
 def periods() -> Iterator[None]:
@@ -138,10 +178,11 @@ def topics(name: str) -> tuple[list[Topic], list[Topic]]:
     if name == RECORDER.name:
         return [], list(published)
     spec = spec_of(name)
-    own = spec.brought(SHORT.table(spec.table))
+    table = SHORT.table(spec.table)
+    needs = spec.subscribes if spec.block is None else spec.block(table).needs
     return (
-        [topic for topic in own if topic in published],
-        [topic for topic in spec.subscribes if topic in published],
+        [topic for topic in spec.brought(table) if topic in published],
+        [topic for topic in needs if topic in published],
     )
 
 

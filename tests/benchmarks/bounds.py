@@ -53,7 +53,7 @@ def _exchanges(
     graphs: Mapping[str, Sequence[Numbers]], messages: Sequence[Mapping[str, Numbers]]
 ) -> Bounds:
     bare = {name: _took([each[name] for each in messages]) for name in messages[0]}
-    unread = 'the twin and its messages, blank and unread, '
+    unread = 'the twin, spectra and frames, and the messages, blank and unread, '
     return {
         **{
             (name, graph.TWIN): Bound(bare[graph.TWIN] / bare[name], unread + where)
