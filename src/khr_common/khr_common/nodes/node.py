@@ -167,11 +167,11 @@ class KhrNode(Node):  # type: ignore[misc]
                 MalformedError and what :data:`khr_common.cdr.UNREADABLE` lists.
             callback: called with each message that is accepted.
         """
-        kind = message_class(topic.kind)
+        kind, of_run = message_class(topic.kind), topic.of_run
 
         def read_own(data: bytes) -> Value:
             data = little_endian(data, kind)
-            if topic.of_run:
+            if of_run:
                 check_run(cdr.frame(data), self.run)
             return read(data)
 
