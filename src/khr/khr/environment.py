@@ -191,7 +191,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         info = self._info() | terms
         if lost or end:
             info |= {
-                **vars(outcome),
+                **outcome._asdict(),
                 'fell': outcome.fell,
                 'stayed_up': outcome.stayed_up,
                 'outcome': outcome,
