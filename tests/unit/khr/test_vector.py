@@ -23,7 +23,7 @@ ENGINES = ('bullet', 'mujoco')
 REST = np.zeros((3, 2), np.float32)
 
 
-def made(count, mode=None, engine='mujoco', **options):
+def made(count, mode=None, engine='bullet', **options):
     options.setdefault('set', SHORT)
     return gymnasium.make_vec(
         'khr/Balance-v0', count, vectorization_mode=mode, engine=engine, **options
@@ -31,11 +31,26 @@ def made(count, mode=None, engine='mujoco', **options):
 
 
 @pytest.fixture
-def three():
+def own():
+    """Three environments that a test may break."""
     environments = made(3)
     environments.reset(seed=0)
     yield environments
     environments.close()
+
+
+@pytest.fixture(scope='module')
+def shared():
+    environments = made(3)
+    yield environments
+    environments.close()
+
+
+@pytest.fixture
+def three(shared):
+    """The same three environments at the start of an episode."""
+    shared.reset(seed=0)
+    return shared
 
 
 def processes():
@@ -171,7 +186,7 @@ def test_there_is_one_process_less_than_environments_and_none_afterwards():
 def test_no_process_outlives_the_one_that_asked_for_it(how):
     code = f"""
 import os, sys, khr, psutil
-environments = khr.vector_env('stand_0deg', 3, engine='mujoco')
+environments = khr.vector_env('stand_0deg', 3)
 environments.reset(seed=0)
 print(*(each.pid for each in psutil.Process().children()), flush=True)
 {how}
@@ -199,7 +214,7 @@ def test_they_also_step_on_fewer_cores_than_they_are():
 import os
 os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
 import khr
-environments = khr.vector_env('stand_0deg', 3, engine='mujoco')
+environments = khr.vector_env('stand_0deg', 3)
 environments.reset(seed=0)
 print(environments.step([[0.0, 0.0]] * 3)[4]['time'].tolist())
 """
@@ -209,14 +224,14 @@ print(environments.step([[0.0, 0.0]] * 3)[4]['time'].tolist())
     )
 
 
-def test_a_mistake_in_a_process_is_one_line_and_the_next_episode_begins(three):
-    three.set_attr('_robots', [[{}], [], [{}]])  # the second has none
+def test_a_mistake_in_a_process_is_one_line_and_the_next_episode_begins(own):
+    own.set_attr('_robots', [[{}], [], [{}]])  # the second has none
     with pytest.raises(
         khr.KhrError, match=r'robot: 0 is not accepted; accepted: integer in \[0, -1\]'
     ):
-        three.reset(options={'robot': 0})
-    three.reset(seed=0)
-    assert three.step(REST)[4]['time'].tolist() == [0.015] * 3
+        own.reset(options={'robot': 0})
+    own.reset(seed=0)
+    assert own.step(REST)[4]['time'].tolist() == [0.015] * 3
 
 
 @pytest.mark.parametrize(
@@ -248,20 +263,20 @@ def test_a_step_before_an_episode_is_one_line():
     environments.close()
 
 
-def test_a_process_that_was_killed_is_one_line_and_the_others_end(three):
-    started = [psutil.Process(each._process.pid) for each in three._others]
+def test_a_process_that_was_killed_is_one_line_and_the_others_end(own):
+    started = [psutil.Process(each._process.pid) for each in own._others]
     os.kill(started[1].pid, signal.SIGKILL)
-    for ask in (lambda: three.step(REST), three.reset, lambda: three.call('trajectory_hash')):
+    for ask in (lambda: own.step(REST), own.reset, lambda: own.call('trajectory_hash')):
         with pytest.raises(
             khr.KhrError, match=r'^environment 2: its process was ended by signal 9$'
         ):
             ask()
-    three.close()
+    own.close()
     assert not any(each.is_running() for each in started)
 
 
-def test_nothing_goes_on_after_the_end(three):
-    three.close()
-    three.close()
+def test_nothing_goes_on_after_the_end(own):
+    own.close()
+    own.close()
     with pytest.raises(khr.KhrError, match='its process was ended'):
-        three.step(REST)
+        own.step(REST)
