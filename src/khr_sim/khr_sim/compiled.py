@@ -6,14 +6,13 @@ numbers, bit for bit.
 Numba takes 0.6 s to import and to load what it has compiled before, half of the start of a run. So
 what it makes of the servos' law for LLVM is kept beside it, as text, which LLVM alone turns into
 machine code in a tenth of that. Where the law is another than the one it was made of, Numba
-compiles it. ``python -m khr_sim.compiled`` renews the text.
+compiles it.
 """
 
 from __future__ import annotations
 
 import ctypes
 import inspect
-import os
 from collections.abc import Callable
 from functools import cache, partial
 from hashlib import sha256
@@ -47,6 +46,11 @@ def bound(function: Callable[[Array, Array], None], first: Array, second: Array)
     """
     shapes = first.shape, second.shape
     return partial(_machine_code(function, shapes), first.ctypes.data, second.ctypes.data)
+
+
+def keep(function: Callable[[Array, Array], None], *shapes: tuple[int, ...]) -> None:
+    """Write beside its module what Numba makes of a function of arrays of these two shapes."""
+    _place(function).write_text(_intermediate(function, shapes))
 
 
 @cache
@@ -107,16 +111,3 @@ def _place(function: Callable[..., None]) -> Path:
 def _heading(function: Callable[..., None], shapes: tuple[tuple[int, ...], ...]) -> str:
     digest = sha256(f'{inspect.getsource(function)}{shapes}'.encode()).hexdigest()
     return f'; {function.__module__}.{function.__name__} {digest}\n'
-
-
-def main() -> None:
-    """Renew the text of the servos' law."""
-    os.environ |= {'NUMBA_CPU_NAME': 'generic', 'NUMBA_CPU_FEATURES': ''}
-    from khr_sim.servo import CONSTANTS, SHAPE, law
-
-    shapes = SHAPE, CONSTANTS
-    _place(law).write_text(_intermediate(law, shapes))
-
-
-if __name__ == '__main__':
-    main()

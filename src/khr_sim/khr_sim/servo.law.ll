@@ -3,7 +3,7 @@
 source_filename = "<string>"
 
 ; Function Attrs: nofree norecurse nosync nounwind memory(argmem: readwrite)
-define internal fastcc void @_ZN8__main__13_intermediate12_3clocals_3e5entryB2v1B56c8tJTIeFIjxB2IKSgI4CrvQCk0Z4yRYcWsBAg6cJqBrMeIZJFEGM0QQAE10float64_2a10float64_2a(ptr noalias nonnull writeonly captures(none) %retptr, ptr captures(none) %arg.first, ptr readonly captures(none) %arg.second) unnamed_addr #0 {
+define internal fastcc void @_ZN7khr_sim8compiled13_intermediate12_3clocals_3e5entryB2v1B56c8tJTIeFIjxB2IKSgI4CrvQCk0Z4yRYcWsBAg6cJqBrMeIZJFEGM0QQAE10float64_2a10float64_2a(ptr noalias nonnull writeonly captures(none) %retptr, ptr captures(none) %arg.first, ptr readonly captures(none) %arg.second) unnamed_addr #0 {
 B0.endif.endif:
   %.64.i = load double, ptr %arg.second, align 8, !noalias !0
   %.92.i = getelementptr i8, ptr %arg.second, i64 8
@@ -168,7 +168,7 @@ define ptr @entry(ptr captures(none) %.1, ptr readonly captures(none) %.2) local
 entry:
   %.4 = alloca ptr, align 8
   store ptr null, ptr %.4, align 8
-  call fastcc void @_ZN8__main__13_intermediate12_3clocals_3e5entryB2v1B56c8tJTIeFIjxB2IKSgI4CrvQCk0Z4yRYcWsBAg6cJqBrMeIZJFEGM0QQAE10float64_2a10float64_2a(ptr nonnull %.4, ptr %.1, ptr %.2) #1
+  call fastcc void @_ZN7khr_sim8compiled13_intermediate12_3clocals_3e5entryB2v1B56c8tJTIeFIjxB2IKSgI4CrvQCk0Z4yRYcWsBAg6cJqBrMeIZJFEGM0QQAE10float64_2a10float64_2a(ptr nonnull %.4, ptr %.1, ptr %.2) #1
   %.18 = load ptr, ptr %.4, align 8
   ret ptr %.18
 }

@@ -17,7 +17,7 @@ def summed(rows, constants):
 
 def test_what_is_kept_was_made_of_the_present_law():
     kept = compiled._place(law).read_text()
-    renew = 'the law has changed since: python -m khr_sim.compiled'
+    renew = 'the law has changed since: python -m tests.golden.servo_law'
     assert kept.startswith(compiled._heading(law, (SHAPE, CONSTANTS))), renew
 
 
