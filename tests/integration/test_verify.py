@@ -370,7 +370,7 @@ def test_of_a_thousand_changed_bytes_each_is_found_or_harmless(run, tmp_path):
 
 
 @given(st.data())
-@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
+@settings(max_examples=10, suppress_health_check=[HealthCheck.differing_executors])
 def test_a_bag_cut_anywhere_is_refused(run, tmp_path_factory, data):
     damaged = tmp_path_factory.mktemp('damaged')
     shutil.copytree(run, damaged, dirs_exist_ok=True)
@@ -381,7 +381,7 @@ def test_a_bag_cut_anywhere_is_refused(run, tmp_path_factory, data):
 
 
 @given(st.data())
-@settings(max_examples=25, suppress_health_check=[HealthCheck.differing_executors])
+@settings(max_examples=10, suppress_health_check=[HealthCheck.differing_executors])
 def test_a_damaged_bag_is_refused_or_read_as_far_as_it_is_whole(run, tmp_path_factory, data):
     damaged = tmp_path_factory.mktemp('damaged')
     shutil.copytree(run, damaged, dirs_exist_ok=True)
