@@ -13,6 +13,7 @@ import sys
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
+from functools import partial
 from itertools import count, repeat
 from math import sin
 from pathlib import Path
@@ -31,7 +32,7 @@ from khr_bringup.graph.following import nodes_of
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import ControlLoop
-from khr_common.cdr import MessageTemplate, transforms
+from khr_common.cdr import MessageTemplate, Reader, numbers_of, transforms
 from khr_common.interfaces import BODY, JOINTS, TF, WORLD, Topic
 from khr_common.nodes.messages import blank_message, message_class, serialized
 from khr_common.nodes.node import DATA
@@ -59,9 +60,10 @@ READY = 'ready'
 
 
 class Bare(Node):  # type: ignore[misc]
-    """A node that takes the messages of a period unread, and then publishes its own, blank.
+    """A node that reads the numbers of a period's messages, and then publishes its own, zeros.
 
-    Between them it does what it has to do beside the twin: :data:`OWN_WORK`.
+    Between them it does what it has to do beside the twin: :data:`OWN_WORK`. A recorder does not
+    read what it takes.
     """
 
     def __init__(self, name: str) -> None:
@@ -70,13 +72,14 @@ class Bare(Node):  # type: ignore[misc]
         self._senders = [
             (
                 self.create_publisher(message_class(topic.kind), topic.name, DATA),
-                serialized(blank_message(topic)),
+                MessageTemplate(serialized(blank_message(topic))),
             )
             for topic in given
         ]
         for topic in taken:
+            read = None if name == RECORDER.name else numbers_of(topic)
             self.create_subscription(
-                message_class(topic.kind), topic.name, self._take, DATA, raw=True
+                message_class(topic.kind), topic.name, partial(self._take, read), DATA, raw=True
             )
         self._awaited = self._missing = len(taken)
         self._work = OWN_WORK.get(name, _no_work)(self)
@@ -91,10 +94,12 @@ class Bare(Node):  # type: ignore[misc]
 
     def answer(self) -> None:
         """Publish the messages of a period."""
-        for publisher, data in self._senders:
-            publisher.publish(data)
+        for publisher, template in self._senders:
+            publisher.publish(template.filled(0, [0.0] * template.count))
 
-    def _take(self, _: bytes) -> None:
+    def _take(self, read: Reader | None, data: bytes) -> None:
+        if read is not None:
+            read(data)
         self._missing -= 1
         if not self._missing:
             self._missing = self._awaited

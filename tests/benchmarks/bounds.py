@@ -53,10 +53,10 @@ def _exchanges(
     graphs: Mapping[str, Sequence[Numbers]], messages: Sequence[Mapping[str, Numbers]]
 ) -> Bounds:
     bare = {name: _took([each[name] for each in messages]) for name in messages[0]}
-    unread = 'the twin, spectra and frames, and the messages, blank and unread, '
+    read = 'the twin, spectra and frames, and the messages, whose numbers are filled in and read, '
     return {
         **{
-            (name, graph.TWIN): Bound(bare[graph.TWIN] / bare[name], unread + where)
+            (name, graph.TWIN): Bound(bare[graph.TWIN] / bare[name], read + where)
             for name, where in (
                 (graph.ONE, 'in one process'),
                 (graph.EACH, 'from process to process'),

@@ -162,8 +162,8 @@ def _messages(rounds: Sequence[dict[str, Numbers]]) -> tuple[str]:
         f'{name} {1e6 * environment.PERIOD * took:.0f} us' for name, took in added.items()
     )
     return (
-        'The messages of a control period, published blank and taken unread, with the spectra and '
-        f'frames that a graph alone computes, add to the twin: {spent}.',
+        'The messages of a control period, filled in and read, and the spectra and frames that a '
+        f'graph alone computes, add to the twin: {spent}.',
     )
 
 

@@ -43,6 +43,9 @@ class MessageTemplate:
     Args:
         data: the serialized message, a Clock or one with a header, :data:`BLANK` in its blanks.
         stamps: where its stamps are, if not at the beginning alone.
+
+    Attributes:
+        count: of its blanks.
     """
 
     def __init__(self, data: bytes, stamps: Sequence[int] = (4,)) -> None:
@@ -52,7 +55,7 @@ class MessageTemplate:
             for place in range(_START, len(data) - _DOUBLE + 1, _DOUBLE)
             if data[place : place + _DOUBLE] == _BLANK
         ]
-        self._count = len(blanks)
+        self.count = len(blanks)
         bounds = [
             number
             for number, place in enumerate(blanks)
@@ -69,8 +72,8 @@ class MessageTemplate:
         Raises:
             ValueError: if there are not as many numbers as blanks.
         """
-        if len(numbers) != self._count:
-            raise ValueError(f'numbers: {len(numbers)} are not accepted; accepted: {self._count}')
+        if len(numbers) != self.count:
+            raise ValueError(f'numbers: {len(numbers)} are not accepted; accepted: {self.count}')
         time = divmod(stamp_ns, 1_000_000_000)
         for place in self._stamps:
             _TIME.pack_into(self._data, place, *time)
