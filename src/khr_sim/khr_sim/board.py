@@ -39,7 +39,7 @@ class Board:
         Raises:
             SimError: if the target is not n finite numbers.
         """
-        if len(target) != len(self._lower) or not all(map(isfinite, target)):
+        if len(target) != len(self._lower) or not isfinite(sum(target)):
             raise SimError(
                 f'target: {list(target)} is not accepted; '
                 f'accepted: {len(self._lower)} finite angles in rad'

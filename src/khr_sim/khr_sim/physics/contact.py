@@ -20,9 +20,7 @@ from khr_sim.robot import Robot
 
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
 Contact = tuple[Any, ...]  # of robot and ground, as PyBullet has it
-# Where in it these are: the robot's link; the point, in m in odom; the ground's normal and the
-# force along it, in N; then force and direction of both frictions.
-LINK, POINT, NORMAL, PRESS, SLIP, ALONG, SLIDE, ACROSS = 3, 5, 7, 9, 10, 11, 12, 13
+NORMAL, ALONG, ACROSS = 7, 11, 13  # where in it the directions of its three forces are
 
 SIDES = ('l', 'r')
 HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads, which lie across it, m
@@ -108,14 +106,15 @@ class ContactForces:
         self.steps += 1
         of_foot = self._of_foot
         for contact in contacts:
-            foot = of_foot.get(contact[LINK])
+            # The robot's link, the point in m in odom, the forces along normal and frictions in N.
+            _, _, _, link, _, (x, y, z), _, _, _, press, slip, _, slide, _ = contact
+            foot = of_foot.get(link)
             if foot is not None:
                 (fx, fy, fz), ankle, toe, heel = foot
-                x, y, z = contact[POINT]
                 impulse = toe if fx * x + fy * y + fz * z >= ankle else heel
-                impulse[0] += contact[PRESS]
-                impulse[1] += contact[SLIP]
-                impulse[2] += contact[SLIDE]
+                impulse[0] += press
+                impulse[1] += slip
+                impulse[2] += slide
                 self._last = contact
 
     def mean(self, soles: Sequence[Pose]) -> list[Vector]:
@@ -130,8 +129,8 @@ class ContactForces:
             axes = tuple(zip(*directions, strict=True))
             sums = [[dot(impulse, axis) for axis in axes] for impulse in self._impulses]
         steps = self.steps or 1
-        to_sole = [inverse(orientation) for _, orientation in soles for _ in range(2)]
+        left, right = (inverse(orientation) for _, orientation in soles)
         return [
             carried(turn, [x / steps, y / steps, z / steps])
-            for turn, (x, y, z) in zip(to_sole, sums, strict=True)
+            for turn, (x, y, z) in zip((left, left, right, right), sums, strict=True)
         ]

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import chain
 from math import isfinite
 
 from khr_common import parameter, sample_period
@@ -76,9 +75,7 @@ class FootForce:
         Raises:
             SimError: if the forces are not (4, 3) finite numbers.
         """
-        if [len(force) for force in contact_force] != [3] * 4 or not all(
-            map(isfinite, chain.from_iterable(contact_force))
-        ):
+        if [*map(len, contact_force)] != [3] * 4 or not isfinite(sum(map(sum, contact_force))):
             raise SimError(
                 f'contact_force: {contact_force!r} is not accepted; '
                 f'accepted: (4, 3) finite forces in N'
