@@ -11,12 +11,13 @@ import os
 import subprocess
 import sys
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from functools import partial
 from itertools import count, repeat
 from math import sin
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from time import perf_counter
 from unittest.mock import patch
 
@@ -27,12 +28,13 @@ from rclpy.task import Future
 
 from khr_analysis.node_specs import FFT_ANALYSER, RECORDER
 from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
+from khr_analysis.recording import Recording
 from khr_analysis.spectrum import FftAnalyserParameters, SpectrumAnalyser
 from khr_bringup.graph.following import nodes_of
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import spec_of
 from khr_bringup.offline import ControlLoop
-from khr_common.cdr import MessageTemplate, Reader, numbers_of, transforms
+from khr_common.cdr import MessageTemplate, clock, numbers_of, transforms
 from khr_common.interfaces import BODY, JOINTS, TF, WORLD, Topic
 from khr_common.nodes.messages import blank_message, message_class, serialized
 from khr_common.nodes.node import DATA
@@ -62,8 +64,8 @@ READY = 'ready'
 class Bare(Node):  # type: ignore[misc]
     """A node that reads the numbers of a period's messages, and then publishes its own, zeros.
 
-    Between them it does what it has to do beside the twin: :data:`OWN_WORK`. A recorder does not
-    read what it takes.
+    Between them it does what it has to do beside the twin: :data:`OWN_WORK`. A recorder writes
+    what it takes.
     """
 
     def __init__(self, name: str) -> None:
@@ -76,10 +78,15 @@ class Bare(Node):  # type: ignore[misc]
             )
             for topic in given
         ]
+        self._folder = TemporaryDirectory()
+        use = _written(taken, Path(self._folder.name)) if name == RECORDER.name else numbers_of
         for topic in taken:
-            read = None if name == RECORDER.name else numbers_of(topic)
             self.create_subscription(
-                message_class(topic.kind), topic.name, partial(self._take, read), DATA, raw=True
+                message_class(topic.kind),
+                topic.name,
+                partial(self._take, use(topic)),
+                DATA,
+                raw=True,
             )
         self._awaited = self._missing = len(taken)
         self._work = OWN_WORK.get(name, _no_work)(self)
@@ -97,9 +104,8 @@ class Bare(Node):  # type: ignore[misc]
         for publisher, template in self._senders:
             publisher.publish(template.filled(0, [0.0] * template.count))
 
-    def _take(self, read: Reader | None, data: bytes) -> None:
-        if read is not None:
-            read(data)
+    def _take(self, use: Callable[[bytes], object], data: bytes) -> None:
+        use(data)
         self._missing -= 1
         if not self._missing:
             self._missing = self._awaited
@@ -125,6 +131,16 @@ class Source(Bare):
         else:
             next(self._twin)
             super().answer()
+
+
+def _written(
+    topics: Sequence[Topic], folder: Path
+) -> Callable[[Topic], Callable[[bytes], object]]:
+    """Return what writes the messages of each topic into a bag."""
+    recording = Recording(folder / 'bag')
+    for topic in topics:
+        recording.add_topic(topic.name, topic.kind)
+    return lambda topic: lambda data: recording.write(topic.name, data, clock(data))
 
 
 def _no_work(_: Node) -> Iterator[None]:

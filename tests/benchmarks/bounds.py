@@ -65,7 +65,7 @@ def _exchanges(
         **{
             (recorded, name): Bound(
                 took / (took + bare[recorded] - bare[name]),
-                'the run, and a recorder that takes its messages and does not write',
+                'the run, and a recorder that writes its messages as they come',
             )
             for recorded, name in (
                 (graph.ONE_RECORDED, graph.ONE),
