@@ -14,8 +14,8 @@ SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python .ci/install
-# in the order of tests/conftest.py; four at a time on two cores, as tests of runs wait much
-PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 4 --dist loadfile \
+# in the order of tests/conftest.py; three at a time on two cores, as tests of runs wait much
+PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 3 --dist loadfile \
             --no-loadscope-reorder
 PACKAGES := $(wildcard ./src/khr*)
 SOURCES := $(shell find src config -type f -not -path '*/build/*' -not -path '*.egg-info/*' \
