@@ -109,5 +109,8 @@ def _place(function: Callable[..., None]) -> Path:
 
 
 def _heading(function: Callable[..., None], shapes: tuple[tuple[int, ...], ...]) -> str:
-    digest = sha256(f'{inspect.getsource(function)}{shapes}'.encode()).hexdigest()
+    own = function.__globals__
+    constants = {name: own[name] for name in function.__code__.co_names if name in own}
+    made_of = f'{inspect.getsource(function)}{constants}{shapes}'
+    digest = sha256(made_of.encode()).hexdigest()
     return f'; {function.__module__}.{function.__name__} {digest}\n'

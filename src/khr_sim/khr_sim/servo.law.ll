@@ -1,4 +1,4 @@
-; khr_sim.servo.law 41f078e653f986d611eb211e7963cd8d49304cd2d6b8d890baff73fe5f6387ce
+; khr_sim.servo.law ee34539ba4ec77edcc8798dbb6b0812134ece3995357106de986c0bba00e7e2f
 ; ModuleID = '<string>'
 source_filename = "<string>"
 

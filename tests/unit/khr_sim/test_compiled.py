@@ -21,6 +21,12 @@ def test_what_is_kept_was_made_of_the_present_law():
     assert kept.startswith(compiled._heading(law, (SHAPE, CONSTANTS))), renew
 
 
+def test_it_was_made_of_the_rows_of_the_table_too(monkeypatch):
+    kept = compiled._heading(law, (SHAPE, CONSTANTS))
+    monkeypatch.setattr('khr_sim.servo.GOAL', 5)
+    assert compiled._heading(law, (SHAPE, CONSTANTS)) != kept
+
+
 def test_a_function_of_which_nothing_is_kept_is_compiled():
     rows, constants = np.arange(12.0).reshape(3, 4), np.array([0.5])
     add = compiled.bound(summed, rows, constants)
