@@ -186,7 +186,8 @@ class SimulatorNode(KhrNode):
             return
         if not self._lockstep.barrier.put(source, answer.stamp_ns, answer):
             return
-        if source != GAIT and answer.stamp_ns == self.now_ns:
+        # While it waits the first instant is asked for again and again: its answers are not late.
+        if source != GAIT and self.state == 'running' and answer.stamp_ns == self.now_ns:
             self._latency.add(time.monotonic() - self._published)
         self._pump()
 
