@@ -33,7 +33,7 @@ def node():
     node._epoch = Made(since=lambda stamp_ns: stamp_ns)
     node._instants = ExactTimeSynchronizer(Block.needs)
     node._newest, node._rewinds, node._outputs = -1, 0, []
-    node._received, node.asked = {'rate'}, []
+    node._subscribed, node.asked = {'rate'}, []
     node.subscribe_numbers = lambda topic, _: node.asked.append(topic)
     return node
 

@@ -31,7 +31,7 @@ class BlockNode(KhrNode):
         self._newest = -1  # of the complete instants of this run, ns
         self._rewinds = 0  # of the instants when the last was complete
         self._outputs = [self.output(topic) for topic in spec.publishes if topic.flow == 'period']
-        self._received: set[Topic] = set()
+        self._subscribed: set[Topic] = set()
         self._subscribe_to_needs()
 
     def configure(self, parameters: Any) -> None:
@@ -59,8 +59,8 @@ class BlockNode(KhrNode):
 
     def _subscribe_to_needs(self) -> None:
         for topic in self._block.needs:
-            if topic not in self._received:
-                self._received.add(topic)
+            if topic not in self._subscribed:
+                self._subscribed.add(topic)
                 self.subscribe_numbers(topic, self._on_numbers)
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
