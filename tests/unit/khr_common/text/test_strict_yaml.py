@@ -31,7 +31,7 @@ BOMB = 'a: &a [x, x, x, x, x, x, x, x, x]\n' + ''.join(
         ('<<: {a: 1}', 'merge'),
         ('a: 1\na: 2', 'given twice'),
         ('a: \0', '#x0000'),
-        ('a: \ud800', '#xd800'),
+        ('a: \ud800', 'is no character'),
         ('"' + 'k' * 1000 + '": 1\n"' + 'k' * 1000 + '": 1', 'given twice'),
         ('#' * LARGEST_FILE + '#', 'too large'),
     ],
