@@ -8,6 +8,7 @@ import pytest
 
 from khr_analysis.recorder_parameters import OF_EVERY_RUN
 from khr_bringup.code_version import version_in, version_of
+from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import node_of, registry, table_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import REGIONS
@@ -37,13 +38,17 @@ SPEC = NodeSpec('foreign', 'foreign', Table, Foreign)
 """
 
 
-def listed(folder, module, entry='foreign = foreign:SPEC', arguments=('scenarios',)):
-    """Run khr with a foreign package of one module that has one entry point."""
+def install(folder, module, entry='foreign = foreign:SPEC'):
+    """Put a foreign package of one module that has one entry point into a folder."""
     (folder / 'foreign.py').write_text(module)
     information = folder / 'foreign-1.0.dist-info'
     information.mkdir()
     (information / 'METADATA').write_text('Metadata-Version: 2.1\nName: foreign\nVersion: 1.0\n')
     (information / 'entry_points.txt').write_text(f'[khr.nodes]\n{entry}\n')
+
+
+def khr(folder, *arguments):
+    """Run khr where the packages of a folder are installed too."""
     return subprocess.run(
         [sys.executable, '-m', 'khr.cli.command', *map(str, arguments)],
         capture_output=True,
@@ -53,9 +58,30 @@ def listed(folder, module, entry='foreign = foreign:SPEC', arguments=('scenarios
     )
 
 
+@pytest.fixture
+def registry_with(tmp_path, monkeypatch):
+    """Read the registry where a foreign package is installed too."""
+
+    def read(module, entry):
+        install(tmp_path, module, entry)
+        return registry.__wrapped__()
+
+    monkeypatch.syspath_prepend(tmp_path)
+    yield read
+    sys.modules.pop('foreign', None)
+
+
 def test_a_node_that_fits_in_changes_nothing_for_the_others(tmp_path):
-    done = listed(tmp_path, GOOD)
+    install(tmp_path, GOOD)
+    done = khr(tmp_path, 'scenarios')
     assert done.returncode == 0, done.stderr
+
+
+def test_one_that_does_not_is_one_line_of_the_command(tmp_path):
+    install(tmp_path, 'SPEC = 1')
+    done = khr(tmp_path, 'scenarios')
+    assert (done.returncode, done.stdout) == (2, '')
+    assert done.stderr.startswith('khr: foreign: ') and done.stderr.count('\n') == 1
 
 
 @pytest.mark.slow
@@ -64,7 +90,8 @@ def test_a_node_of_one_module_takes_part_in_runs_and_in_their_code_version(tmp_p
     for name, module in (('one', GOOD), ('two', GOOD + '# changed')):
         (tmp_path / name).mkdir()
         run = ['run', 'stand_0deg', '--offline', '--duration', 0.1, '--out', tmp_path / name / 'x']
-        done = listed(tmp_path / name, module, arguments=run)
+        install(tmp_path / name, module)
+        done = khr(tmp_path / name, *run)
         assert done.returncode == 0, done.stderr
         codes.append(version_in((tmp_path / name / 'x' / 'scenario.yaml').read_text()))
     assert len({*codes, version_of(load_scenario('stand_0deg'))}) == 3
@@ -97,25 +124,22 @@ def test_a_node_of_one_module_takes_part_in_runs_and_in_their_code_version(tmp_p
             'foreign = foreign:SPEC',
             ['table Table is not accepted', 'khr_common.parameter'],
         ),
-        (
-            GOOD.replace(
-                '(GYRO,)', "(correction('foreign', ()), Topic('loop', GYRO.kind, ''))"
-            ).replace("('l_knee',)),)", "('l_knee',)), Topic('loop', GYRO.kind, ''))"),
-            'foreign = foreign:SPEC',
-            [],
-        ),
     ],
 )
-def test_one_that_does_not_is_one_line_that_names_its_package(tmp_path, module, entry, says):
-    done = listed(tmp_path, module, entry)
-    if not says:  # what a node publishes itself is no circle
-        assert done.returncode == 0, done.stderr
-        return
-    assert done.returncode == 2
-    assert len(done.stderr.strip().splitlines()) == 1
-    assert done.stderr.startswith('khr: foreign: ')
+def test_one_that_does_not_is_refused_and_its_package_named(registry_with, module, entry, says):
+    with pytest.raises(BringupError) as refusal:
+        registry_with(module, entry)
+    assert str(refusal.value).startswith('foreign: ')
+    assert '\n' not in str(refusal.value)
     for word in says:
-        assert word in done.stderr
+        assert word in str(refusal.value)
+
+
+def test_what_a_node_publishes_itself_is_no_circle(registry_with):
+    loop = "Topic('loop', GYRO.kind, '')"
+    module = GOOD.replace('(GYRO,)', f"(correction('foreign', ()), {loop})")
+    module = module.replace("('l_knee',)),)", f"('l_knee',)), {loop})")
+    assert 'foreign' in registry_with(module, 'foreign = foreign:SPEC')
 
 
 def test_nodes_are_in_the_order_in_which_data_flows():

@@ -10,7 +10,7 @@ stays when the feedback is taken away is not thereby the gait's, it is only not 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
@@ -147,7 +147,7 @@ def _ratios(peak: TracedPeak, pairs: list[tuple[Walks, Walks]]) -> list[Ratio]:
 
 def _different(one: Walks, other: Walks) -> set[str]:
     """Return the fields of the treatment in which walks differ."""
-    return {name for name, _ in asdict(one.treatment).items() ^ asdict(other.treatment).items()}
+    return {name for name, _ in vars(one.treatment).items() ^ vars(other.treatment).items()}
 
 
 def _place(peak: TracedPeak, base: Walks, others: Sequence[Walks]) -> Evidence:
