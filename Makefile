@@ -33,7 +33,7 @@ nightly: lint
 	$(PYTEST)
 
 quick: tools
-	$(PYTEST) tests/unit tests/golden -m 'not slow and not nightly'
+	$(PYTEST) tests/unit tests/golden -m 'not slow and not nightly' --hypothesis-profile quick
 
 # apart from the tests: what is measured takes twice the computing
 coverage: tools
