@@ -21,7 +21,8 @@ from tests.support.runs import LONG, Bag, wait_for
 
 EXAMPLE = ROOT / 'examples' / 'khr_example_controller'
 SCENARIO = EXAMPLE / 'config' / 'walk_5deg_knee.yaml'
-SECONDS = 2.5
+DOCUMENT = (ROOT / 'docs' / 'extending.md').read_text()
+SECONDS = 1.5
 pytestmark = pytest.mark.slow
 
 
@@ -81,21 +82,39 @@ def khr(python, *arguments, cwd=None):
 
 
 def run(python, folder, *arguments):
-    text = khr(python, 'run', SCENARIO, '--duration', SECONDS, '--out', folder, *arguments)
-    return text.strip().splitlines()[-1].removeprefix('trajectory hash ')
+    """Run for SECONDS as the rest of a command says; return the trajectory hash."""
+    less = ('--duration', SECONDS, '--no-draw', '--out', folder)
+    return khr(python, 'run', *arguments, *less, cwd=ROOT).split()[-1]
 
 
 @pytest.fixture(scope='module')
-def recorded(python, tmp_path_factory):
-    """Return folder and hash of a run with one process per node."""
+def documented():
+    """Return the commands of the document: what follows pip install and khr run."""
+    install, *runs = re.search(r'```sh\n(.*?)```', DOCUMENT, re.S)[1].splitlines()
+    assert install.startswith('pip install ')
+    words = [command.partition('#')[0].split() for command in runs]
+    assert all(own[:2] == ['khr', 'run'] for own in words)
+    return install.split()[2:], *(own[2:] for own in words)
+
+
+@pytest.fixture(scope='module')
+def recorded(python, documented, tmp_path_factory):
+    """Return folder and hash of the document's first run, with one process per node."""
     folder = tmp_path_factory.mktemp('runs') / 'processes'
-    return folder, run(python, folder, '--processes')
+    _, first, _ = documented
+    assert '--processes' in first
+    return folder, run(python, folder, *first)
 
 
-def test_three_ways_of_running_give_one_trajectory(python, recorded, tmp_path):
-    assert run(python, tmp_path / 'offline', '--offline') == recorded[1]
-    assert run(python, tmp_path / 'graph', '--one-process', '--no-record') == recorded[1]
-    without = run(python, tmp_path / 'without', '--offline', '--set', 'knee_controller.gain=0')
+def test_three_ways_of_running_give_one_trajectory(python, documented, recorded, tmp_path):
+    *_, second = documented
+    assert '--offline' in second
+    assert run(python, tmp_path / 'offline', *second) == recorded[1]
+    graph = run(python, tmp_path / 'graph', SCENARIO, '--one-process', '--no-record')
+    assert graph == recorded[1]
+    without = run(
+        python, tmp_path / 'without', SCENARIO, '--offline', '--set', 'knee_controller.gain=0'
+    )
     assert without != recorded[1], 'the knees do nothing'
 
 
@@ -246,8 +265,7 @@ TAIL_CONTROLLER = NodeSpec('tail_controller', 'tail_controller', TailParameters,
 def test_three_files_are_enough(python, tmp_path):
     source, site = tmp_path / 'source', tmp_path / 'site'
     source.mkdir()
-    document = (ROOT / 'docs' / 'extending.md').read_text()
-    (source / 'pyproject.toml').write_text(re.search(r'```toml\n(.*?)```', document, re.S)[1])
+    (source / 'pyproject.toml').write_text(re.search(r'```toml\n(.*?)```', DOCUMENT, re.S)[1])
     (source / 'tail_controller.py').write_text(TAIL)
     (source / 'nod.yaml').write_text(
         '/**/tail_controller:\n  ros__parameters:\n    enabled: true\n'
@@ -257,7 +275,7 @@ def test_three_files_are_enough(python, tmp_path):
     subprocess.run([sys.executable, '-m', 'pip', *map(str, install)], check=True)
     hashes = []
     for way in ('--offline', '--one-process'):
-        options = ['--duration', '1.5', '--out', tmp_path / way.strip('-')]
+        options = ['--duration', '1.5', '--no-draw', '--out', tmp_path / way.strip('-')]
         done = subprocess.run(
             [python, '-m', 'khr.cli.command', 'run', source / 'nod.yaml', *options, way],
             capture_output=True,
@@ -295,14 +313,8 @@ def test_a_scenario_without_it_is_untouched(python, tmp_path):
     assert text.splitlines()[-1] == done.stdout.splitlines()[-1]
 
 
-def test_the_document_shows_the_example_and_its_commands_run(python, recorded, tmp_path):
-    document = (ROOT / 'docs' / 'extending.md').read_text()
-    excerpt = re.search(r'```python\n(.*?)```', document, re.S)[1]
+def test_the_document_shows_the_example(documented):
+    assert documented[0][-1] == str(EXAMPLE.relative_to(ROOT))
+    excerpt = re.search(r'```python\n(.*?)```', DOCUMENT, re.S)[1]
     law = iter((EXAMPLE / 'khr_example_controller' / 'knee.py').read_text().splitlines())
     assert all(line in law for line in excerpt.splitlines() if line), 'not as in knee.py'
-    install, *runs = re.search(r'```sh\n(.*?)```', document, re.S)[1].splitlines()
-    assert install.startswith('pip install') and install.endswith(str(EXAMPLE.relative_to(ROOT)))
-    for number, command in enumerate(runs):
-        _, *words = command.partition('#')[0].split()
-        less = ('--duration', SECONDS, '--out', tmp_path / str(number))
-        assert khr(python, *words, *less, cwd=ROOT).split()[-1] == recorded[1]
