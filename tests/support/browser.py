@@ -121,18 +121,11 @@ def free_port():
 
 
 @contextmanager
-def viewer(port, reads=True):
-    """Look at a page as a browser does, and read what it sends, or nothing at all any more."""
+def connected(port):
+    """Yield the connection of a viewer that looks at a page as a browser does."""
     camera = ViewerCameraMessage(
         (1.0, 0.0, 0.0, 0.0), (1.0, 1.0, 1.0), 1.0, 0.1, 10.0, 600, 800, (0.0,) * 3, (0, 0, 1)
     )
-    got = []
-
-    def read(connection):
-        with suppress(ConnectionClosed):
-            for message in connection:
-                got.append(len(message))
-
     with connect(
         f'ws://127.0.0.1:{port}',
         origin=f'http://127.0.0.1:{port}',
@@ -142,6 +135,20 @@ def viewer(port, reads=True):
         close_timeout=0.5,
     ) as connection:
         connection.send(msgspec.msgpack.encode(camera.as_serializable_dict([])))
+        yield connection
+
+
+@contextmanager
+def viewer(port, reads=True):
+    """Look at a page, and read what it sends, or nothing at all any more."""
+    got = []
+
+    def read(connection):
+        with suppress(ConnectionClosed):
+            for message in connection:
+                got.append(len(message))
+
+    with connected(port) as connection:
         if reads:
             threading.Thread(target=read, args=(connection,), daemon=True).start()
         yield got

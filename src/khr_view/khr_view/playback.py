@@ -133,7 +133,7 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
     display = Display(door(), played.charts, names)
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
-    panel = PlaybackPanel(display.server.gui, display.later, player, runs)
+    panel = PlaybackPanel(display.server, display.later, player, runs)
     display.add_look()
     note = Note(
         runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs),

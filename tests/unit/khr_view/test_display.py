@@ -1,9 +1,13 @@
 """The whole page without a browser: what is drawn and what its controls do."""
 
+import asyncio
+from time import monotonic
 from types import SimpleNamespace
 
+import msgspec
 import numpy as np
 import pytest
+from viser._messages import GuiUpdateMessage
 
 from khr_common.interfaces import GYRO, JOINT_STATES, JOINTS
 from khr_sim.robot import Robot
@@ -15,6 +19,9 @@ from khr_view.guard import open_door
 from khr_view.model.snapshot import SnapshotBuilder
 from khr_view.page.display import CAMERA, CAMERA_NARROW, Display, Note, _frame
 from khr_view.page.live_panel import LivePanel
+from khr_view.page.playback_panel import PlaybackPanel
+from khr_view.playback import Player
+from tests.support.browser import connected
 
 PERIOD = 15_000_000
 
@@ -29,7 +36,7 @@ def display():
 @pytest.fixture(scope='module')
 def panel(display):
     scenarios = ['walk_3deg', 'walk_0deg']
-    return LivePanel(display.server.gui, display.later, SimpleNamespace(), scenarios, 'same')
+    return LivePanel(display.server, display.later, SimpleNamespace(), scenarios, 'same')
 
 
 def button(panel, name):
@@ -49,6 +56,25 @@ def test_only_what_runs_or_is_paused_can_be_halted(panel):
         panel.show_offers(True, True, True)
         assert button(panel, 'pause') == shown
     assert button(panel, 'reset') == ('Reset to time 0', True)
+
+
+@pytest.mark.parametrize('playing', [False, True])
+def test_a_time_that_a_reader_chooses_is_not_lost_while_the_page_shows_others(display, playing):
+    player = Player(end=10.0, period=0.5, playing=playing)
+    panel = PlaybackPanel(display.server, display.later, player, [])
+    panel.show(player)
+    loop = display.server.get_event_loop()
+    with connected(display.server.get_port()) as connection:
+        for time in (7.0, 3.0, 9.5, 0.5) * 5:
+            update = GuiUpdateMessage(panel._time._impl.uuid, {'value': time})
+            connection.send(msgspec.msgpack.encode(update.as_serializable_dict([])))
+            patience = monotonic() + 20.0
+            while abs(player.now - time) > 0.2:  # it plays on
+                assert monotonic() < patience, f'{time} s was lost'
+                player.advance(1e-7)
+                display.act()
+                panel.show(player)
+                asyncio.run_coroutine_threadsafe(asyncio.sleep(0.0), loop).result()
 
 
 def test_what_a_driver_does_not_offer_is_disabled_and_says_so_in_every_state(panel):

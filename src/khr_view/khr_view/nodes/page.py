@@ -60,7 +60,7 @@ class PageNode(KhrNode):
         )
         display = self._display = Display(self._door, charts())
         scenarios = [path.stem for path in shipped()]
-        self._panel = LivePanel(display.server.gui, display.later, self, scenarios, p.again)
+        self._panel = LivePanel(display.server, display.later, self, scenarios, p.again)
         display.add_look()
         self._run, self._again = LiveRun(), Again(p.again)
         self._scene, self._traces = LiveScene(), Traces()

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 from khr_view.controls import Control, Tunable, Value, tunables
 from khr_view.model.again import HOW, How
+from khr_view.page.reader import Later, by_reader, show_value
 
-Later = Callable[..., None]  # has a function called with the values that follow it
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
 DIRECTIONS = {
     'forward': (1.0, 0.0),
@@ -27,7 +28,7 @@ class LivePanel:
     """Pause, reset, scenario, sliders of parameters, pushes.
 
     Args:
-        gui: viser's.
+        server: viser's.
         later: has the owner of the run do what the reader wants.
         owner: whose methods change, pause, reset, repeat, switch and push do so.
         scenarios: names of those that can be switched to.
@@ -35,9 +36,10 @@ class LivePanel:
     """
 
     def __init__(
-        self, gui: Any, later: Later, owner: Any, scenarios: Sequence[str], again: How
+        self, server: Any, later: Later, owner: Any, scenarios: Sequence[str], again: How
     ) -> None:
-        self._gui, self._later, self._owner = gui, later, owner
+        self._server, self._gui, self._later, self._owner = server, server.gui, later, owner
+        gui = self._gui
         self._handles: dict[tuple[str, str], Any] = {}
         self._folders: dict[str, Any] = {}
         self._paused, self._going, self._pausable = False, False, True
@@ -87,17 +89,12 @@ class LivePanel:
         with self._folders[control.tunable.group]:
             handle = self._make(control)
         self._handles[key] = handle
-
-        def on_update(event: Any) -> None:
-            if event.client is not None:  # the reader's doing, not ours
-                self._later(self._owner.change, control.tunable, event.target.value)
-
-        handle.on_update(on_update)
+        handle.on_update(by_reader(partial(self._later, self._owner.change, control.tunable)))
 
     def show_scenario(self, name: str) -> None:
         """Choose the scenario that runs, if it is one that can be switched to."""
         if name in self._scenario.options:
-            self._scenario.value = name
+            show_value(self._server, self._scenario, name)
 
     def show_sync(self, sync: str) -> None:
         """Show the control of the speed that acts in this mode."""
@@ -110,7 +107,7 @@ class LivePanel:
         """Move a control to the value that its parameter has."""
         handle = self._handles.get(tunable.key)
         if handle is not None:
-            handle.value = value
+            show_value(self._server, handle, value)
 
     def _make(self, control: Control) -> Any:
         order = tunables().index(control.tunable)  # nodes answer in any order

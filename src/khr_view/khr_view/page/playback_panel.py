@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
-Later = Callable[..., None]  # has a function called with the values that follow it
+from khr_view.page.reader import Later, by_reader, show_value
+
 SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
 MOST_MARKS = 200  # that are listed
 START = '0.00 s  start'
@@ -15,14 +16,15 @@ class PlaybackPanel:
     """A time line, play and pause, single steps, speed, loop, and a list of what happened.
 
     Args:
-        gui: viser's.
+        server: viser's.
         later: has the player do what the reader wants.
         player: of the runs.
         runs: whose marks are listed.
     """
 
-    def __init__(self, gui: Any, later: Later, player: Any, runs: Sequence[Any]) -> None:
-        self._playing = player.playing
+    def __init__(self, server: Any, later: Later, player: Any, runs: Sequence[Any]) -> None:
+        self._server, gui = server, server.gui
+        self._playing, self._shown = player.playing, 0.0
         label, icon = self._name(player.playing)
         self._play = gui.add_button(label, icon=icon)
         self._play.on_click(lambda _: later(player.play, not self._playing))
@@ -33,17 +35,20 @@ class PlaybackPanel:
         loop = gui.add_checkbox('Begin again at the end', player.loop)
         marks = _marks(runs)
         places = gui.add_dropdown('Go to', tuple(marks))
-        self._time.on_update(_by_reader(lambda value: later(player.seek, value)))
+        self._time.on_update(by_reader(lambda value: later(player.seek, value)))
         steps.on_click(
-            lambda event: later(player.step, 1 if event.target.value == 'forward' else -1)
+            by_reader(lambda value: later(player.step, 1 if value == 'forward' else -1))
         )
-        speed.on_update(_by_reader(lambda value: later(setattr, player, 'speed', float(value))))
-        loop.on_update(_by_reader(lambda value: later(setattr, player, 'loop', value)))
-        places.on_update(_by_reader(lambda value: later(player.seek, marks[value])))
+        speed.on_update(by_reader(lambda value: later(setattr, player, 'speed', float(value))))
+        loop.on_update(by_reader(lambda value: later(setattr, player, 'loop', value)))
+        places.on_update(by_reader(lambda value: later(player.seek, marks[value])))
 
     def show(self, player: Any) -> None:
         """Move the time line, and name the button after what it does."""
-        self._time.value = min(player.now, self._time.max)
+        now = min(player.now, self._time.max)
+        if now != self._shown:  # else the reader may just have moved it
+            self._shown = now
+            show_value(self._server, self._time, now)
         if player.playing != self._playing:
             self._playing = player.playing
             self._play.label, self._play.icon = self._name(player.playing)
@@ -51,11 +56,6 @@ class PlaybackPanel:
     @staticmethod
     def _name(playing: bool) -> tuple[str, Any]:
         return ('Pause', 'player-pause') if playing else ('Play', 'player-play')
-
-
-def _by_reader(act: Callable[[Any], None]) -> Callable[[Any], None]:
-    """Call with the new value when a reader has changed it, not when we have."""
-    return lambda event: act(event.target.value) if event.client is not None else None
 
 
 def _marks(runs: Sequence[Any]) -> dict[str, float]:
