@@ -65,7 +65,9 @@ def window(monkeypatch):
     return Window
 
 
-@pytest.mark.parametrize('name', ['khr/Walk-v0', 'khr/Balance-v0'])
+@pytest.mark.parametrize(
+    'name', [pytest.param('khr/Walk-v0', marks=pytest.mark.slow), 'khr/Balance-v0']
+)
 def test_gymnasium_accepts_it_without_a_warning(name, window):
     with warnings.catch_warnings():
         warnings.simplefilter('error')

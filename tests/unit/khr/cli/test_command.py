@@ -253,6 +253,7 @@ def test_what_goes_wrong_in_the_imports_is_one_line(tmp_path, body, code, says):
     assert (done.returncode, done.stdout, done.stderr) == (code, '', says)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ('words', 'locale'),
     [

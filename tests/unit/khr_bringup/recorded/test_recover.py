@@ -86,6 +86,7 @@ def test_a_whole_bag_is_left_alone(killed, tmp_path):
     assert (run / 'bag' / 'bag.mcap').read_bytes() == before
 
 
+@pytest.mark.slow
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=25)
 @given(share=st.floats(0.02, 1.0))
 def test_wherever_it_is_cut_a_beginning_is_left(killed, tmp_path_factory, share):
