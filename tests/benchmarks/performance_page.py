@@ -331,7 +331,8 @@ def _commands(seconds: Numbers) -> tuple[str, str]:
         if command.name in seconds
     ]
     return (
-        '## Commands\n\nWall time of whole commands on two cores, once each.',
+        '## Commands\n\nWall time of whole commands on two cores, once each; those of make one after '
+        'another in a new clone, with nothing downloaded before.',
         table(('command', 'goal, s', 'measured, s', ''), rows),
     )
 

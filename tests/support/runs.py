@@ -195,8 +195,9 @@ def call(node, kind, name, request):
     assert service.wait_for_service(60.0)
     executor = SingleThreadedExecutor(context=node.context)
     future = service.call_async(request)
-    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=60.0)
-    assert future.done()
+    # On a busy machine the server may answer before it has found us, which we never hear of.
+    rclpy.spin_until_future_complete(node, future, executor=executor, timeout_sec=30.0)
+    assert future.done(), f'{name} did not answer'
     return future.result()
 
 
