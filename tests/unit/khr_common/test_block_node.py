@@ -33,8 +33,6 @@ def node():
     node._epoch = Made(since=lambda stamp_ns: stamp_ns)
     node._instants = ExactTimeSynchronizer(Block.needs)
     node._newest, node._rewinds, node._outputs = -1, 0, []
-    node._subscribed, node.asked = {'rate'}, []
-    node.subscribe_numbers = lambda topic, _: node.asked.append(topic)
     return node
 
 
@@ -56,10 +54,3 @@ def test_what_is_needed_since_a_change_and_lags_is_the_same_run(node):
     for stamp in (15, 30, 45):
         node._on_numbers('force', stamp, (0.0,))
     assert node._block.answered == [0, 15, 30, 45]
-
-
-def test_a_topic_is_subscribed_to_once_it_is_needed_and_then_kept(node):
-    for needs in (('rate',), ('rate', 'force'), ('rate',), ('force',)):
-        node._block.needs = needs
-        node.configure(None)
-    assert node.asked == ['force']

@@ -16,8 +16,8 @@ from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 class BlockNode(KhrNode):
     """Answer each instant once all that the block needs of it has arrived.
 
-    It subscribes to a topic once its block needs it, and from then on keeps it. The instants until
-    its first message are answered late in lockstep, as the simulator asks again, and else not.
+    It receives all topics that the block may need all the time, so that a change of what it needs
+    leaves no instant without an answer: a subscription misses what was sent before it was known.
     """
 
     def __init__(self, spec: NodeSpec) -> None:
@@ -31,13 +31,12 @@ class BlockNode(KhrNode):
         self._newest = -1  # of the complete instants of this run, ns
         self._rewinds = 0  # of the instants when the last was complete
         self._outputs = [self.output(topic) for topic in spec.publishes if topic.flow == 'period']
-        self._subscribed: set[Topic] = set()
-        self._subscribe_to_needs()
+        for topic in spec.subscribes:
+            self.subscribe_numbers(topic, self._on_numbers)
 
     def configure(self, parameters: Any) -> None:
         """Pass changed parameters to the block, and answer what it can answer with them."""
         self._block.configure(parameters)
-        self._subscribe_to_needs()
         self._newest = -1
         for stamp_ns, signals in self._instants.require(self._block.needs):
             if stamp_ns > self._judge.last:
@@ -52,16 +51,9 @@ class BlockNode(KhrNode):
         """Return to the start of a run, with another block and the parameters prepared for it."""
         self.begin()
         self._block = self._make(self.parameters)
-        self._subscribe_to_needs()
 
     def answered(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
         """Do what else an answer calls for; called once per instant."""
-
-    def _subscribe_to_needs(self) -> None:
-        for topic in self._block.needs:
-            if topic not in self._subscribed:
-                self._subscribed.add(topic)
-                self.subscribe_numbers(topic, self._on_numbers)
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         signals = self._instants.put(topic, stamp_ns, numbers)
