@@ -58,8 +58,8 @@ def run(in_background, tmp_path):
 
 
 def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
-    nodes = children(run).values()
-    assert {os.sched_getscheduler(node.pid) for node in nodes} == {os.SCHED_BATCH}
+    pids = [node.pid for node in children(run).values()]
+    assert len(pids) == 10 and {*map(os.sched_getscheduler, pids)} == {os.SCHED_BATCH}
     changed = khr('set', 'ankle_controller', 'gain', '18.0', '--domain', run.domain)
     assert changed.code == 0 and f'(domain {run.domain}, ' in changed.err
     value, _, meaning = changed.out.partition('  # ')
@@ -83,11 +83,14 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     assert absent.code == 2 and 'within 0.2 s; accepted: ' in absent.err
 
     ended = interrupt(run)
-    assert ended.code == 130
-    (change,) = json.loads((run.folder / 'outcome.json').read_text())['changes']
+    assert ended.code == 130 and re.fullmatch('[0-9a-f]{64}', ended.hash)
+    assert not any(map(psutil.pid_exists, pids))
+    outcome = json.loads((run.folder / 'outcome.json').read_text())
+    assert outcome['end'] == 'stopped'
+    (change,) = outcome['changes']
     assert (change['parameter'], change['value']) == ('ankle_controller.gain', 18.0)
     (recorded,) = changes(read_messages(run.folder, [PARAMETER_EVENTS])[PARAMETER_EVENTS])
-    end = float(json.loads((run.folder / 'outcome.json').read_text())['time_s'])
+    end = float(outcome['time_s'])
     assert 0.0 <= change['time_s'] <= recorded.time + 1.0 <= end + 1.0
     assert 'changed while it ran: ankle_controller.gain to 18.0 at ' in ended.out
     bag = Bag(run.folder / 'bag')
@@ -99,6 +102,7 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     ]
     assert [each.value.double_value for _, each in events] == [18.0]
     assert ratio_changes_once(bag, 12.0, 18.0)
+    assert bag['/outcome'][-1][1].message
 
 
 def pause(folder):
@@ -110,7 +114,7 @@ def pause(folder):
 
 
 def test_source_of_the_ankle_changes_back_and_forth_without_losing_an_instant(run):
-    for source in ('force', 'gyro') * 2:
+    for source in ('force', 'gyro'):
         changed = khr('set', 'ankle_controller', 'source', source, '--domain', run.domain)
         assert changed.code == 0, changed.err
     assert interrupt(run).code == 130
@@ -155,8 +159,8 @@ def test_a_silent_node_is_named(run):
     assert Bag(run.folder / 'bag')['/imu/data_raw']
 
 
-@pytest.mark.parametrize('number', [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
-def test_interrupt_leaves_a_readable_bag_a_hash_and_no_process(run, number):
+@pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP])
+def test_a_signal_leaves_a_readable_bag_a_hash_and_no_process(run, number):
     pids = [child.pid for child in children(run).values()]
     assert len(pids) == 10
     ended = interrupt(run, number)

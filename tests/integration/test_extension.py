@@ -106,10 +106,8 @@ def recorded(python, documented, tmp_path_factory):
     return folder, run(python, folder, *first)
 
 
-def test_three_ways_of_running_give_one_trajectory(python, documented, recorded, tmp_path):
-    *_, second = documented
-    assert '--offline' in second
-    assert run(python, tmp_path / 'offline', *second) == recorded[1]
+def test_three_ways_of_running_give_one_trajectory(python, recorded, tmp_path):
+    assert run(python, tmp_path / 'offline', SCENARIO, '--offline') == recorded[1]
     graph = run(python, tmp_path / 'graph', SCENARIO, '--one-process', '--no-record')
     assert graph == recorded[1]
     without = run(
@@ -313,7 +311,9 @@ def test_a_scenario_without_it_is_untouched(python, tmp_path):
     assert text.splitlines()[-1] == done.stdout.splitlines()[-1]
 
 
-def test_the_document_shows_the_example(documented):
+def test_the_document_shows_the_example_and_its_runs_agree(python, documented, recorded, tmp_path):
+    *_, second = documented
+    assert '--offline' in second and run(python, tmp_path / 'offline', *second) == recorded[1]
     assert documented[0][-1] == str(EXAMPLE.relative_to(ROOT))
     excerpt = re.search(r'```python\n(.*?)```', DOCUMENT, re.S)[1]
     law = iter((EXAMPLE / 'khr_example_controller' / 'knee.py').read_text().splitlines())
