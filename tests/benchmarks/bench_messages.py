@@ -199,11 +199,10 @@ def topics(name: str) -> tuple[list[Topic], list[Topic]]:
     if name == RECORDER.name:
         return [], list(published)
     spec = spec_of(name)
-    table = SHORT.table(spec.table)
-    needs = spec.subscribes if spec.block is None else spec.block(table).needs
+    brought = spec.brought(SHORT.table(spec.table))
     return (
-        [topic for topic in spec.brought(table) if topic in published],
-        [topic for topic in needs if topic in published],
+        [topic for topic in brought if topic in published],
+        [topic for topic in spec.subscribes if topic in published],  # what it may need at any time
     )
 
 
