@@ -90,15 +90,15 @@ class ContactForces:
         self._feet, self._soles = feet, soles
 
     @cached_property
-    def _of_foot(self) -> dict[int, tuple[Vector, float, list[float], list[float]]]:
-        """Per foot: heading, how far ahead its ankle is, toe and heel impulse."""
+    def _of_foot(self) -> dict[int, tuple[float, float, float, float, list[float], list[float]]]:
+        """Per foot: heading x y z, how far ahead its ankle is, toe and heel impulse."""
         found = {}
         for side, (foot, (position, orientation)) in enumerate(
             zip(self._feet, self._soles, strict=True)
         ):
             forward = carried(orientation, (1.0, 0.0, 0.0))
             toe, heel = self._impulses[2 * side : 2 * side + 2]
-            found[foot] = forward, dot(forward, position), toe, heel
+            found[foot] = *forward, dot(forward, position), toe, heel
         return found
 
     def add(self, contacts: Iterable[Contact]) -> None:
@@ -108,9 +108,8 @@ class ContactForces:
         for contact in contacts:
             # The robot's link, the point in m in odom, the forces along normal and frictions in N.
             _, _, _, link, _, (x, y, z), _, _, _, press, slip, _, slide, _ = contact
-            foot = of_foot.get(link)
-            if foot is not None:
-                (fx, fy, fz), ankle, toe, heel = foot
+            if link in of_foot:
+                fx, fy, fz, ankle, toe, heel = of_foot[link]
                 impulse = toe if fx * x + fy * y + fz * z >= ankle else heel
                 impulse[0] += press
                 impulse[1] += slip

@@ -34,8 +34,9 @@ finally:
 __all__ = ['Bullet', 'bullet']
 
 
-_pack = Struct(f'{len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
+_pack = Struct(f'{2 * len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
 _ANGLE, _SPEED = itemgetter(0), itemgetter(1)  # of a joint, in its state
+_ANY = -2  # of their links
 _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
 
 
@@ -51,8 +52,9 @@ class Bullet:
         self._urdf = physics_urdf(parameters, robot)
         self._torso_center = robot.links[TORSO].center_of_mass
         self._torso_arm = self._torso_center.tolist()
-        self._position, self._velocity = np.zeros(len(JOINTS)), np.zeros(len(JOINTS))
-        self._positions, self._velocities = self._position.data, self._velocity.data
+        joints = np.zeros((2, len(JOINTS)))
+        self._position, self._velocity = joints
+        self._joints = joints.reshape(-1).data
 
     def reset(self, inclination: float) -> None:
         """Start anew, with a ground inclined by so many rad."""
@@ -147,7 +149,7 @@ class Bullet:
                 body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
             )
             bullet.stepSimulation(client)
-            forces.add(bullet.getContactPoints(body, ground, physicsClientId=client))
+            forces.add(bullet.getContactPoints(body, ground, _ANY, _ANY, client))
             self._read_joints()
         return torques
 
@@ -177,5 +179,4 @@ class Bullet:
 
     def _read_joints(self) -> None:
         states = bullet.getJointStates(self.body, self.joint_numbers, self.client)
-        _pack(self._positions, 0, *map(_ANGLE, states))
-        _pack(self._velocities, 0, *map(_SPEED, states))
+        _pack(self._joints, 0, *map(_ANGLE, states), *map(_SPEED, states))
