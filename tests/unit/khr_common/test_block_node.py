@@ -5,6 +5,7 @@ from types import SimpleNamespace as Made
 import pytest
 
 from khr_common.nodes.block_node import BlockNode
+from khr_common.nodes.node import KhrNode
 from khr_common.stamps import ExactTimeSynchronizer, StampJudge
 
 
@@ -54,3 +55,14 @@ def test_what_is_needed_since_a_change_and_lags_is_the_same_run(node):
     for stamp in (15, 30, 45):
         node._on_numbers('force', stamp, (0.0,))
     assert node._block.answered == [0, 15, 30, 45]
+
+
+def test_all_that_a_block_may_need_is_received_from_the_start(monkeypatch):
+    """What is subscribed to later misses the instants that have been sent by then."""
+    received = []
+    monkeypatch.setattr(KhrNode, '__init__', lambda node, _: setattr(node, 'parameters', None))
+    monkeypatch.setattr(
+        KhrNode, 'subscribe_numbers', lambda _node, topic, _taken: received.append(topic)
+    )
+    BlockNode(Made(name='x', block=lambda _: Block(), subscribes=('rate', 'force'), publishes=()))
+    assert received == ['rate', 'force']
