@@ -8,7 +8,7 @@ from typing import Any
 
 from khr_view.controls import Control, Tunable, Value, tunables
 from khr_view.model.again import HOW, How
-from khr_view.page.reader import Later, by_reader, show_value
+from khr_view.page.reader import Later, by_reader, give_value
 
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
 DIRECTIONS = {
@@ -38,8 +38,8 @@ class LivePanel:
     def __init__(
         self, server: Any, later: Later, owner: Any, scenarios: Sequence[str], again: How
     ) -> None:
-        self._server, self._gui, self._later, self._owner = server, server.gui, later, owner
-        gui = self._gui
+        self._server, self._later, self._owner = server, later, owner
+        self._gui = gui = server.gui
         self._handles: dict[tuple[str, str], Any] = {}
         self._folders: dict[str, Any] = {}
         self._paused, self._going, self._pausable = False, False, True
@@ -94,7 +94,7 @@ class LivePanel:
     def show_scenario(self, name: str) -> None:
         """Choose the scenario that runs, if it is one that can be switched to."""
         if name in self._scenario.options:
-            show_value(self._server, self._scenario, name)
+            give_value(self._server, self._scenario, name)
 
     def show_sync(self, sync: str) -> None:
         """Show the control of the speed that acts in this mode."""
@@ -107,7 +107,7 @@ class LivePanel:
         """Move a control to the value that its parameter has."""
         handle = self._handles.get(tunable.key)
         if handle is not None:
-            show_value(self._server, handle, value)
+            give_value(self._server, handle, value)
 
     def _make(self, control: Control) -> Any:
         order = tunables().index(control.tunable)  # nodes answer in any order

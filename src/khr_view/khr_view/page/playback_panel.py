@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from khr_view.page.reader import Later, by_reader, show_value
+from khr_view.page.reader import Later, by_reader, give_value
 
 SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
 MOST_MARKS = 200  # that are listed
@@ -48,7 +48,7 @@ class PlaybackPanel:
         now = min(player.now, self._time.max)
         if now != self._shown:  # else the reader may just have moved it
             self._shown = now
-            show_value(self._server, self._time, now)
+            give_value(self._server, self._time, now)
         if player.playing != self._playing:
             self._playing = player.playing
             self._play.label, self._play.icon = self._name(player.playing)

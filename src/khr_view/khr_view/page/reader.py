@@ -22,6 +22,6 @@ def by_reader(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any,
     return on_update
 
 
-def show_value(server: Any, control: Any, value: Any) -> None:
+def give_value(server: Any, control: Any, value: Any) -> None:
     """Give a control a value, but not between a reader's change and what that calls."""
     server.get_event_loop().call_soon_threadsafe(setattr, control, 'value', value)

@@ -36,8 +36,8 @@ __all__ = ['Bullet', 'bullet']
 
 _pack = Struct(f'{2 * len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
 _ANGLE, _SPEED = itemgetter(0), itemgetter(1)  # of a joint, in its state
-_ANY = -2  # of their links
 _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
+_ANY_LINK = -2
 
 
 class Bullet:
@@ -149,7 +149,7 @@ class Bullet:
                 body, joints, bullet.TORQUE_CONTROL, forces=torques, physicsClientId=client
             )
             bullet.stepSimulation(client)
-            forces.add(bullet.getContactPoints(body, ground, _ANY, _ANY, client))
+            forces.add(bullet.getContactPoints(body, ground, _ANY_LINK, _ANY_LINK, client))
             self._read_joints()
         return torques
 
