@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from khr_common.arithmetic import PORTABLE, SETTINGS, in_force
+from khr_common.arithmetic import CHOICE, NATIVE, PORTABLE, SETTINGS, in_force
 from tests import ROOT
 from tests.golden import EMULATED, ENGINES, SCENARIOS, expected, key, measure
 
@@ -57,7 +57,8 @@ def kept_short(engines=ENGINES):
 def test_other_kernels_of_the_linear_algebra_library_change_nothing(kernel):
     if KERNELS[kernel] not in PROCESSOR.split():
         pytest.skip(f'this processor has no {KERNELS[kernel]}')
-    assert short(sys.executable, OPENBLAS_CORETYPE=kernel) == kept_short()
+    environment = {**SETTINGS, 'OPENBLAS_CORETYPE': kernel, CHOICE: NATIVE}
+    assert short(sys.executable, **environment) == kept_short()
 
 
 @pytest.mark.slow

@@ -98,11 +98,17 @@ def warn_unless_portable() -> None:
 
 
 def _missing() -> dict[str, str]:
-    """Return the settings that the environment lacks; what somebody has chosen stays."""
-    missing = {name: text for name, text in SETTINGS.items() if name not in os.environ}
-    tunables = os.environ.get(TUNABLES, NO_FMA)
-    if NO_FMA not in tunables.split(':'):
-        missing[TUNABLES] = f'{tunables}:{NO_FMA}'
+    """Return the settings to change; other glibc tunables are kept.
+
+    A value that was set before is overridden: some machines come with a BLAS kernel chosen for
+    their processor. ``KHR_ARITHMETIC=native`` keeps it.
+    """
+    missing = {name: text for name, text in SETTINGS.items() if os.environ.get(name) != text}
+    tunables = os.environ.get(TUNABLES, '').split(':')
+    if NO_FMA in tunables:
+        missing.pop(TUNABLES, None)
+    else:
+        missing[TUNABLES] = ':'.join(filter(None, [*tunables, NO_FMA]))
     return missing
 
 

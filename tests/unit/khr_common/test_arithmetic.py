@@ -53,10 +53,12 @@ def test_an_entry_point_starts_its_program_anew_where_nothing_did_before():
 
 
 @pytest.mark.parametrize('tunables', ['glibc.malloc.arena_max=2', NO_FMA])
-def test_what_somebody_has_chosen_stays(monkeypatch, tunables):
+def test_a_kernel_set_before_is_overridden_and_other_tunables_are_kept(monkeypatch, tunables):
     for name, value in {**SETTINGS, 'OPENBLAS_CORETYPE': 'Haswell', TUNABLES: tunables}.items():
         monkeypatch.setenv(name, value)
-    expected = {} if tunables == NO_FMA else {TUNABLES: f'{tunables}:{NO_FMA}'}
+    expected = {'OPENBLAS_CORETYPE': 'Nehalem'}
+    if tunables != NO_FMA:
+        expected[TUNABLES] = f'{tunables}:{NO_FMA}'
     assert arithmetic._missing() == expected
 
 
@@ -64,4 +66,5 @@ def test_a_sourced_workspace_has_the_same_settings():
     lines = (ROOT / 'src/khr_common/hook/arithmetic.dsv').read_text().splitlines()
     kinds, names, values = zip(*(line.split(';') for line in lines), strict=True)
     assert dict(zip(names, values, strict=True)) == SETTINGS
-    assert set(kinds) == {'set-if-unset'}
+    overrides = {'GLIBC_TUNABLES': 'set-if-unset'}  # other tunables stay
+    assert dict(zip(names, kinds, strict=True)) == {n: overrides.get(n, 'set') for n in names}
