@@ -47,10 +47,6 @@ def test_manifest_says_where_licence_and_home_are(name):
     assert manifest.find('url').get('type') == 'website'
     (home,) = metadata(name).get_all('Home-page')
     assert home == manifest.findtext('url')
-    released = re.search(
-        r'^(\S+) \(\d{4}-\d\d-\d\d\)$', (folder / 'CHANGELOG.rst').read_text(), re.M
-    )
-    assert released[1] == manifest.findtext('version')
 
 
 def test_fields_that_wait_for_the_owner_are_named_in_contributing():

@@ -20,7 +20,6 @@ from khr_common.files import write_text
 from khr_report.page.template import page_text
 from khr_studies.calibration.page import page as calibration_markdown
 from khr_studies.calibration.result import Calibration
-from khr_studies.documents.changelog import changelog_rst
 from khr_studies.documents.figures_page import figures_markdown
 from khr_studies.documents.interfaces_page import interfaces_markdown
 from khr_studies.documents.nodes_page import nodes_markdown
@@ -56,17 +55,12 @@ def defaults_yaml() -> str:
 def generated(root: Path) -> dict[Path, str]:
     """Return all generated documents by path."""
     docs = root / 'docs'
-    changelog = (root / 'CHANGELOG.md').read_text(encoding='utf-8')
     shipped = [scenarios.load_scenario(str(path)) for path in scenarios.shipped()]
     return {
         root / 'config' / 'defaults.yaml': defaults_yaml(),
         docs / 'nodes.md': nodes_markdown(),
         docs / 'interfaces.md': interfaces_markdown(),
         docs / 'figures.md': figures_markdown(),
-        **{
-            package / 'CHANGELOG.rst': changelog_rst(package.name, changelog)
-            for package in sorted(root.glob('src/khr*'))
-        },
         **_from_results(docs / 'scoreboard.json', Scoreboard, scoreboard_markdown),
         **_from_results(docs / 'calibration.json', Calibration, calibration_markdown),
         **_from_results(docs / 'findings.json', Findings, findings_markdown),
