@@ -27,6 +27,7 @@ setup(
         'MarkupSafe',
         'matplotlib',
         'numpy',
+        'pandas',
         'pyarrow',
         'pydantic',
         'PyYAML',

@@ -103,7 +103,7 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
         row['error'] = str(error)
     else:
         row |= {
-            **_quantities(result.outcome),
+            **outcome_columns(result.outcome),
             'end': result.end,
             'time_s': result.time,
             'trajectory_hash': result.trajectory_hash,
@@ -111,7 +111,8 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     return row | {'wall_time_s': time.monotonic() - start}, series
 
 
-def _quantities(outcome: Outcome) -> Row:
+def outcome_columns(outcome: Outcome) -> Row:
+    """Return the columns of RESULTS that follow from the outcome of a run."""
     return {
         'verdict': outcome.verdict,
         'stayed_up': outcome.stayed_up,

@@ -10,11 +10,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar
 
+import pandas as pd
+
 from khr_bringup.code_version import code_version
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import CONFIG, Scenario
 from khr_sim.physics import engines
+from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
+from khr_studies.measuring.run_table import parameter_columns, run_table
 from khr_sweeps.pool import Pool, local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.reading import load_sweep
@@ -102,6 +106,24 @@ def runs_of(folder: Path) -> Runs:
             )
         )
     return sorted(runs, key=place)
+
+
+def table_of(runs: Sequence[Run]) -> pd.DataFrame:
+    """Return the run table of experiments: row i belongs to ``runs[i]``.
+
+    Its columns are all parameters (:func:`parameter_columns`), the swept values, ``seed``,
+    ``engine`` and the results; only rows with a verdict have an outcome.
+    """
+    return run_table(
+        {
+            **parameter_columns(run.scenario),
+            **run.point,
+            'seed': run.seed,
+            'engine': run.scenario.table(RunParameters).engine,
+            **run.row,
+        }
+        for run in runs
+    )
 
 
 def by(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
