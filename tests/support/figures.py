@@ -1,9 +1,17 @@
 """Check what a reader sees of a figure, whatever it shows."""
 
+import re
+
 import numpy as np
 from matplotlib.transforms import Bbox
 
+from khr_studies.documents.figures_page import figures_markdown
+
 TITLE_LINES = 2
+PANELS = {  # by number of the figure, as the document of the figures counts them
+    number: int(count)
+    for number, count in re.findall(r'^\| (\d\S*) \| [^|]+ \| (\d+): ', figures_markdown(), re.M)
+}
 
 
 def check_whole(figure):

@@ -1,29 +1,20 @@
-"""The figures of the thesis beside those that are drawn here."""
+"""The document that compares the figures drawn here with those of the thesis."""
 
 from __future__ import annotations
 
+from khr_analysis.peaks import DOMINANT_SHARE
 from khr_report.page.document import Columns, table
 from khr_report.page.template import page_text
-from khr_studies.thesis_figures.counterparts import COUNTERPARTS, Counterpart
 from khr_studies.thesis_figures.registry import FIGURES, Drawing
 
 
 def figures_markdown() -> str:
-    """Return the document: figure, panels there, panels here, what is missing and why."""
-    compared: Columns[tuple[str, Counterpart]] = {
-        'figure': lambda row: row[0],
-        'in the thesis': lambda row: row[1].there,
-        'panels here': lambda row: f'{row[1].panels}: {row[1].here}',
-        'not drawn': lambda row: row[1].missing or '-',
-    }
-    own: Columns[tuple[str, Drawing]] = {
+    """Return the document: the figures of the thesis, panel by panel, then the additional ones."""
+    columns: Columns[tuple[str, Drawing]] = {
         'figure': lambda row: row[0],
         'shows': lambda row: row[1].title,
     }
-    others = [(name, each) for name, each in FIGURES.items() if name not in COUNTERPARTS]
+    additional = [(name, each) for name, each in FIGURES.items() if not name[0].isdigit()]
     return page_text(
-        __name__,
-        'figures',
-        compared=table(list(COUNTERPARTS.items()), compared),
-        own=table(others, own),
+        __name__, 'figures', own=table(additional, columns), dominant_share=DOMINANT_SHARE
     )

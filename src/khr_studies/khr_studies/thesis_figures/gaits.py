@@ -1,4 +1,4 @@
-"""Pitch rate of walks over time, chapter 5: Figures 5.5 to 5.7."""
+"""The pitch rate of walks over time, chapter 5: Figures 5.5 to 5.7."""
 
 from __future__ import annotations
 
@@ -17,19 +17,20 @@ from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import walking
-from khr_studies.thesis_figures.records import (
+from khr_studies.thesis_figures.run_plots import (
     GYRO,
+    Look,
     Rate,
     Walk,
-    by_ground,
-    control,
     draw_seeds,
-    since,
+    gains_label,
+    group_by_walk,
+    signals_from,
 )
 
 EXPERIMENTS = ('walk_inclination', 'walk_between')
-FINGERPRINT = ('walk_left_first',)
-PEAKS = 2  # of the pitch rate while one leg swings
+WHOLE_WALK = ('walk_left_first',)
+PEAKS = 2  # of the pitch rate in each swing of a leg
 BLUE = COLORS[0]
 ONE_PER_SEED = 'a thin line per seed; x: it fell'
 
@@ -40,27 +41,31 @@ def cycle_of(run: Run) -> tuple[float, float]:
 
 
 def walked(run: Run) -> Series:
-    """Return the signals of a walk from its start to its end or fall, timed from there."""
-    return since(run, run.scenario.table(GaitParameters).start_delay)
+    """Return the signals of a walk to its end or fall, timed from the first step."""
+    return signals_from(run, run.scenario.table(GaitParameters).start_delay)
 
 
 def gait_3(run: Run) -> Series:
-    """Return the signals from the start of Gait-3 to its end or a fall, timed from there."""
+    """Return the signals of Gait-3 to its end or a fall, timed from its start."""
     start, end = cycle_of(run)
-    return since(run, start, start - 1e-4, end - 1e-4)
+    return signals_from(run, start, start - 1e-4, end - 1e-4)
 
 
 def walks_of(runs: Mapping[str, Runs]) -> dict[Walk, Runs]:
     """Return the walks of chapter 5 by inclination and condition, the flattest first."""
-    groups = by_ground(run for name in EXPERIMENTS for run in runs[name])
+    groups = group_by_walk(run for name in EXPERIMENTS for run in runs[name])
     order = sorted(groups, key=lambda walk: (walk[0], walk[1].hip_gain, walk[1].ankle_gain))
     return {walk: groups[walk] for walk in order}
 
 
+def name_of(walk: Walk) -> str:
+    """Return inclination and gains of a walk as text."""
+    return f'φ = {walk[0]:g}°, {gains_label(walk[1])}'
+
+
 def whole_walk(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     """Draw the pitch rate of a whole walk on the flat, and of its third cycle, Gait-3."""
-    (walks,) = (runs[name] for name in FINGERPRINT)
-    flat = [run for run in walks if run.series is not None]
+    flat = [run for name in WHOLE_WALK for run in runs[name] if run.series is not None]
     figure, (whole, third) = panels('the whole walk', 'Gait-3', columns=1, height=4.6)
     draw_seeds(whole, flat, walked, rate.values, 'pitch rate', color=BLUE)
     _draw_gait_3(third, flat, rate)
@@ -86,14 +91,13 @@ def _name_gaits(axis: Axes, gait: GaitParameters) -> None:
     """Shade the whole gaits and name them."""
     for cycle in range(1, gait.cycles + 1):
         begin, end = (time - gait.start_delay for time in gait_of(gait).cycle(cycle))
-        axis.axvspan(
-            begin, end, color='0.85' if cycle == CYCLE else '0.96', zorder=0, linewidth=0.0
-        )
+        gray = '0.85' if cycle == CYCLE else '0.96'
+        axis.axvspan(begin, end, color=gray, zorder=0, linewidth=0.0)
         _write(axis, f'Gait-{cycle}', (begin + end) / 2.0)
 
 
 def _name_legs(axis: Axes, gait: GaitParameters) -> None:
-    """Part a gait by the leg that swings; after the half gait the other leg is first."""
+    """Divide a gait by the swinging leg; after the half gait the other leg is first."""
     sides = ('left', 'right') if gait.first_foot == 'right' else ('right', 'left')
     axis.axvline(gait.cycle_period / 2.0, color='0.6', linewidth=0.6)
     for number, side in enumerate(sides):
@@ -101,20 +105,15 @@ def _name_legs(axis: Axes, gait: GaitParameters) -> None:
 
 
 def _number_peaks(axis: Axes, walks: Runs, rate: Rate) -> None:
-    """Number the peaks of Gait-3, of the mean over the seeds that reached its end."""
+    """Number the peaks of the mean Gait-3 over the seeds that reached its end."""
     whole = [gait_3(run) for run in walks if run.stayed_up]
     if not whole:
         return
     time, rates = whole[0].time, np.array([rate.values(series) for series in whole])
+    at_peak: Look = {'xytext': (0, 3), 'textcoords': 'offset points', 'ha': 'center'}
     for number, place in enumerate(peaks_of_swings(rates.mean(axis=0)), start=1):
-        axis.annotate(
-            str(number),
-            (time[place], rates[:, place].max()),
-            xytext=(0, 3),
-            textcoords='offset points',
-            ha='center',
-            fontweight='bold',
-        )
+        top = (time[place], rates[:, place].max())
+        axis.annotate(str(number), top, fontweight='bold', **at_peak)
 
 
 def peaks_of_swings(gait: Array) -> list[int]:
@@ -123,8 +122,8 @@ def peaks_of_swings(gait: Array) -> list[int]:
     Args:
         gait: pitch rate over one cycle, (N,), in any unit.
     """
-    around = np.tile(gait, 3)  # a cycle has no ends
-    places, found = find_peaks(around, prominence=0.0)
+    periodic = np.tile(gait, 3)
+    places, found = find_peaks(periodic, prominence=0.0)
     places -= len(gait)
     half = len(gait) / 2.0
     chosen = []
@@ -151,30 +150,23 @@ def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     return _per_inclination(title, walks_of(runs), lambda of: bool(of.hip_gain), rate, 2)
 
 
-def name_of(walk: Walk) -> str:
-    """Name the ground and the gains of a walk."""
-    return f'φ = {walk[0]:g}°, {control(walk[1])}'
-
-
 def _per_inclination(
     title: str,
     walks: Mapping[Walk, Runs],
-    wanted: Callable[[Condition], bool],
+    accepts: Callable[[Condition], bool],
     rate: Rate,
     columns: int,
 ) -> Figure:
-    """Draw a panel per walk with a wanted control, over the walk on the flat without any."""
-    shown = {walk: group for walk, group in walks.items() if wanted(walk[1])}
+    """Draw a panel per accepted walk, above Gait-3 on the flat without control."""
+    shown = {walk: group for walk, group in walks.items() if accepts(walk[1])}
     flat = [run for run in walks[0.0, walking()] if run.stayed_up]
     rows = -(-len(shown) // columns)
     figure, axes = panels(*map(name_of, shown), columns=columns, height=1.2 + 1.5 * rows)
+    survived = []
     for axis, (walk, group) in zip(axes, shown.items(), strict=True):
         _draw_gait_3(axis, group, rate, flat if walk[0] else ())
-    share_scale(
-        axis
-        for axis, group in zip(axes, shown.values(), strict=True)
-        if any(run.stayed_up for run in group)
-    )
+        survived += [axis] if any(run.stayed_up for run in group) else []
+    share_scale(survived)
     head(
         figure,
         title,
@@ -186,25 +178,21 @@ def _per_inclination(
 
 
 def _draw_gait_3(axis: Axes, group: Runs, rate: Rate, flat: Sequence[Run] = ()) -> None:
-    """Draw Gait-3 of each seed, or the walk up to the fall if none reached it.
+    """Draw Gait-3 of each seed, or the walks up to their falls if no seed reached Gait-3.
 
-    Beneath Gait-3 is that of the first of the walks on the flat.
+    Gait-3 of the first walk on the flat is drawn below it.
     """
-    there = [run for run in group if gait_3(run).time.size]
-    for series in map(gait_3, flat[:1] if there else ()):
+    reached = [run for run in group if gait_3(run).time.size]
+    for series in map(gait_3, flat[:1] if reached else ()):
         values, label = rate.values(series), 'φ = 0°, no control'
         axis.plot(series.time, values, '-', color='0.75', linewidth=1.2, label=label)
-    if there:
-        draw_seeds(
-            axis,
-            there,
-            gait_3,
-            rate.values,
-            'pitch rate',
-            lambda run: run.fell and bool(run.row['fell_at_s'] < cycle_of(run)[1]),
-            color=BLUE,
-            linestyle='-',
-        )
+
+    def falls(run: Run) -> bool:
+        return run.fell and bool(run.row['fell_at_s'] < cycle_of(run)[1])
+
+    if reached:
+        look = {'color': BLUE, 'linestyle': '-'}
+        draw_seeds(axis, reached, gait_3, rate.values, 'pitch rate', falls, **look)
     else:
         draw_seeds(axis, group, walked, rate.values, 'pitch rate', color=BLUE)
-    axis.set(xlabel=f'time in {"Gait-3" if there else "the walk"} (s)', ylabel=rate.label)
+    axis.set(xlabel=f'time in {"Gait-3" if reached else "the walk"} (s)', ylabel=rate.label)

@@ -22,7 +22,7 @@ MILLIVOLTS = 1e3 * GYRO_SENSITIVITY  # per deg/s
 
 @functools.cache
 def _waveforms() -> carrier.Waveforms:
-    """Simulate the circuit under a sinusoidal rate; return what follows once it has settled."""
+    """Simulate the circuit under a sinusoidal rate; return the waveforms after it has settled."""
     waves = carrier.simulate(
         lambda time: math.radians(RATE_DEG) * np.sin(2.0 * math.pi * FREQUENCY * time), DURATION
     )

@@ -1,4 +1,4 @@
-"""What a run of a leg lift holds: the times of its parts, and forces and rates over them."""
+"""Leg lifts: the times of their phases, and forces and rates over these times."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from khr_bringup.recorded.run_signals import Array, Series
 from khr_models.pendulum import critical_inclination, static_force_difference
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.push.study import stance
-from khr_studies.thesis_figures.records import TRUE, Rate, since
+from khr_studies.thesis_figures.run_plots import TRUE, Rate, signals_from
 
 SIDES = {'left': (0, 1), 'right': (2, 3)}  # columns of toe and heel
 
 
 @dataclass(frozen=True)
 class LiftTimes:
-    """The support foot of a leg lift, and the times of its parts in s."""
+    """The support foot of a leg lift, and the times between its phases in s."""
 
     support: str
     start: float
@@ -41,13 +41,13 @@ def lift_of(run: Run) -> LiftTimes:
 
 
 def on_leg(side: str, runs: Iterable[Run]) -> Runs:
-    """Return the lifts in which the robot stands on a leg, ``left`` or ``right``."""
+    """Return the lifts with this support leg, ``left`` or ``right``."""
     return [run for run in runs if lift_of(run).support == side]
 
 
 def motion(run: Run) -> Series:
-    """Return the signals of a leg lift from the start of its motion on, timed from there."""
-    return since(run, lift_of(run).start)
+    """Return the signals of a leg lift, timed from the start of its motion."""
+    return signals_from(run, lift_of(run).start)
 
 
 def held_forces(run: Run) -> tuple[float, float]:
@@ -56,25 +56,25 @@ def held_forces(run: Run) -> tuple[float, float]:
     NaN if the robot fell earlier.
     """
     series, lift = motion(run), lift_of(run)
-    time = series.time
-    late = lift.up + lift.lowered - 2.0 * lift.start
-    settled = (time >= late / 2.0) & (time <= lift.lowered - lift.start)
-    if not time.size or time[-1] < lift.lowered - lift.start - 1e-6:
+    time, end = series.time, lift.lowered - lift.start
+    if not time.size or time[-1] < end - 1e-6:
         return math.nan, math.nan
+    settled = (time >= (lift.up + lift.lowered - 2.0 * lift.start) / 2.0) & (time <= end)
     toe, heel = (series.contact_force[settled, column] for column in SIDES[lift.support])
     return float(toe.mean()), float(heel.mean())
 
 
 def held_difference(run: Run) -> float:
-    """Return the mean Delta = F_T - F_H over the same time as :func:`held_forces`, N."""
+    """Return the mean Delta = F_T - F_H over the time of :func:`held_forces`, N."""
     toe, heel = held_forces(run)
     return toe - heel
 
 
 def rigid_difference(run: Run) -> tuple[Array, Array]:
-    """Return Delta of (3.7), N, over the inclination, deg, for a pendulum with the robot's body.
+    """Return Delta of (3.7) for a pendulum with the rigid body of the run's robot.
 
-    The body is that of the run's robot, held rigid in its stance on level ground.
+    Returns:
+        Inclinations, deg, and Delta there, N, up to the critical inclination; both (N,).
     """
     level = {'seed': 0, 'initial_tilt_deg': 0.0, 'inclination_deg': 0.0}
     own = stance(run.scenario.changed({('simulator', key): level[key] for key in level}))

@@ -17,6 +17,7 @@ from khr_models.standing.ankle_servo import Pid, corrected_motion, largest_rate,
 from khr_models.standing.friction import sliding_inclination
 from khr_models.thesis import FORCE_GAIN, INITIAL_LEAN
 from khr_report.plots.plot_style import (
+    AT_EDGE,
     LOOKS,
     TITLES,
     head,
@@ -30,15 +31,15 @@ from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import STAGE_2, STAGE_3
 from khr_studies.thesis_figures import standing
 from khr_studies.thesis_figures.lifts import held_difference, on_leg, overshoot_of
-from khr_studies.thesis_figures.records import (
+from khr_studies.thesis_figures.run_plots import (
     TRUE,
     Rate,
-    by_ground,
-    control,
     draw_over_inclination,
     draw_seeds,
-    record,
-    spread,
+    gains_label,
+    group_by_walk,
+    signals_until_fall,
+    spread_note,
 )
 
 ROBOT = Pendulum()
@@ -48,7 +49,7 @@ FORMS_EXPLAINED = (
 EXPERIMENT_DEG = 6.4  # phi_cr without control, measured
 STEP_INCLINATIONS_DEG = (0.0, 3.8, 6.4, 7.6)
 CONTROLLED = (STAGE_2, STAGE_3)
-RISES_DEG = 7.6  # beyond which the thesis's rate rises abruptly, calculated and measured
+RISES_DEG = 7.6  # the thesis's rate rises abruptly above, calculated and measured
 ADJUSTED_DEG = (6.4, 7.6, 9.5)  # the thesis shows 7.6 with the ankle loop, 9.5 with both
 
 
@@ -57,13 +58,9 @@ def swing() -> Figure:
     figure, axes = panels(*(TITLES[form] for form in FORMS), height=3.2)
     for form, axis in zip(FORMS, axes, strict=True):
         for inclination in (0.0, 2.0, 4.0, 6.0):
+            slope, lean = math.radians(inclination), math.radians(1.0)
             motion = model.simulate(
-                ROBOT,
-                inclination=math.radians(inclination),
-                initial_lean=math.radians(1.0),
-                form=form,
-                duration=3.0,
-                step=0.01,
+                ROBOT, inclination=slope, initial_lean=lean, form=form, duration=3.0, step=0.01
             )
             axis.plot(motion.time, np.degrees(motion.lean), label=f'φ = {inclination:g}°')
         axis.set(xlabel='time (s)', ylabel='lean θ_A (°)')
@@ -120,24 +117,17 @@ def force_difference(runs: Mapping[str, Runs]) -> Figure:
     axis.plot(coarse, settled, 'o', label="(3.11), thesis's pendulum, settled")
     named_level(axis, ROBOT.weight, 'm g: the toe carries everything', 0.0, shift=-11)
     lifts = runs['lift_inclination']
-    standing.draw_own_difference(axis, lifts[0])
+    standing.draw_rigid_difference(axis, lifts[0])
     for side, color, line, mark in (('left', 'C2', '-', 'o'), ('right', 'C3', '--', 's')):
-        draw_over_inclination(
-            axis,
-            on_leg(side, lifts),
-            held_difference,
-            f'simulated robot, {side} leg',
-            color=color,
-            linestyle=line,
-            marker=mark,
-            markerfacecolor='white',
-        )
+        look = {'color': color, 'linestyle': line, 'marker': mark, 'markerfacecolor': 'white'}
+        name = f'simulated robot, {side} leg'
+        draw_over_inclination(axis, on_leg(side, lifts), held_difference, name, **look)
     axis.set(xlabel=standing.SLOPE, ylabel=standing.DIFFERENCE)
     legend_below(axis, 2)
     head(
         figure,
         'Figure 3.10: the toe-heel difference at rest, of models and robot',
-        standing.spread_with_lost([lifts]),
+        standing.spread_and_lost_note([lifts]),
         'at rest Δ is the moment of the weight over half a foot (3.7), a sine and so nearly straight '
         'up to m g: models and robot have rigid soles and show true forces, and nothing saturates; '
         'the robot is steeper than its body held rigid as its legs give way',
@@ -162,8 +152,8 @@ def servo_characteristic() -> Figure:
     ends = np.array([-sweep, sweep])
     axis.plot(np.degrees(ends), pid.proportional * ends, label='K_P alone: 69 per rad')
     axis.axhline(-STALL_TORQUE, color='0.4', linewidth=0.8)
-    what = 'stall torque of the real servo, if the output is in N m'
-    named_level(axis, STALL_TORQUE, what, -2.0)
+    name = 'stall torque of the real servo, if the output is in N m'
+    named_level(axis, STALL_TORQUE, name, -2.0)
     axis.set(xlabel='error θ* − θ (°)', ylabel='controller output (units of (3.11))')
     axis.legend(loc='lower right')
     figure.suptitle('Figure 3.11b: the servo (3.12) as its error sweeps ±2° in 4 s')
@@ -174,7 +164,7 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     """Draw the step response of (3.11), its rate, and the robot's rate during a leg lift."""
     figure, axes = panels(
         *(f'{quantity}, {TITLES[form]}' for quantity in ('lean', 'pitch rate') for form in FORMS),
-        *(f'simulated robot, {control(stage)}' for stage in CONTROLLED),
+        *(f'simulated robot, {gains_label(stage)}' for stage in CONTROLLED),
         columns=2,
         height=7.6,
     )
@@ -189,14 +179,14 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     share_scale(axes[:2])
     share_scale(axes[2:4])
     axes[1].legend(loc='lower right', ncols=2)
-    lifts = by_ground(runs['lift_stages'])
+    lifts = group_by_walk(runs['lift_stages'])
     for stage, axis in zip(CONTROLLED, axes[4:], strict=True):
         for phi, look in zip(ADJUSTED_DEG, LOOKS, strict=False):
             group = lifts.get((phi, stage), [])
-            draw_seeds(axis, group, record, rate.values, f'φ = {phi:g}°', **look)
+            draw_seeds(axis, group, signals_until_fall, rate.values, f'φ = {phi:g}°', **look)
         axis.set_yscale('symlog', linthresh=10.0)  # a fall is ten times as fast
         axis.set(
-            xlabel='time, the board tilting from 0 s on (s)',
+            xlabel='time, the slope tilting from 0 s on (s)',
             ylabel=rate.label,
             ylim=(-30.0, 1500.0),
             yticks=[-10, 0, 10, 100],
@@ -207,7 +197,7 @@ def servo_step(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
         figure,
         'Figure 3.12: the ankle steps from θ_A0 to the lean that (3.13) asks for',
         FORMS_EXPLAINED,
-        'on the simulated robot the loops adjust while the board tilts and one leg lifts; '
+        'on the simulated robot the loops adjust while the slope tilts and one leg lifts; '
         'a thin line per seed, x: it fell; not linear beyond 10°/s',
         rate.note,
     )
@@ -220,35 +210,23 @@ def largest_overshoot(runs: Mapping[str, Runs], rate: Rate = TRUE) -> Figure:
     figure, (axis,) = panels('', height=4.8)
     for form, line in zip(FORMS, ('-', '--'), strict=True):
         rates = [abs(largest_rate(_adjust(phi, form))) for phi in inclinations]
-        axis.plot(
-            inclinations,
-            np.degrees(rates),
-            color='0.3',
-            linestyle=line,
-            label=f'step of (3.11), {TITLES[form]}',
-        )
+        label = f'step of (3.11), {TITLES[form]}'
+        axis.plot(inclinations, np.degrees(rates), color='0.3', linestyle=line, label=label)
     lifts = standing.on_the_left(runs, standing.EXPERIMENTS)
     value = partial(overshoot_of, rate=rate)
     for stage, look in zip(standing.STAGES, LOOKS, strict=False):
-        draw_over_inclination(axis, lifts[stage], value, f'robot, {control(stage)}', **look)
+        draw_over_inclination(axis, lifts[stage], value, f'robot, {gains_label(stage)}', **look)
     axis.axvline(RISES_DEG, color='0.4', linewidth=0.8, label='_')
-    axis.annotate(
-        f'the thesis: rises abruptly beyond {RISES_DEG:g}°',
-        (RISES_DEG, 1.0),
-        xytext=(-4, -16),
-        textcoords='offset points',
-        xycoords=('data', 'axes fraction'),
-        fontsize=8,
-        color='0.3',
-        ha='right',
-    )
+    note = f'the thesis: rises abruptly beyond {RISES_DEG:g}°'
+    look = AT_EDGE | {'fontsize': 8, 'color': '0.3', 'ha': 'right'}
+    axis.annotate(note, (RISES_DEG, 1.0), xytext=(-4, -16), textcoords='offset points', **look)
     axis.set(xlabel=standing.SLOPE, ylabel=f'largest |{rate.name}| (°/s)', ylim=(0.0, None))
     legend_below(axis, 3)
     head(
         figure,
         'Figure 3.13: the largest pitch rate while the ankle adjusts, of model and robot',
-        f'{spread(lifts.values())}; x at the top: a seed lost, which has no largest rate',
-        'robot: during a leg lift, while the board tilts',
+        f'{spread_note(lifts.values())}; x at the top: a seed lost, which has no largest rate',
+        'robot: during a leg lift, while the slope tilts',
         rate.note,
     )
     return figure

@@ -1,7 +1,7 @@
-"""The thesis's figures, drawn from its models or from runs: ``draw('3.8', out)``.
+"""The figures of the thesis, drawn from its models or from runs: ``draw('3.8', out)``.
 
-A figure is a function that returns a matplotlib Figure; a figure of experiments receives their
-runs. Its CSV has one row per point of every labelled line, with the panel and the axes' labels.
+A function draws each figure and returns a matplotlib Figure; a figure of experiments receives
+their runs. Its CSV has a row per point of every labelled line, with panel and axis labels.
 """
 
 from __future__ import annotations
@@ -27,17 +27,9 @@ from khr_studies.peak_origin.odd_line import odd_lines
 from khr_studies.peak_origin.study import explain_all
 from khr_studies.push import figure as pushes
 from khr_studies.push import largest, largest_figure, motions
-from khr_studies.thesis_figures import (
-    gaits,
-    gyro,
-    spectra,
-    spectra_compared,
-    stages,
-    standing,
-    walking,
-)
+from khr_studies.thesis_figures import gaits, gyro, spectra, stages, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
-from khr_studies.thesis_figures.records import RATES
+from khr_studies.thesis_figures.run_plots import RATES
 from khr_sweeps.pool import check_workers
 
 
@@ -46,15 +38,15 @@ class Drawing:
     """How a figure is drawn.
 
     Attributes:
-        title: what it shows, in one line.
-        figure: returns it, from a mapping of experiments to their runs, or from what ``measure``
-            returned; a figure of the models needs neither. One that shows a pitch rate of runs
-            takes as ``rate`` which one, by default the gyro's, as in the thesis, or the true one
-            where the gyro's steps hide what is shown.
-        experiments: names of those that it is drawn from.
-        measure: finds what it shows, if that is more than the runs: of these, if it is drawn from
-            experiments, and on an ``engine`` if it takes one.
-        quick: the same coarsely, in seconds where ``measure`` takes minutes.
+        title: one line.
+        figure: returns the figure, from the runs by experiment or from the result of ``measure``;
+            a figure of the models takes neither. If it takes ``rate``, it shows a pitch rate of
+            runs: by default the gyro's, as in the thesis, or the true rate where the gyro's steps
+            would hide the curve.
+        experiments: names of the experiments of its runs.
+        measure: measures further data, from the runs if there are experiments, and on an
+            ``engine`` if it takes one.
+        quick: a coarse form of ``measure``, in seconds instead of minutes.
     """
 
     title: str
@@ -65,21 +57,21 @@ class Drawing:
 
     @property
     def of_robot(self) -> bool:
-        """Return whether it shows the simulated robot, and depends on the physics engine."""
+        """Return True if it shows the simulated robot, and so depends on the physics engine."""
         return bool(self.experiments) or _takes(self.measure, 'engine')
 
     @property
     def rate(self) -> bool:
-        """Return whether it shows a pitch rate of runs, and another may be asked for."""
+        """Return True if it shows a pitch rate of runs that can be chosen."""
         return _takes(self.figure, 'rate')
 
     def draw(self, *of_runs: Any, engine: str = engines.DEFAULT, fast: bool = False) -> Figure:
-        """Measure what it shows, if that is to be measured, then draw it.
+        """Measure the data if needed, then draw the figure.
 
         Args:
-            of_runs: the runs of its experiments, and a pitch rate of RATES if it shows one.
-            engine: physics engine of what is measured.
-            fast: whether to measure coarsely, if that can be.
+            of_runs: the runs of its experiments, and one of RATES if it shows a pitch rate.
+            engine: physics engine of the measurement.
+            fast: whether to measure coarsely if possible.
         """
         measure = (fast and self.quick) or self.measure
         if measure is None:
@@ -92,13 +84,14 @@ def _takes(function: Callable[..., Any] | None, name: str) -> bool:
     return function is not None and name in signature(function).parameters
 
 
-LIFTS = ('lift_inclination',)
+LIFTS, SOLES = ('lift_inclination',), ('walk_soles',)
+STANDING, WALKS = standing.EXPERIMENTS, gaits.EXPERIMENTS
 ALL = 'all'
 FIGURES: dict[str, Drawing] = {
     '3.4': Drawing('Toe and heel force of the support foot', standing.forces_over_time, LIFTS),
     '3.5': Drawing('Toe and heel force against the inclination', standing.toe_and_heel, LIFTS),
     '3.6': Drawing(
-        'Delta against the inclination, by stage of control', standing.stages, standing.EXPERIMENTS
+        'Delta against the inclination, by stage of control', standing.stages, STANDING
     ),
     '3.8': Drawing('Lean of the bare pendulum (3.6)', balance.swing),
     '3.9': Drawing('Critical inclination against the lean', balance.critical_inclination),
@@ -110,14 +103,10 @@ FIGURES: dict[str, Drawing] = {
     '3.11b': Drawing('Output of the servo against its error', balance.servo_characteristic),
     '3.12': Drawing('Step response of the servo (3.11)', balance.servo_step, ('lift_stages',)),
     '3.13': Drawing(
-        'Largest pitch rate against the inclination',
-        balance.largest_overshoot,
-        standing.EXPERIMENTS,
+        'Largest pitch rate against the inclination', balance.largest_overshoot, STANDING
     ),
     '3.15': Drawing(
-        'Delta against the inclination, by ankle gain',
-        standing.gains,
-        (*standing.EXPERIMENTS, 'lift_gains'),
+        'Delta against the inclination, by ankle gain', standing.gains, (*STANDING, 'lift_gains')
     ),
     '4.4': Drawing('V_out of the gyro: the carrier modulated by the rate', gyro.modulated),
     '4.5': Drawing('Demodulated output of the gyro', gyro.demodulated),
@@ -140,39 +129,23 @@ FIGURES: dict[str, Drawing] = {
         pushes.both_directions,
         measure=motions.both_directions,
     ),
-    '5.5': Drawing('Pitch rate of a whole walk', gaits.whole_walk, gaits.FINGERPRINT),
+    '5.5': Drawing('Pitch rate of a whole walk', gaits.whole_walk, gaits.WHOLE_WALK),
     '5.6': Drawing(
-        'Gait-3 without control, and with ankle control',
-        gaits.without_and_with_ankle,
-        gaits.EXPERIMENTS,
+        'Gait-3 without control, and with ankle control', gaits.without_and_with_ankle, WALKS
     ),
-    '5.7': Drawing(
-        'Gait-3 with ankle and hip control', gaits.with_ankle_and_hip, gaits.EXPERIMENTS
-    ),
+    '5.7': Drawing('Gait-3 with ankle and hip control', gaits.with_ankle_and_hip, WALKS),
     '5.8': Drawing(
-        'Spectra without control, and with ankle control',
-        spectra.without_and_with_ankle,
-        gaits.EXPERIMENTS,
+        'Spectra without control, and with ankle control', spectra.without_and_with_ankle, WALKS
     ),
-    '5.9': Drawing(
-        'Spectra with ankle and hip control', spectra.with_ankle_and_hip, gaits.EXPERIMENTS
-    ),
-    '5.10': Drawing('Phase of the large lines of Gait-3', spectra.phases, gaits.EXPERIMENTS),
+    '5.9': Drawing('Spectra with ankle and hip control', spectra.with_ankle_and_hip, WALKS),
+    '5.10': Drawing('Phase of the large lines of Gait-3', spectra.phases, WALKS),
     '5.11': Drawing(
-        'Dominant frequencies against the inclination',
-        walking.dominant_frequencies,
-        gaits.EXPERIMENTS,
+        'Dominant frequencies against the inclination', walking.dominant_frequencies, WALKS
     ),
-    '5.12': Drawing(
-        'Spectra by ankle and hip gain', spectra_compared.gains, spectra_compared.GAINS
-    ),
-    '5.13': Drawing(
-        'Smooth and rubber soles, ankle control', spectra_compared.ankle_on_soles, ('walk_soles',)
-    ),
+    '5.12': Drawing('Spectra by ankle and hip gain', spectra.gains, spectra.GAIN_EXPERIMENTS),
+    '5.13': Drawing('Smooth and rubber soles, ankle control', spectra.ankle_on_soles, SOLES),
     '5.14': Drawing(
-        'Smooth and rubber soles, ankle and hip control',
-        spectra_compared.ankle_and_hip_on_soles,
-        ('walk_soles',),
+        'Smooth and rubber soles, ankle and hip control', spectra.ankle_and_hip_on_soles, SOLES
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
@@ -193,13 +166,13 @@ FIGURES: dict[str, Drawing] = {
         measure=largest.largest_pushes,
         quick=largest.coarse_pushes,
     ),
-    'stages': Drawing('Staged control on tilting ground', stages.climb, ('stages',)),
+    'stages': Drawing('Staged control on tilting ground', stages.tilting_ground, ('stages',)),
     'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
 }
 
 
 def drawing_of(number: str) -> Drawing:
-    """Return how a figure is drawn.
+    """Return the drawing of a figure.
 
     Raises:
         StudyError: if there is no such figure.
@@ -209,11 +182,11 @@ def drawing_of(number: str) -> Drawing:
     return FIGURES[number]
 
 
-def numbers_of(asked: Sequence[str]) -> list[str]:
-    """Return the figures that are asked for, each once.
+def expand_numbers(asked: Sequence[str]) -> list[str]:
+    """Return the requested figures, each once.
 
     Args:
-        asked: numbers; ``all`` is all figures, and a number such as 3.11 also those with a letter.
+        asked: numbers; ``all`` stands for all figures, and 3.11 also for 3.11b.
 
     Raises:
         StudyError: if there is no such figure.
@@ -223,15 +196,20 @@ def numbers_of(asked: Sequence[str]) -> list[str]:
         parts = [each for each in FIGURES if each[:-1] == number and each[-1].isalpha()]
         chosen = list(FIGURES) if number == ALL else [number] if number in FIGURES else parts
         if not chosen:
-            drawing_of(number)  # which says what is known
+            drawing_of(number)  # raises
         found.update(dict.fromkeys(chosen))
     return list(found)
 
 
 def paths(number: str, out: Path, engine: str = engines.DEFAULT) -> tuple[Path, Path]:
-    """Return the paths of a figure's PNG and CSV in a folder; another engine is in their names."""
-    name = f'figure_{number.replace(".", "_")}{suffix(number, engine)}'
+    """Return the paths of a figure's PNG and CSV in a folder."""
+    name = f'figure_{number.replace(".", "_")}{engine_suffix(number, engine)}'
     return out / f'{name}.png', out / f'{name}.csv'
+
+
+def engine_suffix(number: str, engine: str) -> str:
+    """Return the part of the file names that tells another engine from the default one."""
+    return f'_{engine}' if engine != engines.DEFAULT and drawing_of(number).of_robot else ''
 
 
 def draw(
@@ -245,12 +223,12 @@ def draw(
     """Draw a figure and write it as PNG and CSV.
 
     Args:
-        number: the thesis's number of the figure, or the name of one that the thesis lacks.
-        out: the folder to write into; made if needed.
-        runs: by experiment, with those of the figure; None for a figure of the models.
-        fast: whether to draw the coarse form, if there is one.
-        signal: the pitch rate to show of runs, one of RATES; by default the drawing's own.
-        engine: physics engine of the runs, and of what is run for the drawing.
+        number: number of the figure in the thesis, or the name of an additional figure.
+        out: output folder; made if needed.
+        runs: by experiment, at least those of the figure; None for a figure of the models.
+        fast: whether to draw the coarse form if there is one.
+        signal: the pitch rate to show, one of RATES; by default the figure's own.
+        engine: physics engine of the runs and of the measurement.
 
     Returns:
         The paths of the PNG and the CSV.
@@ -267,7 +245,7 @@ def draw(
         needed = {name: (runs or {})[name] for name in drawing.experiments}
         rate = [RATES[signal]] if signal and drawing.rate else []
         figure = drawing.draw(*([needed] if needed else []), *rate, engine=engine, fast=fast)
-        if suffix(number, engine):
+        if engine_suffix(number, engine):
             head(figure, f'{figure.get_suptitle()}; on {engine}')
         write_points(figure, points)
         with written(image) as part:
@@ -275,19 +253,14 @@ def draw(
     return [image, points]
 
 
-def suffix(number: str, engine: str) -> str:
-    """Return what the files of a figure have in their names on another engine than the default."""
-    return f'_{engine}' if engine != engines.DEFAULT and drawing_of(number).of_robot else ''
-
-
 def run_experiments(
     numbers: Iterable[str], fast: bool = False, engine: str = engines.DEFAULT
 ) -> dict[str, Runs]:
-    """Return the runs that figures are drawn from, by experiment; those missing are run first.
+    """Run the missing runs of the experiments of figures; return all their runs by experiment.
 
     Raises:
         StudyError: if there is no such figure or engine.
-        RunError: if the computation could not go on; what is finished is kept.
+        RunError: if the computation was aborted; finished runs are kept.
     """
     if engine not in engines.LIBRARIES:
         accepted = ' | '.join(engines.LIBRARIES)

@@ -1,81 +1,79 @@
-"""The spectra of Gait-3 by inclination, chapter 5: Figures 5.8 to 5.10.
+"""The spectra of Gait-3, chapter 5: Figures 5.8 to 5.10 by inclination, 5.12 by gain, 5.13 and
+5.14 by sole.
 
-A run that did not stay up has no spectrum. If none did, a panel shows the torso's pitch up to the
-falls.
+A run in which the robot did not stay up has no spectrum. If no run has one, a panel shows the
+torso's pitch up to the falls.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from itertools import zip_longest
+from itertools import chain, zip_longest
 
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_analysis.peaks import DOMINANT_SHARE
-from khr_report.plots.plot_style import head, legend_above, panels, share_scale
+from khr_report.plots.plot_style import COLORS, LOOKS, head, legend_above, panels, share_scale
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Runs
-from khr_studies.measuring.published import walking
+from khr_studies.measuring.published import COMMON_DEG, walking
 from khr_studies.thesis_figures.gaits import name_of, walked, walks_of
-from khr_studies.thesis_figures.records import GYRO, Rate, Walk, control, draw_seeds, spread
-from khr_studies.thesis_figures.spectrum_panels import (
-    ROBOT,
-    THESIS,
-    draw_phases,
-    draw_spectra,
-    finish_phases,
-    finish_spectrum,
-    legend_of_marks,
-    mark_thesis,
+from khr_studies.thesis_figures.run_plots import (
+    GYRO,
+    Rate,
+    Walk,
+    draw_seeds,
+    gains_label,
+    group_by_walk,
+    spread_note,
 )
+from khr_studies.thesis_figures.spectrum_panels import ROBOT, THESIS, draw_spectra, legend_of_marks
 
-Wanted = Callable[[Condition], bool]
+GAIN_EXPERIMENTS = ('walk_ankle_gains', 'walk_hip_gains')
+RUBBER = 'rubber'
+PALER = {'color': '0.6', 'linestyle': '--', 'markerfacecolor': 'white'}
+LARGE = f'at least {100 * DOMINANT_SHARE:.0f} % of the largest'
+Filter = Callable[[Condition], bool]
 
 
 def without_and_with_ankle(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
-    """Draw the amplitude spectra of Gait-3 by inclination: without control, and with the ankle."""
+    """Draw the amplitude spectra by inclination, without control and with the ankle loop."""
     title = 'Figure 5.8: spectra of Gait-3, without control (left) and with the ankle (right)'
-    kinds: list[Wanted] = [
+    columns: list[Filter] = [
         lambda of: of == walking(),
         lambda of: bool(of.ankle_gain and not of.hip_gain),
     ]
-    return _per_inclination(title, walks_of(runs), kinds, rate)
+    return _per_inclination(title, walks_of(runs), columns, rate)
 
 
 def with_ankle_and_hip(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
-    """Draw the amplitude spectra of Gait-3 with ankle and hip control, by inclination."""
+    """Draw the amplitude spectra by inclination with ankle and hip control."""
     title = 'Figure 5.9: the spectrum of Gait-3 with ankle and hip, downhill ever steeper'
     return _per_inclination(title, walks_of(runs), [lambda of: bool(of.hip_gain)], rate)
 
 
 def phases(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
-    """Draw the phase of the lines of Gait-3 with at least a third of the largest amplitude."""
-    title = (
-        'Figure 5.10: phase of the large lines of Gait-3 '
-        f'(at least {100 * DOMINANT_SHARE:.0f} % of the largest)'
-    )
+    """Draw the phase of the lines with at least a third of the largest amplitude."""
+    title = f'Figure 5.10: phase of the large lines of Gait-3 ({LARGE})'
     return _per_inclination(title, walks_of(runs), [lambda of: True], rate, phase=True)
 
 
 def _per_inclination(
     title: str,
     walks: Mapping[Walk, Runs],
-    columns: Sequence[Wanted],
+    columns: Sequence[Filter],
     rate: Rate,
     phase: bool = False,
 ) -> Figure:
-    """Draw a panel per walk in which a seed stayed up, a column per kind of control if several.
-
-    A panel shows the amplitudes of the lines, or the ``phase`` of the large ones.
-    """
-    draw, finish = (draw_phases, finish_phases) if phase else (draw_spectra, finish_spectrum)
+    """Draw a panel per walk in which a seed stayed up, in a column per filter if several."""
     across = 3 if phase else 2
     asked = {walk: group for walk, group in walks.items() if any(is_(walk[1]) for is_ in columns)}
-    stayed = {walk: group for walk, group in asked.items() if any(run.stayed_up for run in group)}
+    stayed = {walk: group for walk, group in asked.items() if _any_up(group)}
     if not stayed:
-        return _none_up(title, asked)
-    lists = [[walk for walk in stayed if wanted(walk[1])] for wanted in columns]
+        return _falls(title, asked)
+    lists = [[walk for walk in stayed if accepts(walk[1])] for accepts in columns]
     places = [walk for row in zip_longest(*lists) for walk in row] if len(lists) > 1 else lists[0]
     figure, axes = panels(
         *(name_of(walk) if walk else None for walk in places),
@@ -83,31 +81,32 @@ def _per_inclination(
         height=1.2 + 1.6 * -(-len(places) // across),
     )
     for axis, walk in zip(axes, filter(None, places), strict=True):
-        draw(axis, stayed[walk], 'robot', rate, color=ROBOT)
-        mark_thesis(axis, walk, THESIS)
-        finish(axis, rate)
+        curve = (stayed[walk], 'robot', {'color': ROBOT})
+        draw_spectra(axis, [curve], [(walk, THESIS)], rate, phase)
     share_scale(axes)
     figure.legend(loc='outside lower center', ncols=3, handles=legend_of_marks())
+    lost: dict[str, list[str]] = {}
+    for phi, of in asked:
+        if (phi, of) not in stayed:
+            lost.setdefault(gains_label(of), []).append(f'{phi:g}°')
     head(
         figure,
         title,
-        f'{rate.name}, a mark per seed' if phase else spread(stayed.values()),
-        _lost([walk for walk in asked if walk not in stayed]),
+        f'{rate.name}, a mark per seed' if phase else spread_note(stayed.values()),
+        _lost_note([f'{gains} at {" and ".join(slopes)}' for gains, slopes in lost.items()]),
     )
     return figure
 
 
-def _lost(walks: Sequence[Walk]) -> str:
-    """Name the walks in which no seed stayed up, by their gains."""
-    grounds = {
-        control(of): ' and '.join(f'{phi:g}°' for phi, other in walks if other == of)
-        for _, of in walks
-    }
-    named = ', '.join(f'{gains} at {slopes}' for gains, slopes in grounds.items())
-    return f'no seed stays up, so no spectrum: {named}' if named else ''
+def _any_up(runs: Runs) -> bool:
+    return any(run.stayed_up for run in runs)
 
 
-def _none_up(title: str, walks: Mapping[Walk, Runs]) -> Figure:
+def _lost_note(lost: Sequence[str]) -> str:
+    return f'no seed stays up, so no spectrum: {", ".join(lost)}' if lost else ''
+
+
+def _falls(title: str, walks: Mapping[Walk, Runs]) -> Figure:
     """Draw the torso's pitch up to the falls."""
     figure, (axis,) = panels('all lost', height=4.6)
     for number, (walk, group) in enumerate(walks.items()):
@@ -118,3 +117,125 @@ def _none_up(title: str, walks: Mapping[Walk, Runs]) -> Figure:
     note = "where no seed stays up, the torso's pitch up to the fall (x), a thin line per seed"
     head(figure, title, note)
     return figure
+
+
+def gains(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw the spectra for several gains of ankle and hip, a panel each.
+
+    Each panel has the spectrum on the slope of the thesis and, paler, on a slope on which the
+    simulated robot walks.
+    """
+    walks = group_by_walk(chain.from_iterable(runs[name] for name in GAIN_EXPERIMENTS))
+    steepest: dict[Condition, float] = {}
+    for phi, of in walks:
+        steepest[of] = max(phi, steepest.get(of, 0.0))
+    ankle, hip = ([of for of in steepest if bool(of.hip_gain) == raised] for raised in (0, 1))
+    shown = [of for row in zip_longest(ankle, hip) for of in row if of]
+    figure, axes = panels(
+        *(f'{gains_label(of)}, φ = {steepest[of]:g}°' for of in shown), columns=2, height=6.6
+    )
+    for axis, of in zip(axes, shown, strict=True):
+        own = steepest[of]
+        curves = [
+            (walks[own, of], f'at {own:g}°', {'color': ROBOT}),
+            (walks.get((COMMON_DEG, of), []), f'at {COMMON_DEG:g}°', PALER),
+        ]
+        draw_spectra(axis, curves, [((own, of), THESIS)], rate)
+        legend_above(axis)
+    share_scale(axes)
+    figure.legend(loc='outside lower center', ncols=3, handles=legend_of_marks())
+    head(
+        figure,
+        'Figure 5.12: the spectrum of Gait-3 with more ankle gain, and with more hip gain',
+        spread_note(walks.values()),
+        'a seed that did not stay up is lost and has no spectrum',
+    )
+    return figure
+
+
+def ankle_on_soles(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw walks with ankle control on smooth soles, with two gains, beside rubber soles."""
+    return _soles('5.13', runs, walking(12.0), walking(18.0), rate)
+
+
+def ankle_and_hip_on_soles(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
+    """Draw walks with ankle and hip control on smooth soles beside rubber soles."""
+    return _soles('5.14', runs, walking(12.0, 12.0), None, rate)
+
+
+def _soles(
+    number: str, runs: Mapping[str, Runs], of: Condition, more: Condition | None, rate: Rate
+) -> Figure:
+    """Draw spectra, phases and slip on both soles, on the thesis's slope and a gentler one."""
+    walks = group_by_walk(runs['walk_soles'])
+    rubber = walking(of.ankle_gain, of.hip_gain, RUBBER)
+    names = {of: of.surface, rubber: RUBBER}
+    if more:
+        names[more] = f'{more.surface}, {gains_label(more)}'
+    steepest, *gentler = sorted({phi for phi, each in walks if each == of}, reverse=True)
+    survived = (phi for phi in gentler if _any_up(walks[phi, of]) and _any_up(walks[phi, rubber]))
+    shown = [steepest, next(survived, gentler[-1])]
+    titles = [title for phi in shown for title in _sole_titles(phi, more)]
+    figure, axes = panels(*titles, columns=2, height=8.4)
+    size = len(axes) // len(shown)
+    for index, phi in enumerate(shown):
+        _draw_soles(axes[index * size : (index + 1) * size], walks, phi, names, rate)
+    lost = [
+        f'{name} at {phi:g}°'
+        for phi in shown
+        for each, name in names.items()
+        if not _any_up(walks[phi, each])
+    ]
+    head(
+        figure,
+        f'Figure {number}: smooth against rubber soles, {gains_label(of)}',
+        spread_note(walks.values()),
+        f'phases where the amplitude is {LARGE}, a mark per seed',
+        'slip up to the fall (x), a thin line per seed; triangle: a peak of the thesis',
+        _lost_note(lost),
+    )
+    return figure
+
+
+def _sole_titles(phi: float, more: Condition | None) -> list[str | None]:
+    slope = f'φ = {phi:g}°'
+    if more is None:
+        return [slope, f'{slope}, phase', f'{slope}, slip', None]
+    return [
+        slope,
+        f'{slope}, smooth with {gains_label(more)}',
+        f'{slope}, phase',
+        f'{slope}, slip',
+    ]
+
+
+def _draw_soles(
+    axes: list[Axes],
+    walks: Mapping[Walk, Runs],
+    phi: float,
+    names: Mapping[Condition, str],
+    rate: Rate,
+) -> None:
+    """Draw the panels of one slope: smooth beside rubber, and any other gain beside rubber."""
+    amplitude, *others, phase, slip = axes
+    smooth, rubber, *more = names
+    both = (smooth, rubber)
+    if not any(_any_up(walks[phi, of]) for of in both):
+        phase.annotate('every seed lost', (0.5, 0.5), xycoords='axes fraction', ha='center')
+    for axis, pair in [(amplitude, both), *((axis, (*more, rubber)) for axis in others)]:
+        curves = [(walks[phi, of], names[of], look) for of, look in zip(pair, LOOKS, strict=False)]
+        marks = [((phi, of), color) for of, color in zip(pair, COLORS, strict=False)]
+        draw_spectra(axis, curves, marks, rate)
+        legend_above(axis, columns=1 if axis in others else 2)
+    dots = [
+        (walks[phi, of], names[of], {'color': color})
+        for of, color in zip(both, COLORS, strict=False)
+    ]
+    draw_spectra(phase, dots, [], rate, phase=True)
+    for of, look in zip(both, LOOKS, strict=False):
+        draw_seeds(
+            slip, walks[phi, of], walked, lambda series: 1e3 * series.slip, names[of], **look
+        )
+    slip.set(xlabel='time in the walk (s)', ylabel='slip of the soles (mm)', ylim=(0.0, None))
+    for axis in (phase, slip):
+        legend_above(axis)

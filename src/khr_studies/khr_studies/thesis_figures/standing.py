@@ -1,6 +1,6 @@
 """The leg lifts of chapter 3 on the simulated robot: Figures 3.4, 3.5, 3.6 and 3.15.
 
-Forces are the true ones under the support foot; the sensors measure them half a second later.
+Forces are the true forces under the support foot; the sensors measure them half a second later.
 """
 
 from __future__ import annotations
@@ -32,7 +32,6 @@ from khr_report.plots.plot_style import (
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
 from khr_studies.measuring.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
-from khr_studies.thesis_figures import records
 from khr_studies.thesis_figures.lifts import (
     SIDES,
     LiftTimes,
@@ -43,14 +42,16 @@ from khr_studies.thesis_figures.lifts import (
     on_leg,
     rigid_difference,
 )
-from khr_studies.thesis_figures.records import (
+from khr_studies.thesis_figures.run_plots import (
+    Look,
     condition,
-    control,
     draw_over_inclination,
     draw_seeds,
-    grouped,
+    gains_label,
+    group_runs,
     inclination_deg,
-    since,
+    signals_from,
+    spread_note,
 )
 
 ROBOT = Pendulum()
@@ -62,30 +63,28 @@ BOTH = ', both feet'
 DIFFERENCE = 'Δ = F_T − F_H (N)'
 
 
-def spread_with_lost(groups: Iterable[Runs]) -> str:
-    """Say what is drawn over the inclination."""
-    return f'{records.spread(groups)}; x: a seed lost, at the upper edge if before it had a value'
+def spread_and_lost_note(groups: Iterable[Runs]) -> str:
+    """Return the note that explains lines, bands and crosses over the inclination."""
+    return f'{spread_note(groups)}; x: a seed lost, at the upper edge if before it had a value'
 
 
 def on_the_left(runs: Mapping[str, Runs], experiments: Iterable[str]) -> dict[Condition, Runs]:
-    """Return the lifts of experiments in which the robot stands on its left leg, by condition."""
-    return grouped(on_leg('left', (run for name in experiments for run in runs[name])), condition)
-
-
-def draw_own_difference(axis: Axes, run: Run) -> None:
-    """Draw (3.7) for a pendulum with the body of the simulated robot, without control."""
-    axis.plot(
-        *rigid_difference(run),
-        color='black',
-        linestyle=(0, (5, 1, 1, 1, 1, 1)),
-        linewidth=1.0,
-        label="(3.7), the simulated robot's body held rigid",
+    """Group the lifts of experiments that stand on the left leg by condition."""
+    return group_runs(
+        on_leg('left', (run for name in experiments for run in runs[name])), condition
     )
 
 
+def draw_rigid_difference(axis: Axes, run: Run) -> None:
+    """Draw (3.7) for a pendulum with the rigid body of the simulated robot, without control."""
+    look: Look = {'color': 'black', 'linestyle': (0, (5, 1, 1, 1, 1, 1)), 'linewidth': 1.0}
+    label = "(3.7), the simulated robot's body held rigid"
+    axis.plot(*rigid_difference(run), label=label, **look)
+
+
 def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
-    """Draw toe and heel force of the support foot while the other leg is lifted and lowered."""
-    lifts = grouped(on_leg('left', runs['lift_inclination']), inclination_deg)
+    """Draw toe and heel force of the support foot over a leg lift."""
+    lifts = group_runs(on_leg('left', runs['lift_inclination']), inclination_deg)
     figure, axes = panels(
         f'toe and heel of the support foot, φ = {SHOWN_DEG:g}°',
         'toe',
@@ -104,7 +103,7 @@ def forces_over_time(runs: Mapping[str, Runs]) -> Figure:
             draw_seeds(axis, lifts[phi], motion, _force(part), name, **look)
             draw_seeds(axis, up, _lowered, _force(part, part + 2), f'{name}{BOTH}', **dotted)
     for axis in axes:
-        _mark_parts(axis, lift_of(shown[0]))
+        _mark_phases(axis, lift_of(shown[0]))
         axis.set(
             xlabel='time from the start of the motion (s)',
             ylabel='force (N)',
@@ -136,7 +135,7 @@ def toe_and_heel(runs: Mapping[str, Runs]) -> Figure:
     head(
         figure,
         'Figure 3.5: toe and heel force of the support foot over the inclination',
-        spread_with_lost([runs['lift_inclination']]),
+        spread_and_lost_note([runs['lift_inclination']]),
         'no control',
     )
     return figure
@@ -147,19 +146,19 @@ def stages(runs: Mapping[str, Runs]) -> Figure:
     figure, (axis,) = panels('', height=5.0)
     lifts = on_the_left(runs, EXPERIMENTS)
     for stage, look in zip(STAGES, LOOKS, strict=False):
-        name = f'robot, {control(stage)}'
+        name = f'robot, {gains_label(stage)}'
         draw_over_inclination(axis, lifts[stage], held_difference, name, **look)
         _mark_limit(axis, stage, color=look['color'])
     slope = np.linspace(0.0, thesis_limit(STAGE_2), 77)
     _plot_model(axis, slope, 0.0, '0.3', "(3.7), thesis's pendulum, no control")
     _plot_model(axis, slope, FORCE_GAIN, '0.6', "(3.7) and (3.13), thesis's pendulum, K_A = 12")
-    draw_own_difference(axis, lifts[STAGE_1][0])
+    draw_rigid_difference(axis, lifts[STAGE_1][0])
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
     legend_below(axis, 2)
     head(
         figure,
         'Figure 3.6: the toe-heel difference in the three stages of control',
-        spread_with_lost(lifts.values()),
+        spread_and_lost_note(lifts.values()),
     )
     return figure
 
@@ -172,7 +171,7 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
     colors = matplotlib.colormaps['viridis'](np.linspace(0.0, 0.85, len(tried)))
     for each, color in zip(tried, colors, strict=True):
         draw_over_inclination(
-            axis, lifts[each], held_difference, control(each), color=to_hex(color)
+            axis, lifts[each], held_difference, gains_label(each), color=to_hex(color)
         )
     named_level(axis, ROBOT.weight, 'm g', 0.0)
     axis.set(xlabel=SLOPE, ylabel=DIFFERENCE)
@@ -180,25 +179,25 @@ def gains(runs: Mapping[str, Runs]) -> Figure:
     head(
         figure,
         'Figure 3.15: the toe-heel difference for raised gains of its loop',
-        spread_with_lost(lifts.values()),
+        spread_and_lost_note(lifts.values()),
     )
     return figure
 
 
 def thesis_limit(stage: Condition) -> float:
-    """Return the inclination that the thesis's robot reached in a stage, deg."""
+    """Return the limit of the thesis's robot in a stage, deg."""
     return next(row.thesis_deg for row in LIMITS if row.condition == stage)
 
 
 def _force(*columns: int) -> Callable[[Series], Array]:
-    """Return what sums forces: of the left toe (0) and heel (1), the right toe (2) and heel (3)."""
+    """Return a function that sums forces: left toe (0) and heel (1), right toe (2) and heel (3)."""
     return lambda series: np.asarray(series.contact_force[:, columns].sum(axis=1))
 
 
 def _lowered(run: Run) -> Series:
-    """Return the signals of a leg lift from when both feet are down, timed from its start."""
+    """Return the signals of a leg lift after the foot is down, timed from the start of the lift."""
     lift = lift_of(run)
-    return since(run, lift.start, lift.down)
+    return signals_from(run, lift.start, lift.down)
 
 
 def _held(part: int) -> Callable[[Run], float]:
@@ -212,28 +211,20 @@ def _plot_model(axis: Axes, slope_deg: Array, gain: float, color: str, label: st
     ]
     delta = static_force_difference(ROBOT, np.array(lean), np.radians(slope_deg))
     shown = delta <= ROBOT.weight
-    axis.plot(
-        slope_deg[shown], delta[shown], color=color, linestyle='-', linewidth=1.0, label=label
-    )
+    look: Look = {'color': color, 'linestyle': '-', 'linewidth': 1.0}
+    axis.plot(slope_deg[shown], delta[shown], label=label, **look)
 
 
 def _mark_limit(axis: Axes, stage: Condition, color: str = '0.4') -> None:
-    """Mark the fall of the thesis's robot: its limit, at the whole weight."""
+    """Mark the limit of the thesis's robot, where the toe carries the whole weight."""
     limit = thesis_limit(stage)
     axis.axvline(limit, color=color, linewidth=0.6, linestyle=':')
-    axis.plot(
-        [limit],
-        [ROBOT.weight],
-        color=color,
-        marker='D',
-        markerfacecolor='white',
-        linestyle='',
-        label=f'thesis, {control(stage)}: toe carries m g at {limit:g}°',
-    )
+    label = f'thesis, {gains_label(stage)}: toe carries m g at {limit:g}°'
+    axis.plot([limit], [ROBOT.weight], 'D', color=color, markerfacecolor='white', label=label)
 
 
-def _mark_parts(axis: Axes, lift: LiftTimes) -> None:
-    """Shade the time on one leg and name the parts of the motion."""
+def _mark_phases(axis: Axes, lift: LiftTimes) -> None:
+    """Shade the time on one leg and name the phases of the motion."""
     axis.axvspan(lift.lifted - lift.start, lift.down - lift.start, color='0.95', zorder=0)
     parts = pairwise((lift.start, lift.lifted, lift.up, lift.lowered, lift.down, lift.end))
     names = ('shifts', 'lifts', 'on one leg', 'lowers', 'shifts back')

@@ -1,4 +1,4 @@
-"""Walking, chapter 5: Figure 5.11's theory, harmonics, and the joint's stiffness."""
+"""Walking, chapter 5: Figure 5.11, harmonics from gravity, and the joint's stiffness."""
 
 from __future__ import annotations
 
@@ -20,17 +20,17 @@ from khr_report.plots.plot_style import head, main_lines, panels
 from khr_studies.measuring.experiments import Runs
 from khr_studies.measuring.published import WALKS
 from khr_studies.thesis_figures.gaits import walks_of
-from khr_studies.thesis_figures.records import GYRO, Rate
+from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate
 from khr_studies.thesis_figures.spectrum_panels import LARGEST_HZ, spectrum_of
 
 # Inclinations at which the thesis walked with each gain, deg
 WALKED = {12.0: (6.99, 8.88), 15.0: (8.88, 8.88), 18.0: (8.88, 9.7)}
 SWING = math.radians(3.0)  # rad, amplitude of the pitch at f_0
-MARKS = {
+MARKS = {  # colour, marker, size: a square is drawn around the triangle of the ankle alone
     'no control': ('C0', 'o', 4.5),
     'ankle control': ('C2', '^', 4.5),
     'ankle and hip control': ('C3', 's', 8.0),
-}  # colour, marker, size: a square is drawn around the triangle of the ankle alone
+}
 
 
 def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
@@ -48,16 +48,9 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
     for setting, (low, high) in WALKED.items():
         found, gain = servo.predict(gain_of_board(setting)), f'K_A = {setting:g}'
         f_a0, middle = found.frequency, 0.5 * (low + high)
-        axis.plot(
-            [low, high], [f_a0] * 2, 'k-', linewidth=1.0, label=f'inclinations walked at {gain}'
-        )
-        axis.plot(
-            [middle] * 2,
-            [found.low, found.high],
-            'k-',
-            marker='_',
-            label=f'95 % interval at {gain}',
-        )
+        walked, interval = f'inclinations walked at {gain}', f'95 % interval at {gain}'
+        axis.plot([low, high], [f_a0] * 2, 'k-', linewidth=1.0, label=walked)
+        axis.plot([middle] * 2, [found.low, found.high], 'k-', marker='_', label=interval)
         kind, mark, face = (
             ('identified', 'ko', 'black') if setting in GAINS else ('predicted', 'ks', 'white')
         )
@@ -65,20 +58,12 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
         axis.plot([middle], [f_a0], mark, markerfacecolor=face, label=name)
     _mark_published(axis)
     _mark_dominant(axis, runs, rate)
-    axis.set(
-        xlabel='inclination φ (°)',
-        ylabel='frequency (Hz)',
-        xlim=(-0.2, 10.6),
-        ylim=(0.0, LARGEST_HZ),
-    )
+    axis.set(xlabel='inclination φ (°)', ylabel='frequency (Hz)')
+    axis.set(xlim=(-0.2, 10.6), ylim=(0.0, LARGEST_HZ))
     axis.grid(False)
     named = {str(line.get_label()): line for line in main_lines(axis)}
-    figure.legend(
-        loc='outside lower center',
-        ncols=2,
-        fontsize=7,
-        handles=[line for name, line in named.items() if 'K_A = ' not in name or 'f_A0' in name],
-    )
+    shown = [line for name, line in named.items() if 'K_A = ' not in name or 'f_A0' in name]
+    figure.legend(loc='outside lower center', ncols=2, fontsize=7, handles=shown)
     head(
         figure,
         'Figure 5.11: tones of the gait, f_A0 of the servo loop, dominant peaks of Gait-3',
@@ -89,23 +74,21 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 
 
 def _mark_published(axis: Axes) -> None:
-    """Mark the published peaks, each by its range."""
+    """Mark the published peaks, each as a bar over its range."""
+    bar: Look = {'color': 'C1', 'linestyle': '-', 'linewidth': 5.0, 'alpha': 0.45}
     for row in WALKS:
-        for low, high in row.lines:
+        for line in row.lines:
             axis.plot(
                 [row.inclination_deg] * 2,
-                [low, high],
-                color='C1',
-                linestyle='-',
-                linewidth=5.0,
-                alpha=0.45,
+                line,
                 label='thesis, published peaks',
                 solid_capstyle='butt',
+                **bar,
             )
 
 
 def _mark_dominant(axis: Axes, runs: Mapping[str, Runs], rate: Rate) -> None:
-    """Mark the largest peaks of the runs that did not fall."""
+    """Mark the dominant peaks of the runs that stayed up."""
     for (phi, of), group in walks_of(runs).items():
         loops = list(MARKS)[bool(of.ankle_gain) + bool(of.hip_gain)]
         color, mark, size = MARKS[loops]
@@ -116,16 +99,9 @@ def _mark_dominant(axis: Axes, runs: Mapping[str, Runs], rate: Rate) -> None:
             for peak in one.peaks
             if peak.amplitude >= DOMINANT_SHARE * one.peaks[0].amplitude
         ]
-        axis.plot(
-            [phi] * len(found),
-            found,
-            color=color,
-            marker=mark,
-            linestyle='',
-            markersize=size,
-            markerfacecolor='none' if mark == 's' else color,
-            label=f'simulated robot, {loops}',
-        )
+        face, label = 'none' if mark == 's' else color, f'simulated robot, {loops}'
+        look: Look = {'color': color, 'markersize': size, 'markerfacecolor': face}
+        axis.plot([phi] * len(found), found, mark, label=label, **look)
 
 
 def harmonics() -> Figure:

@@ -13,13 +13,12 @@ from khr_report.plots.plot_style import styled
 from khr_report.plots.points import write_points
 from khr_studies.measuring.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_studies.push.study import PushCondition, stance
-from khr_studies.thesis_figures.counterparts import COUNTERPARTS
 from khr_studies.thesis_figures.gaits import peaks_of_swings
 from khr_studies.thesis_figures.lifts import overshoot_of
-from khr_studies.thesis_figures.records import RATES
 from khr_studies.thesis_figures.registry import FIGURES, draw, run_experiments
+from khr_studies.thesis_figures.run_plots import RATES
 from tests.fakes.invented_runs import FELL_AT, RATE, READ, TONE, WEIGHT, difference, runs_for
-from tests.support.figures import check_whole
+from tests.support.figures import PANELS, check_whole
 
 pytestmark = pytest.mark.slow
 
@@ -31,13 +30,16 @@ NOBODY, BEYOND_7, EVERYBODY = 90.0, 7.0, -1.0  # deg, from where on the robot fa
 
 @pytest.fixture(scope='module')
 def table(tmp_path_factory):
-    """Draw a figure once; return its rows."""
+    """Draw a figure once, check that it is whole, and return its rows."""
     drawn = {}
 
     def rows(number, falls=NOBODY):
         if (number, falls) not in drawn:
             with styled():
                 figure = FIGURES[number].draw(runs_for(number, falls))
+                check(figure)
+            assert figure.get_suptitle().startswith(f'Figure {number}: ')
+            assert falls != NOBODY or len(figure.axes) == PANELS[number]
             drawn[number, falls] = rows_of(figure, tmp_path_factory.mktemp('figure'))
         return drawn[number, falls]
 
@@ -75,23 +77,12 @@ def curve(rows, name, panel=''):
 @pytest.mark.parametrize(
     ('number', 'falls'),
     [
-        *((number, BEYOND_7) for number in (*OF_LIFTS, *OF_WALKS)),
-        *((number, NOBODY) for number in ('5.7', '5.9', '5.12', '5.14')),
+        *((number, falls) for number in (*OF_LIFTS, *OF_WALKS) for falls in (BEYOND_7, NOBODY)),
         *((number, EVERYBODY) for number in ('3.6', '3.12', '5.5', '5.8', '5.10', '5.11')),
     ],
 )
-def test_a_figure_is_whole_whoever_falls(number, falls):
-    with styled():
-        figure = FIGURES[number].draw(runs_for(number, falls))
-        check(figure)
-        assert figure.get_suptitle().startswith(f'Figure {number}: ')
-
-
-@pytest.mark.parametrize('number', [*OF_LIFTS, *OF_WALKS])
-def test_a_figure_has_the_panels_that_its_document_counts(number):
-    with styled():
-        figure = FIGURES[number].draw(runs_for(number, NOBODY))
-    assert len(figure.axes) == COUNTERPARTS[number].panels
+def test_a_figure_is_whole_and_has_its_panels_whoever_falls(table, number, falls):
+    assert table(number, falls)
 
 
 def test_toe_and_heel_carry_the_load(table):
@@ -382,7 +373,7 @@ def pushed(tmp_path_factory):
         for number in ('4.8', '4.10', '4.11', '4.12'):
             figure = FIGURES[number].draw(engine='mujoco')
             check(figure)
-            assert len(figure.axes) == COUNTERPARTS[number].panels
+            assert len(figure.axes) == PANELS[number]
             found[number] = rows_of(figure, tmp_path_factory.mktemp('figure'))
     return found
 

@@ -38,7 +38,7 @@ def figure(
     """Draw figures of the thesis from its models, or from experiments, which are run first."""
     from khr_studies.thesis_figures import registry
 
-    asked = registry.numbers_of(numbers)
+    asked = registry.expand_numbers(numbers)
     runs = registry.run_experiments(asked, fast, engine)
     console = Console(stderr=True)
     for place, number in enumerate(asked, 1):

@@ -1,8 +1,8 @@
-"""Common parts of the figures of runs: grouping runs and drawing their records.
+"""Common parts of the figures of runs: group runs, and draw their signals.
 
-Over time every seed is a thin line; a run that fell is drawn up to its fall and ends with a cross.
-Over the inclination a line is the median of the seeds and a band their range; a cross marks a seed
-that did not stay up, at its value, or at the bottom if it has none.
+Over time, every seed is a thin line; the line of a run that fell ends with a cross at the fall.
+Over the inclination, a line is the median of the seeds and a band their range. A cross marks a
+seed that did not stay up, at its value, or at the upper edge of the panel if it has no value.
 """
 
 from __future__ import annotations
@@ -23,14 +23,10 @@ from khr_sim.sensors.gyro import GyroParameters
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Key, Run, Runs, by
 
-SEED: dict[str, Any] = {'linewidth': 0.8}
-Walk = tuple[float, Condition]  # inclination in deg, and condition
-
-
-def spread(groups: Iterable[Runs]) -> str:
-    """Say what lines and bands are of the seeds that are drawn."""
-    seeds = {run.seed for group in groups for run in group}
-    return 'median of the seeds, band from smallest to largest' if len(seeds) > 1 else 'one seed'
+Look = dict[str, Any]  # keyword arguments of a line or text
+SEED_LINE: Look = {'linewidth': 0.8}
+UPPER_EDGE = 0.97  # fraction of the height of a panel; a mark at the lower edge looks like a value
+Walk = tuple[float, Condition]  # inclination in deg, condition
 
 
 @dataclass(frozen=True)
@@ -38,9 +34,9 @@ class Rate:
     """A signal of the torso's pitch rate.
 
     Attributes:
-        name: what it is, in the words of an axis.
-        values: of a run's signals, deg/s, (N,).
-        note: what helps to read it; may be empty.
+        name: for the label of an axis.
+        values: returns the signal of a run, deg/s, (N,).
+        note: a hint for the reader of the plot; may be empty.
     """
 
     name: str
@@ -49,11 +45,11 @@ class Rate:
 
     @property
     def label(self) -> str:
-        """Return the label of its axis."""
+        """Return the label of the axis of the rate."""
         return f'{self.name} (°/s)'
 
     @property
-    def amplitude(self) -> str:
+    def amplitude_label(self) -> str:
         """Return the label of the axis of its spectrum."""
         return f'amplitude of\n{self.label}'
 
@@ -70,6 +66,12 @@ RATES = {
 GYRO, TRUE = RATES['gyro_rate'], RATES['pitch_rate']  # the thesis shows the gyro's
 
 
+def spread_note(groups: Iterable[Runs]) -> str:
+    """Return the note that explains lines and bands over the inclination."""
+    seeds = {run.seed for group in groups for run in group}
+    return 'median of the seeds, band from smallest to largest' if len(seeds) > 1 else 'one seed'
+
+
 def inclination_deg(run: Run) -> float:
     """Return the inclination of a run, deg."""
     return float(run.scenario.table(RunParameters).inclination_deg)
@@ -80,35 +82,39 @@ def condition(run: Run) -> Condition:
     return Condition.of(run.scenario)[0]
 
 
-def control(of: Condition) -> str:
-    """Name the gains of a condition."""
+def gains_label(of: Condition) -> str:
+    """Return the gains of a condition as text, ``no control`` without gains."""
     gains = {'K_A': of.ankle_gain, 'K_H': of.hip_gain}
     return ', '.join(f'{name} = {gain:g}' for name, gain in gains.items() if gain) or 'no control'
 
 
-def grouped(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
-    """Group runs by a key, in their order; runs without signals are left out."""
+def group_runs(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
+    """Group the runs that have signals by a key, in their order."""
     return by((run for run in runs if run.series is not None), key)
 
 
-def by_ground(runs: Iterable[Run]) -> dict[Walk, Runs]:
-    """Group runs by inclination and condition; runs without signals are left out."""
-    return grouped(runs, lambda run: (inclination_deg(run), condition(run)))
+def group_by_walk(runs: Iterable[Run]) -> dict[Walk, Runs]:
+    """Group the runs that have signals by inclination and condition."""
+    return group_runs(runs, lambda run: (inclination_deg(run), condition(run)))
 
 
-def record(run: Run) -> Series:
-    """Return the signals of a run up to its fall, if it fell."""
-    assert run.series is not None  # :func:`grouped` leaves others out
+def signals_until_fall(run: Run) -> Series:
+    """Return the signals of a run, up to the fall if the robot fell."""
+    assert run.series is not None  # :func:`group_runs` drops the others
     end = run.row['fell_at_s'] if run.fell else np.inf
     return run.series.during(run.series.time <= end + 1e-6)
 
 
-def since(run: Run, zero: float, begin: float | None = None, end: float = np.inf) -> Series:
-    """Return the signals of a run up to its fall, their time counted from ``zero``, s.
+def signals_from(run: Run, zero: float, begin: float | None = None, end: float = np.inf) -> Series:
+    """Return the signals of a run up to the fall, with time counted from ``zero``.
 
-    They begin there, or at another time, and end before a time, both as the run counts it.
+    Args:
+        run: with signals.
+        zero: time in the run that becomes 0, s.
+        begin: time in the run of the first sample, s; ``zero`` by default.
+        end: time in the run before which the signals end, s.
     """
-    series = record(run)
+    series = signals_until_fall(run)
     first = zero if begin is None else begin
     shown = series.during((series.time >= first) & (series.time < end))
     return replace(shown, time=shown.time - zero)
@@ -129,51 +135,42 @@ def draw_seeds(
         series = part(run)
         time, value = series.time, values(series)
         name = f'{label}, seed {run.seed}'
-        axis.plot(time, value, label=name, **{**SEED, **look})
+        axis.plot(time, value, label=name, **{**SEED_LINE, **look})
         if falls(run):
             axis.plot(time[-1:], value[-1:], label=f'{name}: fell', **FALLEN)
-
-
-UPPER_EDGE = 0.97  # of the height of a panel: a mark at the lower one would read as a value
 
 
 def draw_over_inclination(
     axis: Axes, runs: Runs, value: Callable[[Run], float], label: str, **look: Any
 ) -> None:
-    """Draw a value over the inclination; it is NaN for a run that was lost too early.
+    """Draw a value over the inclination.
 
-    Such a run is marked at the upper edge of the panel, and has no value in the CSV.
+    A run without a value (NaN: the robot fell too early) is marked at the upper edge of the panel
+    and has no row in the CSV.
     """
-    groups = sorted(grouped(runs, inclination_deg).items())
+    groups = sorted(group_runs(runs, inclination_deg).items())
     samples = {phi: np.array([value(run) for run in group]) for phi, group in groups}
     known = {phi: values for phi, values in samples.items() if np.isfinite(values).any()}
-    slope = list(known)
     low, middle, high = (
         [float(pick(values)) for values in known.values()]
         for pick in (np.nanmin, np.nanmedian, np.nanmax)
     )
-    (line,) = axis.plot(slope, middle, label=label, **{'marker': 'o', **look})
+    (line,) = axis.plot(list(known), middle, label=label, **{'marker': 'o', **look})
     color = line.get_color()
     if low != high:
-        axis.fill_between(slope, low, high, color=color, alpha=0.2, linewidth=0.0)
-        for edge, name in ((low, 'smallest'), (high, 'largest')):
-            axis.plot(
-                slope,
-                edge,
-                color=color,
-                linewidth=0.3,
-                linestyle='-',
-                label=f'{label}, {name} of the seeds',
-            )
+        axis.fill_between(list(known), low, high, color=color, alpha=0.2, linewidth=0.0)
+        edge: Look = {'color': color, 'linewidth': 0.3, 'linestyle': '-'}
+        axis.plot(list(known), low, label=f'{label}, smallest of the seeds', **edge)
+        axis.plot(list(known), high, label=f'{label}, largest of the seeds', **edge)
     lost = [
         (phi, found)
         for phi, group in groups
         for run, found in zip(group, samples[phi], strict=True)
         if not run.stayed_up
     ]
-    look = {**FALLEN, 'color': color}
+    cross = {**FALLEN, 'color': color}
     if lost:
-        axis.plot(*zip(*lost, strict=True), label=f'{label}: lost', **look)
+        axis.plot(*zip(*lost, strict=True), label=f'{label}: lost', **cross)
     early = [phi for phi, found in lost if not np.isfinite(found)]
     if early:
         (mark,) = axis.plot(
@@ -181,6 +178,6 @@ def draw_over_inclination(
             [UPPER_EDGE] * len(early),
             label='_lost before',
             transform=axis.get_xaxis_transform(),
-            **look,
+            **cross,
         )
         mark.set_in_layout(False)  # not data: it must not change the layout
