@@ -8,7 +8,7 @@ from khr_analysis.peaks import Peak
 from khr_studies.measuring.bench import Bench, MeasuredLift, MeasuredWalk
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.limit import Attempt, Limit
-from khr_studies.measuring.published import LIMITS, STAGE_1, WALKS
+from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, WALKS
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1):

@@ -8,11 +8,11 @@ import pytest
 
 from khr_common import KhrError
 from khr_studies.measuring.json_file import read_json
-from khr_studies.measuring.published import LIMITS, TRENDS, WALKS
+from khr_studies.measuring.thesis_values import LIMITS, TRENDS, WALKS
+from khr_studies.reproduction.experiment_plan import MAP, SCOREBOARD, parse_plan
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.findings_page import findings_markdown
 from khr_studies.reproduction.reproduce import Computed, reproduce
-from khr_studies.reproduction.wanted import MAP, SCOREBOARD, wanted
 from khr_studies.scoreboard.page import scoreboard_markdown
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.thesis_figures.registry import FIGURES, paths
@@ -55,7 +55,7 @@ def rows(path):
 @pytest.mark.nightly
 def test_it_succeeds_and_prints_the_page_and_the_time(done):
     assert done.returncode == 0, done.stderr
-    total = len(FIGURES) + len(wanted(None, True).maps)
+    total = len(FIGURES) + len(parse_plan(None, True).maps)
     assert f'{total} of {total} figures' in done.stdout
     assert done.stdout.startswith('report/index.html: ') and done.stdout.count('\n') == 1
     assert 'rows pass' in done.stdout
@@ -75,8 +75,8 @@ def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
 
 @pytest.mark.nightly
 def test_every_map_is_a_picture_with_its_numbers(done, place):
-    assert wanted(None, True).maps
-    for name in wanted(None, True).maps:
+    assert parse_plan(None, True).maps
+    for name in parse_plan(None, True).maps:
         assert name.startswith(MAP)
         assert (place / 'report' / 'figures' / f'{name}.png').stat().st_size > 10_000
         assert (
@@ -105,7 +105,7 @@ def test_the_page_and_the_findings_hold_it_all(done, place):
     findings = read_json(place / 'report' / 'findings.json', Findings)
     assert (place / 'report' / 'findings.md').read_text() == findings_markdown(findings)
     assert findings.scoreboard == read_json(place / 'report' / 'scoreboard.json', Scoreboard)
-    assert set(findings.maps) == set(wanted(None, True).maps)
+    assert set(findings.maps) == set(parse_plan(None, True).maps)
     assert findings.soles and findings.friction and findings.tilting and findings.peaks
 
 
@@ -139,14 +139,14 @@ def test_what_is_done_is_not_done_again(done, place):
 @pytest.mark.parametrize('only', ['5.81', '', '3.8,,4.5', 'scoreboards'])
 def test_an_unknown_number_is_one_line(only):
     with pytest.raises(KhrError, match=r'--only: .* is not known; accepted: .*3\.8.*map_.*'):
-        wanted(only, fast=True)
+        parse_plan(only, fast=True)
 
 
 def test_what_is_wanted_is_what_is_named():
-    some = wanted('5.5, 3.4,scoreboard', fast=False)
+    some = parse_plan('5.5, 3.4,scoreboard', fast=False)
     assert (some.figures, some.maps, some.scoreboard) == (('3.4', '5.5'), (), True)
     assert set(some.experiments) == {*FIGURES['3.4'].experiments, *FIGURES['5.5'].experiments}
-    every = wanted(None, fast=False)
+    every = parse_plan(None, fast=False)
     assert every.scoreboard and every.figures == tuple(FIGURES)
     assert SCOREBOARD not in every.experiments
 
@@ -161,4 +161,4 @@ def test_an_evaluation_that_fails_does_not_lose_the_page():
 def test_a_place_that_cannot_be_written_is_one_line(tmp_path):
     (tmp_path / 'file').write_text('')
     with pytest.raises(KhrError, match=r'--out: .*file'):
-        reproduce(wanted('3.8', fast=True), tmp_path / 'file' / 'report')
+        reproduce(parse_plan('3.8', fast=True), tmp_path / 'file' / 'report')

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from khr_studies.engines.study import ENGINES, STEPS, STUDIED, on
+from khr_studies.engines.study import ENGINES, STEPS, STUDIED, with_engine
 from khr_studies.measuring.bench import Bench
 from khr_sweeps.pool import local_pool
 
@@ -19,7 +19,7 @@ def test_half_the_step_moves_no_limit(engine):
     with local_pool(2) as pool:
         bench = Bench(pool, SEEDS, TOLERANCE)
         coarse, fine = (
-            bench.limit(replace(STUDIED, changes=on(engine, changes)))
+            bench.limit(replace(STUDIED, changes=with_engine(engine, changes)))
             for changes in ((), STEPS['step 0.5 ms'])
         )
     assert fine.mean == pytest.approx(coarse.mean, abs=MOST)

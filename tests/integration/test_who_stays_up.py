@@ -21,7 +21,7 @@ from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.consistency import said_of_runs
 from khr_studies.measuring.experiments import Run
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import PublishedWalk
+from khr_studies.measuring.thesis_values import ThesisWalk
 from khr_studies.peak_origin.study import lost_of, walks_of
 from khr_studies.reproduction.findings import compare_tilting, tally
 from khr_studies.scoreboard.walk_rows import walk_row
@@ -94,9 +94,9 @@ def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
     assert limit == critical.ENDS[0] and Limit((PHI,), tuple(attempts)).highest == ()
     walk = bench.walk(SLICK, PHI, 0)
     assert not walk.stayed_up and share_up([walk]) == 0.0 and walk.peaks == ()
-    row = walk_row(PublishedWalk(PHI, SLICK, 'walks'), [walk, walk])
+    row = walk_row(ThesisWalk(PHI, SLICK, 'walks'), [walk, walk])
     assert (row.lost, row.passed, row.slide_mm) == (2, False, None)
-    assert walk_row(PublishedWalk(PHI, SLICK, 'falls', survives=False), [walk, walk]).passed
+    assert walk_row(ThesisWalk(PHI, SLICK, 'falls', survives=False), [walk, walk]).passed
 
 
 def test_calibration_ensemble_and_tuning_say_so(asked, slide):

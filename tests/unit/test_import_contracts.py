@@ -15,7 +15,7 @@ from tests import ROOT
 WRONG = {
     'Packages import downwards': ('khr_sim.robot', 'import khr_bringup.offline'),
     'Studies do not import one another, but those that are made of them': (
-        'khr_studies.tuning.knobs',
+        'khr_studies.tuning.gain_axes',
         'import khr_studies.push.model',
     ),
     'What measures neither draws nor renders': (

@@ -7,7 +7,7 @@ import pytest
 
 from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import known
+from khr_studies.measuring.json_file import finite_or_none
 from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
@@ -82,12 +82,12 @@ def test_a_torn_result_is_computed_anew(tmp_path):
 
 def test_a_pool_of_processes_will_do(tmp_path):
     with local_pool(1) as pool:
-        assert submit(jobs(pool, tmp_path), known, 3.5) == 3.5
-    assert submit(jobs(None, tmp_path), known, 3.5) == 3.5
+        assert submit(jobs(pool, tmp_path), finite_or_none, 3.5) == 3.5
+    assert submit(jobs(None, tmp_path), finite_or_none, 3.5) == 3.5
 
 
 def test_results_keep_their_types(tmp_path):
-    """So do those of a robot that fell, whose forces are not known."""
+    """So do those of a robot that fell, whose forces are not finite_or_none."""
     fallen = MeasuredLift(outcome('fell'), math.nan, math.nan, 0.1)
 
     def measure(kind: str) -> tuple[float, list[MeasuredLift]]:

@@ -20,7 +20,7 @@ from khr_bringup.offline import run_offline
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.errors import StudyError
-from khr_studies.measuring.condition import Condition, on
+from khr_studies.measuring.condition import Condition, with_engine
 from khr_sweeps.results.store import Entry, OtherResultsError, Store
 
 ROBOT = TypeAdapter(Candidate)
@@ -86,7 +86,7 @@ def physics_of(plan: CalibrationPlan, engine: str) -> str:
     Two runs in the middle of all ranges; their trajectories and outcomes.
     """
     middle = {name: constant.at(0.5) for name, constant in plan.constants.items()}
-    settings = on(engine, ((('simulator', 'duration'), PROBED_S), *plan.changes(middle)))
+    settings = with_engine(engine, ((('simulator', 'duration'), PROBED_S), *plan.changes(middle)))
     digest = hashlib.sha256()
     for probe in PROBES:
         result = run_offline(probe.scenario(PROBED_DEG, 0).changed(dict(settings)))

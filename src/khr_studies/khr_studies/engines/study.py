@@ -23,9 +23,9 @@ from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import Truth
 from khr_studies.errors import check_integer
 from khr_studies.measuring.bench import CYCLE, Bench
-from khr_studies.measuring.condition import Changes, Condition, on, seeded
+from khr_studies.measuring.condition import Changes, Condition, with_engine, with_seed
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import LIMITS
+from khr_studies.measuring.thesis_values import LIMITS
 from khr_sweeps.pool import local_pool
 
 ENGINES = tuple(LIBRARIES)
@@ -38,7 +38,7 @@ WALK = 'walk_0deg'  # whose numbers are taken under every change
 SCATTER: tuple[Changes, ...] = (
     (),
     ((('simulator', 'physics_step'), 0.0005),),
-    *map(seeded, (1, 2)),
+    *map(with_seed, (1, 2)),
 )
 # What may move a limit: solver and step of each engine, and what the engines model differently.
 STEPS: dict[str, Changes] = {
@@ -241,11 +241,11 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
         names: of the scenarios.
     """
     for name, engine, changes in product(names, ENGINES, SCATTER):
-        bench.submit(measure_scenario, name, on(engine, changes))
+        bench.submit(measure_scenario, name, with_engine(engine, changes))
     for row, engine in product(LIMITS, ENGINES):
         bench.ask_limit(_condition(row.condition, engine))
     for engine, _, changes in CHANGES:
-        bench.submit(measure_scenario, WALK, on(engine, changes))
+        bench.submit(measure_scenario, WALK, with_engine(engine, changes))
     limits = {row.condition: _compared(bench, row.condition) for row in LIMITS}
     studied = [
         condition
@@ -264,7 +264,9 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
             ChangedWalk(
                 engine,
                 change,
-                bench.submit(measure_scenario, WALK, on(engine, changes)).result().numbers,
+                bench.submit(measure_scenario, WALK, with_engine(engine, changes))
+                .result()
+                .numbers,
             )
             for engine, change, changes in CHANGES
         ),
@@ -272,7 +274,7 @@ def compare(bench: Bench, names: Sequence[str]) -> Comparison:
 
 
 def _condition(condition: Condition, engine: str, changes: Changes = ()) -> Condition:
-    return replace(condition, changes=on(engine, changes))
+    return replace(condition, changes=with_engine(engine, changes))
 
 
 def _compared(bench: Bench, condition: Condition) -> ComparedLimit:
@@ -291,7 +293,10 @@ def _studied(bench: Bench, condition: Condition, compared: ComparedLimit) -> Stu
 
 def _scenario(bench: Bench, name: str) -> ComparedScenario:
     runs = [
-        [bench.submit(measure_scenario, name, on(engine, changes)).result() for changes in SCATTER]
+        [
+            bench.submit(measure_scenario, name, with_engine(engine, changes)).result()
+            for changes in SCATTER
+        ]
         for engine in ENGINES
     ]
     first, second = (tuple(run.verdict for run in of_engine) for of_engine in runs)

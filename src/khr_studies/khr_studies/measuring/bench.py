@@ -18,11 +18,11 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.derived import start_of_lift
 from khr_sim.physics import engines
 from khr_sim.physics.truth import Truth
-from khr_studies.measuring.condition import Changes, Condition, on
+from khr_studies.measuring.condition import Changes, Condition, with_engine
 from khr_studies.measuring.consistency import Said
 from khr_studies.measuring.critical import START, limit_of_seed, run_condition
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import STAGE_1_GRID
+from khr_studies.measuring.thesis_values import STAGE_1_GRID
 from khr_sweeps.pool import Pool
 
 LIMITS, ROWS = 'a limit of the scoreboard', 'a row of the scoreboard'
@@ -147,9 +147,9 @@ class Bench:
         own = str(dict(self.settings).get(('simulator', 'engine'), engines.DEFAULT))
         return own, next(name for name in engines.LIBRARIES if name != own)
 
-    def elsewhere(self, condition: Condition) -> Condition:
+    def on_other_engine(self, condition: Condition) -> Condition:
         """Return a condition on the other physics engine."""
-        return replace(condition, changes=(*condition.changes, *on(self.engines[1])))
+        return replace(condition, changes=(*condition.changes, *with_engine(self.engines[1])))
 
     def ask_limit(self, condition: Condition, seeds: int | None = None) -> list[Future[Any]]:
         """Start measuring a limit, a job per seed; all searches begin on the same ground."""
@@ -200,7 +200,7 @@ def share_up(runs: Iterable[MeasuredRun]) -> float:
     return float(np.mean([run.stayed_up for run in runs]))
 
 
-def typical(values: Iterable[float]) -> float:
+def nanmedian(values: Iterable[float]) -> float:
     """Return the median of what is not NaN; NaN of nothing."""
     found = [value for value in values if not np.isnan(value)]
     return float(np.median(found)) if found else float('nan')
@@ -208,20 +208,20 @@ def typical(values: Iterable[float]) -> float:
 
 def vibration(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median RMS of the pitch rate above 4 Hz of walks that stayed up, rad/s."""
-    return typical(one.outcome.vibration for one in walks if one.stayed_up)
+    return nanmedian(one.outcome.vibration for one in walks if one.stayed_up)
 
 
 def slide_mm(walks: Iterable[MeasuredWalk]) -> float:
     """Return the median slide per step of walks that stayed up, mm."""
-    return typical(1000.0 * one.outcome.slides.per_step for one in walks if one.stayed_up)
+    return nanmedian(1000.0 * one.outcome.slides.per_step for one in walks if one.stayed_up)
 
 
 def stance_mm(walks: Iterable[MeasuredWalk]) -> tuple[float, float]:
     """Return the median slides of such walks in the stance before and after the steps, mm."""
     up = [one.outcome.slides for one in walks if one.stayed_up]
-    return typical(1e3 * one.before for one in up), typical(1e3 * one.after for one in up)
+    return nanmedian(1e3 * one.before for one in up), nanmedian(1e3 * one.after for one in up)
 
 
 def overshoot_deg(lifts: Iterable[MeasuredLift]) -> float:
     """Return the median largest pitch rate of lifts that stayed up, deg/s."""
-    return typical(degrees(one.overshoot) for one in lifts if one.stayed_up)
+    return nanmedian(degrees(one.overshoot) for one in lifts if one.stayed_up)

@@ -15,12 +15,12 @@ INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 
 
-def seeded(seed: int) -> Changes:
+def with_seed(seed: int) -> Changes:
     """Return a seed, and that the robot starts with a small error of its posture."""
     return ((('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG), (('simulator', 'seed'), seed))
 
 
-def on(engine: str, changes: Changes = ()) -> Changes:
+def with_engine(engine: str, changes: Changes = ()) -> Changes:
     """Return changes together with that of the physics engine."""
     return ((('simulator', 'engine'), engine), *changes)
 
@@ -107,5 +107,5 @@ class Condition:
         if standing:
             changes['simulator', 'level_start'] = True
         if seed is not None:
-            changes |= dict(seeded(seed))
+            changes |= dict(with_seed(seed))
         return Scenario(self.title, {}).changed(changes | dict(self.changes))

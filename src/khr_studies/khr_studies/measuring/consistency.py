@@ -16,7 +16,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes, Condition
-from khr_studies.measuring.experiments import Runs, by
+from khr_studies.measuring.experiments import Runs, group_by
 from khr_sweeps.trial import complete
 
 # What pages do not name.
@@ -69,7 +69,7 @@ def named(scenario: Scenario) -> tuple[Condition, float, int]:
 def contradictions(said: Iterable[Said]) -> list[str]:
     """Return a line for each run that stays up by one source, and does not by another."""
     found = []
-    places = by(said, lambda one: (one.condition, round(one.inclination_deg, 6), one.seed))
+    places = group_by(said, lambda one: (one.condition, round(one.inclination_deg, 6), one.seed))
     for (condition, inclination_deg, seed), some in places.items():
         up = sorted({one.source for one in some if one.stayed_up})
         down = sorted({one.source for one in some if not one.stayed_up})
@@ -104,7 +104,7 @@ def check(said: Iterable[Said], kept: Path) -> None:
 def ragged(said: Iterable[Said]) -> list[str]:
     """Return a line for each condition and seed lost on gentler ground than it stays up on."""
     found = []
-    for (condition, seed), some in by(said, lambda one: (one.condition, one.seed)).items():
+    for (condition, seed), some in group_by(said, lambda one: (one.condition, one.seed)).items():
         steepest = max((one.inclination_deg for one in some if one.stayed_up), default=0.0)
         lost = sorted(
             {

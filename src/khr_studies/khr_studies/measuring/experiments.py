@@ -126,7 +126,7 @@ def table_of(runs: Sequence[Run]) -> pd.DataFrame:
     )
 
 
-def by(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
+def group_by(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
     """Group items by a key, in their order."""
     groups: dict[Key, list[Item]] = {}
     for item in items:

@@ -46,11 +46,11 @@ def read_json(path: Path, kind: type[Result]) -> Result:
         ) from error
 
 
-def known(value: float) -> float | None:
+def finite_or_none(value: float) -> float | None:
     """Return a measured number, or None for one that is not finite."""
     return value if isfinite(value) else None
 
 
-def known_all(values: Sequence[float]) -> tuple[float | None, ...]:
+def finite_or_none_all(values: Sequence[float]) -> tuple[float | None, ...]:
     """Return measured numbers, None for those that are not finite."""
-    return tuple(known(float(value)) for value in values)
+    return tuple(finite_or_none(float(value)) for value in values)

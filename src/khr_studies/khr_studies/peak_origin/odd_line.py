@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from khr_studies.errors import StudyError
-from khr_studies.measuring.experiments import Runs, by
+from khr_studies.measuring.experiments import Runs, group_by
 from khr_studies.peak_origin.cycle_spectrum import Walks
 from khr_studies.peak_origin.study import walks_of
 from khr_sweeps.axes import CASE
@@ -58,7 +58,9 @@ def odd_lines(runs: Mapping[str, Runs]) -> tuple[OddLine, ...]:
     done = runs[EXPERIMENT]
     if not done:
         raise StudyError(f'{EXPERIMENT}: 0 runs are not accepted; accepted: finished runs')
-    tried = {str(case): len(some) for case, some in by(done, lambda run: run.point[CASE]).items()}
+    tried = {
+        str(case): len(some) for case, some in group_by(done, lambda run: run.point[CASE]).items()
+    }
     return tuple(_measured(walks, tried[walks.label]) for walks in walks_of(done))
 
 

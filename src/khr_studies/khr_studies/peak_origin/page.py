@@ -11,7 +11,7 @@ from khr_analysis.peaks import Peak
 from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import Block, Bullets, Columns, Table, markdown, rate, table
 from khr_report.page.template import page_blocks
-from khr_studies.measuring.published import LINE_HZ
+from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
 from khr_studies.peak_origin.line_chance import chance_within
 from khr_studies.peak_origin.origin import PEAK, RULE, Line

@@ -9,7 +9,7 @@ from itertools import product
 import numpy as np
 
 from khr_common.published import GAIT_PERIOD
-from khr_studies.measuring.published import LINE_HZ
+from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import Walks
 from khr_studies.peak_origin.line_chance import Places, places
 from khr_studies.peak_origin.origin import PEAK, Line, Sureness, strongest_near

@@ -14,7 +14,7 @@ from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.experiments import Run, Runs, by, run_sweeps, runs_of, shipped
+from khr_studies.measuring.experiments import Run, Runs, group_by, run_sweeps, runs_of, shipped
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.null_rates import NullRates, null_rates
 from khr_studies.peak_origin.origin import PEAK, Line, origins
@@ -69,7 +69,7 @@ def walks_of(runs: Runs) -> tuple[Walks, ...]:
     Raises:
         StudyError: if no run stayed up, or none kept its signals.
     """
-    kept = by((run for run in runs if run.stayed_up and run.series), _case)
+    kept = group_by((run for run in runs if run.stayed_up and run.series), _case)
     if not kept:
         raise StudyError('lines: no walk stayed up; accepted: a scenario that the robot walks')
     return tuple(_walks(label, some) for label, some in kept.items())
@@ -79,7 +79,7 @@ def lost_of(runs: Runs) -> str:
     """List how many runs of each case did not stay up and are left out."""
     lost = [
         f'{label} ({count} of {len(some)})'
-        for label, some in by(runs, _case).items()
+        for label, some in group_by(runs, _case).items()
         if (count := sum(run.row['stayed_up'] is False for run in some))
     ]
     return ', '.join(lost) or 'none'

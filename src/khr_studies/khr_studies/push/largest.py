@@ -9,7 +9,7 @@ from khr_models.checks import FORMS, Form
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.push import DIRECTIONS, Direction
 from khr_sim.physics import engines
-from khr_studies.measuring.condition import on
+from khr_studies.measuring.condition import with_engine
 from khr_studies.push.limits import DURATIONS, GAINS, PushRow, conditions, measure_push
 from khr_studies.push.motions import (
     FATAL,
@@ -83,8 +83,8 @@ def largest_pushes(
         gains: K_A.
         engine: physics engine.
     """
-    tried = conditions(gains, durations, gyros=gyros, changes=on(engine))
-    alone = PushCondition(duration=PUSHED, changes=on(engine))
+    tried = conditions(gains, durations, gyros=gyros, changes=with_engine(engine))
+    alone = PushCondition(duration=PUSHED, changes=with_engine(engine))
     limit = largest_push(alone).middle
     return LargestPushes(
         [measure_push(each) for each in tried],

@@ -15,7 +15,7 @@ from khr_models.standing.push import largest_push as largest_of_model
 from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
 from khr_sim.physics import engines
 from khr_sim.sensors.gyro_circuit.baseband import Baseband
-from khr_studies.measuring.condition import on
+from khr_studies.measuring.condition import with_engine
 from khr_studies.push.model import model_gyro, model_loop, model_push
 from khr_studies.push.study import GYROS, START, PushCondition, push_robot, stance
 
@@ -96,7 +96,7 @@ def rising_force(engine: str = engines.DEFAULT) -> list[list[PushedBody]]:
     Returns:
         The thesis's model as published and physical, the model of the robot's body, the robot.
     """
-    condition = PushCondition(duration=LASTING, changes=on(engine))
+    condition = PushCondition(duration=LASTING, changes=with_engine(engine))
     own = stance(condition.base()).tipping('behind')[0]
     loops = [replace(LOOP, form=form) for form in FORMS]
     loops.append(model_loop(condition, 'physical', 'robot'))
@@ -150,7 +150,7 @@ def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
             for setting in (CONTROL, 0.0)
         ]
         found.append(PushedBothWays(half_foot, slope, pushed))
-    alone = PushCondition(changes=on(engine))
+    alone = PushCondition(changes=with_engine(engine))
     half_foot = stance(alone.base()).pendulum.half_foot
     pushed = []
     for direction in DIRECTIONS:
@@ -167,7 +167,7 @@ def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
 
 def with_and_without_control(engine: str = engines.DEFAULT) -> RobotAndModel:
     """Push robot and model beyond the model's limit without control, with several gains."""
-    alone = PushCondition(duration=PUSHED, changes=on(engine))
+    alone = PushCondition(duration=PUSHED, changes=with_engine(engine))
     force = FATAL * model_push(alone, 'physical', 'robot')
     tried = [replace(alone, gain=gain, gyro='circuit') for gain in (0.0, *CONTROLLED)]
     return RobotAndModel(

@@ -14,7 +14,7 @@ from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring.experiments import Run, Runs, by
+from khr_studies.measuring.experiments import Run, Runs, group_by
 from khr_studies.peak_origin.odd_line import OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.scoreboard.rows import Scoreboard
@@ -149,7 +149,7 @@ def compare_soles(runs: Iterable[Run]) -> tuple[SoleComparison, ...]:
     """Compare walks on rubber with the same walks on smooth soles."""
     found = []
     for twins in _alike(_walks(runs), 'surface'):
-        soles = by(twins, lambda run: str(run.scenario.table(RunParameters).surface))
+        soles = group_by(twins, lambda run: str(run.scenario.table(RunParameters).surface))
         if {'smooth', 'rubber'} <= set(soles):
             scenario = twins[0].scenario
             found.append(
@@ -167,7 +167,9 @@ def compare_friction(runs: Iterable[Run]) -> tuple[FrictionComparison, ...]:
     """Find how steep the ground may be for each friction of walks that are otherwise alike."""
     found = []
     for twins in _alike(_walks(runs), 'friction', 'inclination_deg'):
-        frictions = by(twins, lambda run: float(run.scenario.table(RunParameters).sole_friction))
+        frictions = group_by(
+            twins, lambda run: float(run.scenario.table(RunParameters).sole_friction)
+        )
         if len(frictions) > 1:
             found += [_with_friction(value, frictions[value]) for value in sorted(frictions)]
     return tuple(found)
@@ -175,7 +177,7 @@ def compare_friction(runs: Iterable[Run]) -> tuple[FrictionComparison, ...]:
 
 def compare_tilting(runs: Iterable[Run]) -> tuple[TiltComparison, ...]:
     """Compare controls on ground whose inclination grows; nothing without staged control."""
-    tilting = by(
+    tilting = group_by(
         (run for run in runs if run.scenario.table(RunParameters).inclination_rate_deg_s > 0.0),
         lambda run: (control(run.scenario), run.scenario.table(StageParameters).mode == 'auto'),
     )
@@ -185,7 +187,9 @@ def compare_tilting(runs: Iterable[Run]) -> tuple[TiltComparison, ...]:
 
 
 def _with_friction(friction: float, runs: Runs) -> FrictionComparison:
-    grounds = sorted((phi, tally(group)) for phi, group in by(runs, _inclination_deg).items())
+    grounds = sorted(
+        (phi, tally(group)) for phi, group in group_by(runs, _inclination_deg).items()
+    )
     stayed = list(takewhile(lambda ground: ground[1].stays, grounds))
     steepest, there = stayed[-1] if stayed else (None, None)
     return FrictionComparison(
@@ -235,4 +239,4 @@ def _alike(runs: Runs, *free: str) -> list[Runs]:
         }
         return json.dumps(values, sort_keys=True)
 
-    return list(by(runs, fixed).values())
+    return list(group_by(runs, fixed).values())

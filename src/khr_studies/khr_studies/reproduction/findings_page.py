@@ -9,7 +9,7 @@ from typing import Any
 
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
-from khr_studies.measuring.experiments import by
+from khr_studies.measuring.experiments import group_by
 from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import (
@@ -209,7 +209,7 @@ def _shifts(board: Scoreboard | None) -> list[tuple[str, float]]:
     shifts = [shift for each in (board and board.explanations) or () for shift in each.shifts]
     means = [
         (name, fmean(one.deg for one in some))
-        for name, some in by(shifts, attrgetter('change')).items()
+        for name, some in group_by(shifts, attrgetter('change')).items()
     ]
     return sorted(means, key=lambda mean: -abs(mean[1]))
 

@@ -12,7 +12,7 @@ from khr_common.files import write_text
 from khr_report.page.document import html
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, duration
-from khr_studies.measuring.experiments import Runs, by
+from khr_studies.measuring.experiments import Runs, group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.peak_origin import page as peak_origin_page
 from khr_studies.reproduction import findings_page
@@ -115,7 +115,7 @@ def _verdict(results: Reproduction) -> Section:
 
 
 def _figures(results: Reproduction, out: Path) -> Section:
-    chapters = by(
+    chapters = group_by(
         results.figures, lambda figure: CHAPTERS.get(figure.number.split('.')[0], BEYOND)
     )
     order = [title for title in (*CHAPTERS.values(), BEYOND) if title in chapters]

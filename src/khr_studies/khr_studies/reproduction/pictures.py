@@ -9,8 +9,8 @@ from typing import Any
 
 from khr_common import KhrError
 from khr_studies.measuring.experiments import folder_of, root_of, runs_by_name
+from khr_studies.reproduction.experiment_plan import ExperimentPlan, on_engine
 from khr_studies.reproduction.results import FigureResult
-from khr_studies.reproduction.wanted import Wanted, on_engine
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
 from khr_sweeps.pool import Pool
@@ -32,7 +32,7 @@ class Pictures:
     pool: Pool
     bar: Bar
     out: Path
-    asked: Wanted
+    asked: ExperimentPlan
 
     def __post_init__(self) -> None:
         self._futures: dict[str, tuple[FigureResult, Any]] = {}

@@ -15,16 +15,17 @@ from khr_report.folders import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.bench import Bench
-from khr_studies.measuring.condition import on
+from khr_studies.measuring.condition import with_engine
 from khr_studies.measuring.consistency import Said, check, ragged, said_of_runs
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.experiments import Opened, Runs, runs_by_name
-from khr_studies.measuring.published import STAGE_1_GRID
 from khr_studies.measuring.study_version import version_of_study
+from khr_studies.measuring.thesis_values import STAGE_1_GRID
 from khr_studies.peak_origin.odd_line import EXPERIMENT as LINE_11
 from khr_studies.peak_origin.odd_line import odd_lines
 from khr_studies.peak_origin.study import PeakStudy, study
+from khr_studies.reproduction.experiment_plan import SCOREBOARD, ExperimentPlan
 from khr_studies.reproduction.findings import (
     Findings,
     compare_friction,
@@ -34,7 +35,6 @@ from khr_studies.reproduction.findings import (
 )
 from khr_studies.reproduction.pictures import Pictures, reason
 from khr_studies.reproduction.results import FigureResult, Reproduction, distinct
-from khr_studies.reproduction.wanted import SCOREBOARD, Wanted
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
 from khr_studies.stability_map.best_gain import map_result
@@ -53,7 +53,7 @@ LIBRARIES = ('scipy', 'matplotlib')
 Result = TypeVar('Result')
 
 
-def reproduce(asked: Wanted, out: Path, workers: int | None = None) -> Reproduction:
+def reproduce(asked: ExperimentPlan, out: Path, workers: int | None = None) -> Reproduction:
     """Reproduce the thesis, or a part of it.
 
     Results of earlier computations are used again.
@@ -105,7 +105,7 @@ class Computed:
             return None
 
 
-def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Computed:
+def _compute(asked: ExperimentPlan, sweeps: list[Opened], out: Path, workers: int) -> Computed:
     """Compute everything on one pool; jobs that wait for nothing are submitted first."""
     drawn = len(asked.figures) + len(asked.maps)
     with (
@@ -144,7 +144,9 @@ def _compute(asked: Wanted, sweeps: list[Opened], out: Path, workers: int) -> Co
         return computed
 
 
-def _results(asked: Wanted, sweeps: list[Sweep], computed: Computed, began: float) -> Reproduction:
+def _results(
+    asked: ExperimentPlan, sweeps: list[Sweep], computed: Computed, began: float
+) -> Reproduction:
     root = experiments.root_of(asked.engine)
     runs = runs_by_name(asked.experiments, root, asked.fast)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
@@ -165,7 +167,7 @@ def _results(asked: Wanted, sweeps: list[Sweep], computed: Computed, began: floa
 
 
 def _findings(
-    asked: Wanted,
+    asked: ExperimentPlan,
     sweeps: list[Sweep],
     computed: Computed,
     runs: Mapping[str, Runs],
@@ -199,7 +201,7 @@ def _findings(
     )
 
 
-def _bench(kept: KeptJobs, asked: Wanted) -> Bench:
+def _bench(kept: KeptJobs, asked: ExperimentPlan) -> Bench:
     seeds, tolerance, curve = FAST if asked.fast else FULL
-    settings = on(asked.engine) if asked.engine != engines.DEFAULT else ()
+    settings = with_engine(asked.engine) if asked.engine != engines.DEFAULT else ()
     return Bench(kept, seeds, tolerance, curve, spread_of(read_ensemble()), settings)

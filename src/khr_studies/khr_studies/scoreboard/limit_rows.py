@@ -11,9 +11,9 @@ from khr_models.standing.ankle_servo import controlled_critical_inclination
 from khr_models.thesis import INITIAL_LEAN
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import known
+from khr_studies.measuring.json_file import finite_or_none
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import LIMITS, ORDERS, THEORY_DEG
+from khr_studies.measuring.thesis_values import LIMITS, ORDERS, THEORY_DEG
 from khr_studies.scoreboard.rows import ENOUGH, LimitRow, OrderRow, Width, grows, kind_of
 
 # Of a limit. It is ours: the thesis gives none, and its chapters differ by up to 0.6 deg on the
@@ -50,8 +50,8 @@ def limit_rows(
                 row.thesis_deg,
                 limit.mean,
                 half,
-                known(limit.slipped),
-                known(limit.vibrated),
+                finite_or_none(limit.slipped),
+                finite_or_none(limit.vibrated),
                 ensemble,
                 limit.half_width,
                 other.mean,
@@ -92,7 +92,9 @@ def agrees(difference: float, half_width: float) -> bool | None:
 def width_rows(bench: Bench, limits: Limits) -> list[Width]:
     """Measure how far the robot stays up facing uphill, where it falls backward."""
     return [
-        Width(row.condition.title, limits[row.condition].mean, up.mean, known(up.half_width))
+        Width(
+            row.condition.title, limits[row.condition].mean, up.mean, finite_or_none(up.half_width)
+        )
         for row in LIMITS
         for up in [bench.limit(row.condition.turned())]
     ]

@@ -22,7 +22,7 @@ from khr_report.page.document import (
 from khr_report.page.template import page_blocks
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
-from khr_studies.measuring.published import COMMON_DEG, SHOWN, SLIPS, UNSLIPPED
+from khr_studies.measuring.thesis_values import COMMON_DEG, SHOWN, SLIPS, UNSLIPPED
 from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG
 from khr_studies.scoreboard.rows import (
     ENOUGH,

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal
 
-from khr_studies.measuring.published import Quantity
+from khr_studies.measuring.thesis_values import Quantity
 
 Kind = Literal['fitted', 'predicted', 'formula', 'statics']
 ENOUGH = 2  # seeds; what varies with them is not judged by one

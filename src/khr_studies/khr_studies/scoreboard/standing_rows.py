@@ -8,10 +8,10 @@ from math import nan
 import numpy as np
 
 from khr_studies.measuring import bench as runs
-from khr_studies.measuring import published
+from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import known, known_all
+from khr_studies.measuring.json_file import finite_or_none, finite_or_none_all
 from khr_studies.measuring.limit import Limit
 from khr_studies.scoreboard.rows import ENOUGH, Kind, StandingRow, grows
 
@@ -26,17 +26,17 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
         _read_back_row(bench),
         *(
             _standing('toe and heel force', 'N', [phi], 'not published', forces, None)
-            for phi in published.STAGE_1_READ
+            for phi in thesis.STAGE_1_READ
             for forces in [
-                _over(bench, published.STAGE_1, [phi], 'toe')
-                + _over(bench, published.STAGE_1, [phi], 'heel')
+                _over(bench, thesis.STAGE_1, [phi], 'toe')
+                + _over(bench, thesis.STAGE_1, [phi], 'heel')
             ]
         ),
         *(
             _standing(name, 'N', grid, 'rises again', again, grows(again), kind=STATICS)
             for name, condition, grid in (
-                ('Delta, stage 2', published.STAGE_2, published.STAGE_2_GRID),
-                ('Delta, stage 3', published.STAGE_3, published.STAGE_3_GRID),
+                ('Delta, stage 2', thesis.STAGE_2, thesis.STAGE_2_GRID),
+                ('Delta, stage 3', thesis.STAGE_3, thesis.STAGE_3_GRID),
             )
             for again in [_over(bench, condition, grid, 'difference')]
         ),
@@ -45,7 +45,7 @@ def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
             'deg/s',
             bench.curve,
             'depends on phi',
-            [runs.overshoot_deg(bench.lifts(published.STAGE_1, phi)) for phi in bench.curve],
+            [runs.overshoot_deg(bench.lifts(thesis.STAGE_1, phi)) for phi in bench.curve],
             None,
         ),
     ]
@@ -70,8 +70,8 @@ def _standing(
         unit,
         tuple(inclinations),
         thesis,
-        known_all(values),
-        known(difference),
+        finite_or_none_all(values),
+        finite_or_none(difference),
         undecided=undecided,
     )
 
@@ -81,15 +81,14 @@ def _over(
 ) -> list[float]:
     """Return a median force of leg lifts at each inclination, N."""
     return [
-        runs.typical(getattr(one, force) for one in bench.lifts(condition, phi))
+        runs.nanmedian(getattr(one, force) for one in bench.lifts(condition, phi))
         for phi in inclinations
     ]
 
 
 def _curve_rows(bench: Bench) -> list[StandingRow]:
     toe, heel, delta = (
-        _over(bench, published.STAGE_1, bench.curve, force)
-        for force in ('toe', 'heel', 'difference')
+        _over(bench, thesis.STAGE_1, bench.curve, force) for force in ('toe', 'heel', 'difference')
     )
     falling = grows([-value for value in heel])
     return [
@@ -100,7 +99,7 @@ def _curve_rows(bench: Bench) -> list[StandingRow]:
 
 
 def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
-    share = runs.typical(one.share for one in bench.lifts(published.STAGE_1, limit_deg))
+    share = runs.nanmedian(one.share for one in bench.lifts(thesis.STAGE_1, limit_deg))
     heel, place, coarse = (1.0 - share) / 2.0, [limit_deg], bench.seeds < ENOUGH
     return [
         _standing(
@@ -121,19 +120,19 @@ def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
 
 
 def _read_back_row(bench: Bench) -> StandingRow:
-    delta = np.array(_over(bench, published.STAGE_1, bench.curve, 'difference'))
+    delta = np.array(_over(bench, thesis.STAGE_1, bench.curve, 'difference'))
     measured = np.isfinite(delta)
     curve, delta = np.array(bench.curve)[measured], delta[measured]
     error = max(
         abs(float(np.interp(one.difference, delta, curve)) - phi)
-        for phi in published.STAGE_1_READ
-        for one in bench.lifts(published.STAGE_1, phi)
+        for phi in thesis.STAGE_1_READ
+        for one in bench.lifts(thesis.STAGE_1, phi)
     )
     return _standing(
         'largest error of phi read back from Delta',
         'deg',
-        published.STAGE_1_READ,
-        f'within {published.READ_BACK_DEG:g}',
+        thesis.STAGE_1_READ,
+        f'within {thesis.READ_BACK_DEG:g}',
         [error],
-        error <= published.READ_BACK_DEG,
+        error <= thesis.READ_BACK_DEG,
     )

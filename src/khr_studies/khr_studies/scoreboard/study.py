@@ -1,7 +1,7 @@
 """``khr scoreboard``: every row of the thesis against the simulated robot, measured anew.
 
 Every number on the simulation's side is measured when the page is written; every number on the
-thesis's side comes from :mod:`khr_studies.measuring.published`.
+thesis's side comes from :mod:`khr_studies.measuring.thesis_values`.
 """
 
 from __future__ import annotations
@@ -10,11 +10,11 @@ from dataclasses import replace
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_studies.errors import check_integer
-from khr_studies.measuring import published
+from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
-from khr_studies.measuring.json_file import known
+from khr_studies.measuring.json_file import finite_or_none
 from khr_studies.scoreboard.limit_rows import (
     TOLERANCE_DEG,
     Limits,
@@ -89,44 +89,44 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     """Return the scoreboard of what a bench measures; see :func:`scoreboard`."""
     submit_all(bench, explain)
-    limits = {row.condition: bench.limit(row.condition) for row in published.LIMITS}
+    limits = {row.condition: bench.limit(row.condition) for row in thesis.LIMITS}
     elsewhere = {
-        row.condition: bench.limit(bench.elsewhere(row.condition)) for row in published.LIMITS
+        row.condition: bench.limit(bench.on_other_engine(row.condition)) for row in thesis.LIMITS
     }
     slips = slips_from_mm(bench)
     return Scoreboard(
         bench.seeds,
         (*limit_rows(limits, elsewhere, bench.spread), theory_row()),
         tuple(order_rows(limits, elsewhere)),
-        tuple(standing_rows(bench, limits[published.STAGE_1])),
+        tuple(standing_rows(bench, limits[thesis.STAGE_1])),
         tuple(
             walk_row(row, bench.walks(row.condition, row.inclination_deg), slips)
-            for row in published.WALKS
+            for row in thesis.WALKS
         ),
-        tuple(trend_row(row, bench) for row in published.TRENDS),
+        tuple(trend_row(row, bench) for row in thesis.TRENDS),
         _explanations(bench, limits) if explain else None,
         tuple(width_rows(bench, limits)) if explain else (),
-        known(slips),
+        finite_or_none(slips),
         bench.engines,
     )
 
 
 def submit_all(bench: Bench, explain: bool) -> None:
     """Start all measurements that are known beforehand."""
-    for row in published.LIMITS:
+    for row in thesis.LIMITS:
         bench.ask_limit(row.condition)
-        bench.ask_limit(bench.elsewhere(row.condition))
-    for row in published.LIMITS if explain else ():
+        bench.ask_limit(bench.on_other_engine(row.condition))
+    for row in thesis.LIMITS if explain else ():
         bench.ask_limit(row.condition.turned())
-    for walked in published.WALKS:
+    for walked in thesis.WALKS:
         bench.ask(walk, walked.condition, walked.inclination_deg)
-    for trend in published.TRENDS:
+    for trend in thesis.TRENDS:
         for condition, phi in trend.walks(trend.inclinations_deg):
             bench.ask(walk, condition, phi)
     for condition, grid in (
-        (published.STAGE_1, bench.curve + published.STAGE_1_READ),
-        (published.STAGE_2, published.STAGE_2_GRID),
-        (published.STAGE_3, published.STAGE_3_GRID),
+        (thesis.STAGE_1, bench.curve + thesis.STAGE_1_READ),
+        (thesis.STAGE_2, thesis.STAGE_2_GRID),
+        (thesis.STAGE_3, thesis.STAGE_3_GRID),
     ):
         for phi in grid:
             bench.ask(lift, condition, phi)
@@ -136,7 +136,7 @@ def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
     """Measure what each change does to each limit that misses."""
     missed = [
         row
-        for row in published.LIMITS
+        for row in thesis.LIMITS
         if abs(limits[row.condition].mean - row.thesis_deg) > TOLERANCE_DEG
     ]
     for row in missed:
@@ -145,7 +145,7 @@ def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
     return tuple(_explanation(bench, limits, row) for row in missed)
 
 
-def _explanation(bench: Bench, limits: Limits, row: published.PublishedLimit) -> Explanation:
+def _explanation(bench: Bench, limits: Limits, row: thesis.ThesisLimit) -> Explanation:
     base = limits[row.condition].of_seeds[0]
     shifts = tuple(
         Shift(name, bench.limit(_changed(row, changes), 1).mean - base)
@@ -163,5 +163,5 @@ def _explanation(bench: Bench, limits: Limits, row: published.PublishedLimit) ->
     )
 
 
-def _changed(row: published.PublishedLimit, changes: Changes) -> Condition:
+def _changed(row: thesis.ThesisLimit, changes: Changes) -> Condition:
     return replace(row.condition, changes=changes)

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from khr_sim.parameters import SimulatorParameters
-from khr_studies.measuring.experiments import Runs, by
-from khr_studies.measuring.json_file import known
+from khr_studies.measuring.experiments import Runs, group_by
+from khr_studies.measuring.json_file import finite_or_none
 from khr_studies.stability_map.statistics import Crossing, crossing
 from khr_sweeps.trial import Row
 
@@ -117,13 +117,13 @@ def best(cells: Iterable[Cell]) -> list[Cell]:
 
     An ``x`` at which no run stays up is left out.
     """
-    columns = by(cells, lambda cell: cell.x)
+    columns = group_by(cells, lambda cell: cell.x)
     return [max(columns[x], key=_merit) for x in sorted(columns) if any(c.up for c in columns[x])]
 
 
 def cells_of(runs: Runs, x: str, y: str) -> list[Cell]:
     """Count runs by two swept parameters, ``node.parameter``."""
-    groups = by(runs, lambda run: (run.point[x], run.point[y]))
+    groups = group_by(runs, lambda run: (run.point[x], run.point[y]))
     cells = (count_cell(*place, [run.row for run in group]) for place, group in groups.items())
     return [cell for cell in cells if cell.runs]
 
@@ -207,10 +207,12 @@ def crossing_of(cells: Sequence[Cell]) -> Crossing:
 
 def _limits(cells: Sequence[Cell]) -> tuple[SurvivalLimit, ...]:
     """Return where half of the runs stay up, for each ``y``."""
-    lines = sorted(by(cells, lambda cell: cell.y).items())
+    lines = sorted(group_by(cells, lambda cell: cell.y).items())
     found = [(value, crossing_of(line)) for value, line in lines]
     return tuple(
-        SurvivalLimit(value, known(one.value), known(one.low), known(one.high))
+        SurvivalLimit(
+            value, finite_or_none(one.value), finite_or_none(one.low), finite_or_none(one.high)
+        )
         for value, one in found
     )
 

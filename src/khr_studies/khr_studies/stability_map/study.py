@@ -12,7 +12,7 @@ import pyarrow as pa
 from numpy.typing import NDArray
 
 from khr_studies.errors import StudyError
-from khr_studies.measuring.experiments import by
+from khr_studies.measuring.experiments import group_by
 from khr_studies.stability_map.best_gain import (
     GAINS,
     INCLINATION,
@@ -139,7 +139,7 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
         _direction(name, request['axes'][name], [row[name] for row in rows], bins)
         for name in (x, y)
     )
-    places = by(zip(lines, columns, rows, strict=True), lambda place: place[:2])
+    places = group_by(zip(lines, columns, rows, strict=True), lambda place: place[:2])
     cells = tuple(
         tuple(
             count_cell(at_x, at_y, [row for *_, row in places.get((i, j), ())])

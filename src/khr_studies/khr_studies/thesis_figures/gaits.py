@@ -16,7 +16,7 @@ from khr_report.plots.plot_style import AT_EDGE, COLORS, head, panels, share_sca
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
-from khr_studies.measuring.published import walking
+from khr_studies.measuring.thesis_values import walking
 from khr_studies.thesis_figures.run_plots import (
     GYRO,
     Look,

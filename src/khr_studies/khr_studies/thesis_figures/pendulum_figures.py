@@ -28,7 +28,7 @@ from khr_report.plots.plot_style import (
     share_scale,
 )
 from khr_studies.measuring.experiments import Runs
-from khr_studies.measuring.published import STAGE_2, STAGE_3
+from khr_studies.measuring.thesis_values import STAGE_2, STAGE_3
 from khr_studies.thesis_figures import standing
 from khr_studies.thesis_figures.lifts import held_difference, on_leg, overshoot_of
 from khr_studies.thesis_figures.run_plots import (

@@ -21,7 +21,7 @@ from khr_report.plots.plot_style import FALLEN
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro import GyroParameters
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.experiments import Key, Run, Runs, by
+from khr_studies.measuring.experiments import Key, Run, Runs, group_by
 
 Look = dict[str, Any]  # keyword arguments of a line or text
 SEED_LINE: Look = {'linewidth': 0.8}
@@ -90,7 +90,7 @@ def gains_label(of: Condition) -> str:
 
 def group_runs(runs: Iterable[Run], key: Callable[[Run], Key]) -> dict[Key, Runs]:
     """Group the runs that have signals by a key, in their order."""
-    return by((run for run in runs if run.series is not None), key)
+    return group_by((run for run in runs if run.series is not None), key)
 
 
 def group_by_walk(runs: Iterable[Run]) -> dict[Walk, Runs]:

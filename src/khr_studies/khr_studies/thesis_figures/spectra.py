@@ -18,7 +18,7 @@ from khr_analysis.peaks import DOMINANT_SHARE
 from khr_report.plots.plot_style import COLORS, LOOKS, head, legend_above, panels, share_scale
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Runs
-from khr_studies.measuring.published import COMMON_DEG, walking
+from khr_studies.measuring.thesis_values import COMMON_DEG, walking
 from khr_studies.thesis_figures.gaits import name_of, walked, walks_of
 from khr_studies.thesis_figures.run_plots import (
     GYRO,

@@ -12,7 +12,7 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_common.published import GAIT_PERIOD
 from khr_report.plots.plot_style import COLORS
 from khr_studies.measuring.experiments import Run, Runs
-from khr_studies.measuring.published import LINE_HZ, WALKS
+from khr_studies.measuring.thesis_values import LINE_HZ, WALKS
 from khr_studies.thesis_figures.gaits import cycle_of, gait_3
 from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate, Walk, gains_label
 

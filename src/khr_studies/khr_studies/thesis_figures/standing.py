@@ -31,7 +31,7 @@ from khr_report.plots.plot_style import (
 )
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import Run, Runs
-from khr_studies.measuring.published import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
+from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, STAGE_1_READ, STAGE_2, STAGE_3
 from khr_studies.thesis_figures.lifts import (
     SIDES,
     LiftTimes,

@@ -18,7 +18,7 @@ from khr_models.servo.stiffness import sweep_stiffness
 from khr_models.thesis import GAINS, identified_servo
 from khr_report.plots.plot_style import head, main_lines, panels
 from khr_studies.measuring.experiments import Runs
-from khr_studies.measuring.published import WALKS
+from khr_studies.measuring.thesis_values import WALKS
 from khr_studies.thesis_figures.gaits import walks_of
 from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate
 from khr_studies.thesis_figures.spectrum_panels import LARGEST_HZ, spectrum_of

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import WIDTH, head, styled
-from khr_studies.tuning.knobs import Knob
+from khr_studies.tuning.gain_axes import GainAxis
 from khr_studies.tuning.study import Tuned, Tuning
 
 
@@ -47,7 +47,7 @@ def front_picture(answer: Tuning) -> Figure:
         return figure
 
 
-def values_text(knobs: Sequence[Knob], values: Sequence[float]) -> str:
+def values_text(knobs: Sequence[GainAxis], values: Sequence[float]) -> str:
     """Write values of knobs."""
     return ', '.join(
         f'{knob.symbol} {value:g}' for knob, value in zip(knobs, values, strict=False)

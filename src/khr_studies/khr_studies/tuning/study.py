@@ -18,11 +18,11 @@ from khr_balance.errors import BalanceError
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario, changes_of
 from khr_studies.errors import StudyError, check_integer
-from khr_studies.measuring.condition import seeded
+from khr_studies.measuring.condition import with_seed
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.study_version import version_of_study
-from khr_studies.tuning.knobs import GAINS, PLACEMENT, Changes, Knob, changes
+from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, Changes, GainAxis, parameter_changes
 from khr_sweeps.pool import check_workers, local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
@@ -115,7 +115,7 @@ class Question:
     """
 
     scenario: Scenario
-    knobs: tuple[Knob, ...]
+    knobs: tuple[GainAxis, ...]
     robots: tuple[Member, ...] = ()
     seeds: int = 3
     candidates: int = 64
@@ -148,8 +148,8 @@ class Question:
         found = []
         for constants in robots:
             own: Changes = changes_of(f'{name}={value!r}' for name, value in constants.items())
-            robot = self.scenario.changed(own | changes(self.knobs, values))
-            found.append([robot.changed(dict(seeded(seed))) for seed in seeds])
+            robot = self.scenario.changed(own | parameter_changes(self.knobs, values))
+            found.append([robot.changed(dict(with_seed(seed))) for seed in seeds])
         return found
 
 
@@ -204,7 +204,9 @@ class Tuning:
     @property
     def scenario(self) -> Scenario:
         """Return the scenario with the best values."""
-        return self.question.scenario.changed(changes(self.question.knobs, self.best.values))
+        return self.question.scenario.changed(
+            parameter_changes(self.question.knobs, self.best.values)
+        )
 
 
 def ask(

@@ -46,7 +46,7 @@ from khr_studies.errors import StudyError
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json
-from khr_studies.measuring.published import FITTED, LIMITS, TRENDS
+from khr_studies.measuring.thesis_values import FITTED, LIMITS, TRENDS
 from tests import ROOT
 from tests.fakes.benches import outcome
 from tests.fakes.robots import PLAN, TITLES, measure, robot

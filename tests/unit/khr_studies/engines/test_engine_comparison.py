@@ -20,7 +20,7 @@ from khr_studies.engines.study import (
     StudiedLimit,
     compare_engines,
     measure_scenario,
-    on,
+    with_engine,
 )
 from khr_studies.measuring.limit import Limit
 
@@ -76,7 +76,7 @@ def test_the_engines_compared_are_those_there_are():
 
 @pytest.mark.parametrize('engine', ENGINES)
 def test_the_forces_of_a_standing_robot_are_its_weight(engine):
-    found = measure_scenario('stand_0deg', on(engine))
+    found = measure_scenario('stand_0deg', with_engine(engine))
     assert found.verdict == 'stood'
     assert found.numbers['toes, N'] + found.numbers['heels, N'] == pytest.approx(14.71, rel=2e-3)
 

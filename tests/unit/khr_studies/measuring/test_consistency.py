@@ -22,7 +22,7 @@ from khr_studies.measuring.consistency import (
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.experiments import Run, shipped, specification_of, sweeps_of
 from khr_studies.measuring.limit import Attempt
-from khr_studies.measuring.published import STAGE_2, walking
+from khr_studies.measuring.thesis_values import STAGE_2, walking
 from khr_sweeps.trial import complete
 from tests.fakes.benches import outcome
 

@@ -6,10 +6,10 @@ import pytest
 
 from khr_common import RunError
 from khr_studies.measuring.consistency import Said
-from khr_studies.measuring.published import STAGE_2
+from khr_studies.measuring.thesis_values import STAGE_2
 from khr_studies.reproduction import page, reproduce
+from khr_studies.reproduction.experiment_plan import parse_plan
 from khr_studies.reproduction.reproduce import Computed
-from khr_studies.reproduction.wanted import wanted
 
 STANDS = Said('a row of the scoreboard', STAGE_2, 7.6, 0, True)
 FALLS = replace(STANDS, source='a limit of the scoreboard', stayed_up=False)
@@ -23,7 +23,7 @@ def test_a_reproduction_whose_results_contradict_one_another_writes_nothing(
         return Computed(said=said)
 
     monkeypatch.setattr(reproduce, '_compute', compute)
-    asked, out = wanted('3.8', fast=True), tmp_path / 'report'
+    asked, out = parse_plan('3.8', fast=True), tmp_path / 'report'
     if len(said) == 1:
         results = reproduce.reproduce(asked, out)
         assert page.write(results, out, out / 'findings.md').startswith(str(out / 'index.html'))

@@ -8,7 +8,7 @@ import pytest
 from khr_report.page.document import Passage, Table, markdown
 from khr_studies.measuring.json_file import read_json, write_json
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import LIMITS, TRENDS, walking
+from khr_studies.measuring.thesis_values import LIMITS, TRENDS, walking
 from khr_studies.reproduction import findings as results
 from khr_studies.reproduction import findings_page
 from khr_studies.reproduction.findings import Findings

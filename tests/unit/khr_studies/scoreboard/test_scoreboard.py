@@ -20,7 +20,7 @@ from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START, STEP
 from khr_studies.measuring.json_file import read_json, write_json
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.published import (
+from khr_studies.measuring.thesis_values import (
     LIMITS,
     STAGE_1,
     STAGE_2,

@@ -1,7 +1,7 @@
 """The page of a scoreboard agrees with its numbers, and its data lie beside it."""
 
 from khr_studies.measuring.json_file import read_json
-from khr_studies.measuring.published import walking
+from khr_studies.measuring.thesis_values import walking
 from khr_studies.scoreboard import page as scoreboard_page
 from khr_studies.scoreboard.study import compare
 from tests.fakes.benches import Thesis

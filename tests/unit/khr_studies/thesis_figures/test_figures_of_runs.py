@@ -11,7 +11,7 @@ from khr_common import KhrError
 from khr_models.pendulum import Pendulum
 from khr_report.plots.plot_style import styled
 from khr_report.plots.points import write_points
-from khr_studies.measuring.published import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
+from khr_studies.measuring.thesis_values import COMMON_DEG, LIMITS, STAGE_1_READ, WALKS, walking
 from khr_studies.push.study import PushCondition, stance
 from khr_studies.thesis_figures.gaits import peaks_of_swings
 from khr_studies.thesis_figures.lifts import overshoot_of

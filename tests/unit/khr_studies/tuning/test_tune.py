@@ -18,7 +18,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import Member
 from khr_studies.tuning import page as tune_page
 from khr_studies.tuning import study
-from khr_studies.tuning.knobs import GAINS, PLACEMENT, changes
+from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, parameter_changes
 from khr_studies.tuning.study import Question, Tuned, TunedRun, tune
 from tests.fakes.pools import HerePool
 
@@ -156,7 +156,7 @@ def test_knobs_stay_in_their_range_and_on_their_steps(share, knob):
 
 
 def test_a_gain_of_nothing_switches_its_controller_off():
-    off = WALK.changed(changes(GAINS, (0.0, 5.0)))
+    off = WALK.changed(parameter_changes(GAINS, (0.0, 5.0)))
     assert not off.table(AnkleControllerParameters).enabled
     assert off.table(HipControllerParameters).enabled
     assert [knob.value_in(off) for knob in GAINS] == [0.0, 5.0]

@@ -66,11 +66,11 @@ def reproduce(
 ) -> None:
     """Run every experiment of the thesis anew, draw every figure, and write one page."""
     from khr_studies.reproduction import page
+    from khr_studies.reproduction.experiment_plan import parse_plan
     from khr_studies.reproduction.reproduce import reproduce as run_all
-    from khr_studies.reproduction.wanted import wanted
     from khr_sweeps.sweep import INTERRUPTED, report_lost
 
-    asked = wanted(only, fast, engine)
+    asked = parse_plan(only, fast, engine)
     try:
         results = run_all(asked, out, workers)
     except KeyboardInterrupt:

@@ -14,7 +14,7 @@ MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
 
 
 @dataclass(frozen=True)
-class Wanted:
+class ExperimentPlan:
     """The parts of a reproduction that were asked for.
 
     Attributes:
@@ -40,7 +40,7 @@ class Wanted:
         return tuple(dict.fromkeys((*of_figures, *self.maps)))
 
 
-def wanted(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> Wanted:
+def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> ExperimentPlan:
     """Parse a list with commas of what to reproduce; None stands for everything.
 
     Raises:
@@ -55,7 +55,7 @@ def wanted(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> Wante
     if engine not in engines.LIBRARIES:
         accepted = ' | '.join(engines.LIBRARIES)
         raise ReportError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
-    return Wanted(
+    return ExperimentPlan(
         tuple(number for number in FIGURES if number in names),
         tuple(name for name in maps if name in names),
         SCOREBOARD in names,

@@ -26,7 +26,7 @@ STAGE_3 = Condition('leg_lift', 12.0, 13.0)
 
 
 @dataclass(frozen=True)
-class PublishedLimit:
+class ThesisLimit:
     """A critical inclination; ``fitted`` if the calibration used it."""
 
     chapter: int
@@ -36,7 +36,7 @@ class PublishedLimit:
 
 
 @dataclass(frozen=True)
-class PublishedWalk:
+class ThesisWalk:
     """A walk of chapter 5.
 
     Attributes:
@@ -60,7 +60,7 @@ class PublishedWalk:
 
 
 @dataclass(frozen=True)
-class PublishedTrend:
+class ThesisTrend:
     """A quantity that grows along conditions on one ground, or along grounds for one condition.
 
     ``fitted`` if the calibration used its values.
@@ -90,13 +90,13 @@ def line(frequency: float) -> tuple[float, float]:
 F_0, F_A0 = line(1.73), line(2.58)
 
 LIMITS = (
-    PublishedLimit(3, STAGE_1, 6.4, fitted=True),
-    PublishedLimit(3, STAGE_2, 7.6, fitted=True),
-    PublishedLimit(3, STAGE_3, 9.6, fitted=True),
-    PublishedLimit(5, walking(), 5.55, fitted=True),
-    PublishedLimit(5, walking(12.0), 8.88, fitted=True),
-    PublishedLimit(5, walking(18.0), 9.7, fitted=True),
-    PublishedLimit(5, walking(12.0, 13.0), 10.2, fitted=True),
+    ThesisLimit(3, STAGE_1, 6.4, fitted=True),
+    ThesisLimit(3, STAGE_2, 7.6, fitted=True),
+    ThesisLimit(3, STAGE_3, 9.6, fitted=True),
+    ThesisLimit(5, walking(), 5.55, fitted=True),
+    ThesisLimit(5, walking(12.0), 8.88, fitted=True),
+    ThesisLimit(5, walking(18.0), 9.7, fitted=True),
+    ThesisLimit(5, walking(12.0, 13.0), 10.2, fitted=True),
 )
 RUBBER = (walking(12.0, 0.0, 'rubber'), walking(12.0, 12.0, 'rubber'))
 # What a walk with one of these conditions does follows from a limit that was fitted, or the walk
@@ -110,30 +110,26 @@ ORDERS = (
 UNSLIPPED = (walking(12.0), 6.99)  # the gentlest ground with control: no slip is mentioned there
 
 WALKS = (
-    PublishedWalk(
-        0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,), dominant=True
-    ),
-    PublishedWalk(5.55, walking(), 'walks, the steepest without control', lines=(F_0,)),
-    PublishedWalk(6.99, walking(), 'falls at the start (beyond 5.55 deg)', survives=False),
-    PublishedWalk(
+    ThesisWalk(0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,), dominant=True),
+    ThesisWalk(5.55, walking(), 'walks, the steepest without control', lines=(F_0,)),
+    ThesisWalk(6.99, walking(), 'falls at the start (beyond 5.55 deg)', survives=False),
+    ThesisWalk(
         6.99, walking(12.0), 'walks; 1.73 Hz, and an extra peak at 2.58 Hz', lines=(F_0, F_A0)
     ),
-    PublishedWalk(
+    ThesisWalk(
         7.68,
         walking(12.0),
         'walks, no slip yet; 1.73 Hz, and an extra peak at 2.58 Hz',
         slips=False,
         lines=(F_0, F_A0),
     ),
-    PublishedWalk(8.88, walking(12.0), 'walks but begins to slip', slips=True),
-    PublishedWalk(
-        8.88, walking(18.0), 'walks; the extra peak moves to 4.74 Hz', lines=(line(4.74),)
-    ),
-    PublishedWalk(9.7, walking(18.0), 'slips again', slips=True),
-    PublishedWalk(9.7, walking(12.0, 12.0), 'slips', slips=True),
-    PublishedWalk(9.7, walking(12.0, 13.0), 'walks, the compromise'),
-    PublishedWalk(9.7, walking(12.0, 14.0), 'vibrates, 8.40 Hz', lines=(line(8.40),)),
-    PublishedWalk(
+    ThesisWalk(8.88, walking(12.0), 'walks but begins to slip', slips=True),
+    ThesisWalk(8.88, walking(18.0), 'walks; the extra peak moves to 4.74 Hz', lines=(line(4.74),)),
+    ThesisWalk(9.7, walking(18.0), 'slips again', slips=True),
+    ThesisWalk(9.7, walking(12.0, 12.0), 'slips', slips=True),
+    ThesisWalk(9.7, walking(12.0, 13.0), 'walks, the compromise'),
+    ThesisWalk(9.7, walking(12.0, 14.0), 'vibrates, 8.40 Hz', lines=(line(8.40),)),
+    ThesisWalk(
         10.2,
         walking(12.0, 13.0),
         'walks; slips; peaks between 7.5 and 10 Hz, 1.73 Hz gone',
@@ -141,44 +137,44 @@ WALKS = (
         lines=((7.5, 10.0),),
         gone=(F_0,),
     ),
-    PublishedWalk(10.7, walking(12.0, 13.0), 'unstable (beyond 10.2 deg)', survives=False),
-    PublishedWalk(8.88, RUBBER[0], 'walks steadily on rubber soles', slips=False),
-    PublishedWalk(9.7, RUBBER[1], 'walks steadily on rubber soles', slips=False),
+    ThesisWalk(10.7, walking(12.0, 13.0), 'unstable (beyond 10.2 deg)', survives=False),
+    ThesisWalk(8.88, RUBBER[0], 'walks steadily on rubber soles', slips=False),
+    ThesisWalk(9.7, RUBBER[1], 'walks steadily on rubber soles', slips=False),
 )
 TRENDS = (
-    PublishedTrend(
+    ThesisTrend(
         'slides further per step on steeper ground, K_A 12: 6.99, 7.68, 8.88 deg',
         'slide',
         (6.99, 7.68, 8.88),
         (walking(12.0),),
         fitted=True,
     ),
-    PublishedTrend(
+    ThesisTrend(
         'slides less per step with K_A 18 than with 12',
         'slide',
         (8.88,),
         (walking(18.0), walking(12.0)),
         fitted=True,
     ),
-    PublishedTrend(
+    ThesisTrend(
         'slides less per step with K_H 14 than with 12',
         'slide',
         (9.7,),
         (walking(12.0, 14.0), walking(12.0, 12.0)),
     ),
-    PublishedTrend(
+    ThesisTrend(
         'vibration grows with K_A: 12, 15, 18',
         'vibration',
         (8.88,),
         (walking(12.0), walking(15.0), walking(18.0)),
     ),
-    PublishedTrend(
+    ThesisTrend(
         'the extra peak rises with K_A: 12, 18', 'line', (8.88,), (walking(12.0), walking(18.0))
     ),
-    PublishedTrend(
+    ThesisTrend(
         'beyond K_A 18 vibration wins: 18, 24', 'vibration', (9.7,), (walking(18.0), walking(24.0))
     ),
-    PublishedTrend(
+    ThesisTrend(
         'vibration grows with K_H: 12, 13, 14',
         'vibration',
         (9.7,),

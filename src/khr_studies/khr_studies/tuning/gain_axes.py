@@ -13,7 +13,7 @@ Changes = dict[tuple[str, str], Any]
 
 
 @dataclass(frozen=True)
-class Knob:
+class GainAxis:
     """One number that is searched.
 
     Attributes:
@@ -56,17 +56,17 @@ class Knob:
 
 
 GAINS = (
-    Knob('ankle_controller', 'gain', 0.0, 36.0, 0.5, 'K_A'),
-    Knob('hip_controller', 'gain', 0.0, 24.0, 0.5, 'K_H'),
+    GainAxis('ankle_controller', 'gain', 0.0, 36.0, 0.5, 'K_A'),
+    GainAxis('hip_controller', 'gain', 0.0, 24.0, 0.5, 'K_H'),
 )
 PLACEMENT = (
-    Knob('gait', 'com_lifted', 0.0, 0.025, 0.0005, 'com_lifted'),
-    Knob('gait', 'com_touchdown', 0.01, 0.04, 0.0005, 'com_touchdown'),
-    Knob('gait', 'torso_pitch', 0.0, 0.15, 0.005, 'torso_pitch'),
+    GainAxis('gait', 'com_lifted', 0.0, 0.025, 0.0005, 'com_lifted'),
+    GainAxis('gait', 'com_touchdown', 0.01, 0.04, 0.0005, 'com_touchdown'),
+    GainAxis('gait', 'torso_pitch', 0.0, 0.15, 0.005, 'torso_pitch'),
 )
 
 
-def changes(knobs: Iterable[Knob], values: Sequence[float]) -> Changes:
+def parameter_changes(knobs: Iterable[GainAxis], values: Sequence[float]) -> Changes:
     """Return the parameters that values of knobs stand for, by (node, key)."""
     found: Changes = {}
     for knob, value in zip(knobs, values, strict=True):
