@@ -12,6 +12,7 @@ from khr_models.numbers.standing import (
     push_numbers,
 )
 from khr_models.numbers.walking import (
+    gain_unit_numbers,
     harmonics_numbers,
     identification_numbers,
     servo_loop_numbers,
@@ -24,6 +25,7 @@ PARTS = {
     'Friction': friction_numbers,
     'The servo loop (5.1)-(5.14)': servo_loop_numbers,
     'Identification': identification_numbers,
+    'Gain unit of both gyro loops': gain_unit_numbers,
     'Joint stiffness': stiffness_numbers,
     'Harmonics (5.15)-(5.20)': harmonics_numbers,
     'Push recovery (4.1)-(4.7)': push_numbers,

@@ -8,6 +8,7 @@ import math
 from khr_common.published import GYRO_SENSITIVITY
 from khr_models.checks import Form
 from khr_models.pendulum import Pendulum
+from khr_models.servo.gain_unit import PublishedLoop
 from khr_models.servo.identification import Identification, identify
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import controlled_critical_inclination
@@ -16,6 +17,8 @@ INITIAL_LEAN = math.radians(0.05)  # th_A0, (3.10)
 CONTROLLED_INCLINATION = math.radians(7.6)  # reached with K_A = 12 on the force difference
 GAINS = (12.0, 18.0)  # K_A on the gyro, walking
 PEAKS = (2.58, 4.74)  # Hz, f_A0 measured at these gains
+ANKLE_LOOP = PublishedLoop(GAINS, PEAKS)
+HIP_LOOP = PublishedLoop((12.0, 14.0), (7.33, 8.40))  # K_H; the first on rubber soles
 
 # Calibrated, the one constant of the force loop: K_A = 12 of the thesis in rad/N, so that the
 # model's critical inclination (3.10) rises from its own value to the measured 7.6 deg.

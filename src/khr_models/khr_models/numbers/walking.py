@@ -12,6 +12,7 @@ from khr_common.text.markdown import table, table_of
 from khr_models.checks import FORMS
 from khr_models.harmonics import integrated_harmonics, published_harmonics, series_harmonics
 from khr_models.pendulum import Pendulum
+from khr_models.servo.gain_unit import LoopSolution, solve_for_unit, solve_loop
 from khr_models.servo.servo_loop import (
     ServoLoop,
     Tone,
@@ -22,7 +23,7 @@ from khr_models.servo.servo_loop import (
     ringing_frequency,
 )
 from khr_models.servo.stiffness import sweep_stiffness
-from khr_models.thesis import identified_servo, loop_gain
+from khr_models.thesis import ANKLE_LOOP, HIP_LOOP, identified_servo, loop_gain
 
 ROBOT = Pendulum()
 SWING = math.radians(3.0)  # rad, pitch at f_0
@@ -87,6 +88,45 @@ def identification_numbers() -> str:
         f'K_A = {limit:.1f}. 2.58 Hz lies within {abs(2.58 - 6 / GAIT_PERIOD):.2f} Hz of line 6 '
         f'of the gait cycle, 4.74 Hz within {abs(4.74 - 11 / GAIT_PERIOD):.2f} Hz of line 11.'
     )
+
+
+def gain_unit_numbers() -> str:
+    """Return the solutions of both loops with a free gain unit."""
+    loops = {'ankle': ANKLE_LOOP, 'hip': HIP_LOOP}
+    rows = [
+        [name, *_solution_cells(solve_loop(published, frequency))]
+        for (name, published), frequencies in zip(
+            loops.items(), ((4.8, 4.9, 5.0, 5.2), (8.42, 8.5, 8.6, 8.8)), strict=True
+        )
+        for frequency in frequencies
+    ]
+    shared = [
+        [f'{unit:.1f}', *(_shared_cell(solve_for_unit(loops[n], unit)) for n in loops)]
+        for unit in (1.0, 1.2, 1.4, 1.6)
+    ]
+    head = ['loop', 'f_n, Hz', 'zeta without feedback', 'critical K', 'B/K, s', 'gain unit']
+    return (
+        'Pairs of gain and frequency: K_A 12 and 18 at 2.58 and 4.74 Hz; K_H 12 and 14 at 7.33 '
+        '(on rubber) and 8.40 Hz. The gain unit is a multiple of 0.00463 s at K = 1. Each row has '
+        'both frequencies of its loop:\n\n'
+        f'{table(head, rows)}\n\n'
+        'One unit for both loops:\n\n'
+        f'{table(["gain unit", "ankle: f_n, critical K_A", "hip: f_n, critical K_H"], shared)}'
+    )
+
+
+def _solution_cells(loop: LoopSolution) -> list[str]:
+    return [
+        f'{loop.natural_frequency:.2f}',
+        f'{loop.damping_ratio:.2f}',
+        f'{loop.critical_gain:.1f}',
+        f'{loop.damping_time:.3f}',
+        f'{loop.gain_unit:.2f}',
+    ]
+
+
+def _shared_cell(loop: LoopSolution) -> str:
+    return f'{loop.natural_frequency:.2f} Hz, {loop.critical_gain:.1f}'
 
 
 def stiffness_numbers() -> str:
