@@ -56,8 +56,6 @@ BY_NIGHT = {
     'tests/reliability/test_traffic.py::test_malformed_messages_on_shared_topics': 'every parser is fuzzed',
     'tests/reliability/test_viewers.py::': 'viewers change nothing of a run',
     'tests/reliability/test_workers_elsewhere.py::': 'workers of a scheduler on this machine',
-    'tests/unit/benchmarks/test_performance_page.py::test_environments_are_compared': 'its page, of invented speeds',
-    'tests/unit/benchmarks/test_performance_page.py::test_nodes_that_do_nothing': 'its page, of invented speeds',
     'tests/unit/khr/test_vector.py::test_it_does_what_the_one_of_gymnasium_does_step_by_step[bullet]': 'the same on the other engine',
     'tests/unit/khr/test_environment.py::test_memory_stays_flat_over_many_resets[bullet': 'the same on the other engine',
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[critical]': 'a limit by the Python API',

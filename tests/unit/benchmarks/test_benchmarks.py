@@ -1,0 +1,78 @@
+"""Goals of the benchmarks beside their bounds, and each measurement in a short form."""
+
+import copy
+import json
+
+import pytest
+
+from khr_bringup.graph.following import nodes_of
+from tests.benchmarks import environments, graphs, messages
+from tests.benchmarks.__main__ import DATA, PAGE
+from tests.benchmarks.clock import WALL
+from tests.benchmarks.page import GOALS, _goal, page
+
+KEPT = json.loads(DATA.read_text(encoding='utf-8'))
+GOAL = GOALS[0]
+
+
+def test_the_page_is_that_of_its_data():
+    assert page(KEPT) == PAGE.read_text(encoding='utf-8')
+
+
+@pytest.mark.parametrize(
+    ('ratio', 'bound', 'least', 'verdict'),
+    [
+        (0.86, None, '85%', 'met'),
+        (0.84, None, '85%', '**missed**'),
+        (0.46, 0.5, '45%', 'met'),
+        (0.84, 1.0, '85%', '**missed**'),
+    ],
+)
+def test_a_goal_is_met_by_the_median_and_lowered_by_its_bound(ratio, bound, least, verdict):
+    rounds = [
+        {GOAL.base: {WALL: 10.0}, GOAL.name: {WALL: speed}} for speed in (0.1, 10.0 * ratio, 99.0)
+    ]
+    bounds = {(GOAL.name, GOAL.base): (bound, 'its steps')} if bound else {}
+    row = _goal(GOAL, rounds, bounds)
+    assert (row[3], row[-1]) == (least, verdict)
+
+
+def test_commands_and_boards_miss_their_goals():
+    data, before = copy.deepcopy(KEPT), page(KEPT).count('**missed**')
+    data['commands']['make run'] = 61.0
+    data['board']['walk_0deg']['one process'][0] |= {'late': 1.7, 'robot': 'fell'}
+    assert page(data).count('**missed**') == before + 3
+
+
+@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
+def test_every_part_of_a_control_period_takes_some_of_it(engine):
+    found = graphs.period(engine)
+    assert all(part > 0.0 for part in found.values())
+    assert found[graphs.REST] < sum(found.values()) / 2.0
+
+
+@pytest.mark.slow
+def test_the_plain_loop_moves_as_the_twin():
+    """It compares the final joint angles itself."""
+    assert graphs.plain()[WALL] > 0.0
+
+
+@pytest.mark.nightly
+def test_environments_are_measured(monkeypatch):
+    monkeypatch.setattr(environments, 'SECONDS', 0.6)
+    monkeypatch.setattr(environments, 'ENGINES', ('mujoco',))
+    found = environments.measure()
+    assert len(found) == 4 and all(each[WALL] > 0.0 for each in found.values())
+
+
+@pytest.mark.nightly
+def test_bare_nodes_exchange_the_messages_of_a_run(monkeypatch):
+    monkeypatch.setattr(messages, 'PERIODS', 20)
+    found = messages.measure()
+    assert set(found) == set(KEPT['messages'][0])
+    assert all(speeds[WALL] > 0.0 for speeds in found.values())
+    given, taken = zip(
+        *(messages.topics(name) for name in nodes_of(graphs.SHORT, record=True)), strict=True
+    )
+    assert {topic for some in given for topic in some} == set(messages.topics('recorder')[1])
+    assert {topic.name for some in taken for topic in some} >= {'joint_reference', 'imu/data_raw'}
