@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from khr_bringup.graph.graph import prepare
 from khr_bringup.graph.run_registry import registered
+from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import registry
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
@@ -33,10 +33,10 @@ def graph(tmp_path, monkeypatch):
 
     children = {}
     parameters = tmp_path / 'scenario.yaml'
-    by_hand = prepare(SCENARIO, tmp_path, record=True).changed(
-        {('simulator', 'start_timeout'): 0.0}
-    )
-    parameters.write_text(by_hand.to_yaml())
+    parameters.write_text(SCENARIO.to_yaml())
+    wiring = Wiring.derive(SCENARIO, tmp_path)
+    wiring.values['simulator']['start_timeout'] = 0.0
+    connected = wiring.write(tmp_path)
     with registered('by_hand', tmp_path) as entry:
         for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
             monkeypatch.setenv(key, value)
@@ -54,6 +54,8 @@ def graph(tmp_path, monkeypatch):
                         '--ros-args',
                         '--params-file',
                         str(parameters),
+                        '--params-file',
+                        str(connected),
                     ],
                     env=os.environ.copy(),
                     start_new_session=True,

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-from khr_bringup.graph.graph import prepare
+from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import registry
 
 
@@ -23,12 +23,12 @@ class Robot:
     def __init__(self, namespace, scenario, folder):
         self.scenario, self.folder = scenario, folder
         folder.mkdir()
-        prepared = prepare(scenario, folder, record=True)
-        file = folder / 'scenario.yaml'
-        file.write_text(prepared.to_yaml())
+        file, wiring = folder / 'scenario.yaml', Wiring.derive(scenario, folder).write(folder)
+        file.write_text(scenario.to_yaml())
         self.ros = ['--ros-args', '-r', f'__ns:=/{namespace}']
-        entries = [registry()[node].entry for node in prepared.nodes]
-        self.graph = python('khr_common.nodes.run', *entries, *self.ros, '--params-file', file)
+        entries = [registry()[node].entry for node in scenario.nodes]
+        files = ('--params-file', file, '--params-file', wiring)
+        self.graph = python('khr_common.nodes.run', *entries, *self.ros, *files)
         self.others = []
         driven = []
         if scenario.driver is not None:

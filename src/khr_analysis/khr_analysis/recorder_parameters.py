@@ -48,21 +48,21 @@ class RecorderParameters:
     """The parameter table of the recorder."""
 
     folder: str = parameter(
-        'bag', 'Folder of the rosbag2 to write; it must not exist yet.', read_only=True
+        'bag', 'Folder of the rosbag2 to write; it must not exist yet.', wiring=True
     )
     scenario_file: str = parameter(
-        '', 'Parameter file of the run, stored in the bag on /scenario.', read_only=True
+        '', 'Parameter file of the run, stored in the bag on /scenario.', wiring=True
     )
     scenario: str = parameter(
         '',
         'Scenario of the run as the text of a parameter file; that of scenario_file if empty.',
-        read_only=True,
+        wiring=True,
     )
     topics: tuple[str, ...] = parameter(
         ('',),
         'Topics to record, each as name, message type, and "period" (one message in every control '
         'period: the run waits for it), "latched" or "event"; those of every run if empty.',
-        read_only=True,
+        wiring=True,
     )
     extra_topics: tuple[str, ...] = parameter(
         ('',), 'Further topics to record, in the same form.', read_only=True

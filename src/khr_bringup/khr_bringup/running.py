@@ -9,9 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from khr_bringup.code_version import as_run
-from khr_bringup.graph.graph import Hooks, Way, prepare, run_graph
+from khr_bringup.graph.graph import Callbacks, RunOptions, run_graph
 from khr_bringup.graph.run_registry import RunEntry, check_domain, note, registered
-from khr_bringup.offline import Watch, duration, run_offline
+from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
@@ -22,35 +22,30 @@ if TYPE_CHECKING:
     from khr_sim.physics.truth import Truth
 
 
-def run_to_end(scenario: Scenario, folder: Path, way: Way, hooks: Hooks) -> Result:
+def run_to_end(
+    scenario: Scenario, folder: Path, options: RunOptions, callbacks: Callbacks
+) -> Result:
     """Run a scenario to its end.
 
     Args:
         scenario: what to run.
         folder: that is claimed for it; the scenario as run is written to it, and by a graph its
             recording and what its processes print.
-        way: how to run it.
-        hooks: what looks on.
+        options: how to run it.
+        callbacks: to call meanwhile.
 
     Raises:
         KhrError: if an option is not accepted.
         RunError: if the run could not go on.
     """
-    check_domain(way.domain)
-    if way.offline:
+    check_domain(options.domain)
+    if options.offline:
         write_text(folder / SCENARIO, as_run(scenario))
-        return run_offline(scenario, showing(hooks.show))
-    with registered(scenario.name, folder, way.domain, way.network) as entry:
-        hooks.begun(entry)
-        noted = replace(hooks, show=noting(entry, hooks.show))
-        return run_graph(prepare(scenario, folder, way.record), folder, entry, way, noted)
-
-
-def bounded(scenario: Scenario, way: Way) -> Scenario:
-    """Return the scenario with its duration, the motion's by default, unless the graph stays."""
-    if way.stay:
-        return scenario
-    return scenario.changed({('simulator', 'duration'): duration(scenario)})
+        return run_offline(scenario, showing(callbacks.show))
+    with registered(scenario.name, folder, options.domain, options.network) as entry:
+        callbacks.begun(entry)
+        noted = replace(callbacks, show=noting(entry, callbacks.show))
+        return run_graph(scenario, folder, entry, options, noted)
 
 
 def noting(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:

@@ -17,7 +17,6 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from khr_bringup.graph.graph import shared_with_driver
 from khr_bringup.graph.launching import ARGUMENTS, Launch, arrange, check_names
 from khr_bringup.graph.processes import WELL
 from khr_common import RunError
@@ -49,7 +48,7 @@ def _launched(context: LaunchContext) -> list[Action]:
                 package=package,
                 executable=name,
                 name=name,
-                parameters=[str(launch.parameters)],
+                parameters=[*map(str, launch.parameters)],
                 on_exit=_on_exit,
             )
             for package, name in launch.nodes
@@ -105,7 +104,7 @@ def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
             package=driver.package,
             executable=driver.name,
             parameters=[
-                shared_with_driver(launch.scenario),
+                launch.wiring.driver_parameters(launch.scenario),
                 *([str(launch.driver_parameters)] if launch.driver_parameters else []),
             ],
             on_exit=_on_drivers_exit,
@@ -118,7 +117,7 @@ def _for_verdict(launch: Launch, expect: str) -> list[str]:
     expected = ['--expect', expect] if expect else []
     expected += ['--driver', driver.label] if driver else []
     return [
-        str(launch.parameters),
+        str(launch.parameters[0]),
         *('--name', launch.scenario.name, '--out', str(launch.folder)),
         *expected,
     ]

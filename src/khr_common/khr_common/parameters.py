@@ -43,6 +43,7 @@ class Specification:
     choices: tuple[str, ...]
     length: int | None
     read_only: bool
+    wiring: bool
 
     @property
     def accepted(self) -> str:
@@ -106,8 +107,13 @@ def parameter(
     choices: tuple[str, ...] = (),
     length: int | None = None,
     read_only: bool = False,
+    wiring: bool = False,
 ) -> Any:
-    """Declare a field of a parameter table (the values of a list are given as a tuple)."""
+    """Declare a field of a parameter table (the values of a list are given as a tuple).
+
+    With ``wiring`` the parameter connects the node to its run: it is set when a run starts, is
+    read-only, and is no part of a scenario.
+    """
     metadata = {
         'description': description,
         'unit': unit,
@@ -115,7 +121,8 @@ def parameter(
         'maximum': maximum,
         'choices': choices,
         'length': length,
-        'read_only': read_only,
+        'read_only': read_only or wiring,
+        'wiring': wiring,
     }
     return dataclasses.field(default=default, metadata=metadata)
 

@@ -58,7 +58,7 @@ class BoardParameters:
     answers: tuple[str, ...] = parameter(
         ('gait', 'ankle_controller', 'hip_controller'),
         'Nodes whose answers are taken: the gait, and controllers, whose corrections are added.',
-        read_only=True,
+        wiring=True,
     )
     command_timeout: float = parameter(
         0.1,

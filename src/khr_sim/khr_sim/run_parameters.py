@@ -44,12 +44,10 @@ class RunParameters(SimulatorParameters):
         SOURCES,
         'Nodes whose answers the board takes, and lockstep waits for: the gait, whose joint '
         'angles it follows, and controllers, whose corrections it adds in this order.',
-        read_only=True,
+        wiring=True,
     )
     listeners: tuple[str, ...] = parameter(
-        ('',),
-        'Nodes that must be there before the run starts and receive all of it.',
-        read_only=True,
+        ('',), 'Nodes that must be there before the run starts and receive all of it.', wiring=True
     )
     lockstep_timeout: float = parameter(
         5.0,
@@ -64,6 +62,7 @@ class RunParameters(SimulatorParameters):
         unit='s',
         minimum=0.0,
         maximum=3600.0,
+        wiring=True,
     )
     realtime_factor: float = parameter(
         1.0, 'Simulated by wall time in realtime mode.', minimum=0.01, maximum=100.0

@@ -22,7 +22,7 @@ class TransformsParameters:
     joints: bool = parameter(
         True,
         'Publish the frames below base_link as well; false where robot_state_publisher does.',
-        read_only=True,
+        wiring=True,
     )
     every: int = parameter(
         2, 'Control periods from one transform to the next.', minimum=1, maximum=100

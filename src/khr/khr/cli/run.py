@@ -10,11 +10,12 @@ from rich.console import Console
 
 from khr.cli.progress import SecondsLine
 from khr.cli.summary import print_line, summarise
-from khr_bringup.graph.graph import Hooks, Way
+from khr_bringup.graph.graph import Callbacks, RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain
+from khr_bringup.offline import duration
 from khr_bringup.result import INTERRUPTED, Result, write_outcome
 from khr_bringup.run_folder import claimed
-from khr_bringup.running import bounded, run_to_end
+from khr_bringup.running import run_to_end
 from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
@@ -31,7 +32,7 @@ NETWORK = (
 class Options:
     """How to run a scenario, and what to make of it; see ``khr run --help``."""
 
-    way: Way = field(default_factory=Way)
+    way: RunOptions = field(default_factory=RunOptions)
     draw: bool = True
     out: Path | None = None
     expect: str = ''
@@ -54,10 +55,10 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     expected = Expectation.parse(options.expect, '--expect', scenario, way.offline)
     console = Console(stderr=True)
     report = partial(print_line, console)
-    scenario = bounded(scenario, way)
     check_domain(way.domain)  # refused before a folder is made, and so is the page
     beside = page(options.view, report)
-    line = SecondsLine(console, scenario.table(RunParameters).duration)
+    lasts = scenario.table(RunParameters).duration if way.stay else duration(scenario)
+    line = SecondsLine(console, lasts)
 
     with claimed(options.out, scenario.name) as folder, line:
 
@@ -67,7 +68,7 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
                 report(f'khr: {NETWORK}')
             line.show('starting', 0.0)
 
-        result = run_to_end(scenario, folder, way, Hooks(begun, line.show_run, beside))
+        result = run_to_end(scenario, folder, way, Callbacks(begun, line.show_run, beside))
     for warning in result.warnings:
         report(f'khr: {warning}')
     failures = _kept(folder, result, options, console)

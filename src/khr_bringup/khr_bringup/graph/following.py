@@ -11,6 +11,7 @@ from typing import Any
 
 from khr_analysis.node_specs import MONITOR, RECORDER
 from khr_bringup.changes import effective
+from khr_bringup.graph.wiring import START_TIMEOUT, nodes_of
 from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
@@ -20,21 +21,14 @@ from khr_common.punctuality import FIGURES
 from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 
-# s of wall time for nodes to appear, and for listeners to acknowledge the end: a loaded machine
-# is slow, not broken.
-PATIENCE = 30.0
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
 LAST_WORDS = 4.0  # s of wall time for the outcome of a run that was interrupted; launch waits 5
 
 
-def nodes_of(scenario: Scenario, record: bool) -> list[str]:
-    """Return the nodes that a run of a scenario needs."""
-    return [node for node in scenario.nodes if record or node != RECORDER.name]
-
-
 def follow(
     scenario: Scenario,
+    listeners: Sequence[str],
     run: str,
     interrupted: Sequence[int],
     *,
@@ -50,7 +44,8 @@ def follow(
     """Follow a run until it is over, received by all and judged.
 
     Args:
-        scenario: as the nodes have it, from :func:`khr_bringup.graph.graph.prepare`.
+        scenario: of the run.
+        listeners: the nodes that must receive the whole run.
         run: its identity.
         interrupted: the signals that were caught so far.
         show: called some times a second.
@@ -75,8 +70,10 @@ def follow(
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
     table = scenario.table(RunParameters)
     # In realtime a node may fall silent and the run goes on, so not all can receive all of it.
-    awaited = table.listeners if table.sync == 'lockstep' else ()
-    watcher = Watcher(awaited, run, _owners(scenario, table), folder, scenario.driver)
+    awaited = listeners if table.sync == 'lockstep' else ()
+    watcher = Watcher(
+        awaited, run, _owners(scenario, RECORDER.name in listeners), folder, scenario.driver
+    )
     watcher.view.judges = MONITOR.name in scenario.nodes
     executor = EventsExecutor()
     executor.add_node(watcher)
@@ -123,15 +120,12 @@ def _result(view: Any, scenario: Scenario, began: float) -> Result:
     )
 
 
-def _owners(scenario: Scenario, table: RunParameters) -> dict[str, str]:
+def _owners(scenario: Scenario, record: bool) -> dict[str, str]:
     """Return the owner of each topic on which nobody else may publish.
 
     Left out is what has several sources, and what carries the run's identity in every message.
     """
-    sources = {
-        node: spec_of(node).publishes
-        for node in nodes_of(scenario, RECORDER.name in table.listeners)
-    }
+    sources = {node: spec_of(node).publishes for node in nodes_of(scenario, record)}
     if scenario.driver is not None:
         sources[scenario.driver.name] = scenario.driver.publishes
     return {
@@ -145,14 +139,17 @@ def _owners(scenario: Scenario, table: RunParameters) -> dict[str, str]:
 def _silent(view: Any, simulator: str) -> str | None:
     """Describe the process of a simulator that has not reported for long: it keeps the clock."""
     silent = time.monotonic() - view.alive
-    if silent < (PATIENCE if view.state == 'starting' else SILENCE) or view.state == 'finished':
+    if (
+        silent < (START_TIMEOUT if view.state == 'starting' else SILENCE)
+        or view.state == 'finished'
+    ):
         return None
     return f'{simulator} has not reported for {silent:.0f} s'
 
 
 def _unfinished(view: Any) -> str | None:
     """Return what is missing of a finished run if nothing has come for long."""
-    if view.state != 'finished' or time.monotonic() - view.news < PATIENCE:
+    if view.state != 'finished' or time.monotonic() - view.news < START_TIMEOUT:
         return None
     return (
         'the run ended, but not all of it was received: ' + ', '.join(view.behind)

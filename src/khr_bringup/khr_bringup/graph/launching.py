@@ -11,10 +11,8 @@ from tempfile import mkdtemp
 
 from khr_bringup.code_version import as_run
 from khr_bringup.errors import BringupError
-from khr_bringup.graph.following import nodes_of
-from khr_bringup.graph.graph import prepare
+from khr_bringup.graph.wiring import Wiring, nodes_of
 from khr_bringup.node_registry import spec_of
-from khr_bringup.offline import duration
 from khr_bringup.run_folder import SCENARIO, claim
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
@@ -45,7 +43,8 @@ ARGUMENTS = {
     'rviz': ('false', 'Show the robot in RViz, if it is installed.'),
 }
 SIMILAR = 0.8  # of 1: a name that differs by a letter or two
-OF_SIMULATOR = ('duration', 'sync', 'realtime_factor', 'seed')
+# Arguments that stand for a parameter of the simulator.
+SHORT = ('duration', 'sync', 'realtime_factor', 'seed')
 
 
 @dataclass(frozen=True)
@@ -53,23 +52,22 @@ class Launch:
     """A launch that can begin.
 
     Attributes:
-        scenario: as the nodes have it.
+        scenario: of the run.
+        wiring: of the run.
         folder: of the run.
+        parameters: the parameter files of all nodes.
         nodes: package and name of each.
         rviz: whether to show the robot.
         driver_parameters: a parameter file for the driver, if one is given.
     """
 
     scenario: Scenario
+    wiring: Wiring
     folder: Path
+    parameters: tuple[Path, ...]
     nodes: tuple[tuple[str, str], ...]
     rviz: bool
     driver_parameters: Path | None
-
-    @property
-    def parameters(self) -> Path:
-        """Return the parameter file, for all nodes."""
-        return self.folder / SCENARIO
 
 
 def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
@@ -83,26 +81,20 @@ def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
         BringupError: if one is not accepted.
     """
     record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
-    changes = dict(
-        scenarios.parse_change(f'simulator.{name}={given[name]}')
-        for name in OF_SIMULATOR
-        if given[name]
-    )
-    scenario = (
-        scenarios.load_scenario(given['scenario']).changed(changes).set_to(_parted(given['set']))
+    short = [f'simulator.{name}={given[name]}' for name in SHORT if given[name]]
+    scenario = scenarios.load_scenario(given['scenario']).set_to(
+        _parted(given['set']), scenarios.changes_of(short)
     )
     scenario = on_driver(scenario, given['driver'], given['board'])
     driver_parameters = parameters_of_driver(given['driver_params'], 'driver_params', scenario)
-    scenario = scenario.changed(
-        {('simulator', 'duration'): duration(scenario), ('transforms', 'joints'): joints}
-    )
     Expectation.parse(given['expect'], 'expect', scenario)  # refused before anything starts
     out = given['out'] or mkdtemp(prefix=f'{scenario.name}-')
     folder = claim(Path(out).absolute(), 'out')
     nodes = tuple((spec_of(node).package, node) for node in nodes_of(scenario, record))
-    launch = Launch(prepare(scenario, folder, record), folder, nodes, rviz, driver_parameters)
-    write_text(launch.parameters, as_run(launch.scenario))
-    return launch
+    wiring = Wiring.derive(scenario, folder, record, joint_frames=joints)
+    parameters = folder / SCENARIO, wiring.write(folder)
+    write_text(parameters[0], as_run(scenario))
+    return Launch(scenario, wiring, folder, parameters, nodes, rviz, driver_parameters)
 
 
 def on_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:

@@ -59,15 +59,18 @@ class Processes:
         self._moved: dict[str, float] = {}  # when each was last seen not to be frozen
         log.mkdir(mode=0o700, parents=True, exist_ok=True)
 
-    def start(self, name: str, nodes: Sequence[str], parameters: Path) -> None:
-        """Start nodes in one process, with a parameter file, and its output in ``name.log``.
+    def start(self, name: str, nodes: Sequence[str], parameters: Sequence[Path]) -> None:
+        """Start nodes in one process, with parameter files, and its output in ``name.log``.
 
         Args:
             name: of the process.
             nodes: their entry points, such as ``khr_sim.node_specs:GYRO``.
-            parameters: the parameter file.
+            parameters: the parameter files; later ones win.
         """
-        ros = ['--ros-args', '--params-file', str(parameters)]
+        ros = [
+            '--ros-args',
+            *(word for file in parameters for word in ('--params-file', str(file))),
+        ]
         self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
 
     def start_executable(self, name: str, path: Path, arguments: Sequence[str]) -> None:

@@ -8,6 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from khr_bringup.graph.following import follow, interrupts
+from khr_bringup.graph.wiring import WIRING, Wiring
 from khr_bringup.result import INTERRUPTED, NO_HASH, Result, write_outcome
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import driver_of
@@ -30,7 +31,7 @@ def main() -> int:
     from rclpy.utilities import remove_ros_args  # once the arithmetic is in force
 
     parser = argparse.ArgumentParser('verdict', description='Wait for the verdict of a run.')
-    parser.add_argument('parameters', type=Path, help='the parameter file that the nodes have')
+    parser.add_argument('parameters', type=Path, help='the scenario.yaml of the run')
     parser.add_argument('--expect', default='', help=MEANING)
     parser.add_argument('--out', type=Path, help='folder in which to write outcome.json')
     parser.add_argument('--driver', default='', help="in the simulator's place")
@@ -41,10 +42,16 @@ def main() -> int:
         scenario = replace(scenario, name=options.name or scenario.name)
         if options.driver:
             scenario = scenario.driven_by(driver_of(options.driver, '--driver'))
+        wiring = Wiring.read(options.parameters.with_name(WIRING))
         expected = Expectation.parse(options.expect, '--expect', scenario)
         with interrupts() as interrupted:
             result = follow(
-                scenario, own_run(), interrupted, arguments=sys.argv, folder=options.out
+                scenario,
+                wiring.listeners,
+                own_run(),
+                interrupted,
+                arguments=sys.argv,
+                folder=options.out,
             )
         _show(result)
         if options.out:

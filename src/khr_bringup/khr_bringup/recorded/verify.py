@@ -13,7 +13,6 @@ from rich.progress import Progress
 from khr_bringup.changes import Applied, applied, changes, effective
 from khr_bringup.code_version import differences, stated_of, surroundings, version_in, version_of
 from khr_bringup.errors import BringupError
-from khr_bringup.node_registry import table_of
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
 from khr_bringup.recorded.bags import Messages, final_state, read_messages, there
 from khr_bringup.recorded.comparison import SideBySide, compared, differences_beside, numbers_of
@@ -21,7 +20,7 @@ from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.result import Result
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
-from khr_common import KhrError, specifications
+from khr_common import KhrError
 from khr_common.interfaces import (
     DIAGNOSTICS,
     JOINT_STATES,
@@ -206,7 +205,7 @@ def _scenario(bag: Path, text: str) -> Scenario:
     except KhrError as error:
         raise BringupError(f'{title}: {error}') from error
     for node in scenario.nodes:
-        missing = set(specifications(table_of(node))) - set(scenario.values.get(node, {}))
+        missing = set(scenario.whole(node)) - set(scenario.values.get(node, {}))
         if missing:
             raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
     if other := differences(text, surroundings(scenario.table(RunParameters).engine)):

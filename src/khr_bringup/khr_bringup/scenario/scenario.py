@@ -60,8 +60,9 @@ class Scenario:
         return derived(self.values, node) | self.values.get(node, {})
 
     def whole(self, node: str) -> dict[str, Any]:
-        """Return all parameters of a node, defaults filled in."""
-        defaults = {key: each.default for key, each in specifications(table_of(node)).items()}
+        """Return all parameters of a node but its wiring, defaults filled in."""
+        known = specifications(table_of(node)).items()
+        defaults = {key: each.default for key, each in known if not each.wiring}
         return defaults | self.of(node)
 
     @property
@@ -130,17 +131,20 @@ class Scenario:
                     )
         return driven
 
-    def set_to(self, texts: Iterable[str]) -> Scenario:
+    def set_to(
+        self, texts: Iterable[str], more: Mapping[tuple[str, str], Any] | None = None
+    ) -> Scenario:
         """Return a scenario with changes as on a command line; its title names them.
 
         Args:
             texts: each ``node.key=value``.
+            more: further changes, as of :meth:`changed`, which the title does not name.
 
         Raises:
             BringupError: as :meth:`changed`, or if a text is not of that form.
         """
         given = list(texts)
-        changed = self.changed(changes_of(given))
+        changed = self.changed({**changes_of(given), **(more or {})})
         words = [self.title or self.name, *(' '.join(text.split()) for text in given)]
         return replace(changed, title=', '.join(words)[:LONGEST].strip())
 
@@ -302,13 +306,26 @@ def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
         raise BringupError(
             f'{file}: {named(node)}: ros__parameters: accepted: a mapping of parameters'
         )
+    name = _known_node(file, node)
     return {
-        key: _checked(file, _known_node(file, node), key, value) for key, value in keys.items()
+        key: _checked(file, name, key, value)
+        for key, value in keys.items()
+        if not _is_wiring(name, key)  # of a recorded run of an earlier version
     }
+
+
+def _is_wiring(node: str, key: Any) -> bool:
+    known = specifications(table_of(node)).get(key)
+    return known is not None and known.wiring
 
 
 def _checked(file: str, node: str, key: str, value: Any) -> Any:
     _known_node(file, node)
+    if _is_wiring(node, key):
+        raise BringupError(
+            f'{file}: {node}: {key} is not accepted: it is set when a run starts; accepted: a '
+            'scenario without it'
+        )
     try:
         return check(table_of(node), key, value)
     except ParameterError as error:

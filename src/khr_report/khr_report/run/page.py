@@ -28,8 +28,6 @@ from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
 OUTCOME = {'verdict': 'outcome', 'end': 'ended by', **LABELS, HASH: 'trajectory hash'}
-# Of the recorder; they say where, not what.
-PLACES = [('recorder', key) for key in ('folder', 'scenario_file', 'scenario')]
 FILES = ('scenario.yaml', 'outcome.json', 'overview.png', 'report.html', 'film.mp4')
 RESOLUTION = 150  # dots per inch
 Found = Mapping[str, RunContents]  # one as ``this run``, or two as ``A`` and ``B``
@@ -170,9 +168,11 @@ def _parameters(found: Found) -> Markup:
     rows = []
     for node, registered in registry().items():
         for key, specification in specifications(registered.spec.table).items():
+            if specification.wiring:
+                continue
             values = [every[node][key] for every in known.values()]
             default = specification.default
-            if (node, key) not in PLACES and any(value != default for value in values):
+            if any(value != default for value in values):
                 meaning = (default, specification.unit, specification.description)
                 rows.append((f'{node}.{key}', *values, *meaning))
     heads = ('parameter', *known, 'default', 'unit', 'meaning')

@@ -8,7 +8,7 @@ from diagnostic_msgs.msg import DiagnosticArray
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_bringup.graph.following import PATIENCE, _unfinished
+from khr_bringup.graph.following import START_TIMEOUT, _unfinished
 from khr_bringup.graph.run_monitor import View
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.nodes.messages import status
@@ -25,7 +25,7 @@ VIEW = View(
 
 
 def long_ago():
-    return time.monotonic() - PATIENCE - 1.0
+    return time.monotonic() - START_TIMEOUT - 1.0
 
 
 def test_a_listener_that_is_behind_is_waited_for_and_then_named():

@@ -79,7 +79,7 @@ def start_run(
 ) -> None:
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr.cli.run import Options, run_scenario
-    from khr_bringup.graph.graph import Way
+    from khr_bringup.graph.graph import RunOptions
     from khr_view.beside import Viewing
 
     if scenario is None:
@@ -104,9 +104,9 @@ def start_run(
             )
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
-    chosen = scenarios.load_scenario(scenario).set_to(set_ or []).changed(changes)
+    chosen = scenarios.load_scenario(scenario).set_to(set_ or [], changes)
     chosen = on_driver(chosen, driver, board, '--')
-    way = Way(
+    way = RunOptions(
         offline,
         one_process is not False,
         record,
@@ -154,7 +154,7 @@ def view(
     """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
     from khr.cli.run import Options, run_scenario
     from khr.cli.summary import print_line
-    from khr_bringup.graph.graph import Way
+    from khr_bringup.graph.graph import RunOptions
     from khr_view.beside import Viewing, play
 
     if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
@@ -162,9 +162,9 @@ def view(
         report = partial(print_line, Console(stderr=True))
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
-    way = Way(one_process=True, record=record, domain=domain, stay=True)
+    way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
-    chosen = scenarios.load_scenario(what, 'run or scenario').set_to(set_ or []).changed(changes)
+    chosen = scenarios.load_scenario(what, 'run or scenario').set_to(set_ or [], changes)
     warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(run_scenario(chosen, options))
 
