@@ -4,7 +4,7 @@ import subprocess
 
 import pytest
 
-from khr_studies.calibration.journal import ROBOT
+from khr_studies.calibration.journal import CANDIDATE, Journal
 from khr_studies.measuring.ensemble_file import read_ensemble
 from khr_sweeps.results.store import read_store
 from tests.support.runs import KHR
@@ -53,19 +53,20 @@ def test_command_searches_goes_on_and_writes_all_files(tmp_path):
     first = calibrate('journal')
     assert first.returncode == 0, first.stderr
     assert 'of 16 candidates' in first.stdout
-    head, entries = read_store(tmp_path / 'journal', dict)
-    assert head['engine'] == 'mujoco' and len(entries) == 16
-    robots = [ROBOT.validate_python(entry['robot']) for entry in entries]
+    head, robots = read_store(tmp_path / 'journal', CANDIDATE.validate_python)
+    assert head['engine'] == 'mujoco' and len(robots) == 16
     low, *_, high = sorted(robots, key=lambda robot: robot.constants['com_stance'])
     assert low.limit('stand, no control') > high.limit('stand, no control')
     members = read_ensemble(tmp_path / 'members.json')
     assert members[0].constants['gait.com_stance'] in {
         robot.constants['com_stance'] for robot in robots
     }
-    lines = (tmp_path / 'journal').read_text().splitlines(keepends=True)
-    (tmp_path / 'cut').write_text(''.join(lines[:-2]))
-    again = calibrate('cut')
+    with Journal(tmp_path / 'interrupted', head) as journal:
+        for robot in robots[:-2]:
+            journal.add(robot)
+    again = calibrate('interrupted')
     assert again.stdout == first.stdout
-    assert sorted((tmp_path / 'cut').read_text().splitlines()) == sorted(map(str.strip, lines))
+    found = read_store(tmp_path / 'interrupted', CANDIDATE.validate_python)[1]
+    assert sorted(found, key=str) == sorted(robots, key=str)
     refused = calibrate('plan.yaml')
     assert refused.returncode == 2 and 'not a journal' in refused.stderr

@@ -16,6 +16,7 @@ import pytest
 import yaml
 
 from khr_bringup.graph import run_registry
+from khr_sweeps.results.folder import read_results, request_of
 from tests import ROOT
 from tests.support.runs import LONG, Bag, wait_for
 
@@ -220,8 +221,8 @@ def test_it_can_be_swept(python, tmp_path):
         'scenario: walk_5deg_knee.yaml\nduration: 0.6\ngrid:\n  knee_controller.gain: [0.0, 30.0]\n'
     )
     khr(python, 'sweep', 'sweep.yaml', '--workers', '1', '--out', 'out', cwd=tmp_path)
-    listed = (tmp_path / 'out' / 'rows.jsonl').read_text().splitlines()
-    assert json.loads(listed[0])['axes'] == {'knee_controller.gain': [0.0, 30.0]}
+    request = request_of(read_results(tmp_path / 'out' / 'results.parquet'))
+    assert request['axes'] == {'knee_controller.gain': [0.0, 30.0]}
 
 
 def test_its_own_tests_pass(python):

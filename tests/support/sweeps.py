@@ -10,7 +10,7 @@ import pytest
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_studies.measuring.experiments import runs_of
 from khr_sweeps.reading import load_sweep
-from khr_sweeps.results.folder import JOURNAL, read_results, request_of, series_path
+from khr_sweeps.results.folder import ROWS, read_results, request_of, series_path
 from tests.support import runs
 from tests.support.runs import KHR
 
@@ -25,10 +25,8 @@ def khr(*arguments):
 
 
 def written(folder, count):
-    journal = folder / JOURNAL
-    return (
-        journal.is_file() and journal.read_bytes().count(b'\n') > count
-    )  # the first line is not of a run
+    """Return whether at least so many runs of a sweep are finished."""
+    return (folder / ROWS).is_file() and read_results(folder).num_rows >= count
 
 
 def specification(folder, count, duration):

@@ -12,12 +12,14 @@ import pickle
 import select
 import signal
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import partial
 from mmap import mmap
 from multiprocessing.connection import Connection, Pipe
+from pathlib import Path
+from subprocess import DEVNULL, Popen
 from time import perf_counter
 from typing import Any
 
@@ -26,7 +28,8 @@ from numpy.typing import NDArray
 
 from khr.environment import OBSERVED, WEIGHTS, BalanceEnv
 from khr_common import KhrError, RunError
-from khr_sweeps.pool import start_worker
+from khr_common.lifeline import tied_to_parent
+from khr_sweeps.pool import SINGLE_THREADED
 
 PATIENCE = 0.002  # s that is looked before sleeping: a step on the slower engine takes 1.5 ms
 STEADY = ('time', *(f'reward_{term}' for term in WEIGHTS))  # info of a step within an episode
@@ -45,6 +48,31 @@ RECORD = np.dtype(
 Columns = dict[str, NDArray[Any]]
 STEP, CALL = b's', b'c'  # asked: a step, or what a message says
 DONE, REPLY = b'd', b't'  # answered: nothing but what is in the record, or a message
+
+
+def start_worker(module: str, ends: Sequence[int], quiet: bool = False) -> Popen[bytes]:
+    """Start a module as a process that computes for this one, and is killed with this thread.
+
+    It has a process group of its own, so that Ctrl-C reaches the command alone.
+
+    Args:
+        module: is given the files' numbers as its arguments.
+        ends: files that it is to have: its ends of pipes.
+        quiet: whether its errors are dropped.
+
+    Raises:
+        OSError: if it cannot be started.
+    """
+    same_modules = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
+    return Popen(
+        [sys.executable, '-P', '-m', module, *map(str, ends)],
+        pass_fds=ends,
+        stdin=DEVNULL,
+        stderr=DEVNULL if quiet else None,
+        process_group=0,
+        env=dict.fromkeys(SINGLE_THREADED, '1') | os.environ | {'PYTHONPATH': same_modules},
+        preexec_fn=tied_to_parent(),
+    )
 
 
 def columns(file: int) -> Columns:

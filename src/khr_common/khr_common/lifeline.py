@@ -31,6 +31,17 @@ def tied_to_parent() -> Callable[[], None]:
     return tie
 
 
+def end_with(parent: int) -> None:
+    """Have the kernel kill this process when the thread of its parent that started it ends.
+
+    Args:
+        parent: process number; if the parent has ended already, this process is killed at once.
+    """
+    _ask(signal.SIGKILL)
+    if os.getppid() != parent:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+
 def end_with_parent() -> None:
     """Have the kernel kill this process when its parent dies; nothing if no parent is named.
 

@@ -1,38 +1,41 @@
-"""Compute on processes of this machine, over pipes: nothing listens, so nobody can connect."""
+"""Compute on worker processes of this machine, over pipes: nothing listens for connections."""
 
 from __future__ import annotations
 
 import itertools
+import multiprocessing
 import os
 import pickle
+import signal
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import CancelledError, Future
-from contextlib import contextmanager
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
-from multiprocessing.connection import Pipe
-from pathlib import Path
+from multiprocessing import resource_tracker
 from queue import Empty, PriorityQueue, SimpleQueue
-from subprocess import DEVNULL, Popen
 from threading import Lock, Thread
+from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
 from khr_common import KhrError, RunError
-from khr_common.lifeline import tied_to_parent
+from khr_common.lifeline import end_with
 from khr_sweeps.errors import SweepError
 
 MOST_WORKERS = 256
 ATTEMPTS = 3  # workers that may be lost over one job
-AHEAD, LEAST_AHEAD = 4, 64  # jobs submitted ahead: per worker, and for workers that join later
-# The computations are small: threads of the linear algebra would only take cores from each other.
-SINGLE_THREADED = {'OMP_NUM_THREADS': '1', 'OPENBLAS_NUM_THREADS': '1', 'MKL_NUM_THREADS': '1'}
+PER_WORKER, LEAST_AHEAD = 4, 64  # jobs submitted ahead; the minimum is for workers that join later
+# Jobs are small: threads of the linear algebra would only take cores from other workers.
+SINGLE_THREADED = ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS')
+_starting = Lock()  # of a worker process
 
 Task = TypeVar('Task')
 Result = TypeVar('Result')
 
 
 class LostWorkerError(RunError):
-    """A job whose workers ended again and again."""
+    """A job over which several workers were lost."""
 
 
 class Pool(Protocol):
@@ -40,17 +43,17 @@ class Pool(Protocol):
 
     @property
     def workers(self) -> int:
-        """Return how many there are."""
+        """Return the number of workers."""
 
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
     ) -> Future[Any]:
-        """Start a job; return its future.
+        """Submit a job; return its future.
 
         Args:
             function: importable by the workers.
             arguments: of the function.
-            first: whether the job is done before those that were submitted without it.
+            first: whether the job precedes the waiting jobs without this flag.
         """
 
 
@@ -58,12 +61,12 @@ class Pool(Protocol):
 def local_pool(
     workers: int | None, option: str = '--workers', quiet: bool = False
 ) -> Iterator[Pool]:
-    """Keep worker processes on this machine; end them, and what they still do, at the end.
+    """Open worker processes on this machine; kill them at the end, also during a job.
 
     Args:
-        workers: how many; one per core by default.
-        option: what the number is called in an error.
-        quiet: whether what they print is dropped.
+        workers: their number; one per core by default.
+        option: name of the number in an error.
+        quiet: whether the workers' output on stderr is dropped.
 
     Raises:
         SweepError: if the number is not accepted.
@@ -76,10 +79,10 @@ def local_pool(
 
 
 def check_workers(workers: int | None, option: str = '--workers') -> int:
-    """Return a number of workers; None is one for each core that this process may use.
+    """Return the number of workers; None is one for each core that this process may use.
 
     Raises:
-        SweepError: if it is not accepted.
+        SweepError: if the number is not accepted.
     """
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
         raise SweepError(
@@ -96,12 +99,12 @@ def compute(
     Only a window of the tasks is submitted at a time.
 
     Args:
-        pool: computes.
+        pool: of workers.
         function: importable by the workers.
         tasks: each with a key.
 
     Yields:
-        Keys with results; None for a task whose workers died repeatedly.
+        Keys with results; None for a task over which several workers were lost.
 
     Raises:
         RunError: if the function raised, or the pool ended.
@@ -118,7 +121,7 @@ def compute(
             future.add_done_callback(finished.put)
         return len(some)
 
-    waiting = submit(max(LEAST_AHEAD, AHEAD * pool.workers))
+    waiting = submit(max(LEAST_AHEAD, PER_WORKER * pool.workers))
     while waiting:
         batch = [finished.get(), *_at_hand(finished)]
         waiting += submit(len(batch)) - len(batch)
@@ -128,7 +131,8 @@ def compute(
 class LocalPool:
     """Worker processes of this machine; see :func:`local_pool`.
 
-    Each is started with its first job. A worker that ends is replaced, and its job done again.
+    Each worker is an executor of its own, started with its first job: a worker that is lost breaks
+    its executor, and so the job over which it was lost is known.
     """
 
     def __init__(self, workers: int, quiet: bool = False) -> None:
@@ -136,7 +140,7 @@ class LocalPool:
         self._quiet = quiet
         self._jobs: PriorityQueue[_Job] = PriorityQueue()
         self._numbers = itertools.count()
-        self._running: set[_Worker] = set()
+        self._workers: set[_Worker] = set()
         self._lock = Lock()
         self._closed = False
         self._threads = [Thread(target=self._serve, daemon=True) for _ in range(workers)]
@@ -146,134 +150,130 @@ class LocalPool:
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
     ) -> Future[Any]:
-        """Start a job; return its future. See :class:`Pool`."""
-        job = _Job((not first, next(self._numbers)), pickle.dumps((function, arguments)))
+        """Submit a job; return its future. See :class:`Pool`."""
+        job = _Job((not first, next(self._numbers)), (function, *arguments))
         self._jobs.put(job)
         return job.future
 
     def close(self) -> None:
-        """End the workers and whatever they do, and cancel what was not begun."""
+        """Kill the workers, and cancel the jobs that have not started."""
         with self._lock:
             self._closed = True
-            for worker in self._running:
-                worker.end()
+            for worker in self._workers:
+                worker.kill()
         for _ in self._threads:
-            self._jobs.put(_Job((False, -1), b''))  # wakes a thread
+            self._jobs.put(_Job((False, -1), ()))  # wakes a thread
         for thread in self._threads:
             thread.join()
         for job in _at_hand(self._jobs):
             job.future.cancel()
 
     def _serve(self) -> None:
-        """Hand jobs to one worker after the other, until the pool is closed."""
+        """Compute one job after another on a worker, until the pool is closed."""
         worker: _Worker | None = None
         while not self._closed:
             job = self._jobs.get()
-            if not job.data or not job.future.set_running_or_notify_cancel():
+            if not job.call or not job.future.set_running_or_notify_cancel():
                 continue
             try:
                 for _ in range(ATTEMPTS):
-                    worker = worker or self._start()
-                    answer = worker.compute(job.data)
-                    if answer is not None:
+                    try:
+                        worker = worker or self._start()
+                        result = worker.executor.submit(_guarded, *job.call).result()
+                        job.future.set_result(result)
                         break
-                    self._discard(worker)
-                    worker = None
-                if answer is None:
-                    raise LostWorkerError(f'lost {ATTEMPTS} workers over one job')
-                succeeded, found = answer
-                if succeeded:
-                    job.future.set_result(found)
+                    except BrokenProcessPool:
+                        if worker is not None:
+                            self._discard(worker)
+                        worker = None
                 else:
-                    job.future.set_exception(found)
-            except Exception as error:  # no worker lasts, or an answer does not read
+                    raise LostWorkerError(f'lost {ATTEMPTS} workers over one job')
+            except Exception as error:
                 job.future.set_exception(error)
         if worker is not None:
             self._discard(worker)
 
     def _start(self) -> _Worker:
+        if self._closed:
+            raise LostWorkerError('the pool was closed')
+        try:
+            worker = _start_worker(self._quiet)
+        except OSError as error:
+            raise RunError(f'no worker process can be started: {error.strerror}') from error
         with self._lock:
+            self._workers.add(worker)
             if self._closed:
-                raise LostWorkerError('the computation was ended')
-            try:
-                worker = _Worker(self._quiet)
-            except OSError as error:
-                raise RunError(f'no worker process can be started: {error.strerror}') from error
-            self._running.add(worker)
-            return worker
+                worker.kill()
+        return worker
 
     def _discard(self, worker: _Worker) -> None:
-        worker.end()
         with self._lock:
-            self._running.discard(worker)
-        worker.wait()
+            self._workers.discard(worker)
+        worker.executor.shutdown()
 
 
 @dataclass(frozen=True, order=True)
 class _Job:
-    """A pickled function with its arguments; those with the least place are done first."""
+    """A function with its arguments; the job with the least place is done first."""
 
     place: tuple[bool, int]
-    data: bytes = field(compare=False)
+    call: tuple[Any, ...] = field(compare=False)
     future: Future[Any] = field(default_factory=Future, compare=False)
 
 
+@dataclass(frozen=True, eq=False)
 class _Worker:
-    """A process that computes one job after the other (:mod:`khr_sweeps.worker`).
+    """An executor with one process."""
 
-    Its thread starts it and serves it until its end.
+    executor: ProcessPoolExecutor
+    pid: int
+
+    def kill(self) -> None:
+        with suppress(ProcessLookupError):
+            os.kill(self.pid, signal.SIGKILL)  # a stopped process ends as well
+
+
+def _start_worker(quiet: bool) -> _Worker:
+    """Start a process that ends with this thread.
+
+    It does not import the main module, which may be a script that would compute again, and ignores
+    Ctrl-C, which is for the command.
     """
-
-    def __init__(self, quiet: bool) -> None:
-        tasks, self._tasks = Pipe(duplex=False)
-        self._answers, answers = Pipe(duplex=False)
-        with tasks, answers:  # the worker's ends, or neither side would see the other's end
-            ends = tasks.fileno(), answers.fileno()
-            self._process = start_worker('khr_sweeps.worker', ends, quiet)
-
-    def compute(self, data: bytes) -> tuple[bool, Any] | None:
-        """Return whether the job succeeded, with result or error; None if the worker ended."""
-        try:
-            self._tasks.send_bytes(data)
-            answer = self._answers.recv_bytes()
-        except (OSError, EOFError):
-            return None
-        succeeded, result = pickle.loads(answer)
-        return succeeded, result
-
-    def end(self) -> None:
-        """Kill the process: it holds nothing but the job at hand, and may have been stopped."""
-        self._process.kill()
-
-    def wait(self) -> None:
-        self._process.wait()
-        self._tasks.close()
-        self._answers.close()
-
-
-def start_worker(module: str, ends: Sequence[int], quiet: bool = False) -> Popen[bytes]:
-    """Start a module as a process that computes for this one, and is killed with this thread.
-
-    It has a process group of its own, so that Ctrl-C reaches the command alone.
-
-    Args:
-        module: is given the files' numbers as its arguments.
-        ends: files that it is to have: its ends of pipes.
-        quiet: whether its errors are dropped.
-
-    Raises:
-        OSError: if it cannot be started.
-    """
-    same_modules = os.pathsep.join(path or str(Path.cwd()) for path in sys.path)
-    return Popen(
-        [sys.executable, '-P', '-m', module, *map(str, ends)],
-        pass_fds=ends,
-        stdin=DEVNULL,
-        stderr=DEVNULL if quiet else None,
-        process_group=0,
-        env=SINGLE_THREADED | os.environ | {'PYTHONPATH': same_modules},
-        preexec_fn=tied_to_parent(),
+    executor = ProcessPoolExecutor(
+        1, multiprocessing.get_context('spawn'), _initialise, (os.getpid(), quiet)
     )
+    with _starting:
+        for name in SINGLE_THREADED:
+            os.environ.setdefault(name, '1')
+        resource_tracker.ensure_running()  # here, as it unblocks SIGINT
+        main = sys.modules['__main__']
+        sys.modules['__main__'] = ModuleType('__main__')
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        try:
+            pid = executor.submit(os.getpid)
+        finally:
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+            sys.modules['__main__'] = main
+    return _Worker(executor, pid.result())
+
+
+def _initialise(parent: int, quiet: bool) -> None:
+    """Prepare a worker process."""
+    end_with(parent)
+    if quiet:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stderr.fileno())
+
+
+def _guarded(function: Callable[..., Any], *arguments: Any) -> Any:
+    """Call a function; replace an error that cannot be pickled by its text."""
+    try:
+        return function(*arguments)
+    except Exception as error:
+        try:
+            pickle.loads(pickle.dumps(error))
+        except Exception:
+            raise RuntimeError(f'{type(error).__name__}: {error}') from None
+        raise
 
 
 def _at_hand(queue: Any) -> Iterator[Any]:

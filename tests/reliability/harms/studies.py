@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import random
 import shutil
 import signal
@@ -15,6 +14,7 @@ from tempfile import TemporaryDirectory
 
 import psutil
 
+from khr_sweeps.results.folder import read_results
 from tests.reliability.harms.harmed_run import GONE, LIMIT, Case
 from tests.support.runs import KHR
 
@@ -98,7 +98,7 @@ def poison(case: Case, folder: Path) -> list[str]:
     command = [*KHR, *KEPT[case.victim], '--workers', '1', '--out', 'out']
     subprocess.run(command, cwd=good, check=True, capture_output=True)
     shutil.copytree(good, harmed)
-    (rows,) = harmed.glob('**/rows.jsonl')
+    (rows,) = harmed.glob('**/rows.sqlite')
     _change(rows, random.Random(case.name))
     again = subprocess.run(command, cwd=harmed, capture_output=True, text=True, check=False)
     faults = [] if again.returncode == 0 else [f'exit {again.returncode}: {again.stderr[-300:]}']
@@ -112,12 +112,11 @@ def poison(case: Case, folder: Path) -> list[str]:
 
 
 def _change(rows: Path, chance: random.Random) -> None:
-    """Put other letters into the rows of a file of results."""
+    """Put other letters into the data of results."""
     content = bytearray(rows.read_bytes())
     for _ in range(3):
-        content[chance.randrange(content.index(b'\n') + 1, len(content))] = chance.randrange(
-            32, 127
-        )
+        start = content.index(b'"trajectory_hash"', chance.randrange(len(content) // 2))
+        content[start + 20 + chance.randrange(16)] = chance.randrange(32, 127)
     rows.write_bytes(content)
 
 
@@ -128,8 +127,8 @@ def _points(folder: Path) -> list[bytes]:
 
 def _rows(folder: Path) -> dict[str, object]:
     """Return the trajectory hashes of a sweep by the ids of its runs."""
-    lines = (folder / 'rows.jsonl').read_text().splitlines()[1:]
-    return {row['id']: row.get('trajectory_hash') for row in map(json.loads, lines)}
+    rows = read_results(folder)
+    return dict(zip(rows['id'].to_pylist(), rows['trajectory_hash'].to_pylist(), strict=True))
 
 
 HARMS = {'film, sweep, reproduction stopped': study, 'results changed': poison}

@@ -70,10 +70,10 @@ def _fault(text: str) -> str:
 
 
 def _results(path: Path) -> None:
-    """Read results of which every line that is believed is as it was written."""
+    """Read results, of which every one that is accepted is as it was written."""
     with redirect_stderr(io.StringIO()):
         _, kept = read_store(path, dict)
-    assert all(entry in RESULTS for entry in kept), 'a changed line is believed'
+    assert all(entry in RESULTS for entry in kept), 'a changed result is believed'
 
 
 def _written(write: Callable[[Path], object]) -> bytes:
@@ -87,7 +87,7 @@ def _written(write: Callable[[Path], object]) -> bytes:
 def _write_results(path: Path) -> None:
     """Write a file of results as a sweep or a search leaves it."""
     with Store(path, {'of': 'a study'}, dict) as store:
-        store.add(RESULTS)
+        store.add({entry['id']: entry for entry in RESULTS})
 
 
 def _write_sweep(path: Path) -> None:

@@ -11,7 +11,7 @@ from khr_studies.measuring.json_file import finite_or_none
 from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.kept_jobs import KeptJobs
-from khr_sweeps.results.store import Store, read_store
+from khr_sweeps.results.store import Store
 from tests.fakes.benches import outcome
 from tests.fakes.pools import HerePool
 
@@ -62,22 +62,11 @@ def test_another_job_is_not_taken_for_it(tmp_path, other):
     assert pool.count == 2
 
 
-def test_another_version_is_computed_anew(tmp_path):
+def test_another_version_is_computed_again(tmp_path):
     pool = HerePool()
     for version in 'vw':
         submit(jobs(pool, tmp_path, version), square, 2)
     assert pool.count == 2
-
-
-def test_a_torn_result_is_computed_anew(tmp_path):
-    pool = HerePool()
-    submit(jobs(pool, tmp_path), square, 2)
-    (file,) = tmp_path.iterdir()
-    content = file.read_bytes()
-    for count, length in enumerate(range(0, len(content), 5), 2):
-        file.write_bytes(content[:length])
-        assert submit(jobs(pool, tmp_path), square, 2) == 4
-        assert pool.count == count
 
 
 def test_a_pool_of_processes_will_do(tmp_path):
@@ -99,12 +88,11 @@ def test_results_keep_their_types(tmp_path):
 
 
 @pytest.mark.parametrize('value', [{'items': 1}, None, [1, 2], 'x'])
-def test_a_line_that_holds_no_such_result_is_computed_anew(tmp_path, value):
+def test_a_result_of_another_type_is_computed_again(tmp_path, value):
     submit(jobs(HerePool(), tmp_path), square, 2)
     (file,) = tmp_path.iterdir()
-    head, (entry,) = read_store(file, dict)
-    with Store(file, head, dict) as store:
-        store.add([entry | {'value': value}])
+    with Store(file, {'results': 'jobs'}, lambda data: data) as store:
+        store.add(dict.fromkeys(store.values, value))
     pool = HerePool()
     for _ in range(2):
         assert submit(jobs(pool, tmp_path), square, 2) == 4

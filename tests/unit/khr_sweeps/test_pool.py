@@ -1,6 +1,7 @@
 """A pool of worker processes: nothing is lost with a worker, nothing is left of the pool."""
 
 import ctypes
+import errno
 import os
 import signal
 import subprocess
@@ -70,15 +71,12 @@ def test_the_end_of_the_pool_ends_workers_whatever_they_do(tmp_path):
 
 
 PARENT = """
-    import signal
-    from khr_sweeps import pool
-    class Popen(pool.Popen):
-        def __init__(self, *arguments, **options):
-            super().__init__(*arguments, **options)
-            self.send_signal(signal.SIGSTOP)
-            print(self.pid, flush=True)
-    pool.Popen = Popen
-    with pool.local_pool(1) as workers:
+    import os, signal
+    from khr_sweeps.pool import local_pool
+    with local_pool(1) as workers:
+        pid = workers.submit(os.getpid).result()
+        os.kill(pid, signal.SIGSTOP)
+        print(pid, flush=True)
         workers.submit(abs, 1).result()
 """
 
@@ -96,7 +94,7 @@ def heir():
 
 
 @pytest.mark.usefixtures('heir')
-def test_a_worker_that_is_stopped_as_it_starts_dies_with_its_killed_parent():
+def test_a_stopped_worker_ends_with_its_killed_parent():
     parent = subprocess.Popen(
         [sys.executable, '-c', textwrap.dedent(PARENT)], stdout=subprocess.PIPE
     )
@@ -142,8 +140,23 @@ def test_a_senseless_number_of_workers_is_refused(workers):
         pytest.fail('started')
 
 
-def test_no_process_to_be_had_is_one_line(pool, monkeypatch):
+def test_a_process_that_cannot_be_started_is_one_line(monkeypatch):
+    def fail(*_):
+        raise BlockingIOError(errno.EAGAIN, os.strerror(errno.EAGAIN))
+
     with local_pool(1) as poor:
-        monkeypatch.setattr('sys.executable', '/nowhere/python')
-        with pytest.raises(RunError, match='No such file'):
+        monkeypatch.setattr('multiprocessing.util.spawnv_passfds', fail)
+        with pytest.raises(RunError, match='Resource temporarily unavailable'):
             poor.submit(sqrt, 4).result()
+        monkeypatch.undo()
+        assert poor.submit(sqrt, 4).result() == 2.0
+
+
+def test_a_script_without_a_main_guard_is_not_run_by_its_workers(tmp_path):
+    script = tmp_path / 'script.py'
+    script.write_text(
+        'from khr_sweeps.pool import local_pool\nprint("once")\n'
+        'with local_pool(1) as pool:\n    print(pool.submit(abs, -1).result())\n'
+    )
+    ended = subprocess.run([sys.executable, script], capture_output=True, text=True, check=True)
+    assert (ended.stdout, ended.stderr) == ('once\n1\n', '')

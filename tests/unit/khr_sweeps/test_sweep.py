@@ -10,7 +10,7 @@ import numpy as np
 import pyarrow.parquet
 import pytest
 import yaml
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleControllerParameters
@@ -22,7 +22,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_sim.sensors.gyro import GyroParameters
 from khr_sweeps.reading import load_sweep, parse_sweep, sweep_from
-from khr_sweeps.results.folder import JOURNAL, PARQUET, Folder, read_results, request_of
+from khr_sweeps.results.folder import PARQUET, ROWS, Folder, read_results, request_of
 from khr_sweeps.results.store import Store
 from khr_sweeps.specification import scenario_at
 from khr_sweeps.sweep import run_sweep
@@ -184,18 +184,11 @@ def test_without_seeds_the_scenario_s_own_count():
         (HEAD + GRID + 'sceds: 3\n', ['sceds', 'seeds']),
         ('scenario: walk_99deg\n' + GRID, ['walk_99deg', 'did you mean']),
         ('scenario: [a]\n' + GRID, ['a: no such scenario', 'khr scenarios']),
-        ('scenario: []\n', ['scenario', '[]', 'a list of them']),
-        ('scenario: [walk_0deg, 3]\n', ['scenario', '3', 'scenario file or name']),
         (
             'scenario: [walk_0deg, config/scenarios/walk_0deg.yaml]\n',
             ['config/scenarios/walk_0deg.yaml', 'once'],
         ),
         (HEAD + 'cases: {}\n', ['cases', '{}', 'labels']),
-        (HEAD + 'cases: 3\n', ['cases', '3', 'labels']),
-        (HEAD + 'cases: {12: {}}\n', ['cases', '{12: {}}', 'labels']),
-        (HEAD + 'cases: {a: 3}\n', ['cases: a', '3', 'node.parameter']),
-        (HEAD + 'cases: {a: {}, a: {}}\n', ["'a' is given twice"]),
-        (HEAD + 'cases: {a: {gain: 3.0}}\n', ['cases: a', "'gain'", 'node.parameter']),
         (HEAD + 'cases: {a: {ankle_controller.gain: 99.0}}\n', ['cases: a', '99.0', '[0, 60]']),
         (HEAD + 'cases: {a: {ankle_controller.gain: 3.0}}\n' + GRID, ['case and swept']),
         (HEAD + 'cases: {a: {simulator.initial_tilt_deg: 0.1}}\n' + TILT, ['case and set']),
@@ -206,23 +199,14 @@ def test_without_seeds_the_scenario_s_own_count():
         (HEAD + 'cases: {a: {gyro.seed: 1}}\nseeds: 2\n' + TILT, ['gyro.seed', 'seeds']),
         (HEAD + 'cases: {a: {simulator.physics_step: 0.0007}}\n', ['cases', 'physics_step']),
         (HEAD + GRID + 'keep: everything\n', ['keep', "'everything'", 'series']),
-        (HEAD + GRID + 'fast: 3\n', ['fast', '3', 'mapping']),
         (HEAD + GRID + 'fast: {sceds: 3}\n', ['fast', 'sceds', 'seeds']),
-        (HEAD + GRID + 'fast: {fast: {}}\n', ['fast', 'seeds']),
-        (HEAD + GRID + 'fast: {seeds: 0}\n', ['fast: seeds', '0']),
         (HEAD + GRID + 'fast: {grid: {ankle_controller.gain: [99.0]}}\n', ['fast: grid', '99.0']),
-        (HEAD + 'grid: {}\n', ['grid', '{}']),
         (HEAD + 'grid:\n  ankle_controller.gain: []\n', ['ankle_controller.gain', '[]', 'list']),
-        (HEAD + 'grid:\n  ankle_controller.gain: 3.0\n', ['ankle_controller.gain', '3.0', 'list']),
         (HEAD + 'grid:\n  ankle_controller.gian: [1.0]\n', ['gian', 'no such parameter', 'gain']),
-        (HEAD + 'grid:\n  ankle.gain: [1.0]\n', ['ankle.gain', 'ankle_controller']),
         (HEAD + 'grid:\n  gain: [1.0]\n', ['gain', 'node.parameter']),
         (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 12]\n', ['12', '12.0']),
-        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, -1.0]\n', ['-1.0', '[0, 60]']),
-        (HEAD + 'grid:\n  ankle_controller.gain: [1.0, .nan]\n', ['nan', '[0, 60]']),
         (HEAD + 'grid:\n  ankle_controller.gain: [1.0, 1.0]\n', ['1.0', 'once']),
         (HEAD + 'grid:\n  simulator.surface: [smooth, ice]\n', ["'ice'", 'rubber']),
-        (HEAD + 'grid:\n  simulator.surface: {start: 1.0}\n', ['surface', 'a list of values']),
         (HEAD + 'grid:\n  ankle_controller.gain: {start: 1.0, stop: 2.0}\n', ['step']),
         (
             HEAD + 'grid:\n  ankle_controller.gain: {start: 1.0, stop: 2.0, step: 0.0}\n',
@@ -237,8 +221,6 @@ def test_without_seeds_the_scenario_s_own_count():
             ['1e-09', 'at most'],
         ),
         (HEAD + RANDOM, ['samples', 'None', 'integer']),
-        (HEAD + RANDOM + 'samples: 0\n', ['samples', '0', '[1, 1000000]']),
-        (HEAD + RANDOM + 'samples: true\n', ['samples', 'True']),
         (HEAD + GRID + 'samples: 3\n', ['samples', 'nothing without']),
         (
             HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 3.0}\nsamples: 3\n',
@@ -248,16 +230,11 @@ def test_without_seeds_the_scenario_s_own_count():
             HEAD + 'random:\n  ankle_controller.gain: {low: 3.0, high: 99.0}\nsamples: 3\n',
             ['99.0'],
         ),
-        (HEAD + GRID + TILT + 'seeds: 0\n', ['seeds', '0']),
         (HEAD + GRID + 'seeds: 2\n', ['seeds', 'simulator.initial_tilt_deg', 'set']),
         (HEAD + 'seeds: 2\n' + TILT + 'grid:\n  gyro.seed: [1, 2]\n', ['gyro.seed', 'seeds']),
         (HEAD + TILT + GRID + 'seeds: 900000\n', ['1800000 runs', '1000000']),
         (HEAD + 'set:\n  ankle_controller.gain: 3.0\n' + GRID, ['set and swept']),
-        (HEAD + 'set: 3\n' + GRID, ['set', '3', 'mapping']),
-        (HEAD + 'set:\n  gait.motion: run\n' + GRID, ['gait.motion', "'run'", 'walk']),
         (HEAD + 'duration: 3\n' + GRID, ['duration', '3.0']),
-        (HEAD + HEAD + GRID, ["'scenario' is given twice"]),
-        (HEAD + 'grid: [\n', ['YAML']),
     ],
 )
 def test_mistakes_are_named(text, says):
@@ -329,12 +306,6 @@ def test_values_that_do_not_go_together_are_refused_before_anything_runs(tmp_pat
     with pytest.raises(KhrError, match=r'mine.yaml: simulator: physics_step: 0.0007'):
         run_sweep(load_sweep(file), tmp_path / 'out')
     assert not (tmp_path / 'out').exists()
-
-
-@pytest.mark.parametrize('workers', [0, -1])
-def test_a_senseless_number_of_workers_is_refused(tmp_path, workers):
-    with pytest.raises(KhrError, match=rf'--workers: {workers} .*integer in \[1, '):
-        run_sweep(parse_sweep(HEAD + GRID, 'mine.yaml'), tmp_path, workers)
 
 
 def test_shipped_sweeps_are_accepted(shipped_sweeps):
@@ -426,26 +397,16 @@ def row_of(number):
     }
 
 
-@pytest.mark.slow
-@given(st.integers(1, 6), st.data())
-@settings(max_examples=30, suppress_health_check=[HealthCheck.differing_executors])
-def test_a_journal_torn_anywhere_keeps_whole_rows_and_goes_on(tmp_path_factory, count, data):
-    path = tmp_path_factory.mktemp('sweep')
-    with Folder(path, REQUEST) as folder:
-        folder.append(map(row_of, range(count)))
-    content = (path / JOURNAL).read_bytes()
-    cut = data.draw(st.integers(0, len(content)))
-    (path / JOURNAL).write_bytes(content[:cut])
-    whole = max(content[:cut].count(b'\n') - 1, 0)
-    if b'\n' in content[:cut]:
-        assert read_results(path).to_pylist() == [row_of(n) for n in range(whole)]
-    with Folder(path, REQUEST) as folder:
-        assert set(folder.finished()) == {f'run {n}' for n in range(whole)}
-        folder.append(map(row_of, range(whole, count)))
+def test_rows_are_read_while_they_are_added_and_from_the_table_alone(tmp_path):
+    with Folder(tmp_path, REQUEST) as folder:
+        folder.append([row_of(0), row_of(1)])
+        assert read_results(tmp_path).to_pylist() == [row_of(0), row_of(1)]
+    with Folder(tmp_path, REQUEST) as folder:
+        folder.append([row_of(2)])
+        assert folder.finished() == {f'run {n}': None for n in range(3)}
         folder.export()
-    assert (path / JOURNAL).read_bytes() == content
-    (path / JOURNAL).unlink()
-    assert read_results(path).to_pylist() == [row_of(n) for n in range(count)]
+    (tmp_path / ROWS).unlink()
+    assert read_results(tmp_path).to_pylist() == [row_of(n) for n in range(3)]
 
 
 def test_the_table_has_the_types_of_the_parameters(tmp_path):
@@ -470,10 +431,10 @@ def test_the_table_has_the_types_of_the_parameters(tmp_path):
 def test_another_sweep_is_refused_and_left_alone(tmp_path, changed, says):
     with Folder(tmp_path, REQUEST) as folder:
         folder.append([row_of(1)])
-    before = (tmp_path / JOURNAL).read_bytes()
+    before = (tmp_path / ROWS).read_bytes()
     with pytest.raises(KhrError, match=says):
         Folder(tmp_path, REQUEST | changed)
-    assert (tmp_path / JOURNAL).read_bytes() == before
+    assert (tmp_path / ROWS).read_bytes() == before
 
 
 def test_a_folder_with_something_else_is_refused_and_left_alone(tmp_path):
@@ -506,27 +467,15 @@ def test_another_sweep_can_be_replaced_and_nothing_else(tmp_path):
         assert not folder.replaced and folder.finished()
     with Folder(path, REQUEST | {'seeds': 3}, replace=True) as folder:
         assert folder.replaced and not folder.finished()
-    assert [each.name for each in path.iterdir()] == [JOURNAL]
+    assert [each.name for each in path.iterdir()] == [ROWS]
 
 
-@pytest.mark.parametrize('name', ['sweep.json', '.9-results.parquet', 'sweep.json.part', JOURNAL])
+@pytest.mark.parametrize('name', ['sweep.json', '.9-results.parquet', 'sweep.json.part', ROWS])
 def test_what_a_killed_command_began_is_taken_over(tmp_path, name):
     (tmp_path / name).write_bytes(b'')
     with Folder(tmp_path, REQUEST) as folder:
         folder.append([row_of(1)])
     assert read_results(tmp_path).num_rows == 1
-
-
-@pytest.mark.parametrize(
-    'change',
-    [{'verdict': 3}, {'seed': '1'}, {'simulator.pushes': [1]}, {'distance_m': 'far'}, {'x': 1}],
-)
-def test_a_row_of_other_types_is_left_out_and_run_again(tmp_path, capsys, change):
-    with Store(tmp_path / JOURNAL, REQUEST, dict) as store:  # its checksum is right
-        store.add([row_of(1) | change, row_of(2)])
-    with Folder(tmp_path, REQUEST) as folder:
-        assert set(folder.finished()) == {'run 2'}
-    assert 'line 2\n' in capsys.readouterr().err
 
 
 def test_results_of_a_version_without_a_column_are_refused(tmp_path):
@@ -535,19 +484,12 @@ def test_results_of_a_version_without_a_column_are_refused(tmp_path):
         folder.append([row])
         table = pyarrow.parquet.read_table(folder.export())
     del row['stayed_up']
-    with Store(tmp_path / JOURNAL, REQUEST, dict) as store:
-        store.add([row])
+    with Store(tmp_path / ROWS, REQUEST, dict) as store:
+        store.add({'run 1': row})
     with pytest.raises(KhrError, match=r"lack the column 'stayed_up'; accepted: .* repeat"):
         read_results(tmp_path)
     with pytest.raises(KhrError, match="lack the column 'stayed_up'"):
         request_of(table.drop_columns(['stayed_up']))
-
-
-def test_two_writers_do_not_share_a_folder(tmp_path):
-    with Folder(tmp_path, REQUEST), pytest.raises(KhrError, match='another command'):
-        Folder(tmp_path, REQUEST)
-    with Folder(tmp_path, REQUEST):
-        pass
 
 
 def test_an_unreadable_table_is_named(tmp_path):

@@ -1,13 +1,14 @@
-"""The journal of a calibration: a line per candidate measured, from which a search goes on.
+"""The measured candidates of a calibration in a file, from which an interrupted search resumes.
 
-To go on, a search is repeated and takes from the journal what was measured before: the same plan
-and seed ask for the same candidates, on however many processes and on whatever machine. What must
-be equal is the plan, how its rows cost, and what the physics gives, not all of the code: a journal
-outlives changes that move no trajectory.
+A resumed search takes from the file every candidate that was measured before: an equal plan and
+seed propose equal candidates on any number of processes and on any machine. The plan, the cost of
+its rows and the physics must be equal, but not the rest of the code, so a file outlives changes
+that move no trajectory.
 """
 
 from __future__ import annotations
 
+import ast
 import hashlib
 import json
 from collections.abc import Mapping, Sequence
@@ -17,37 +18,43 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from khr_bringup.offline import run_offline
+from khr_studies.calibration import objective
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Condition, with_engine
-from khr_sweeps.results.store import Entry, OtherResultsError, Store
+from khr_sweeps.results.store import OtherResultsError, Store
 
-ROBOT = TypeAdapter(Candidate)
-SEARCH = 'search'  # the stage in which the search measures
+CANDIDATE = TypeAdapter(Candidate)
+SEARCH = 'search'  # stage of the candidates that the search measures
 PROBES = (Condition('walk', 12.0, 13.0), Condition('leg_lift', 12.0, 13.0))
 PROBED_DEG, PROBED_S = 4.0, 4.0  # until the walk has taken its first steps
 
 
 class Journal:
-    """The candidates measured so far, in a file.
+    """The candidates measured so far, by stage of the calibration.
+
+    Args:
+        path: the file.
+        head: all that determines the candidates and their costs, as plain data.
 
     Raises:
-        StudyError: if the file is no journal, or one of another search, or cannot be written.
+        StudyError: if the file has candidates of another search, is no such file, or cannot be
+            written.
     """
 
     def __init__(self, path: Path, head: dict[str, Any]) -> None:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._store = Store(path, head, _measured)
+            self._store = Store(path, head, CANDIDATE.validate_python)
         except OtherResultsError as error:
-            what = (
+            found = (
                 f'of another search ({error.key}: {error.there}, now {error.here})'
                 if error.key
-                else 'not a journal of khr calibrate'
+                else 'not a journal of khr calibrate, or damaged'
             )
             raise StudyError(
-                f'{path}: {what}; accepted: another --journal, or the same plan, seeds and physics'
+                f'{path}: {found}; accepted: another --journal, or the same plan, seeds and physics'
             ) from error
         except OSError as error:
             raise StudyError(f'{path}: {error.strerror}; accepted: another --journal') from error
@@ -55,54 +62,52 @@ class Journal:
     def __enter__(self) -> Journal:
         return self
 
-    def __exit__(self, *error: object) -> None:
-        self._store.__exit__(*error)
+    def __exit__(self, *_: object) -> None:
+        self._store.close()
 
-    def robots(self, stage: str = SEARCH) -> list[Candidate]:
+    def candidates(self, stage: str = SEARCH) -> list[Candidate]:
         """Return the candidates of a stage, in the order in which they were measured."""
-        return [robot for measured, robot in self._store.values.values() if measured == stage]
+        return [one for key, one in self._store.values.items() if key.startswith(f'{stage} ')]
 
     def find(self, constants: Mapping[str, float], stage: str = SEARCH) -> Candidate | None:
-        """Return a candidate measured before."""
-        found = self._store.values.get(_key(stage, constants))
-        return found[1] if found else None
+        """Return the candidate with these constants; None if it was not measured."""
+        return self._store.values.get(_key(stage, constants))
 
-    def add(self, robot: Candidate, stage: str = SEARCH) -> None:
-        """Keep a candidate."""
-        self._store.add(
-            [
-                {
-                    'id': _key(stage, robot.constants),
-                    'stage': stage,
-                    'robot': ROBOT.dump_python(robot, mode='json'),
-                }
-            ]
-        )
+    def add(self, candidate: Candidate, stage: str = SEARCH) -> None:
+        """Keep a measured candidate."""
+        key = _key(stage, candidate.constants)
+        self._store.add({key: CANDIDATE.dump_python(candidate, mode='json')})
 
 
-def physics_of(plan: CalibrationPlan, engine: str) -> str:
-    """Return a digest of what the physics makes of the plan's robot in its first steps.
+def cost_digest() -> str:
+    """Return a digest of the code of the cost, without its comments and docstrings."""
+    tree = ast.parse(Path(objective.__file__).read_text(encoding='utf-8'))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
+            node
+        ):
+            node.body = node.body[1:] or [ast.Pass()]
+    return hashlib.sha256(ast.unparse(tree).encode()).hexdigest()[:16]
 
-    Two runs in the middle of all ranges; their trajectories and outcomes.
-    """
+
+def physics_digest(plan: CalibrationPlan, engine: str) -> str:
+    """Return a digest of two short runs with each constant in the middle of its range."""
     middle = {name: constant.at(0.5) for name, constant in plan.constants.items()}
     settings = with_engine(engine, ((('simulator', 'duration'), PROBED_S), *plan.changes(middle)))
     digest = hashlib.sha256()
     for probe in PROBES:
         result = run_offline(probe.scenario(PROBED_DEG, 0).changed(dict(settings)))
-        digest.update(f'{result.trajectory_hash} {result.outcome}\n'.encode())
+        one = result.outcome
+        numbers = (one.verdict, one.stayed_up, one.largest_slip, one.slides.per_step)
+        digest.update(f'{result.trajectory_hash} {numbers}\n'.encode())
     return digest.hexdigest()[:16]
 
 
-def _measured(entry: Entry) -> tuple[str, Candidate]:
-    """Return the stage that measured a candidate, and the candidate."""
-    return str(entry['stage']), ROBOT.validate_python(entry['robot'])
+def ranked(candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return the candidates that were measured on every row, the best first."""
+    return sorted((one for one in candidates if one.complete), key=lambda one: one.cost)
 
 
 def _key(stage: str, constants: Mapping[str, float]) -> str:
-    return f'{stage} {json.dumps(dict(constants), sort_keys=True)}'
-
-
-def complete(robots: Sequence[Candidate]) -> list[Candidate]:
-    """Return the candidates that were measured on every row, the best first."""
-    return sorted((robot for robot in robots if robot.complete), key=lambda robot: robot.cost)
+    text = json.dumps(dict(constants), sort_keys=True)
+    return f'{stage} {hashlib.sha256(text.encode()).hexdigest()[:16]}'

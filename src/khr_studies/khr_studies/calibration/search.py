@@ -7,12 +7,10 @@ hopeless are given up after their first rows.
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from pathlib import Path
 from time import monotonic
 from typing import Any
 
@@ -22,8 +20,7 @@ from scipy.stats import qmc
 from khr_bringup.node_registry import table_of
 from khr_common import check
 from khr_sim.physics.engines import LIBRARIES
-from khr_studies.calibration import objective
-from khr_studies.calibration.journal import SEARCH, Journal, complete, physics_of
+from khr_studies.calibration.journal import SEARCH, Journal, cost_digest, physics_digest, ranked
 from khr_studies.calibration.objective import Candidate, Task, measure_robot
 from khr_studies.calibration.plan import CalibrationPlan, Kind
 from khr_studies.errors import check_integer
@@ -74,8 +71,8 @@ class Search:
             'seed': self.seed,
             'seeds': self.seeds,
             'population': self.population,
-            'cost': hashlib.sha256(Path(objective.__file__).read_bytes()).hexdigest()[:16],
-            'physics': [physics_of(self.plan, engine) for engine in self.engines],
+            'cost': cost_digest(),
+            'physics': [physics_digest(self.plan, engine) for engine in self.engines],
         }
 
     @property
@@ -200,10 +197,10 @@ class Measuring:
 
     def say(self, text: str, stage: str = SEARCH) -> None:
         """Print how far a stage is."""
-        robots = self.book.robots(stage)
+        robots = self.book.candidates(stage)
         runs = sum(robot.runs for robot in robots)
         print(
-            f'{text}; {len(robots)} candidates, {len(complete(robots))} on every row, '
+            f'{text}; {len(robots)} candidates, {len(ranked(robots))} on every row, '
             f'{runs} runs, {monotonic() - self.began:.0f} s',
             file=sys.stderr,
             flush=True,
@@ -218,7 +215,7 @@ def search(search: Search, measuring: Measuring) -> list[Candidate]:
     """
     strands = [Strand(search, kind) for kind in search.plan.kinds]
     while going := [strand for strand in strands if not strand.is_over]:
-        known = len(measuring.book.robots())
+        known = len(measuring.book.candidates())
         asked = [
             [
                 Task(search.plan, constants, (search.engine,), search.seeds, strand.hopeless)
@@ -230,10 +227,10 @@ def search(search: Search, measuring: Measuring) -> list[Candidate]:
         robots = iter(measuring.measure([task for tasks in asked for task in tasks]))
         for strand, tasks in zip(going, asked, strict=True):
             strand.tell([*islice(robots, len(tasks))])
-        if len(measuring.book.robots()) > known:
+        if len(measuring.book.candidates()) > known:
             for strand in going:
-                measuring.say(_best_text(search, strand, measuring.book.robots()))
-    return measuring.book.robots()
+                measuring.say(_best_text(search, strand, measuring.book.candidates()))
+    return measuring.book.candidates()
 
 
 def _best_text(search: Search, strand: Strand, robots: Sequence[Candidate]) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_common import RunError
 from khr_studies.calibration.ensemble import ensemble, merit, resisting
-from khr_studies.calibration.journal import Journal, complete
+from khr_studies.calibration.journal import Journal, ranked
 from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.result import Calibration, ConstantLean
@@ -70,22 +70,22 @@ def confirm(
     """
     tasks = [
         Task(made.plan, robot.constants, made.engines, CONFIRM_SEEDS, inf, CONFIRM_DEG)
-        for robot in best_of_kinds(made.plan, complete(robots), count)
+        for robot in best_of_kinds(made.plan, ranked(robots), count)
     ]
     return measuring.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
 
 
 def best_of_kinds(
-    plan: CalibrationPlan, ranked: Sequence[Candidate], count: int
+    plan: CalibrationPlan, robots: Sequence[Candidate], count: int
 ) -> list[Candidate]:
     """Choose the best robots, and of each kind of offset its share of a half of them."""
     share = count // 2 // len(plan.kinds)
     of_kinds = [
         robot
         for kind in plan.kinds
-        for robot in [each for each in ranked if plan.kind(each.constants) == kind][:share]
+        for robot in [each for each in robots if plan.kind(each.constants) == kind][:share]
     ]
-    others = [robot for robot in ranked if robot not in of_kinds]
+    others = [robot for robot in robots if robot not in of_kinds]
     chosen = [*of_kinds, *others[: count - len(of_kinds)]]
     return sorted(chosen, key=lambda robot: robot.cost)
 
@@ -103,8 +103,8 @@ def judged(
         raise RunError(
             f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
         )
-    ranked = sorted(complete(confirmed or robots), key=lambda robot: merit(made.plan, robot))
-    of_kinds = {made.plan.kind(robot.constants): robot for robot in reversed(ranked)}
+    by_merit = sorted(ranked(confirmed or robots), key=lambda robot: merit(made.plan, robot))
+    of_kinds = {made.plan.kind(robot.constants): robot for robot in reversed(by_merit)}
     kinds = tuple(of_kinds[kind] for kind in made.plan.kinds if kind in of_kinds)
     runs = sum(robot.runs for robot in (*robots, *confirmed))
     return Calibration(

@@ -1,9 +1,9 @@
 """The folder of a sweep: its finished runs and their signals.
 
-``rows.jsonl`` begins with what defines the runs of the sweep and grows by a line per finished run
-(:mod:`khr_sweeps.results.store`). ``results.parquet`` has the same rows, written when the sweep is
-complete or interrupted. ``series/`` has the signals of the runs if the sweep keeps them; they are
-written before the line of their run, and a run whose signals are lost or damaged is run again.
+``rows.sqlite`` has the specification of the sweep and a row for each finished run
+(:mod:`khr_sweeps.results.store`). ``results.parquet`` has the same rows; it is written when the
+sweep is complete or interrupted. ``series/`` has the signals of the runs if the sweep keeps them.
+They are written before the row of their run; a run with lost or damaged signals is repeated.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from khr_sweeps.errors import SweepError
 from khr_sweeps.results.store import BusyError, OtherResultsError, Store, read_store
 from khr_sweeps.trial import RESULTS, Row
 
-JOURNAL, PARQUET, SERIES = 'rows.jsonl', 'results.parquet', 'series'
+ROWS, PARQUET, SERIES = 'rows.sqlite', 'results.parquet', 'series'
 _TYPES = {bool: pa.bool_(), int: pa.int64(), float: pa.float64(), str: pa.string()}
 _CHANGED = {
     'version': 'another version of the project',
@@ -34,54 +34,46 @@ _CHANGED = {
     'axes': 'other axes',
     'samples': 'another number of samples',
     'seeds': 'another number of seeds',
-    'keep': 'another choice of what to keep',
+    'keep': 'other signals to keep',
     'bisect': 'another bisection',
 }
-_ACCEPTED = 'a new or empty folder, or that of the same sweep'
+_ACCEPTED = 'a new or empty folder, or the folder of the same sweep'
 
 
 class Folder:
     """A sweep's folder, open for one writer.
 
     Args:
-        path: the folder; made if needed.
-        request: all that determines the runs of the sweep: what :meth:`Sweep.record
-            <khr_sweeps.specification.Sweep.record>` returns, and the version of the code.
-        wait: whether to wait for another command that is writing it; it says so.
-        replace: whether the runs of another sweep or version are removed.
+        path: the folder; it is made if needed.
+        request: all that determines the runs of the sweep: the result of :meth:`Sweep.record
+            <khr_sweeps.specification.Sweep.record>`, and the version of the code.
+        wait: whether to wait, with a message, while another command writes the folder.
+        replace: whether to remove the runs of another sweep or version.
 
     Attributes:
         replaced: whether runs of another sweep or version were removed.
 
     Raises:
-        SweepError: if the folder cannot be written, contains something else or another
-            sweep, or is being written by another command.
+        SweepError: if the folder cannot be written, contains another sweep or other files, or is
+            being written by another command.
     """
 
     def __init__(
         self, path: Path, request: dict[str, Any], wait: bool = False, replace: bool = False
     ) -> None:
-        self.path = path
+        self.path, self._keeps = path, bool(request.get('keep'))
         try:
             path.mkdir(parents=True, exist_ok=True)
             _check_place(path)
-            kinds, keeps = _kinds(request), request.get('keep')
-
-            def accept(row: Row) -> bool | None:
-                up = _stayed_up(row, kinds)
-                if keeps and up is not None:
-                    _check_series(series_path(path, row['id']))
-                return up
-
-            self._rows = Store(path / JOURNAL, request, accept, wait, replace)
+            self._rows = Store(path / ROWS, request, self._stayed_up, wait, replace)
         except OtherResultsError as error:
-            what = (
+            found = (
                 f'a sweep with {_CHANGED.get(error.key, "another definition")}'
                 if error.key
-                else 'something else'
+                else 'something else, or damaged results'
             )
             raise SweepError(
-                f'--out: {str(path)!r} contains {what}; accepted: {_ACCEPTED}'
+                f'--out: {str(path)!r} contains {found}; accepted: {_ACCEPTED}'
             ) from error
         except BusyError as error:
             raise SweepError(
@@ -99,16 +91,16 @@ class Folder:
     def __enter__(self) -> Folder:
         return self
 
-    def __exit__(self, *error: object) -> None:
-        self._rows.__exit__(*error)
+    def __exit__(self, *_: object) -> None:
+        self._rows.close()
 
     def finished(self) -> dict[str, bool | None]:
-        """Return the finished runs by id: whether the robot stayed up; None if refused."""
+        """Return whether the robot stayed up, by the id of the run; None if it was refused."""
         return dict(self._rows.values)
 
     def append(self, rows: Iterable[Row]) -> None:
         """Append finished runs; they are on the disk when this returns."""
-        self._rows.add(rows)
+        self._rows.add({row['id']: row for row in rows})
 
     def keep(self, run: str, series: Series) -> None:
         """Write the signals of a run; call it before its row is appended."""
@@ -117,11 +109,25 @@ class Folder:
         series.save(path)
 
     def export(self) -> Path:
-        """Write the journal as a Parquet file; return its path."""
+        """Write the rows as a Parquet file; return its path."""
         path = self.path / PARQUET
         with written(path) as part:
-            pyarrow.parquet.write_table(_read_journal(self.path), part)
+            pyarrow.parquet.write_table(_read_rows(self.path), part)
         return path
+
+    def _stayed_up(self, row: Row) -> bool | None:
+        """Return whether the robot stayed up; None if the run was refused.
+
+        Raises:
+            ValueError: if the signals of the run are lost or damaged.
+        """
+        up: bool | None = row['stayed_up']
+        if self._keeps and up is not None:
+            try:
+                Series.load(series_path(self.path, row['id']))
+            except BringupError as error:
+                raise ValueError(str(error)) from error
+        return up
 
 
 def series_path(folder: Path, run: str) -> Path:
@@ -139,8 +145,8 @@ def read_results(path: Path) -> pa.Table:
         SweepError: if there is no sweep, or one of another version with other columns.
     """
     try:
-        if (path / JOURNAL).is_file():
-            return _read_journal(path)
+        if (path / ROWS).is_file():
+            return _read_rows(path)
         return pyarrow.parquet.read_table(path / PARQUET if path.is_dir() else path)
     except (OSError, ValueError, OtherResultsError, pa.ArrowException) as error:
         raise SweepError(
@@ -164,54 +170,17 @@ def request_of(results: pa.Table) -> dict[str, Any]:
 
 
 def _check_place(path: Path) -> None:
-    """Refuse a folder with other files; what a killed command began or left empty may be there."""
+    """Refuse a folder with other files; accept empty files and parts of a killed command."""
     others = [
         each
         for each in path.iterdir()
-        if each.name not in (JOURNAL, PARQUET, SERIES)
+        if each.name not in (ROWS, f'{ROWS}-journal', PARQUET, SERIES)
         and not each.name.startswith('.')
         and not each.name.endswith('.part')
         and (each.is_dir() or each.stat().st_size)
     ]
-    if others and not (path / JOURNAL).is_file():
+    if others and not (path / ROWS).is_file():
         raise OtherResultsError(path)
-
-
-def _kinds(request: dict[str, Any]) -> dict[str, type | list[type]]:
-    """Return the type of each column, in a list if it holds lists of it."""
-    swept = {name: column_named(name) for name in request['axes']}
-    return {
-        'id': str,
-        **{name: [one.element] if one.element else one.kind for name, one in swept.items()},
-        'seed': int,
-        **RESULTS,
-    }
-
-
-def _stayed_up(row: Row, kinds: dict[str, type | list[type]]) -> bool | None:
-    """Return whether the robot stayed up; None if the run was refused.
-
-    Raises:
-        ValueError: if the row has other columns, or a value of another type.
-    """
-    if row.keys() != kinds.keys() or row['id'] is None:
-        raise ValueError('other columns')
-    for name, kind in kinds.items():
-        given = row[name]
-        values = given if isinstance(kind, list) and isinstance(given, list) else [given]
-        expected = kind[0] if isinstance(kind, list) else kind
-        if given is not None and not all(type(value) is expected for value in values):
-            raise ValueError(f'{name}: {given!r}')
-    up: bool | None = row['stayed_up']
-    return up
-
-
-def _check_series(path: Path) -> None:
-    """Raise ValueError if the signals of a run are not there or damaged: it is then run again."""
-    try:
-        Series.load(path)
-    except BringupError as error:
-        raise ValueError(str(error)) from error
 
 
 def _check_columns(columns: Container[str]) -> None:
@@ -223,13 +192,19 @@ def _check_columns(columns: Container[str]) -> None:
             )
 
 
-def _read_journal(path: Path) -> pa.Table:
-    request, rows = read_store(path / JOURNAL, lambda row: row)
+def _read_rows(path: Path) -> pa.Table:
+    request, rows = read_store(path / ROWS, dict)
     if rows:
         _check_columns(rows[0])
-    columns = {
-        name: pa.list_(_TYPES[kind[0]]) if isinstance(kind, list) else _TYPES[kind]
-        for name, kind in _kinds(request).items()
+    swept = {name: column_named(name) for name in request['axes']}
+    types = {
+        'id': pa.string(),
+        **{
+            name: pa.list_(_TYPES[one.element]) if one.element else _TYPES[one.kind]
+            for name, one in swept.items()
+        },
+        'seed': pa.int64(),
+        **{name: _TYPES[kind] for name, kind in RESULTS.items()},
     }
-    schema = pa.schema(list(columns.items()), metadata={'khr.sweep': json.dumps(request)})
+    schema = pa.schema(list(types.items()), metadata={'khr.sweep': json.dumps(request)})
     return pa.Table.from_pylist(rows, schema)

@@ -9,7 +9,6 @@ from concurrent.futures import CancelledError, Future
 from contextlib import redirect_stderr
 from dataclasses import dataclass
 from functools import cached_property
-from operator import itemgetter
 from pathlib import Path
 from typing import Any, get_type_hints
 
@@ -19,7 +18,7 @@ from khr_sweeps.pool import Pool
 from khr_sweeps.progress import Bar
 from khr_sweeps.results.store import Store
 
-RESULTS = 'jobs.jsonl'
+RESULTS = 'jobs.sqlite'
 
 
 @dataclass(eq=False)
@@ -47,13 +46,13 @@ class KeptJobs:
 
     def __exit__(self, *error: object) -> None:
         if '_results' in self.__dict__:
-            self._results.__exit__(*error)
+            self._results.close()
 
     @cached_property
     def _results(self) -> Store[Any]:
         """The results, opened with the first job."""
         self.folder.mkdir(parents=True, exist_ok=True)
-        return Store(self.folder / RESULTS, {'results': 'jobs'}, itemgetter('value'), wait=True)
+        return Store(self.folder / RESULTS, {'results': 'jobs'}, _plain, wait=True)
 
     @property
     def workers(self) -> int:
@@ -82,7 +81,7 @@ class KeptJobs:
             try:
                 result = computed.result()
                 value = kind.dump_python(result, mode='json')
-                self._results.add([{'id': name, 'value': value}])
+                self._results.add({name: value})
                 kept.set_result(result)
             except (Exception, CancelledError) as error:
                 kept.set_exception(error)
@@ -96,6 +95,10 @@ def compute_quietly(function: Callable[..., Any], *arguments: Any) -> Any:
     """Call a function without its output on stderr."""
     with redirect_stderr(io.StringIO()):
         return function(*arguments)
+
+
+def _plain(value: Any) -> Any:
+    return value
 
 
 def _name(version: str, function: Callable[..., Any], arguments: tuple[Any, ...]) -> str:

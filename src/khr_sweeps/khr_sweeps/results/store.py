@@ -1,42 +1,48 @@
-"""Results in a file that grows by a line each: what is there is not computed again.
+"""Results in a SQLite file, by id: a result in it is not computed again.
 
-A line is a JSON object with an ``id`` and, as its last member, a checksum over itself and the first
-line, which says what all results belong to. So a line that was damaged, changed, or taken from
-another computation is noticed: it is left out, by name, and computed again. A command that is
-killed leaves at worst a torn last line. Nothing that is read can run.
+Results are added in transactions, so a command that is killed loses only its running jobs. Each
+result has a checksum: a damaged one is dropped and computed again. Reading runs no code.
 """
 
 from __future__ import annotations
 
 import fcntl
-import hashlib
 import json
 import os
+import sqlite3
 import sys
-from collections.abc import Callable, Iterable, Sequence
+import zlib
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from threading import Lock
-from typing import Any, BinaryIO, Generic, NamedTuple, TypeVar
+from typing import Any, Generic, TextIO, TypeVar
 
 from khr_common import RunError
 from khr_sweeps.errors import SweepError
 
-Entry = dict[str, Any]
 Kept = TypeVar('Kept')
-_SUM = b', "sum": "%s"}\n'
-_LENGTH = 16  # hexadecimal digits of a checksum
-_NAMED = 5  # damaged lines named by their numbers
+HEAD = ''  # id of the entry that states what determines the results
+TIMEOUT = 60.0  # s to wait for the transaction of another process
+_UNREADABLE = sqlite3.Error, UnicodeDecodeError  # the latter of a damaged name of a column
+_ADD = 'INSERT OR REPLACE INTO results VALUES (?, ?, ?)'
 
 
 class OtherResultsError(SweepError):
-    """A file of results of something else; ``key`` says what differs, '' if all does."""
+    """A file with results of another computation, or one that cannot be read.
+
+    Attributes:
+        key: the first entry of the head that differs; '' if the head cannot be read.
+        there, here: its values in the file and in this computation.
+    """
 
     def __init__(self, path: Path, key: str = '', there: Any = None, here: Any = None) -> None:
-        said = (
-            f'of another computation ({key}: {there!r}, now {here!r})' if key else 'something else'
+        found = (
+            f'results of another computation ({key}: {there!r}, now {here!r})'
+            if key
+            else 'no results of khr, or damaged'
         )
-        super().__init__(f'{path}: {said}; accepted: another place, or the same computation')
+        super().__init__(f'{path}: {found}; accepted: another place, or the same computation')
         self.key, self.there, self.here = key, there, here
 
 
@@ -49,182 +55,167 @@ class Store(Generic[Kept]):
 
     Args:
         path: the file; its folder exists.
-        head: all that decides the results, as plain data.
-        accept: reads an entry; what it raises ValueError for is left out as damaged.
-        wait: whether to wait for another command that is writing it; it says so.
-        replace: whether results of something else are removed.
+        head: all that determines the results, as plain data.
+        accept: converts the stored data of a result; if it raises ValueError or LookupError, the
+            result counts as damaged.
+        wait: whether to wait, with a message, while another command writes the file.
+        replace: whether to remove results of another computation.
 
     Attributes:
-        values: what ``accept`` returned, by id.
-        replaced: whether results of something else were removed.
+        values: the converted results by id, in the order in which they were added.
+        replaced: whether results of another computation were removed.
 
     Raises:
-        OtherResultsError: if the file holds something else.
-        BusyError: if another command is writing it.
-        OSError: if it cannot be written.
+        OtherResultsError: if the file has results of another computation, or is no such file.
+        BusyError: if another command is writing the file.
+        OSError: if the file cannot be written.
     """
 
     def __init__(
         self,
         path: Path,
-        head: Entry,
-        accept: Callable[[Entry], Kept],
+        head: dict[str, Any],
+        accept: Callable[[Any], Kept],
         wait: bool = False,
         replace: bool = False,
     ) -> None:
         self.path, self.replaced = path, False
         self.values: dict[str, Kept] = {}
-        self._accept, self._lock = accept, Lock()
-        self._file = _locked(path, wait)
-        self._head = _line(head, b'')
+        self._accept, self._threads = accept, Lock()
+        self._lock_file = _lock(path, wait)
+        self._database: sqlite3.Connection | None = None
         try:
-            self._load(json.loads(json.dumps(head)), replace)
+            path.open('ab').close()  # raises OSError with the reason, which SQLite does not name
+            self._database = _connect(path)
+            self._load(self._database, json.loads(json.dumps(head)), replace)
+        except _UNREADABLE as error:
+            self.close()
+            raise OtherResultsError(path) from error
         except BaseException:
-            self._file.close()
+            self.close()
             raise
 
     def __enter__(self) -> Store[Kept]:
         return self
 
     def __exit__(self, *_: object) -> None:
-        with self._lock:
-            self._file.close()
+        self.close()
 
-    def add(self, entries: Iterable[Entry]) -> None:
-        """Append entries; they are on the disk when this returns. Nothing after the end.
+    def close(self) -> None:
+        """Close the file; results that are added later are dropped."""
+        with self._threads:
+            if self._database is not None:
+                self._database.close()
+                self._database = None
+            if not self._lock_file.closed:
+                Path(self._lock_file.name).unlink(missing_ok=True)
+                self._lock_file.close()
+
+    def add(self, results: Mapping[str, Any]) -> None:
+        """Add plain data by id; it is on the disk when this returns.
 
         Raises:
-            RunError: if the disk does not take them.
+            RunError: if the data cannot be written.
         """
-        some = list(entries)
-        with self._lock:
-            if self._file.closed:
+        with self._threads:
+            if self._database is None:
                 return
-            before = self._file.seek(0, os.SEEK_END)
             try:
-                self._file.write(b''.join(_line(entry, self._head) for entry in some))
-                self._file.flush()
-                os.fsync(self._file.fileno())
-            except OSError as error:
-                with suppress(OSError):
-                    self._file.truncate(before)
-                raise RunError(
-                    f'{self.path}: {error.strerror}; what is finished is kept'
-                ) from error
-            self.values.update((entry['id'], self._accept(entry)) for entry in some)
+                with self._database:
+                    self._database.executemany(_ADD, map(_row, results.items()))
+            except sqlite3.Error as error:
+                raise RunError(f'{self.path}: {error}; finished results are kept') from error
+            self.values.update((id_, self._accept(data)) for id_, data in results.items())
 
-    def _load(self, head: Entry, replace: bool) -> None:
-        content = self._file.read()
-        first, lines = _lines(content)
-        there = _entry(first, b'')
-        read = _read(lines, self._head, self._accept)
-        if there != head and not read.good and not self._head.startswith(content):
-            if not replace:
-                raise _other(self.path, there, head)
-            read, self.replaced = _Read([], []), True
-        self.values = {id_: value for id_, value, _ in read.good}
-        _name(self.path, read.damaged)
-        wanted = self._head + b''.join(line for _, _, line in read.good)
-        if content != wanted:
-            self._write_anew(wanted)
-
-    def _write_anew(self, content: bytes) -> None:
-        """Put a file with other content into the place of this one, and hold it as well."""
-        part, old = self.path.with_name(f'.{self.path.name}.part'), self._file
-        self._file = part.open('w+b')
-        fcntl.flock(self._file, fcntl.LOCK_EX)
-        self._file.write(content)
-        self._file.flush()
-        os.fsync(self._file.fileno())
-        part.replace(self.path)
-        old.close()
+    def _load(self, database: sqlite3.Connection, head: dict[str, Any], replace: bool) -> None:
+        with database:
+            if not database.execute('SELECT * FROM sqlite_master').fetchall():
+                database.execute('CREATE TABLE results (id TEXT PRIMARY KEY, data TEXT, sum INT)')
+            there, values, damaged = _read(database, self._accept)
+            if there != head and (there is not None or values or damaged):
+                if not replace:
+                    raise _other(self.path, there, head)
+                database.execute('DELETE FROM results')
+                values, damaged, self.replaced = {}, [], True
+            database.executemany('DELETE FROM results WHERE rowid = ?', damaged)
+            if there != head:
+                database.execute(_ADD, _row((HEAD, head)))
+        self.values = values
+        _report(self.path, len(damaged))
 
 
-def read_store(path: Path, accept: Callable[[Entry], Kept]) -> tuple[Entry, list[Kept]]:
-    """Read head and results of a file that may be written meanwhile.
+def read_store(path: Path, accept: Callable[[Any], Kept]) -> tuple[dict[str, Any], list[Kept]]:
+    """Read the head and the results of a file, also while another command writes it.
 
     Raises:
-        SweepError: if it is no file of results.
-        OSError: if it cannot be read.
+        OtherResultsError: if it is not a file of results.
     """
-    first, lines = _lines(path.read_bytes())
-    head = _entry(first, b'')
-    if head is None:
+    try:
+        database = _connect(path, 'rw')  # a transaction of a killed command is rolled back
+        try:
+            head, values, damaged = _read(database, accept)
+        finally:
+            database.close()
+    except _UNREADABLE as error:
+        raise OtherResultsError(path) from error
+    if not isinstance(head, dict):
         raise OtherResultsError(path)
-    read = _read(lines, first, accept)
-    _name(path, read.damaged)
-    return head, list({id_: value for id_, value, _ in read.good}.values())
+    _report(path, len(damaged))
+    return head, list(values.values())
 
 
-def _lines(content: bytes) -> tuple[bytes, list[bytes]]:
-    """Return the first line and the others, without what was torn off at the end."""
-    lines = [line + b'\n' for line in content.split(b'\n')[:-1]]
-    return (lines[0], lines[1:]) if lines else (b'', [])
+def _connect(path: Path, mode: str = 'rwc') -> sqlite3.Connection:
+    database = sqlite3.connect(
+        f'{path.absolute().as_uri()}?mode={mode}', TIMEOUT, check_same_thread=False, uri=True
+    )
+    database.text_factory = bytes  # damaged text is not UTF-8
+    database.execute('PRAGMA trusted_schema = OFF')
+    return database
 
 
-def _other(path: Path, there: Entry | None, here: Entry) -> OtherResultsError:
-    if there is None:
+def _read(
+    database: sqlite3.Connection, accept: Callable[[Any], Kept]
+) -> tuple[Any, dict[str, Kept], list[tuple[int]]]:
+    """Return the head, the converted results by id, and the rows of damaged entries."""
+    head, values, damaged = None, {}, []
+    rows = database.execute('SELECT rowid, id, data, sum FROM results ORDER BY rowid')
+    for row, id_, data, checksum in rows:
+        try:
+            if checksum != zlib.crc32(id_ + data):
+                raise ValueError('checksum')
+            if id_ == HEAD.encode():
+                head = json.loads(data)
+            else:
+                values[id_.decode()] = accept(json.loads(data))
+        except (TypeError, ValueError, LookupError):
+            damaged.append((row,))
+    return head, values, damaged
+
+
+def _row(result: tuple[str, Any]) -> tuple[str, str, int]:
+    id_, data = result[0], json.dumps(result[1])
+    return id_, data, zlib.crc32((id_ + data).encode())
+
+
+def _other(path: Path, there: Any, here: dict[str, Any]) -> OtherResultsError:
+    if not isinstance(there, dict):
         return OtherResultsError(path)
     key = next(key for key in {**here, **there} if there.get(key) != here.get(key))
     return OtherResultsError(path, key, there.get(key), here.get(key))
 
 
-class _Read(NamedTuple):
-    """Good lines, each with its id and what was accepted of it, and the numbers of the others."""
-
-    good: list[tuple[str, Any, bytes]]
-    damaged: list[int]
-
-
-def _read(lines: Sequence[bytes], head: bytes, accept: Callable[[Entry], Any]) -> _Read:
-    read = _Read([], [])
-    for number, line in enumerate(lines, 2):
-        entry = _entry(line, head)
-        try:
-            if entry is None:
-                raise ValueError
-            read.good.append((entry['id'], accept(entry), line))
-        except (ValueError, KeyError):
-            read.damaged.append(number)
-    return read
-
-
-def _name(path: Path, damaged: Sequence[int]) -> None:
+def _report(path: Path, damaged: int) -> None:
     if damaged:
-        numbers = ', '.join(map(str, damaged[:_NAMED]))
-        more = f' and {len(damaged) - _NAMED} more' if len(damaged) > _NAMED else ''
         print(
-            f'khr: {path}: damaged, incomplete, or of another computation, and left out: '
-            f'line {numbers}{more}',
-            file=sys.stderr,
+            f'khr: {path}: {damaged} damaged result{"s" * (damaged > 1)} dropped', file=sys.stderr
         )
 
 
-def _line(entry: Entry, head: bytes) -> bytes:
-    body = json.dumps(entry).encode()
-    return body[:-1] + _SUM % _checksum(body, head)
-
-
-def _entry(line: bytes, head: bytes) -> Entry | None:
-    """Return the entry of a line; None if it is not as it was written below this head."""
-    end = len(_SUM) - len('%s') + _LENGTH
-    body = line[:-end] + b'}'
-    if line[-end:] != _SUM % _checksum(body, head):
-        return None
-    try:
-        entry = json.loads(body)
-    except ValueError:  # a checksum over no JSON
-        return None
-    return entry if isinstance(entry, dict) else None
-
-
-def _checksum(body: bytes, head: bytes) -> bytes:
-    return hashlib.sha256(head + body).hexdigest()[:_LENGTH].encode()
-
-
-def _locked(path: Path, wait: bool) -> BinaryIO:
+def _lock(path: Path, wait: bool) -> TextIO:
+    """Lock a file beside the results: a lock of the results would interfere with SQLite's own."""
+    lock_path = path.with_name(f'.{path.name}.lock')
     while True:
-        file = path.open('a+b')
+        file = lock_path.open('w')
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
@@ -233,7 +224,7 @@ def _locked(path: Path, wait: bool) -> BinaryIO:
                 raise BusyError(f'{path}: another command is writing it') from error
             print(f'khr: {path}: waiting for another command that computes it', file=sys.stderr)
             fcntl.flock(file, fcntl.LOCK_EX)
-        if os.fstat(file.fileno()).st_ino == path.stat().st_ino:
-            file.seek(0)
-            return file
-        file.close()  # it was replaced meanwhile
+        with suppress(FileNotFoundError):
+            if os.path.samestat(os.fstat(file.fileno()), lock_path.stat()):
+                return file
+        file.close()  # the other command has removed it meanwhile

@@ -23,7 +23,7 @@ from khr_studies.calibration.ensemble import (
     thinned,
     worst_miss,
 )
-from khr_studies.calibration.journal import Journal, physics_of
+from khr_studies.calibration.journal import Journal, physics_digest
 from khr_studies.calibration.objective import (
     ENDS,
     FALL,
@@ -242,7 +242,7 @@ def here(monkeypatch):
 
     monkeypatch.setattr(calibration_search, 'compute', compute)
     monkeypatch.setattr(calibration_search, 'measure_robot', measure)
-    monkeypatch.setattr(calibration_search, 'physics_of', lambda *_: 'invented')
+    monkeypatch.setattr(calibration_search, 'physics_digest', lambda *_: 'invented')
     return measured
 
 
@@ -303,8 +303,9 @@ def of_kind(sway=0.025, reference=0.0, lean=0.0):
 def test_search_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path, here):
     whole, cut = tmp_path / 'whole', tmp_path / 'cut'
     expected = searched(whole)
-    lines = whole.read_text().splitlines(keepends=True)
-    cut.write_text(''.join(lines[:9]) + lines[9][:20])
+    with Journal(cut, SEARCH.head) as book:
+        for one in expected[:8]:
+            book.add(one)
     here.clear()
     found = searched(cut)
     assert {str(one.constants) for one in found} == {str(one.constants) for one in expected}
@@ -319,7 +320,7 @@ def test_journal_of_another_search_or_of_other_physics_is_refused(tmp_path, here
     searched(journal)
     with pytest.raises(StudyError, match='seeds'):
         searched(journal, replace(SEARCH, seeds=3))
-    monkeypatch.setattr(calibration_search, 'physics_of', lambda *_: 'other')
+    monkeypatch.setattr(calibration_search, 'physics_digest', lambda *_: 'other')
     with pytest.raises(StudyError, match=r"physics: .*'invented'.*, now .*'other'"):
         searched(journal)
     journal.write_text('{"no": "journal"}\n')
@@ -328,9 +329,13 @@ def test_journal_of_another_search_or_of_other_physics_is_refused(tmp_path, here
 
 
 @pytest.mark.slow
-def test_physics_of_a_plan_changes_with_its_settings():
+def test_physics_digest_a_plan_changes_with_its_settings():
     slick = replace(PLAN, settings={'simulator.servo_friction': 0.1})
-    assert physics_of(PLAN, 'mujoco') == physics_of(PLAN, 'mujoco') != physics_of(slick, 'mujoco')
+    assert (
+        physics_digest(PLAN, 'mujoco')
+        == physics_digest(PLAN, 'mujoco')
+        != physics_digest(slick, 'mujoco')
+    )
 
 
 def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says(tmp_path, here):
@@ -339,7 +344,7 @@ def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says
     with Journal(tmp_path / 'journal', SEARCH.head) as book:
         found = confirm(SEARCH, robots, 3, Measuring(book, None))
         again = confirm(SEARCH, robots, 3, Measuring(book, None))
-        assert len(book.robots('confirmed')) == 3
+        assert len(book.candidates('confirmed')) == 3
     assert [task.engines for task in here] == [('mujoco', 'bullet')] * 3, 'and not twice'
     assert {(task.seeds, task.hopeless) for task in here} == {(3, float('inf'))}
     assert again == found and len(found) == 3

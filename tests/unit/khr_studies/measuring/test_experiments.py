@@ -14,7 +14,7 @@ from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import folder_of, runs_of, shipped, specification_of
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES
-from khr_sweeps.results.folder import JOURNAL
+from khr_sweeps.results.folder import ROWS
 from khr_sweeps.results.store import Store, read_store
 from khr_sweeps.sweep import report_lost
 from tests.fakes.pools import HerePool
@@ -136,12 +136,12 @@ def test_a_map_can_be_drawn_over_scenarios_and_cases(here, tmp_path):
 
 
 def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
-    file = folder_of('small', True) / JOURNAL
+    file = folder_of('small', True) / ROWS
     before = [run.row['trajectory_hash'] for run in runs_of(folder_of('small', True))]
     for name, value in (('version', 'older'), ('seeds', 7)):
         head, _ = read_store(file, dict)
         file.unlink()
-        Store(file, head | {name: value}, dict).__exit__()
+        Store(file, head | {name: value}, dict).close()
         with experiments.opened(experiments.sweeps_of(['small'], True)) as sweeps:
             assert experiments.missing(sweeps) == 2
             assert read_store(file, dict)[1] == []

@@ -28,6 +28,7 @@ from khr_studies.third_stage.study import (
     climb,
     measure_plane,
 )
+from khr_sweeps.results.store import read_store
 from tests.support.mechanics import PLAIN_SERVOS
 
 POINT = Setting(0.002, 0.5, 0.0)
@@ -215,9 +216,10 @@ def test_a_plane_is_measured_once(tmp_path):
     assert found.limits(0.0).tolist() == found.limits(HIP_GAIN).tolist() == [[0.0]]
     assert 4.0 < found.without.limit_deg < 9.0
     assert [check.limit_deg for check in found.checks] == [0.0] * 3, 'on the other engine as well'
-    kept = (tmp_path / 'jobs.jsonl').read_bytes()
+    kept = (tmp_path / 'jobs.sqlite').read_bytes()
+    assert len(read_store(tmp_path / 'jobs.sqlite', lambda data: data)[1]) == 7
     assert measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,)) == found
-    assert (tmp_path / 'jobs.jsonl').read_bytes() == kept and kept.count(b'\n') == 1 + 7
+    assert (tmp_path / 'jobs.sqlite').read_bytes() == kept
 
 
 @pytest.mark.parametrize(
