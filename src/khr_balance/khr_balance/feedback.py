@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, isfinite, radians, tau
@@ -72,6 +73,14 @@ class BalanceParameters(FeedbackParameters):
         minimum=-10.0,
         maximum=10.0,
     )
+    rate_delay: int = parameter(
+        0,
+        'Delay of the pitch rate before the comparator, in control periods, in addition to the '
+        "board's own delay.",
+        minimum=0,
+        maximum=10,
+        read_only=True,
+    )
     start_ramp: float = parameter(
         1.0,
         'Time from the start of the run in which the correction is raised from nothing to the '
@@ -129,6 +138,10 @@ class BalanceController(FeedbackController[BalanceTable]):
 
     node: ClassVar[str]  # its name among those of the stage
 
+    def __init__(self, parameters: BalanceTable) -> None:
+        super().__init__(parameters)
+        self._rates: deque[float] = deque(maxlen=parameters.rate_delay + 1)
+
     def senses(self) -> tuple[Topic, ...]:
         """Return the sensors' topics that the law reads with the present parameters."""
         return tuple(topic for topic in self.subscribes if topic is not STAGE)
@@ -155,6 +168,8 @@ class BalanceController(FeedbackController[BalanceTable]):
         (+y) a positive angle swings the body backward over a standing foot, so the correction has
         the sign of the forward pitch rate.
 
+        The rate acts ``rate_delay`` samples late; the first sample stands in for earlier ones.
+
         Args:
             time: s, for the reference (5.9).
             pitch_rate: w_meas, rad/s, forward positive.
@@ -163,10 +178,10 @@ class BalanceController(FeedbackController[BalanceTable]):
             BalanceError: if the rate is not finite.
         """
         own = self.parameters
-        measured = finite('pitch_rate', pitch_rate, 'rad/s')
+        self._rates.append(finite('pitch_rate', pitch_rate, 'rad/s'))
         swing = own.reference_amplitude * cos(tau * own.reference_frequency * time)  # (5.9)
         reference = own.reference_offset + swing
-        return self.rate_gain * (measured - reference) + radians(own.lean_deg)
+        return self.rate_gain * (self._rates[0] - reference) + radians(own.lean_deg)
 
 
 def finite(name: str, value: float, unit: str) -> float:

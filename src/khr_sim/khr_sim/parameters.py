@@ -13,6 +13,15 @@ def _friction(default: float, materials: str) -> Any:
     return parameter(default, f'Friction coefficient of {materials}.', minimum=0.0, maximum=2.0)
 
 
+def _scale(joints: str, gain: str) -> Any:
+    return parameter(
+        1.0,
+        f'{gain.capitalize()} gain of the {joints} servos over that of the identified loop.',
+        minimum=0.1,
+        maximum=5.0,
+    )
+
+
 @dataclass(frozen=True)
 class SimulatorParameters:
     """The parameter table of the simulator.
@@ -161,6 +170,12 @@ class SimulatorParameters:
     pid_kd: float = parameter(
         2.0, 'Derivative gain of the identified servo loop.', unit='s', minimum=0.0, maximum=10.0
     )
+    pid_scale_hip: float = _scale('hip', 'proportional')
+    pid_scale_knee: float = _scale('knee', 'proportional')
+    pid_scale_ankle: float = _scale('ankle', 'proportional')
+    pid_kd_scale_hip: float = _scale('hip', 'derivative')
+    pid_kd_scale_knee: float = _scale('knee', 'derivative')
+    pid_kd_scale_ankle: float = _scale('ankle', 'derivative')
     rotor_inertia: float = parameter(
         0.004,
         "Inertia of a servo's rotor and gears, seen at the output shaft.",

@@ -198,9 +198,19 @@ def position_loop(parameters: SimulatorParameters, stretch: Array | None = None)
         kp, ki, kd = (
             gain * POTENTIOMETER * STALL_TORQUE / SUPPLY for gain in (p.pid_kp, p.pid_ki, p.pid_kd)
         )
-        return PositionLoop(np.full(len(JOINTS), kp), np.full(len(JOINTS), kd), ki)
+        return PositionLoop(
+            kp * _of_groups(p.pid_scale_hip, p.pid_scale_knee, p.pid_scale_ankle),
+            kd * _of_groups(p.pid_kd_scale_hip, p.pid_kd_scale_knee, p.pid_kd_scale_ankle),
+            ki,
+        )
     stiffness = p.stiffness_per_stretch * (stretches(p) if stretch is None else stretch)
     return PositionLoop(stiffness, p.derivative_time * stiffness, 0.0)
+
+
+def _of_groups(hip: float, knee: float, ankle: float) -> Array:
+    """Return the value of each of the 17 servos' group, 1 for arms and head."""
+    groups = {'hip': hip, 'knee': knee, 'ankle': ankle}
+    return np.array([groups.get(name.split('_')[1], 1.0) for name in JOINTS])
 
 
 def gear_stiffness(parameters: SimulatorParameters) -> Array:

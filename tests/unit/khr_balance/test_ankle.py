@@ -31,6 +31,15 @@ def test_one_law_for_ankle_and_hip(rate, gain, time):
     assert corrected(ankle, time, rate=rate) == corrected(hip, time, rate=rate)
 
 
+@given(st.lists(st.floats(-5.0, 5.0), min_size=1, max_size=8), st.integers(0, 4))
+def test_the_rate_acts_later_by_the_delay(rates, delay):
+    delayed = AnkleController(replace(GYRO, rate_delay=delay))
+    prompt = AnkleController(GYRO)
+    for time in range(len(rates)):
+        late = corrected(delayed, 1.0 + time, rate=rates[time])
+        assert late == corrected(prompt, 1.0 + time, rate=rates[max(time - delay, 0)])
+
+
 @given(NEWTONS, NEWTONS, NEWTONS, NEWTONS)
 def test_difference_is_that_of_each_foot_added(l_toe, l_heel, r_toe, r_heel):
     both = toe_heel_difference((l_toe, l_heel, r_toe, r_heel))

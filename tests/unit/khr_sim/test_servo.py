@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, law, stretches
+from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, law, position_loop, stretches
 from tests.support.mechanics import PLAIN_SERVOS
 
 CARRIED = Robot.load().joint_inertia()
@@ -54,6 +54,30 @@ def test_its_stiffness_is_that_of_stretch_and_gear_in_series():
     stretch = SMOOTH.stiffness_per_stretch * SMOOTH.stretch_knee
     gear = SMOOTH.gear_stiffness
     assert stiffness == pytest.approx(stretch * gear / (stretch + gear), rel=1e-6)
+
+
+@pytest.mark.parametrize('group', ['hip', 'knee', 'ankle'])
+def test_a_group_of_servos_has_its_own_pid(group):
+    base = SimulatorParameters(servo_friction=0.0, backlash_deg=0.0, pid_ki=0.0)
+    scaled = replace(base, **{f'pid_scale_{group}': 2.0, f'pid_kd_scale_{group}': 3.0})
+    for name, loop, gain in zip(
+        JOINTS,
+        zip(*position_loop(scaled)[:2], strict=True),
+        zip(*position_loop(base)[:2], strict=True),
+        strict=True,
+    ):
+        factors = (2.0, 3.0) if f'_{group}' in name else (1.0, 1.0)
+        assert loop == pytest.approx(tuple(f * g for f, g in zip(factors, gain, strict=True)))
+
+
+def test_a_stiffer_position_loop_gives_less_under_load():
+    """Static deflection under a torque: that of loop and gear in series."""
+    base = SimulatorParameters(servo_friction=0.0, backlash_deg=0.0, pid_ki=0.0)
+    load = np.full(len(JOINTS), 0.3)
+    for parameters in (base, replace(base, pid_scale_knee=2.0)):
+        loop = position_loop(parameters).stiffness[KNEE]
+        given = Servos(parameters, CARRIED).reset(ZERO, load)[KNEE]
+        assert given == pytest.approx(-0.3 / loop - 0.3 / parameters.gear_stiffness)
 
 
 def test_the_stretch_of_each_joint_is_its_own():

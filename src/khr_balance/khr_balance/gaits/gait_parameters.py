@@ -63,6 +63,21 @@ class GaitParameters:
         minimum=-0.05,
         maximum=0.05,
     )
+    walk_start_shift: float = parameter(
+        0.0,
+        'Walk: centre of mass in the first and last stance, ahead of ``com_stance``.',
+        unit='m',
+        minimum=-0.03,
+        maximum=0.03,
+    )
+    first_step_shift: float = parameter(
+        0.0,
+        'Walk: centre of mass in the first step when the foot is fully lifted, ahead of '
+        '``com_lifted``.',
+        unit='m',
+        minimum=-0.03,
+        maximum=0.03,
+    )
     com_lifted: float = parameter(
         0.01167,
         "Walk: centre of mass ahead of the stance sole's centre when the other foot is "

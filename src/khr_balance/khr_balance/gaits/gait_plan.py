@@ -188,7 +188,7 @@ class _Walk:
         self._forward, self._upward, self._tipping = (
             {side: [Key(0.0, 0.0)] for side in self._place} for _ in range(3)
         )
-        self._com_x = [Key(p.start_delay, p.com_stance)]
+        self._com_x = [Key(p.start_delay, p.com_stance + p.walk_start_shift)]
         self._com_y = [Key(p.start_delay, 0.0)]
 
     def take_step(self, number: int) -> None:
@@ -215,8 +215,9 @@ class _Walk:
                 Key(start + self._over, 0.0),
             ]
         if not last:
+            shift = 0.0 if number else p.first_step_shift
             self._com_x += [
-                Key(start + self._high, here + p.com_lifted),
+                Key(start + self._high, here + p.com_lifted + shift),
                 Key(start + self._down, here + p.com_touchdown),
             ]
         self._sway(start, p.sway if stance == 'l' else -p.sway)
@@ -224,7 +225,7 @@ class _Walk:
     def plan(self) -> Plan:
         """Give the plan of the steps taken."""
         p, finish = self._p, self._start(self.steps)
-        com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance)]
+        com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance + p.walk_start_shift)]
         sole = {
             side: Sole(
                 y, *(_rests(keys[side]) for keys in (self._forward, self._upward, self._tipping))

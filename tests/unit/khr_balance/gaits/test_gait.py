@@ -135,6 +135,19 @@ def test_the_first_foot_can_be_either(walk):
         )
 
 
+def test_the_walk_has_its_own_start_and_first_step(walk):
+    shifted = gait(walk_start_shift=-0.006, first_step_shift=0.004)
+    p = shifted.parameters
+    centre, _, _ = in_sole('l', shifted.reference(0.0))
+    assert centre[0] == pytest.approx(p.com_stance - 0.006, abs=5e-4)
+    _, lifted, *_ = 0.5 * np.cumsum(p.phases) / sum(p.phases)
+    centre, _, _ = in_sole('l', shifted.reference(p.start_delay + lifted * p.cycle_period))
+    assert centre[0] == pytest.approx(p.com_lifted + 0.004, abs=5e-4)
+    assert instant(shifted, 2, 0.3) == pytest.approx(instant(walk, 2, 0.3), abs=2e-3)
+    lift = gait(motion='leg_lift', walk_start_shift=-0.006, first_step_shift=0.004)
+    assert lift.reference(5.0) == gait(motion='leg_lift').reference(5.0)
+
+
 @pytest.mark.parametrize('foot, stance', [('right', 'l'), ('left', 'r')])
 def test_leg_lift_stands_on_one_leg_with_the_weight_over_it(foot, stance):
     motion = gait(motion='leg_lift', first_foot=foot)
