@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -157,12 +158,11 @@ def run(
     with ExitStack() as shown:
         also = None
         if progress:
-            from rich.console import Console
+            from khr.cli.progress import show_run
+            from khr_sweeps.progress import ProgressBar
 
-            from khr.cli.progress import SecondsLine
-
-            line = SecondsLine(Console(stderr=True), length(chosen))
-            also = showing(shown.enter_context(line).show_run)
+            bar = shown.enter_context(ProgressBar(total=length(chosen), unit='s'))
+            also = showing(partial(show_run, bar))
         result, signals = run_with_series(chosen, also)
     return RunResult(**vars(result), signals=signals)
 

@@ -7,78 +7,100 @@ import time
 from datetime import timedelta
 
 from rich.console import Console
-from rich.progress import (
-    BarColumn,
-    MofNCompleteColumn,
-    Progress,
-    TextColumn,
-    TimeElapsedColumn,
-    TimeRemainingColumn,
-)
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
 
-EVERY = 15.0  # s between two lines if stderr is not a terminal
+REFRESH = 0.2  # s between two updates on a terminal
+INTERVAL = 15.0  # s between two lines elsewhere
 
 
-class Bar:
+class ProgressBar:
     """A progress bar on a terminal; elsewhere a line at intervals, or nothing.
+
+    It appears with the first call of a method, and disappears at the end of its block.
 
     Args:
         title: of the bar.
-        total: number of runs known so far.
-        done: number of runs finished before.
+        total: runs or simulated seconds, as far as known.
+        done: finished before.
+        unit: ``s`` for simulated seconds; empty for runs.
         lines: whether to print lines if stderr is not a terminal.
         quiet: whether to show nothing anywhere.
+        console: to show it on; stderr by default.
     """
 
     def __init__(
-        self, title: str, total: int, done: int = 0, lines: bool = False, quiet: bool = False
+        self,
+        title: str = '',
+        total: float = 0.0,
+        done: float = 0.0,
+        *,
+        unit: str = '',
+        lines: bool = False,
+        quiet: bool = False,
+        console: Console | None = None,
     ) -> None:
-        columns = (
+        console = console or Console(stderr=True)
+        self._bar = Progress(
             TextColumn('{task.description}'),
             BarColumn(),
-            MofNCompleteColumn(),
+            TextColumn('{task.fields[text]}'),
             TimeElapsedColumn(),
             TextColumn('left'),
             TimeRemainingColumn(),
-            TextColumn('{task.fields[text]}'),
+            console=console,
+            transient=True,
         )
-        console = Console(stderr=True)
-        self._bar = Progress(
-            *columns, console=console, transient=True, disable=quiet or not console.is_terminal
-        )
-        self._task = self._bar.add_task(title, total=total, completed=done, text='')
-        self._lines = lines and not quiet and not console.is_terminal
+        self._task = self._bar.add_task(title, total=total or None, text='')
         self._title, self._total, self._done, self._before = title, total, done, done
-        self._began = self._printed = time.monotonic()
+        self._number = '{:.2f}' if unit else '{:g}'
+        self._unit = f' {unit}' if unit else ''
+        self._terminal = console.is_terminal and not quiet
+        self._lines = lines and not console.is_terminal and not quiet
+        self._began = self._updated = time.monotonic()
 
-    def __enter__(self) -> Bar:
-        self._bar.start()
+    def __enter__(self) -> ProgressBar:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._bar.stop()
+        if self._bar.live.is_started:  # else rich would print an empty line
+            self._bar.stop()
 
-    def name(self, title: str) -> None:
-        """Set the title."""
-        self._title = title
-        self._bar.update(self._task, description=title)
-
-    def expect(self, runs: int) -> None:
+    def expect(self, count: float) -> None:
         """Raise the total."""
-        self._total += runs
-        self._bar.update(self._task, total=self._total)
+        self.show(self._title, self._done, self._total + count)
 
-    def advance(self, runs: int = 1, text: str = '') -> None:
-        """Count finished runs."""
-        self._done += runs
-        self._bar.update(self._task, completed=self._done, text=text)
+    def advance(self, count: float = 1, text: str = '') -> None:
+        """Count finished runs or simulated seconds; show a text beside the bar."""
+        self.show(self._title, self._done + count, text=text)
+
+    def show(self, title: str, done: float, total: float = 0.0, text: str = '') -> None:
+        """Show a title, how much is finished, the total if it changes, and a text."""
         now = time.monotonic()
-        if self._lines and now - self._printed >= EVERY:
-            self._printed = now
-            pace = (now - self._began) / max(self._done - self._before, 1)
-            left = timedelta(seconds=round(pace * (self._total - self._done)))
-            print(
-                f'{self._title}: {self._done} of {self._total}, {left} left',
-                file=sys.stderr,
-                flush=True,
-            )
+        urgent = title != self._title or not self._bar.live.is_started
+        self._title, self._done, self._total = title, done, total or self._total
+        if self._terminal and (urgent or now - self._updated >= REFRESH):
+            self._updated = now
+            self._update(text)
+        elif self._lines and now - self._updated >= INTERVAL:
+            self._updated = now
+            pace = (now - self._began) / max(done - self._before, 1)
+            left = timedelta(seconds=round(pace * (self._total - done)))
+            print(f'{title}: {self._progress}, {left} left', file=sys.stderr, flush=True)
+
+    @property
+    def _progress(self) -> str:
+        of = f' of {self._number.format(self._total)}' if self._total else ''
+        return f'{self._number.format(self._done)}{of}{self._unit}'
+
+    def _update(self, text: str) -> None:
+        started = self._bar.live.is_started
+        self._bar.update(
+            self._task,
+            description=self._title,
+            completed=self._done,
+            total=self._total or None,
+            text=f'{self._progress}  {text}'.rstrip(),
+            refresh=started,
+        )
+        if not started:
+            self._bar.start()

@@ -13,7 +13,7 @@ from khr_bringup.code_version import code_version
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.errors import SweepError
 from khr_sweeps.pool import check_workers
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.folder import Folder, read_results
 from khr_sweeps.runner import run_missing
 from khr_sweeps.specification import Sweep
@@ -78,11 +78,12 @@ def _run(
     quiet: bool,
 ) -> tuple[int, bool]:
     """Compute the missing runs; return how many were lost, and whether it was interrupted."""
-    lost, verdicts = 0, Counter[str]()
-    with Bar('starting', total, len(folder.finished()), quiet=quiet) as bar:
+    lost, verdicts, done = 0, Counter[str](), len(folder.finished())
+    with ProgressBar('', total, done, quiet=quiet) as bar:
+        bar.show('starting', done)
         try:
             with open_pool(workers, scheduler) as pool:
-                bar.name(specification.name)
+                bar.show(specification.name, done)
                 for batch in run_missing(pool, [(specification, folder)]):
                     rows = [row for row in batch if row is not None]
                     lost += len(batch) - len(rows)

@@ -9,7 +9,7 @@ from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.json_file import finite_or_none
 from khr_sweeps.pool import local_pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.results.store import Store
 from tests.fakes.benches import outcome
@@ -26,7 +26,7 @@ def cube(number: float) -> float:
 
 
 def jobs(pool, folder, version='v'):
-    return KeptJobs(pool, folder, version, Bar('jobs', 0), {square: 3})
+    return KeptJobs(pool, folder, version, ProgressBar('jobs', 0), {square: 3})
 
 
 def submit(kept, function, *arguments):

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from rich.console import Console
 
-from khr.cli.progress import SecondsLine
+from khr.cli.progress import show_run
 from khr.cli.summary import print_line, summarise
 from khr_bringup.graph.graph import Callbacks, RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain
@@ -20,6 +20,7 @@ from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
+from khr_sweeps.progress import ProgressBar
 from khr_view.beside import Viewing, page
 
 NETWORK = (
@@ -58,17 +59,19 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
     check_domain(way.domain)  # refused before a folder is made, and so is the page
     beside = page(options.view, report)
     lasts = scenario.table(RunParameters).duration if way.stay else duration(scenario)
-    line = SecondsLine(console, lasts)
+    bar = ProgressBar(total=lasts, unit='s', console=console)
 
-    with claimed(options.out, scenario.name) as folder, line:
+    with claimed(options.out, scenario.name) as folder, bar:
 
         def begun(entry: RunEntry) -> None:
             report(f'{scenario.name}: {entry.to_join}  folder {folder}')
             if entry.network:
                 report(f'khr: {NETWORK}')
-            line.show('starting', 0.0)
+            bar.show('starting', 0.0)
 
-        result = run_to_end(scenario, folder, way, Callbacks(begun, line.show_run, beside))
+        result = run_to_end(
+            scenario, folder, way, Callbacks(begun, partial(show_run, bar), beside)
+        )
     for warning in result.warnings:
         report(f'khr: {warning}')
     failures = _kept(folder, result, options, console)

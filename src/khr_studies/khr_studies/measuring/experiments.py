@@ -20,7 +20,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
 from khr_studies.measuring.run_table import parameter_columns, run_table
 from khr_sweeps.pool import Pool, local_pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.reading import load_sweep
 from khr_sweeps.results.folder import Folder, read_results, request_of, series_path
 from khr_sweeps.runner import run_missing
@@ -227,7 +227,7 @@ def missing(sweeps: Sequence[Opened]) -> int:
     return sum(specification.left(version, folder.finished()) for specification, folder in sweeps)
 
 
-def run_on(pool: Pool, sweeps: Sequence[Opened], bar: Bar) -> int:
+def run_on(pool: Pool, sweeps: Sequence[Opened], bar: ProgressBar) -> int:
     """Compute the missing runs of opened experiments; return how many lost their worker.
 
     Raises:
@@ -257,7 +257,7 @@ def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experim
         left = missing(entered)
         if not left:
             return
-        with Bar(title, left, lines=True) as bar, local_pool(min(workers, left)) as pool:
+        with ProgressBar(title, left, lines=True) as bar, local_pool(min(workers, left)) as pool:
             lost = run_on(pool, entered, bar)
     report_lost(lost)
 

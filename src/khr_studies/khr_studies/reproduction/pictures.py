@@ -14,7 +14,7 @@ from khr_studies.reproduction.results import FigureResult
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
 from khr_sweeps.pool import Pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.specification import Sweep
 
 
@@ -30,7 +30,7 @@ class Pictures:
     """
 
     pool: Pool
-    bar: Bar
+    bar: ProgressBar
     out: Path
     asked: ExperimentPlan
 

@@ -40,7 +40,7 @@ from khr_studies.scoreboard.study import compare, submit_all
 from khr_studies.stability_map.best_gain import map_result
 from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.pool import check_workers, local_pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.specification import Sweep
 
@@ -109,7 +109,7 @@ def _compute(asked: ExperimentPlan, sweeps: list[Opened], out: Path, workers: in
     """Compute everything on one pool; jobs that wait for nothing are submitted first."""
     drawn = len(asked.figures) + len(asked.maps)
     with (
-        Bar('reproduce', experiments.missing(sweeps) + drawn, lines=True) as bar,
+        ProgressBar('reproduce', experiments.missing(sweeps) + drawn, lines=True) as bar,
         local_pool(workers) as pool,
         KeptJobs(
             pool,

@@ -27,7 +27,7 @@ from khr_studies.measuring.bench import MeasuredLift, lift
 from khr_studies.measuring.condition import Changes, Condition
 from khr_studies.measuring.study_version import version_of_study
 from khr_sweeps.pool import local_pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 
 Array = NDArray[np.float64]
@@ -247,7 +247,7 @@ def measure_plane(
         setting.condition(engine).scenario(0.0)  # a mistake is reported before anything starts
     with (
         local_pool(jobs, '--jobs') as pool,
-        Bar('stage 3', 0, lines=True, quiet=quiet) as bar,
+        ProgressBar('stage 3', 0, lines=True, quiet=quiet) as bar,
         KeptJobs(pool, folder, version_of_study('third_stage'), bar, {}) as kept,
     ):
 

@@ -24,7 +24,7 @@ from khr_studies.measuring.optimiser import evolution
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, Changes, GainAxis, parameter_changes
 from khr_sweeps.pool import check_workers, local_pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 
 SLIP_STEP = 0.001  # m; slips that differ less count as equal, so that vibration can decide
@@ -280,7 +280,7 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
     seeds = range(question.seeds)
     with (
         local_pool(jobs, '--jobs') as pool,
-        Bar('tune', 0, lines=True, quiet=quiet) as bar,
+        ProgressBar('tune', 0, lines=True, quiet=quiet) as bar,
         KeptJobs(pool, folder, version_of_study('tuning'), bar, {}) as kept,
     ):
         tried = _measured(question, kept, [first], seeds)

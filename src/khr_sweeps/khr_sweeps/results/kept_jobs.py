@@ -15,7 +15,7 @@ from typing import Any, get_type_hints
 from pydantic import TypeAdapter
 
 from khr_sweeps.pool import Pool
-from khr_sweeps.progress import Bar
+from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.store import Store
 
 RESULTS = 'jobs.sqlite'
@@ -38,7 +38,7 @@ class KeptJobs:
     pool: Pool
     folder: Path
     version: str
-    bar: Bar
+    bar: ProgressBar
     costs: dict[Callable[..., Any], int]
 
     def __enter__(self) -> KeptJobs:

@@ -6,9 +6,8 @@ from pathlib import Path
 from typing import Annotated
 
 import typer
-from rich.console import Console
 
-from khr.cli.progress import SecondsLine
+from khr_sweeps.progress import ProgressBar
 
 
 def film(
@@ -35,8 +34,8 @@ def film(
     from khr_report.film.film import render_run
 
     size = (width, height, rate)
-    with SecondsLine(Console(stderr=True)) as line:
-        files = render_run(run, out, still, (start, end), size, against, line.show)
+    with ProgressBar(unit='s') as bar:
+        files = render_run(run, out, still, (start, end), size, against, bar.show)
     for path in files:
         print(path)
 

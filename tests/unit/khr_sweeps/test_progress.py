@@ -1,0 +1,56 @@
+"""A progress bar on a terminal, and its lines elsewhere."""
+
+from io import StringIO
+
+import pytest
+from rich.console import Console
+
+from khr.cli.progress import show_run
+from khr_bringup.result import Progress
+from khr_sweeps import progress
+from khr_sweeps.progress import ProgressBar
+
+
+@pytest.fixture
+def console():
+    return Console(file=StringIO(), force_terminal=True, width=200)
+
+
+def test_a_run_is_shown_before_anything_is_simulated(console):
+    with ProgressBar(total=11.55, unit='s', console=console) as bar:
+        bar.show('starting', 0.0)
+        assert 'starting' in console.file.getvalue()
+        assert '0.00 of 11.55 s' in console.file.getvalue()
+        show_run(bar, Progress(4.2, 'running', 1.5, 0.25, '1.7 Hz'))
+    shown = console.file.getvalue()
+    assert '4.20 of 11.55 s  x1.50  pitch rate 0.250 rad/s  peak 1.7 Hz' in shown
+
+
+def test_each_part_of_a_command_has_its_own_total(console):
+    with ProgressBar(unit='s', console=console) as bar:
+        bar.show('repeating', 1.0, 5.0)
+        bar.show('drawing', 2.0, 3.0)
+    assert 'repeating' in console.file.getvalue()
+    assert '2.00 of 3.00 s' in console.file.getvalue()
+
+
+def test_a_bar_that_is_quiet_or_never_used_shows_nothing(console):
+    with ProgressBar(total=5.0, console=console):
+        pass
+    with ProgressBar(total=5.0, console=console, quiet=True) as bar:
+        bar.advance()
+    assert console.file.getvalue() == ''
+
+
+def test_elsewhere_there_are_lines_at_intervals_if_asked_for(monkeypatch, capsys):
+    now = iter(range(0, 1000, 10))
+    monkeypatch.setattr(progress.time, 'monotonic', lambda: next(now))
+    for lines in (True, False):
+        with ProgressBar('tune', 2, lines=lines) as bar:
+            bar.expect(2)
+            for _ in range(3):
+                bar.advance()
+    assert capsys.readouterr().err.splitlines() == [
+        'tune: 1 of 4, 0:01:00 left',
+        'tune: 3 of 4, 0:00:13 left',
+    ]
