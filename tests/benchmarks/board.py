@@ -102,12 +102,12 @@ def on_board(name, option, wire=0):
         robot = serving.communicate()[0].splitlines()[-3].split()[0]
         outcome = json.loads((out / 'outcome.json').read_text())
         latest = last_diagnostics(Bag(out / 'bag'), 'board')
-    periods = int(outcome['periods'])
+    periods = outcome['periods']
     return {
         'twin': twin,
         'robot': robot,
         'periods': periods,
-        'late': 100.0 * int(outcome['missed_periods']) / periods,
+        'late': 100.0 * outcome['missed_periods'] / periods,
         **{name: float(latest[name]) for name in FIGURES if latest.get(name)},
         'others': others,
     }

@@ -12,7 +12,6 @@ from unittest.mock import patch
 
 import psutil
 
-from khr_analysis.outcome import OutcomeMonitor
 from khr_bringup.offline import ControlLoop, run_offline
 from khr_bringup.scenario import scenario as scenarios
 from khr_sim.physics.engines import bullet as pybullet
@@ -176,8 +175,7 @@ ENGINE_STEPS, AROUND = "the engine's steps", 'servos, joint states and contacts 
 BOTH, REST = 'steps, servos and contacts, compiled together', 'the rest'
 PARTS = (
     (World, '_observe', 'poses and forces observed'),
-    (ControlLoop, 'answer', 'sensors, gait and controllers'),
-    (OutcomeMonitor, 'update', 'verdict'),
+    (ControlLoop, 'answer', 'sensors, gait, controllers and verdict'),
 )
 ENGINES = {
     'bullet': ((bullet, 'stepSimulation', ENGINE_STEPS), (pybullet.Bullet, 'run', AROUND)),

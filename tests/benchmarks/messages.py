@@ -22,7 +22,6 @@ from rclpy.node import Node
 from rclpy.task import Future
 
 from khr_analysis.node_specs import FFT_ANALYSER, RECORDER
-from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
 from khr_analysis.recording import Recording
 from khr_analysis.spectrum import FftAnalyserParameters, SpectrumAnalyser
 from khr_bringup.graph.following import nodes_of
@@ -147,12 +146,10 @@ def twin():
 
     def run():
         plant, loop = Plant(SHORT.table(RunParameters)), ControlLoop(SHORT)
-        monitor = OutcomeMonitor(SHORT.table(MonitorParameters))
         truth = plant.start(loop.reference(0.0))
         while True:
             yield
             plant.answer(loop.answer(truth))
-            monitor.update(truth.stamp_ns, loop.signals)
             truth = plant.advance()
 
     started = run()

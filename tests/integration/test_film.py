@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from khr_bringup.result import RunRecord
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
@@ -148,7 +149,9 @@ def test_still_is_one_picture(folder, tmp_path):
 
 
 def test_run_that_does_not_repeat_is_an_error(folder):
-    (folder / 'outcome.json').write_text(json.dumps({'end': 'duration', 'trajectory_hash': 'x'}))
+    (folder / 'outcome.json').write_text(
+        json.dumps(RunRecord(end='duration', trajectory_hash='x').to_json())
+    )
     with pytest.raises(RunError, match='did not repeat'):
         render_run(str(folder), still=0.0, size=SMALL)
 

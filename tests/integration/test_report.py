@@ -14,10 +14,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from khr.cli import command
+from khr_analysis.outcome_values import shown
 from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.code_version import code_version, surroundings
-from khr_bringup.recorded.bag_signals import series_of_bag
 from khr_bringup.recorded.bags import read_messages, read_what_is_left
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
@@ -28,6 +29,7 @@ from tests.fakes.bags import change, make_bag, push, state
 from tests.support.pages import check_alone
 from tests.support.runs import khr
 
+REST = '"scenario": "", "end": "", "trajectory_hash": ""'
 SECONDS = 4.2  # a gait cycle and more
 VERSION = code_version(engine='bullet')
 
@@ -84,7 +86,7 @@ def rows_after(page, title):
 
 
 def test_signals_of_a_bag_are_those_of_the_run_bit_for_bit(recorded):
-    read = series_of_bag(recorded)
+    read = RecordedRun(recorded).series
     _, run = run_with_series(load_scenario(str(recorded / 'scenario.yaml')))
     for each in fields(run):
         np.testing.assert_array_equal(
@@ -98,10 +100,9 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     page = check_alone(path)
     outcome = json.loads((recorded / 'outcome.json').read_text())
     for name, text in OUTCOME.items():
-        if name in outcome and not name.endswith('_rad_s'):
-            assert f'{text} {outcome[name]}' in page.text
-    vibration = degrees(float(outcome['vibration_rad_s']))
-    assert f'vibration, deg/s {vibration:.2f}' in page.text and 'rad/s' not in page.text
+        if name in outcome:
+            assert f'{text} {shown(name, outcome[name])}' in page.text
+    assert 'vibration, deg/s' in page.text and 'rad/s' not in page.text
     for word in (
         'Pitch of the torso',
         'Pitch rate of the torso',
@@ -126,15 +127,15 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     (link,) = [link for link in page.links if link.startswith('data:')]
     table = list(csv.DictReader(base64.b64decode(link.split(',')[1]).decode().splitlines()))
     assert len(table) == round(SECONDS / 0.015) + 1
-    assert float(table[-1]['slip']) == pytest.approx(float(outcome['slip_distance_m']), abs=1e-4)
+    assert float(table[-1]['slip']) == pytest.approx(outcome['slip_distance_m'])
 
 
 def test_the_bag_alone_will_do(recorded, tmp_path):
     bag = copy(recorded, tmp_path / 'run') / 'bag' / 'bag.mcap'
     found, whole = contents_of(bag), contents_of(recorded)
     assert not found.notes
-    assert found.outcome['verdict'] == whole.outcome['verdict']
-    assert found.outcome['trajectory_hash'] == whole.outcome['trajectory_hash']
+    assert found.record.judged == whole.record.judged
+    assert found.record.trajectory_hash == whole.record.trajectory_hash
     assert found.scenario.table(AnkleControllerParameters).gain == 15.0
     assert found.version == whole.version == VERSION
     np.testing.assert_array_equal(found.series.pitch, whole.series.pitch)
@@ -183,7 +184,7 @@ def test_run_that_does_not_repeat_has_no_signals(offline, tmp_path, change, says
     found = contents_of(folder)
     assert found.series is None
     assert says in found.notes[-1]
-    assert found.outcome['verdict'] == outcome['verdict']
+    assert found.record.judged.verdict == outcome['verdict']
 
 
 def test_page_without_signals_shows_outcome_and_parameters(offline, tmp_path):
@@ -203,10 +204,14 @@ def test_page_without_signals_shows_outcome_and_parameters(offline, tmp_path):
         ('scenario.yaml', 'gait: {ros__parameters: {motion: jump}}', 'another version'),
         ('scenario.yaml', '\0\xff', 'scenario.yaml'),
         ('outcome.json', None, 'outcome.json is missing'),
-        ('outcome.json', '{"verdict": ', 'outcome.json cannot be read'),
-        ('outcome.json', '3', 'outcome.json holds no outcome'),
+        ('outcome.json', '{"verdict": ', 'outcome.json: not readable'),
+        ('outcome.json', '3', 'outcome.json: not readable'),
         *(
-            ('outcome.json', f'{{"verdict": "stood", "vibration_rad_s": {value}}}', 'is no number')
+            (
+                'outcome.json',
+                f'{{"verdict": "stood", "time_s": {value}, {REST}}}',
+                'is not a number',
+            )
             for value in ('true', '"abc"', '[1]', '{}', '1e999', 'null')
         ),
     ],
@@ -218,20 +223,17 @@ def test_one_file_missing_or_damaged_leaves_the_rest(offline, tmp_path, name, te
         (folder / name).write_text(text, encoding='latin-1')
     found = contents_of(folder)
     assert any(says in note and '\n' not in note for note in found.notes)
-    assert found.scenario or found.outcome
+    assert found.scenario or found.record
 
 
-def test_a_number_that_is_none_is_a_note_and_what_was_changed_is_shown(offline, tmp_path):
+def test_changes_of_a_run_without_a_bag_are_those_of_its_outcome(offline, tmp_path):
     folder = copy(offline, tmp_path / 'run')
     outcome = json.loads((folder / 'outcome.json').read_text()) | {
-        'vibration_rad_s': True,
         'trajectory_hash': '',
-        'changes': [{'time_s': 1.5, 'parameter': 'gait.stride', 'value': 0.25}, 3, {'time_s': []}],
+        'changes': [{'time_s': 1.5, 'parameter': 'gait.stride', 'value': 0.25}],
     }
     (folder / 'outcome.json').write_text(json.dumps(outcome))
-    text = check_alone(report(folder, None, None)).text
-    assert 'vibration_rad_s: True is no number' in text
-    assert '1.500 gait.stride 0.25' in text
+    assert '1.500 gait.stride 0.25' in check_alone(report(folder, None, None)).text
 
 
 def test_a_scenario_alone_is_no_run(offline, tmp_path, monkeypatch, capsys):
@@ -256,7 +258,7 @@ def cut(folder, share):
 def test_truncated_bag_gives_the_signals_before_the_cut(recorded, tmp_path, share):
     found = contents_of(cut(copy(recorded, tmp_path / 'run'), share))
     assert 'the bag is damaged; shown is what can be read' in found.notes[-1]
-    left, whole = found.series, series_of_bag(recorded)
+    left, whole = found.series, RecordedRun(recorded).series
     count = len(left.time)
     assert 0.8 * share < count / len(whole.time) <= 1.0
     assert left.controllers == whole.controllers
@@ -335,7 +337,7 @@ def test_two_runs_are_compared(recorded, offline, tmp_path, capsys):
     outcomes = [
         json.loads((folder / 'outcome.json').read_text()) for folder in (recorded, offline)
     ]
-    one, other = (f'{degrees(float(each["vibration_rad_s"])):.2f}' for each in outcomes)
+    one, other = (f'{degrees(each["vibration_rad_s"]):.2f}' for each in outcomes)
     assert f'vibration, deg/s {one} {other} {float(other) - float(one):+.2f}' in page.text
     assert 'Pitch rate of the torso: gyro' in page.text
     assert page.text.count('Signals of') == 2

@@ -209,7 +209,7 @@ def test_messages_that_are_missing_are_found(run, tmp_path, capsys, left_out, sa
     [
         ('outcome.json', '"trajectory_hash": "', '"trajectory_hash": "0', 'trajectory_hash: 0'),
         ('outcome.json', '"stood"', '"fell"', 'verdict: fell, by the bag stood'),
-        ('outcome.json', '"time_s": "0.3', '"time_s": "0.4', 'time_s: 0.4'),
+        ('outcome.json', '"time_s": 0.3', '"time_s": 0.4', 'time_s: 0.4'),
         ('outcome.json', '{', '[', 'not readable'),
         ('scenario.yaml', 'gain', 'gaim', 'not the scenario that the bag has'),
     ],

@@ -14,7 +14,6 @@ from numpy.typing import NDArray
 
 from khr.arguments import ScenarioLike, checked
 from khr.runs import changes_of, prepared
-from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import ControlLoop, duration
 from khr_bringup.scenario.scenario import Scenario
@@ -156,14 +155,13 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         self._begin(self._base.changed(self._changes(given)))
         self._action = [0.0, 0.0]
         self._loop = ControlLoop(self.scenario)
-        self._monitor = OutcomeMonitor(self.scenario.table(MonitorParameters))
         gait = self.scenario.table(GaitParameters)
         self._turn = tau / gait.cycle_period if gait.motion == 'walk' else 0.0
         assert self._plant is not None
         period = self._plant.parameters.control_period
         self._worth = [weight * period for weight in self.weights.values()]
         self._truth = self._plant.start(self._loop.reference(0.0))
-        self._look()
+        self._loop.observe(self._truth)
         return self._observation(), self._info()
 
     def step(self, action: Observation) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
@@ -184,7 +182,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         ]
         self._plant.answer(mix(self._loop.signals[JOINT_REFERENCE], corrections))
         self._truth = self._plant.advance()
-        outcome = self._look()
+        outcome = self._loop.observe(self._truth)
         end = self._plant.end
         lost = not outcome.stayed_up or end == 'tilted'
         terms = self._reward(lost)
@@ -255,10 +253,6 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         if self._plant is not None:
             self._plant.close()
         self._plant = Plant(parameters)
-
-    def _look(self) -> Outcome:
-        self._loop.answer(self._truth)
-        return self._monitor.update(self._truth.stamp_ns, self._loop.signals)
 
     def _observation(self) -> Observation:
         turned = self._turn * self._truth.stamp_ns * 1e-9

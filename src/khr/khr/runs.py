@@ -14,18 +14,15 @@ import numpy as np
 import pyarrow as pa
 
 from khr.arguments import ScenarioLike, checked
-from khr_analysis.outcome_text import LABELS, shown
-from khr_bringup.changes import changes, effective
+from khr_analysis.outcome_values import labelled
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import duration as length
-from khr_bringup.recorded.bag_signals import scenario_in, series_and_outcome, topics
-from khr_bringup.recorded.bags import final_state, read_messages
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.result import Result
 from khr_bringup.running import showing
 from khr_bringup.scenario import scenario as scenario_files
 from khr_bringup.scenario.scenario import Scenario
-from khr_common.interfaces import PARAMETER_EVENTS, STATE
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -97,14 +94,9 @@ class RunResult(Result):
         """Show what the command prints as a table."""
         from khr_report.page.html import part
 
-        quantities = self.quantities
         rows = [
             ('outcome', self.verdict),
-            *(
-                (label, shown(name, quantities[name]))
-                for name, label in LABELS.items()
-                if name in quantities
-            ),
+            *labelled(self.judged).items(),
             ('ended by', self.end),
             ('trajectory hash', self.trajectory_hash),
         ]
@@ -182,20 +174,18 @@ def load(path: str | PathLike[str]) -> RunResult:
         >>> recorded.trajectory_hash == repeated.trajectory_hash
         True
     """
-    bag = Path(path)
-    messages = read_messages(bag, (*topics(), STATE))
-    signals, outcome = series_and_outcome(messages)
+    recorded = RecordedRun(Path(path))
+    signals, outcome = recorded.signals
     if outcome is None:
-        raise BringupError(f'{bag}: no signals in it; accepted: the bag of a khr run')
-    end = final_state(messages[STATE])
-    scenario = scenario_in(messages)
+        raise BringupError(f'{path}: no signals in it; accepted: the bag of a khr run')
+    stored = recorded.recorded_outcome
     return RunResult(
-        scenario=scenario,
+        scenario=recorded.parameters,
         judged=outcome,
-        trajectory_hash=end.get('trajectory_hash', ''),
-        end=end.get('end', ''),
+        trajectory_hash=stored.trajectory_hash,
+        end=stored.end,
         time=float(signals.time[-1]),
-        changes=effective(changes(messages[PARAMETER_EVENTS]), scenario),
+        changes=stored.changes,
         signals=signals,
     )
 

@@ -11,8 +11,8 @@ from typing import Any, TypeVar
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import specifications
-from khr_common.figures import AFTER, CHANGED, whole
 from khr_common.run_identity import MalformedError
+from khr_common.status_values import AFTER, CHANGED, integer
 
 RECORDER = 'recorder'
 Made = TypeVar('Made', bound='Change')
@@ -47,7 +47,7 @@ def applied(arrays: Sequence[Any]) -> list[Applied]:
         if node == status.name or node not in registry():
             continue
         with suppress(MalformedError, ValueError):
-            after_ns = whole(values, AFTER)
+            after_ns = integer(values, AFTER)
             known = specifications(table_of(node))
             found += [
                 Applied(after_ns / 1e9, node, name, json.loads(values[name]), after_ns)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import gc
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from functools import cache
 from itertools import groupby
@@ -37,23 +37,30 @@ def duration(scenario: Scenario) -> float:
 
 
 class ControlLoop:
-    """The blocks of a scenario's sensors and controllers: from a truth to the target it asks for.
+    """The blocks of a scenario, from the truth to the target of the joints, and the judge.
+
+    Args:
+        scenario: with the parameters of each block.
+        nodes: whose blocks to use; all of the scenario's by default.
 
     Attributes:
-        signals: what each topic carried at the last instant.
+        signals: the last sample of each topic.
+        outcome: of the run so far; None before the first sample.
 
     Raises:
         BringupError: if a block needs a topic that no node of the run publishes.
     """
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: Scenario, nodes: Collection[str] | None = None) -> None:
         self._blocks: list[tuple[Block[Any], tuple[Topic, ...]]] = []
         self._by_node: dict[str, Block[Any]] = {}
         self.signals: dict[Topic, Numbers] = {}
+        self._monitor = OutcomeMonitor(scenario.table(MonitorParameters))
+        self.outcome: Outcome | None = None
         known = set(SIGNALS)
         for node in scenario.nodes:
             spec = spec_of(node)
-            if spec.block is None:
+            if spec.block is None or (nodes is not None and node not in nodes):
                 continue
             block = spec.block(scenario.table(spec.table))
             for topic in set(block.needs) - known:
@@ -79,16 +86,25 @@ class ControlLoop:
         return list(self._by_node[GAIT].update(time, {CLOCK: ()})[0])
 
     def configure(self, node: str, scenario: Scenario) -> None:
-        """Pass changed parameters to a node's block, if it has one."""
-        if node in self._by_node:
+        """Pass changed parameters to a node's block, if it has one, or to the judge."""
+        if node == MONITOR:
+            self._monitor.configure(scenario.table(MonitorParameters))
+        elif node in self._by_node:
             self._by_node[node].configure(scenario.table(spec_of(node).table))
 
-    def answer(self, truth: Truth) -> list[float]:
-        """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
+    def observe(self, truth: Truth) -> Outcome:
+        """Pass a sample of the truth to the blocks and the judge; return the outcome so far."""
         time, signals = truth.stamp_ns / 1e9, truth.signals()
         for block, topics in self._blocks:
             signals.update(zip(topics, block.update(time, signals), strict=True))
         self.signals = signals
+        self.outcome = self._monitor.update(truth.stamp_ns, signals)
+        return self.outcome
+
+    def answer(self, truth: Truth) -> list[float]:
+        """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
+        self.observe(truth)
+        signals = self.signals
         return mix(
             signals[JOINT_REFERENCE],
             [dict(zip(topic.names, signals[topic], strict=True)) for topic in self._corrections],
@@ -142,7 +158,6 @@ def _run(
     changes: Sequence[Applied],
     began: float,
 ) -> Result:
-    monitor = OutcomeMonitor(scenario.table(MonitorParameters))
     due = {
         instant: list(group)
         for instant, group in groupby(
@@ -161,8 +176,6 @@ def _run(
             if node == SIMULATOR:
                 table = now.table(RunParameters)
                 plant.configure(replace(table, duration=plant.parameters.duration))
-            elif node == MONITOR:
-                monitor.configure(now.table(MonitorParameters))
             loop.configure(node, now)
 
     change(BEFORE)
@@ -171,13 +184,13 @@ def _run(
     truth = plant.start(loop.reference(0.0))
     while True:
         plant.answer(loop.answer(truth))
-        outcome = monitor.update(truth.stamp_ns, loop.signals)
+        assert loop.outcome is not None
         if watch is not None:
-            watch(truth, loop, outcome)
+            watch(truth, loop, loop.outcome)
         if plant.end:
             return Result(
                 scenario=scenario,
-                judged=outcome,
+                judged=loop.outcome,
                 trajectory_hash=plant.trajectory_hash,
                 end=plant.end,
                 time=truth.stamp_ns / 1e9,

@@ -4,20 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from khr_analysis.outcome import Outcome, SensedOutcome
-from khr_analysis.outcome_text import quantities
+from khr_analysis.outcome_values import Value, outcome_of, values_of
 from khr_bringup.changes import Change
+from khr_bringup.errors import BringupError
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_common.arithmetic import in_force
 from khr_common.files import write_text
+from khr_common.punctuality import RealTime
+from khr_common.run_identity import MalformedError
+from khr_common.status_values import real
+from khr_common.text.quoting import one_line
 
-INTERRUPTED = 130  # the shell's exit code for SIGINT
 NO_HASH = 'none: nothing was simulated'
 FILE = 'outcome.json'
+ACCEPTED = 'accepted: the file that khr run writes'
 
 
 @dataclass(frozen=True)
@@ -55,7 +61,7 @@ class Result:
         startup: wall time until the first control period began, s.
         wall_time: wall time from there to the end of the last, pauses left out, s; of the last
             run, if it was started anew.
-        realtime: how it kept to the wall clock, as texts by name; empty in lockstep.
+        realtime: how it kept to the wall clock; None in lockstep.
         changes: of parameters, made from outside while it ran.
         warnings: what nodes complained of.
         failure: what did not end well after the run itself; empty if all did.
@@ -68,7 +74,7 @@ class Result:
     time: float = 0.0
     startup: float = 0.0
     wall_time: float = 0.0
-    realtime: Mapping[str, str] = field(default_factory=dict)
+    realtime: RealTime | None = None
     changes: tuple[Change, ...] = ()
     warnings: tuple[str, ...] = ()
     failure: str = ''
@@ -92,15 +98,100 @@ class Result:
         return self.judged.verdict if self.judged else ''
 
     @property
-    def quantities(self) -> dict[str, str]:
-        """Return what was measured of the robot as texts by name."""
-        return quantities(self.judged) if self.judged else {}
+    def quantities(self) -> dict[str, Value]:
+        """Return the numbers of the outcome by name, in SI units."""
+        return values_of(self.judged) if self.judged else {}
 
     @property
     def real_time_factor(self) -> float:
         """Return simulated by wall time; the simulator's own if it followed the wall clock."""
-        own = self.realtime.get('real_time_factor')
-        return float(own) if own else self.time / max(self.wall_time, 1e-9)
+        if self.realtime is not None:
+            return self.realtime.factor
+        return self.time / max(self.wall_time, 1e-9)
+
+    @property
+    def record(self) -> RunRecord:
+        """Return the content of ``outcome.json``."""
+        return RunRecord(
+            scenario=self.scenario.name,
+            judged=self.judged,
+            trajectory_hash=self.trajectory_hash,
+            end=self.end,
+            startup=round(self.startup, 3),
+            real_time_factor=round(self.real_time_factor, 3),
+            realtime=self.realtime,
+            changes=self.changes,
+            arithmetic=in_force(),
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunRecord:
+    """The content of ``outcome.json``: numbers in SI units.
+
+    Attributes:
+        scenario: its name.
+        judged: the outcome; None if the run was not judged.
+        trajectory_hash: SHA-256 in hex; empty if nothing was simulated.
+        end: duration, tilted or stopped.
+        startup: wall time until the first control period began, s.
+        real_time_factor: simulated by wall time.
+        realtime: how the run kept to the wall clock; None in lockstep.
+        changes: parameters that were set while the run went on.
+        arithmetic: ``portable``, or ``native`` with a digest.
+    """
+
+    scenario: str = ''
+    judged: Outcome | SensedOutcome | None = None
+    trajectory_hash: str = ''
+    end: str = ''
+    startup: float = 0.0
+    real_time_factor: float = 0.0
+    realtime: RealTime | None = None
+    changes: tuple[Change, ...] = ()
+    arithmetic: str = ''
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the values by name; :meth:`from_json` reads them."""
+        return {
+            'scenario': self.scenario,
+            'verdict': self.judged.verdict if self.judged else '',
+            **(values_of(self.judged) if self.judged else {}),
+            **(self.realtime.values() if self.realtime else {}),
+            'end': self.end,
+            'startup_s': self.startup,
+            'real_time_factor': self.real_time_factor,
+            'changes': [
+                {
+                    'time_s': round(each.time, 3),
+                    'parameter': f'{each.node}.{each.parameter}',
+                    'value': each.value,
+                }
+                for each in self.changes
+            ],
+            'arithmetic': self.arithmetic,
+            'trajectory_hash': self.trajectory_hash,
+        }
+
+    @staticmethod
+    def from_json(values: Mapping[str, Any]) -> RunRecord:
+        """Read the values by name.
+
+        Raises:
+            MalformedError: if one is missing or not of its type.
+        """
+        verdict = _text(values, 'verdict')
+        return RunRecord(
+            scenario=_text(values, 'scenario'),
+            judged=outcome_of(verdict, values) if verdict else None,
+            trajectory_hash=_text(values, 'trajectory_hash'),
+            end=_text(values, 'end'),
+            startup=real(values, 'startup_s'),
+            real_time_factor=real(values, 'real_time_factor'),
+            realtime=RealTime.read(values),
+            changes=tuple(map(_change, _list(values, 'changes'))),
+            arithmetic=_text(values, 'arithmetic'),
+        )
 
 
 def write_outcome(folder: Path, result: Result) -> None:
@@ -109,23 +200,43 @@ def write_outcome(folder: Path, result: Result) -> None:
     Raises:
         KhrError: if it cannot be written.
     """
-    outcome = {
-        'scenario': result.scenario.name,
-        'verdict': result.verdict,
-        **result.quantities,
-        **result.realtime,
-        'end': result.end,
-        'startup_s': round(result.startup, 3),
-        'real_time_factor': round(result.real_time_factor, 3),
-        'changes': [
-            {
-                'time_s': round(each.time, 3),
-                'parameter': f'{each.node}.{each.parameter}',
-                'value': each.value,
-            }
-            for each in result.changes
-        ],
-        'arithmetic': in_force(),
-        'trajectory_hash': result.trajectory_hash,
-    }
-    write_text(folder / FILE, json.dumps(outcome, indent=2) + '\n')
+    write_text(folder / FILE, json.dumps(result.record.to_json(), indent=2) + '\n')
+
+
+def read_outcome(folder: Path) -> RunRecord:
+    """Read ``outcome.json`` of a run.
+
+    Raises:
+        BringupError: if it is not there, or is not the file that ``khr run`` writes.
+    """
+    path = folder / FILE
+    try:
+        values = json.loads(path.read_bytes())
+        if not isinstance(values, dict):
+            raise MalformedError('not a mapping')
+        return RunRecord.from_json(values)
+    except FileNotFoundError as error:
+        raise BringupError(f'{path}: not there; {ACCEPTED}') from error
+    except (OSError, ValueError, RecursionError, MalformedError) as error:
+        raise BringupError(f'{path}: not readable ({error}); {ACCEPTED}') from error
+
+
+def _text(values: Mapping[str, Any], name: str) -> str:
+    value = values.get(name)
+    if not isinstance(value, str):
+        raise MalformedError(f'{name} is not a text')
+    return one_line(value)
+
+
+def _list(values: Mapping[str, Any], name: str) -> list[Any]:
+    value = values.get(name)
+    if not isinstance(value, list):
+        raise MalformedError(f'{name} is not a list')
+    return value
+
+
+def _change(values: Any) -> Change:
+    if not isinstance(values, dict):
+        raise MalformedError('changes: not a list of mappings')
+    node, _, parameter = _text(values, 'parameter').partition('.')
+    return Change(real(values, 'time_s'), node, parameter, values.get('value'))

@@ -8,8 +8,7 @@ from math import radians
 
 import numpy as np
 
-from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
-from khr_bringup.node_registry import spec_of
+from khr_analysis.outcome import Outcome
 from khr_bringup.offline import ControlLoop
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINTS, REGIONS
@@ -44,7 +43,6 @@ class SimulatedRobot:
     Attributes:
         stance: in which the scenario begins, 17 joint angles in rad.
         on_ground: whether it has been put down.
-        outcome: what has become of it since; None in the stand.
         battery: its voltage, V.
         pitch_rate: what the gyro reads, rad/s.
     """
@@ -56,16 +54,10 @@ class SimulatedRobot:
         parameters = scenario.table(RunParameters)
         # The delay is the board's: what it has sent acts at once.
         self._plant = Plant(replace(parameters, control_delay=0, duration=0.0))
-        self._monitor = OutcomeMonitor(scenario.table(MonitorParameters))
-        self._sensors = [
-            (spec, spec.block(scenario.table(spec.table)))
-            for spec in (spec_of(node) for node in SENSORS if node in scenario.nodes)
-            if spec.block is not None
-        ]
+        self._loop = ControlLoop(scenario, SENSORS)
         self._stretch = stretches(parameters)
         self._set: tuple[list[float], list[bool]] | None = None
         self.on_ground = False
-        self.outcome: Outcome | None = None
         self._angles = [0.0] * len(JOINTS)
         self._targets: list[float | None] = [None] * len(JOINTS)
         self._still = 0
@@ -76,6 +68,11 @@ class SimulatedRobot:
     def trajectory_hash(self) -> str:
         """Return the hash of the trajectory since it was put down; empty in the stand."""
         return self._plant.trajectory_hash if self.on_ground else ''
+
+    @property
+    def outcome(self) -> Outcome | None:
+        """Return the outcome since it was put down; None in the stand."""
+        return self._loop.outcome
 
     @property
     def truth(self) -> Truth:
@@ -167,11 +164,8 @@ class SimulatedRobot:
 
     def _observe(self) -> None:
         """Let the sensors read the truth, and judge it."""
-        truth = self._plant.truth
-        time, signals = truth.stamp_ns / 1e9, truth.signals()
-        for spec, block in self._sensors:
-            signals.update(zip(spec.publishes, block.update(time, signals), strict=True))
-        self.outcome = self._monitor.update(truth.stamp_ns, signals)
+        self._loop.observe(self._plant.truth)
+        signals = self._loop.signals
         self.pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0
         if self._map.gyro:
             steps = round(self.pitch_rate / self._map.gyro.step)

@@ -1,5 +1,7 @@
 """The errors that every package builds on."""
 
+INTERRUPTED = 130  # exit code of a command that SIGINT ended, as shells have it
+
 
 class KhrError(Exception):
     """What a user can mend; its text is one line: what, where, which value, what is accepted."""

@@ -3,14 +3,60 @@
 from __future__ import annotations
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
+
+from khr_common.status_values import integer, real
 
 LATE = 1.5  # periods of wall time from one control period to the next
 SLOWEST = 0.99  # of the factor that was asked for, on average
 LATENCIES = 2000  # answers over which their latency is reported
 MOST = 0.01  # of all periods that may come late, or find a correction too old
-# The names of what is said when a run is over.
-FIGURES = ('realtime', 'real_time_factor', 'periods', 'missed_periods', 'stale_corrections')
+HELD, NOT_HELD = 'held', 'not held'
+REALTIME, FACTOR = 'realtime', 'real_time_factor'
+COUNTS = ('periods', 'missed_periods', 'stale_corrections')
+
+
+@dataclass(frozen=True)
+class RealTime:
+    """How a run kept to the wall clock.
+
+    Attributes:
+        held: whether it kept 99 % of the speed, and 99 % of the periods in time.
+        factor: simulated by wall time.
+        periods: control periods, without pauses.
+        missed: of these, late ones.
+        stale: corrections that were too old to use.
+    """
+
+    held: bool
+    factor: float
+    periods: int
+    missed: int
+    stale: int
+
+    def values(self) -> dict[str, float | int | str]:
+        """Return the values by name, for ``outcome.json``."""
+        counts = (self.periods, self.missed, self.stale)
+        held = HELD if self.held else NOT_HELD
+        return {REALTIME: held, FACTOR: self.factor, **dict(zip(COUNTS, counts, strict=True))}
+
+    def texts(self) -> dict[str, str]:
+        """Return the values by name as texts, for a status."""
+        return {name: str(value) for name, value in self.values().items()}
+
+    @staticmethod
+    def read(values: Mapping[str, Any]) -> RealTime | None:
+        """Read the values of a status or file; None if they are not all there, as in lockstep.
+
+        Raises:
+            MalformedError: if one is not a number.
+        """
+        if not values.keys() >= {REALTIME, FACTOR, *COUNTS}:
+            return None
+        counts = (integer(values, name) for name in COUNTS)
+        return RealTime(values[REALTIME] == HELD, real(values, FACTOR), *counts)
 
 
 @dataclass
@@ -57,12 +103,10 @@ class Punctuality:
         in_time = max(self.late, self.stale) <= MOST * self.periods
         return in_time and self._due >= SLOWEST * self._taken
 
-    def figures(self) -> dict[str, str]:
-        """Return what is said of it when the run is over: FIGURES as texts."""
-        reached = self._simulated / self._taken if self._taken else 0.0
-        held = 'held' if self.held else 'not held'
-        counts = (str(self.periods), str(self.late), str(self.stale))
-        return dict(zip(FIGURES, (held, f'{reached:.3f}', *counts), strict=True))
+    def result(self) -> RealTime:
+        """Return the counts of a run that is over."""
+        factor = self._simulated / self._taken if self._taken else 0.0
+        return RealTime(self.held, factor, self.periods, self.late, self.stale)
 
 
 @dataclass

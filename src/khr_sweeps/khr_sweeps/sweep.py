@@ -10,6 +10,7 @@ from rich.console import Console
 from rich.table import Table
 
 from khr_bringup.code_version import code_version
+from khr_common.errors import INTERRUPTED
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.errors import SweepError
 from khr_sweeps.pool import check_workers
@@ -17,8 +18,6 @@ from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.folder import Folder, read_results
 from khr_sweeps.runner import run_missing
 from khr_sweeps.specification import Sweep
-
-INTERRUPTED = 130  # the shell's exit code for SIGINT
 
 
 def run_sweep(

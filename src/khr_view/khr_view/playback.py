@@ -14,7 +14,7 @@ import numpy as np
 from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
 from khr_view.guard import Door
 from khr_view.model.again import PAUSE
-from khr_view.model.recorded import RecordedRun
+from khr_view.model.recorded import Timeline
 
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
@@ -75,7 +75,7 @@ class Player:
 class PlayedRuns:
     """The traces of one run, or of two at one time: a colour for each run, dashes for each line."""
 
-    def __init__(self, runs: Sequence[RecordedRun]) -> None:
+    def __init__(self, runs: Sequence[Timeline]) -> None:
         self._runs = runs
         self._single = {chart.title: chart for chart in charts()}
         self.now = 0.0
@@ -123,7 +123,7 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
     from khr_view.page.display import Display, Note
     from khr_view.page.playback_panel import PlaybackPanel
 
-    runs = [RecordedRun(path) for path in paths]
+    runs = [Timeline(path) for path in paths]
     interrupted: list[int] = []
     for each in (signal.SIGINT, signal.SIGTERM):
         signal.signal(each, lambda caught, _: interrupted.append(caught))

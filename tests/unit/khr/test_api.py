@@ -48,7 +48,7 @@ def test_what_the_command_says_in_degrees_is_there_in_degrees(walk):
     table, outcome = walk.table(), walk.outcome
     for name, unit in (('pitch', 'deg'), ('gyro_rate', 'deg_s'), ('correction_hip', 'deg')):
         np.testing.assert_allclose(table[f'{name}_{unit}'], np.degrees(table[name]))
-    assert walk.quantities['largest_pitch_deg'] == f'{outcome.largest_pitch_deg:.2f}'
+    assert walk.quantities['largest_pitch_rad'] == outcome.largest_pitch
     assert outcome.vibration_deg_s == pytest.approx(np.degrees(outcome.vibration))
     found = khr.spectrum(walk)
     np.testing.assert_allclose(found.amplitude_deg, np.degrees(found.amplitude))

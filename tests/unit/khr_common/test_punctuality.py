@@ -2,7 +2,7 @@
 
 import pytest
 
-from khr_common.punctuality import Latency, Pace, Punctuality
+from khr_common.punctuality import Latency, Pace, Punctuality, RealTime
 
 PERIOD = 0.015
 
@@ -19,9 +19,10 @@ def run(steps, factor=1.0):
 
 @pytest.mark.parametrize('factor', [0.25, 1.0, 4.0])
 def test_periods_in_time_hold_real_time_at_whatever_factor(factor):
-    figures = run([PERIOD / factor] * 200, factor).figures()
-    assert figures['realtime'] == 'held' and figures['missed_periods'] == '0'
-    assert float(figures['real_time_factor']) == factor
+    kept = run([PERIOD / factor] * 200, factor).result()
+    assert kept.held and not kept.missed
+    assert kept.factor == pytest.approx(factor)
+    assert RealTime.read(kept.texts()) == RealTime.read(kept.values()) == kept
 
 
 def test_a_late_period_that_is_made_up_for_is_counted_and_forgiven():
@@ -37,7 +38,7 @@ def test_a_late_period_that_is_made_up_for_is_counted_and_forgiven():
     ],
 )
 def test_what_falls_behind_or_stutters_does_not_hold(steps):
-    assert run(steps).figures()['realtime'] == 'not held'
+    assert not run(steps).result().held
 
 
 def test_corrections_too_old_to_use_do_not_hold():

@@ -4,6 +4,8 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from khr_analysis.outcome import Outcome
+from khr_analysis.outcome_values import values_of
 from khr_view.charts.charts import charts
 from khr_view.model.again import PAUSE
 from khr_view.model.status import Status
@@ -97,7 +99,8 @@ def test_rows_of_two_runs_stand_side_by_side():
 def test_status_shows_what_is_there():
     status = Status()
     assert dict(status.rows(1.0)) == {'time': '1.00 s', 'verdict': 'not yet'}
-    status.monitor('slipped', {'slip_distance_m': '0.0123', 'real_time_factor': '2.00'})
+    values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
+    status.monitor('slipped', values | {'real_time_factor': '2.00'})
     status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})
     status.stage, status.scenario = 2, 'walk_0deg'
     rows = dict(status.rows(1.0))

@@ -7,14 +7,9 @@ import warnings
 from io import TextIOWrapper
 from typing import Any, NoReturn
 
-from khr.cli.interruption import (
-    INTERRUPTED,
-    interrupt,
-    keep_interruptions,
-    leave_at_once,
-    on_signals,
-)
+from khr.cli.interruption import interrupt, keep_interruptions, leave_at_once, on_signals
 from khr_common.arithmetic import enter
+from khr_common.errors import INTERRUPTED
 
 
 def main() -> None:

@@ -15,7 +15,8 @@ from collections.abc import Callable
 from types import FrameType
 from typing import Any
 
-INTERRUPTED = 130  # the shell's exit code for SIGINT
+from khr_common.errors import INTERRUPTED
+
 AGAIN = 0.02  # s of wall time until an interruption that waits is tried again
 _IMPORTS = '<frozen importlib._bootstrap'  # file of the frames of an import
 _VERBS = 'khr.cli.verbs.'  # modules that import what they need first

@@ -13,12 +13,13 @@ from khr.cli.summary import print_line, summarise
 from khr_bringup.graph.graph import Callbacks, RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain
 from khr_bringup.offline import duration
-from khr_bringup.result import INTERRUPTED, Result, write_outcome
+from khr_bringup.result import Result, write_outcome
 from khr_bringup.run_folder import claimed
 from khr_bringup.running import run_to_end
 from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
+from khr_common.errors import INTERRUPTED
 from khr_sim.run_parameters import RunParameters
 from khr_sweeps.progress import ProgressBar
 from khr_view.beside import Viewing, page

@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
-from khr_analysis.outcome_text import LABELS, shown
+from khr_analysis.outcome_values import labelled
 from khr_bringup.recorded.bags import bag_of
 from khr_bringup.result import NO_HASH, Result
 from khr_bringup.scenario.expectation import realtime_text
@@ -21,10 +21,8 @@ def summarise(result: Result, folder: Path, recorded: bool) -> None:
     """Print what a run came to, and where it is kept; its trajectory hash is the last line."""
     table = Table(show_header=False)
     table.add_row('outcome', f'[bold]{result.verdict or "no verdict"}[/bold]')
-    quantities = result.quantities
-    for name, label in LABELS.items():
-        if value := quantities.get(name):
-            table.add_row(label, escape(shown(name, value)))
+    for label, text in labelled(result.judged).items():
+        table.add_row(label, escape(text))
     table.add_row('ended by', escape(result.end))
     table.add_row('real-time factor', f'{result.real_time_factor:.2f}')
     if result.realtime:

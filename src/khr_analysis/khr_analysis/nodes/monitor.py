@@ -14,7 +14,7 @@ from khr_analysis.outcome import (
     OutcomeMonitor,
     SensedOutcome,
 )
-from khr_analysis.outcome_text import quantities
+from khr_analysis.outcome_values import values_of
 from khr_analysis.sensed_outcome import SensedMonitor
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
@@ -87,7 +87,7 @@ class MonitorNode(Listener):
         self._peak = peaks.status[0].message if peaks.status else ''
 
     def _publish(self, outcome: Outcome | SensedOutcome) -> None:
-        values = {**quantities(outcome), 'final': str(self.received_all).lower(), KEY: self.run}
+        values = {**_texts(outcome), 'final': str(self.received_all).lower(), KEY: self.run}
         self._outcome_out.publish(status('outcome', outcome.verdict, values, _level(outcome)))
 
     def _report(self) -> None:
@@ -105,9 +105,13 @@ class MonitorNode(Listener):
                 'real_time_factor': f'{factor:.2f}',
                 'pitch_rate': f'{self._pitch_rate:.3f}',
                 'peak': self._peak,
-                **quantities(self._outcome),
+                **_texts(self._outcome),
             },
         )
+
+
+def _texts(outcome: Outcome | SensedOutcome) -> dict[str, str]:
+    return {name: str(value) for name, value in values_of(outcome).items()}
 
 
 def _level(outcome: Outcome | SensedOutcome) -> bytes:

@@ -17,7 +17,7 @@ from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_common.interfaces import DIAGNOSTICS, READY, TF, TF_STATIC
-from khr_common.punctuality import FIGURES
+from khr_common.punctuality import RealTime
 from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 
@@ -112,9 +112,7 @@ def _result(view: Any, scenario: Scenario, began: float) -> Result:
         time=int(values.get('time_ns', 0)) / 1e9,
         startup=(view.started or now) - began,
         wall_time=view.ran + (now - view.entered if view.state == 'running' else 0.0),
-        realtime={
-            name: one_line(values[name]) for name in FIGURES if values.keys() >= set(FIGURES)
-        },
+        realtime=RealTime.read(values),
         changes=effective(view.changes, ran),
         warnings=tuple(view.complaints),
     )

@@ -17,19 +17,19 @@ from rclpy.qos import QoSProfile
 from rclpy.serialization import deserialize_message
 
 from khr_analysis.outcome import Outcome, SensedOutcome
-from khr_analysis.outcome_text import outcome_of
+from khr_analysis.outcome_values import outcome_of
 from khr_bringup.changes import Change, changes
 from khr_bringup.graph.switching import switch
 from khr_bringup.result import Progress
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.scenario import Scenario, parse
 from khr_common import KhrError, cdr
-from khr_common.figures import figure
 from khr_common.interfaces import DIAGNOSTICS, OUTCOME, PARAMETER_EVENTS, READY, STATE, Topic
 from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
-from khr_common.punctuality import FIGURES
+from khr_common.punctuality import RealTime
 from khr_common.run_identity import KEY, MalformedError, check_run, check_status, read_ready
+from khr_common.status_values import real
 from khr_common.text.quoting import one_line
 
 UNNAMED = '_NODE_NAME_UNKNOWN_'  # what ROS calls a node whose name has not come yet
@@ -111,8 +111,7 @@ class View:
         """
         values = pairs(status)
         check_status(values, run)
-        if values.keys() >= set(FIGURES):
-            figure(values, 'real_time_factor')
+        RealTime.read(values)
         self.news = self.alive = now = time.monotonic()
         if status.message == 'waiting':  # a run begins
             self.ran = 0.0
@@ -142,10 +141,10 @@ class View:
             values = pairs(status)
             if status.name == 'monitor' and 'real_time_factor' in values:
                 self.pace = Progress(
-                    figure(values, 'time'),
+                    real(values, 'time'),
                     '',
-                    figure(values, 'real_time_factor'),
-                    figure(values, 'pitch_rate'),
+                    real(values, 'real_time_factor'),
+                    real(values, 'pitch_rate'),
                     one_line(values.get('peak', '')),
                 )
                 continue  # at level ERROR if the robot fell: that is a result

@@ -7,14 +7,16 @@ import sys
 from dataclasses import replace
 from pathlib import Path
 
+from khr_analysis.outcome_values import labelled
 from khr_bringup.graph.following import follow, interrupts
 from khr_bringup.graph.wiring import WIRING, Wiring
-from khr_bringup.result import INTERRUPTED, NO_HASH, Result, write_outcome
+from khr_bringup.result import NO_HASH, Result, write_outcome
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import driver_of
 from khr_bringup.scenario.expectation import MEANING, Expectation, realtime_text
 from khr_common import KhrError, RunError
 from khr_common.arithmetic import enter
+from khr_common.errors import INTERRUPTED
 from khr_common.lifeline import end_with_parent
 from khr_common.run_identity import own_run
 
@@ -69,8 +71,8 @@ def main() -> int:
 
 def _show(result: Result) -> None:
     print(f'{result.scenario.name}: {result.verdict or "no verdict"}, ended by {result.end}')
-    for quantity, value in result.quantities.items():
-        print(f'{quantity} {value}')
+    for label, text in labelled(result.judged).items():
+        print(f'{label}: {text}')
     if result.realtime:
         print(f'real time {realtime_text(result.realtime)}')
     for warning in result.warnings:

@@ -1,28 +1,22 @@
-"""The signals of a recorded run, read back from its bag."""
+"""Signals and outcome of a recorded run, from the messages in its bag."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
-from pathlib import Path
-from typing import Any
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import controllers
-from khr_bringup.recorded.bags import Messages, Samples, read_messages
+from khr_bringup.recorded.bags import Messages, Samples
 from khr_bringup.recorded.run_signals import Array, Series, pitch_of
-from khr_bringup.scenario.scenario import Scenario, parse
-from khr_common import KhrError
+from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import (
     BOARD_CORRECTION,
     FOOT_FORCES,
     GYRO,
-    PARAMETER_EVENTS,
-    SCENARIO,
     STAGE,
     TRUE_FORCES,
     TRUE_INCLINATION,
@@ -32,6 +26,7 @@ from khr_common.interfaces import (
     Topic,
 )
 
+Stamps = NDArray[np.int64]
 SAMPLED = (
     TRUE_RATE,
     GYRO,
@@ -44,133 +39,120 @@ SAMPLED = (
 )
 
 
-def topics() -> tuple[Topic, ...]:
-    """Return the topics that the signals of a bag are read from, those of all controllers too."""
-    return (SCENARIO, PARAMETER_EVENTS, *SAMPLED, BOARD_CORRECTION, *controllers().values())
+def signal_topics() -> tuple[Topic, ...]:
+    """Return the topics of :func:`series_of`: sensors, truth, stage and every controller."""
+    return (*SAMPLED, BOARD_CORRECTION, *controllers().values())
 
 
-def series_of_bag(bag: Path) -> Series:
-    """Read the signals of a recorded run: those of the run offline, if nothing was lost.
+class Track:
+    """Samples by time; the last one counts if a stamp occurs twice.
 
     Args:
-        bag: the bag, or the folder of the run that holds it.
-
-    Raises:
-        BringupError: if it is no bag, is damaged, or holds no signal.
-    """
-    series = series_of(read_messages(bag, topics()))
-    if not series.time.size:
-        raise BringupError(f'{bag}: no signals in it; accepted: the bag of a khr run')
-    return series
-
-
-class _Table:
-    """The samples of a topic by time; of one that was recorded twice, the last.
+        stamps: ns, (N,).
+        numbers: (N, width).
 
     Attributes:
         stamps: ns, increasing, (M,).
         numbers: (M, width).
     """
 
-    def __init__(self, samples: Samples) -> None:
-        stamps = np.array(samples.stamps, dtype=np.int64)
-        numbers = np.array(samples.numbers, dtype=np.float64).reshape(len(stamps), samples.width)
+    def __init__(self, stamps: Stamps, numbers: Array) -> None:
         self.stamps, last = np.unique(stamps[::-1], return_index=True)
         self.numbers = numbers[::-1][last]
 
-    def column(self, times: NDArray[np.int64], index: int) -> Array:
-        """Return one number at each of these times, NaN where there is none."""
-        found = np.full(len(times), np.nan)
+    @staticmethod
+    def of(samples: Samples) -> Track:
+        """Return the samples of a topic in a bag."""
+        stamps = np.array(samples.stamps, dtype=np.int64)
+        numbers = np.array(samples.numbers, dtype=np.float64)
+        return Track(stamps, numbers.reshape(len(stamps), samples.width))
+
+    def at(self, stamp_ns: int) -> tuple[float, ...]:
+        """Return the latest sample at a time, or the first one before any."""
+        row = int(np.searchsorted(self.stamps, stamp_ns, side='right')) - 1
+        return tuple(self.numbers[max(row, 0)].tolist())
+
+    def column(self, stamps: Stamps, index: int) -> Array:
+        """Return one number at each of these stamps, NaN where there is no sample."""
+        found = np.full(len(stamps), np.nan)
         if len(self.stamps):
-            found[np.searchsorted(times, self.stamps)] = self.numbers[:, index]
+            found[np.searchsorted(stamps, self.stamps)] = self.numbers[:, index]
         return found
 
-    def rows(self, times: NDArray[np.int64]) -> Iterator[tuple[float, ...] | None]:
-        """Yield the numbers at each of these times, None where there are none."""
-        place = 0
-        for time in times:
-            if place < len(self.stamps) and self.stamps[place] == time:
-                yield tuple(self.numbers[place].tolist())
-                place += 1
-            else:
-                yield None
 
+def judge(
+    tracks: Mapping[Topic, Track], parameters: MonitorParameters
+) -> tuple[Stamps, list[Outcome]]:
+    """Judge a recorded run by its truth, as the monitor judged it while it ran.
 
-def series_of(messages: Messages) -> Series:
-    """Put the messages of a bag on :func:`topics` together; what it lacks is NaN."""
-    return series_and_outcome(messages)[0]
-
-
-def series_and_outcome(messages: Messages) -> tuple[Series, Outcome | None]:
-    """Put the messages of a bag on :func:`topics` together, and judge the run by them.
+    Args:
+        tracks: by topic; without one of ``OBSERVED`` there is no outcome.
+        parameters: of the monitor.
 
     Returns:
-        The signals, NaN where the bag lacks them, and what became of the robot; None if the bag
-        has no instant whole.
+        The stamps at which the whole truth is known, ns, and the outcome so far at each.
     """
-    scenario = scenario_in(messages)
+    seen = [tracks[topic] for topic in OBSERVED if topic in tracks and len(tracks[topic].stamps)]
+    if len(seen) < len(OBSERVED):
+        return np.zeros(0, np.int64), []
+    shared = seen[0].stamps
+    for track in seen[1:]:
+        shared = np.intersect1d(shared, track.stamps, assume_unique=True)
+    rows = zip(*(t.numbers[np.searchsorted(t.stamps, shared)].tolist() for t in seen), strict=True)
+    monitor, stamps, outcomes = OutcomeMonitor(parameters), [], []
+    for stamp_ns, row in zip(shared.tolist(), rows, strict=True):
+        try:
+            outcomes.append(monitor.update(stamp_ns, dict(zip(OBSERVED, row, strict=True))))
+        except AnalysisError:  # a damaged sample
+            continue
+        stamps.append(stamp_ns)
+    return np.array(stamps, dtype=np.int64), outcomes
+
+
+def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome | None]:
+    """Align the messages on :func:`signal_topics` in time, and judge the run.
+
+    Returns:
+        The signals, NaN where the bag lacks them, and the outcome; None if the bag nowhere holds
+        the whole truth.
+    """
     corrections = scenario.corrections
     known = (*SAMPLED, BOARD_CORRECTION, *corrections.values())
-    tables = {topic: _Table(messages[topic]) for topic in known}
-    times = np.unique(np.concatenate([table.stamps for table in tables.values()]))
+    tracks = {topic: Track.of(messages[topic]) for topic in known}
+    stamps = np.unique(np.concatenate([track.stamps for track in tracks.values()]))
 
     def column(topic: Topic, index: int) -> Array:
-        return tables[topic].column(times, index)
+        return tracks[topic].column(stamps, index)
 
     def columns(topics: Iterable[Topic], index: int) -> Array:
         return np.column_stack([column(topic, index) for topic in topics])
 
-    def corrected(topic: Topic) -> Array:
-        """Return a controller's correction, or what the board adds in its place."""
+    def correction(topic: Topic) -> Array:
+        """Return the correction of a controller, or the one that the board adds in its place."""
         joint = topic.names[0]
-        if not len(tables[topic].stamps) and joint in BOARD_CORRECTION.names:
+        if not len(tracks[topic].stamps) and joint in BOARD_CORRECTION.names:
             return column(BOARD_CORRECTION, BOARD_CORRECTION.names.index(joint))
         return column(topic, 0)
 
-    monitor = OutcomeMonitor(scenario.table(MonitorParameters))
-    rows = zip(times.tolist(), *(tables[topic].rows(times) for topic in OBSERVED), strict=True)
-    outcome: Outcome | None = None
-    distance, slip = np.full((2, len(times)), np.nan)
-    for index, (time, *row) in enumerate(rows):
-        seen = _judged(monitor, time, dict(zip(OBSERVED, row, strict=True)))
-        if seen is not None:
-            outcome = seen
-            distance[index], slip[index] = seen.distance, seen.slip_distance
+    judged, outcomes = judge(tracks, scenario.table(MonitorParameters))
+    distance, slip = np.full((2, len(stamps)), np.nan)
+    rows = np.searchsorted(stamps, judged)
+    distance[rows] = [outcome.distance for outcome in outcomes]
+    slip[rows] = [outcome.slip_distance for outcome in outcomes]
     turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
-    seconds = np.array(times, dtype=np.float64) / 1e9
     series = Series(
-        time=seconds,
+        time=np.array(stamps, dtype=np.float64) / 1e9,
         inclination=column(TRUE_INCLINATION, 0),
         pitch=np.array([pitch_of(*turn) for turn in turns], dtype=np.float64),
         pitch_rate=column(TRUE_RATE, 1),
         gyro_rate=column(GYRO, 1),
         contact_force=columns(TRUE_FORCES, 2),
         foot_force=columns(FOOT_FORCES, 2),
-        correction=np.column_stack([corrected(topic) for topic in corrections.values()]),
+        correction=np.column_stack([correction(topic) for topic in corrections.values()]),
         stage=np.nan_to_num(column(STAGE, 0)),
         read_inclination=np.nan_to_num(column(STAGE, 1)),
         distance=distance,
         slip=slip,
         controllers=tuple(corrections),
     )
-    return series, outcome
-
-
-def scenario_in(messages: Messages) -> Scenario:
-    """Return the scenario of a bag; all defaults if it has none that this version can read."""
-    for text in messages[SCENARIO]:
-        try:
-            return parse(text.data, 'its scenario', 'bag')
-        except KhrError:
-            break
-    return Scenario('', {})
-
-
-def _judged(monitor: OutcomeMonitor, time: int, signals: dict[Topic, Any]) -> Outcome | None:
-    """Return the outcome at an instant; None if what it takes is not there or damaged."""
-    if any(numbers is None for numbers in signals.values()):
-        return None
-    try:
-        return monitor.update(time, signals)
-    except AnalysisError:
-        return None
+    return series, outcomes[-1] if outcomes else None

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
+from typing import Any
 
 from khr_analysis.outcome import MonitorParameters
+from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import registry
 from khr_bringup.offline import ControlLoop
 from khr_bringup.recorded.bags import Messages
-from khr_bringup.result import FILE, Result
+from khr_bringup.result import FILE, Result, read_outcome
 from khr_common import cdr
 from khr_common.interfaces import JOINT_STATES, TRUE_POSE, Topic
 from khr_sim.physics.truth import SIGNALS, Truth
@@ -97,16 +98,16 @@ def differences_beside(folder: Path, scenario: str, hashed: str, repeated: Resul
         found.append(f'{scenarios[-1]}: not the scenario that the bag has')
     path = folder / FILE
     try:
-        outcome = json.loads(path.read_bytes()) if path.exists() else None
-        stated = {'trajectory_hash': hashed}
+        stored = read_outcome(folder).to_json() if path.exists() else None
+        expected: dict[str, Any] = {'trajectory_hash': hashed}
         if repeated.scenario.table(MonitorParameters).judge_by == 'truth':
-            stated |= {'verdict': repeated.verdict, **repeated.quantities}
-        if outcome is not None:
+            expected |= {'verdict': repeated.verdict, **repeated.quantities}
+        if stored is not None:
             found += [
-                f'{path}: {name}: {outcome.get(name)}, by the bag {text}'
-                for name, text in stated.items()
-                if outcome.get(name) != text
+                f'{path}: {name}: {stored.get(name)}, by the bag {value}'
+                for name, value in expected.items()
+                if stored.get(name) != value
             ]
-    except (ValueError, AttributeError):
-        found.append(f'{path}: not readable')
+    except BringupError as error:
+        found.append(str(error))
     return found

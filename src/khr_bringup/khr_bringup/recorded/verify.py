@@ -14,9 +14,10 @@ from khr_bringup.changes import Applied, applied, changes, effective
 from khr_bringup.code_version import differences, stated_of, surroundings, version_in, version_of
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
-from khr_bringup.recorded.bags import Messages, final_state, read_messages, there
+from khr_bringup.recorded.bags import Messages, there
 from khr_bringup.recorded.comparison import SideBySide, compared, differences_beside, numbers_of
 from khr_bringup.recorded.integrity import check_bag
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.result import Result
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
@@ -27,7 +28,6 @@ from khr_common.interfaces import (
     PARAMETER_EVENTS,
     PUSHED,
     SCENARIO,
-    STATE,
     TRUE_POSE,
     WORLD,
 )
@@ -114,11 +114,10 @@ def read_recorded(bag: Path) -> Recorded:
         BringupError: if it is no bag, is damaged, has no scenario or end of a run, was made by
             another version of the project, or does not say all that it takes to repeat the run.
     """
-    single = (SCENARIO, STATE, PARAMETER_EVENTS, DIAGNOSTICS, PUSHED)
-    messages = read_messages(bag, (*single, *compared()), numbers_of)
+    run = RecordedRun(bag, compared(), numbers_of=numbers_of)
+    messages, state = run.messages, run.final_state
     if not messages[SCENARIO]:
         raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
-    state = final_state(messages[STATE])
     time_ns = int(text) if is_integer(text := state.get('time_ns', '')) else 0
     if (
         time_ns
@@ -133,8 +132,7 @@ def read_recorded(bag: Path) -> Recorded:
             f'{bag}: its run has no end, or ended before it began; accepted: the '
             'bag of a run that ended or was interrupted'
         )
-    text = messages[SCENARIO][-1].data
-    scenario = _scenario(bag, text)
+    scenario = _scenario(bag, run.text)
     if scenario.table(RunParameters).sync != 'lockstep':
         raise BringupError(
             f'{bag}: the run followed the wall clock, so it cannot be repeated; '
@@ -149,14 +147,14 @@ def read_recorded(bag: Path) -> Recorded:
     pushes = tuple(_pushes(bag, messages[PUSHED], scenario, made))
     return Recorded(
         scenario,
-        text,
+        run.text,
         state['trajectory_hash'],
         time_ns,
         state.get('end', ''),
         made,
         pushes,
         {topic: messages[topic] for topic in compared()},
-        differences(text, stated_of(scenario)),
+        differences(run.text, stated_of(scenario)),
     )
 
 

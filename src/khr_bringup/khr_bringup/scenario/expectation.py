@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import get_args
 
 from khr_analysis.outcome import SensedVerdict, Verdict
 from khr_bringup.errors import BringupError
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.punctuality import HELD, NOT_HELD, RealTime
 from khr_sim.run_parameters import RunParameters
 
 REALTIME = 'realtime'
@@ -60,26 +60,26 @@ class Expectation:
             )
         return Expectation(verdicts[0] if verdicts else '', REALTIME in words)
 
-    def unmet(self, verdict: str, realtime: Mapping[str, str]) -> str:
+    def unmet(self, verdict: str, realtime: RealTime | None) -> str:
         """Return in one line what did not come as expected; empty if all did.
 
         Args:
             verdict: that the run came to.
-            realtime: how it kept to the wall clock, from the simulator's last state.
+            realtime: how it kept to the wall clock; None if the simulator did not report it.
         """
         if self.verdict and verdict != self.verdict:
             return f'expected {self.verdict}, the outcome is {verdict or "unknown"}'
-        if self.realtime and realtime.get('realtime') != 'held':
+        if self.realtime and not (realtime and realtime.held):
             return f'expected real time to be held: {realtime_text(realtime)}'
         return ''
 
 
-def realtime_text(realtime: Mapping[str, str]) -> str:
-    """Say how a run kept to the wall clock."""
-    if not realtime:
-        return 'the simulator did not say'
+def realtime_text(realtime: RealTime | None) -> str:
+    """Return in one line how a run kept to the wall clock."""
+    if realtime is None:
+        return 'the simulator did not report it'
     return (
-        f'{realtime["realtime"]}: speed {realtime["real_time_factor"]}, '
-        f'{realtime["missed_periods"]} of {realtime["periods"]} periods late, '
-        f'{realtime["stale_corrections"]} corrections too old'
+        f'{HELD if realtime.held else NOT_HELD}: speed {realtime.factor:.3f}, '
+        f'{realtime.missed} of {realtime.periods} periods late, '
+        f'{realtime.stale} corrections too old'
     )

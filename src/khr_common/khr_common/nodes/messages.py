@@ -16,9 +16,9 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from khr_common.cdr import BLANK, MessageTemplate
 from khr_common.errors import KhrError
-from khr_common.figures import AFTER, CHANGED
 from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, TRANSFORMS, WRENCH, Topic
 from khr_common.nodes.transform_messages import transform_message
+from khr_common.status_values import AFTER, CHANGED
 
 
 def to_nanoseconds(stamp: Time) -> int:

@@ -259,7 +259,7 @@ class BoardNode(KhrNode):
             KEY: self.run,
         }
         if state == 'finished':
-            values |= {'trajectory_hash': '', **self._punctuality.figures()}
+            values |= {'trajectory_hash': '', **self._punctuality.result().texts()}
         level = DiagnosticStatus.ERROR if end == 'error' else DiagnosticStatus.OK
         self._state_out.publish(status('board', state, values, level))
 

@@ -15,11 +15,11 @@ from PIL import Image
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import ControlLoop, run_offline
+from khr_bringup.result import FILE, read_outcome
 from khr_bringup.scenario.scenario import Scenario, load_scenario
 from khr_common import RunError
 from khr_common.maths.rotation import matrix
 from khr_common.text.quoting import quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_report.errors import ReportError
 from khr_report.film.shadow import Shadow
 from khr_sim.physics import engines
@@ -105,13 +105,10 @@ def frames(
         show(kept[-1].time)
 
     result = run_offline(scenario, keep)
-    outcome = Path(run) / 'outcome.json'
-    if run and outcome.is_file():
-        recorded = read_yaml(read_file(outcome), str(outcome))  # JSON is YAML too
-        if not isinstance(recorded, dict) or 'trajectory_hash' not in recorded:
-            raise ReportError(f'{outcome}: no outcome; accepted: the file that khr run writes')
-        before = recorded['trajectory_hash']
-        if recorded.get('end') != 'stopped' and before != result.trajectory_hash:
+    if run and (Path(run) / FILE).is_file():
+        recorded = read_outcome(Path(run))
+        before = recorded.trajectory_hash
+        if recorded.end != 'stopped' and before != result.trajectory_hash:
             raise RunError(
                 f'{run}: the run did not repeat: trajectory hash {result.trajectory_hash}, '
                 f'recorded {quoted(before)}; was it made with other versions?'

@@ -1,54 +1,49 @@
-"""Gather what is known of a run from its folder or bag."""
+"""The parts of a run that its page shows, and a note on each part that is missing."""
 
 from __future__ import annotations
 
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TypeVar
 
-from khr_analysis.outcome_text import LABELS, WORDS
-from khr_bringup.changes import Change, changes
-from khr_bringup.code_version import stated_in, version_in
-from khr_bringup.recorded import bag_signals
-from khr_bringup.recorded.bags import bag_of, read_what_is_left
+from khr_bringup.changes import Change
+from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
-from khr_bringup.scenario.scenario import Scenario, parse
+from khr_bringup.result import FILE, RunRecord
+from khr_bringup.run_folder import SCENARIO
+from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.interfaces import OUTCOME, PARAMETER_EVENTS, PUSHED, SCENARIO, STATE
-from khr_common.text.quoting import quoted
-from khr_common.text.strict_yaml import read_file, read_yaml
+from khr_common.interfaces import PUSHED
 from khr_report.errors import ReportError
 from khr_sim.run_parameters import RunParameters
 
-OUTCOME_FILES = ('outcome.json', 'outcome.yaml')
-ACCEPTED = 'accepted: the folder of a khr run, or its bag'
+Part = TypeVar('Part')
 
 
 @dataclass
 class RunContents:
-    """What is known of a run.
+    """The parts of a run that could be read.
 
     Attributes:
         name: of its folder.
-        folder: where it lies.
+        folder: of the run.
         scenario: as it ran.
-        outcome: by name, as in ``outcome.json``.
-        series: its signals.
-        changes: of parameters while it ran.
+        record: the outcome.
+        series: the signals.
+        changes: parameters that were set while it ran.
         pushes: number of pushes received over the topic.
         version: of the code; empty if the run did not record it.
         made_with: the arithmetic, and versions of Python and the libraries; empty likewise.
-        notes: what is missing and why, a line each.
+        notes: on the parts that are missing, a line each.
     """
 
     name: str
     folder: Path
     scenario: Scenario | None = None
-    outcome: dict[str, Any] = field(default_factory=dict)
+    record: RunRecord | None = None
     series: Series | None = None
-    changes: list[Change] = field(default_factory=list)
+    changes: tuple[Change, ...] = ()
     pushes: int = 0
     version: str = ''
     made_with: dict[str, str] = field(default_factory=dict)
@@ -61,117 +56,70 @@ class RunContents:
 
     @property
     def title(self) -> str:
-        """Return the title of what was run."""
-        return (self.scenario.title if self.scenario else '') or str(
-            self.outcome.get('scenario') or self.name
-        )
+        """Return the title of the scenario."""
+        return (self.scenario.title if self.scenario else '') or self.scenario_name or self.name
+
+    @property
+    def scenario_name(self) -> str:
+        """Return the name of the scenario; empty if it is not known."""
+        return self.record.scenario if self.record else ''
+
+    def read(self, part: Callable[[], Part], note: str = '') -> Part | None:
+        """Return a part; None if it cannot be read, which is noted."""
+        try:
+            return part()
+        except KhrError as error:
+            self.notes.append(f'{error}{note}')
+            return None
 
 
 def contents_of(path: Path) -> RunContents:
-    """Gather what is known of a run.
+    """Read a run, its bag up to the first damage.
 
     Raises:
-        ReportError: if nothing is known.
+        ReportError: if it is not there.
     """
     if not path.exists():
         raise ReportError(f'{path}: no such run; {ACCEPTED}')
-    folder = path if path.is_dir() else path.parent
-    found = RunContents(path.resolve().name, folder)
+    run = RecordedRun(path, salvage=True)
+    found = RunContents(run.name, run.folder)
     if path.is_dir():
-        _read_scenario(path / 'scenario.yaml', found)
-        _read_outcome(path, found)
-    if path.is_file() or bag_of(path) != path or any(path.glob('*.mcap')):
-        _read_bag(path, found)
+        found.notes += [f'{n} is missing' for n in (SCENARIO, FILE) if not (path / n).is_file()]
+    if found.read(lambda: run.text) is not None:
+        found.version, found.made_with = run.version, run.made_with
+        found.scenario = found.read(
+            lambda: run.scenario, '; was it made by another version of the project?'
+        )
+    found.record = found.read(lambda: run.record)
+    if run.has_bag:
+        _read_bag(run, found)
     else:
+        found.changes = found.record.changes if found.record else ()
         _repeat(found)
     return found
 
 
-def _read_scenario(file: Path, found: RunContents) -> None:
-    if not file.is_file():
-        found.notes.append(f'{file.name} is missing')
+def _read_bag(run: RecordedRun, found: RunContents) -> None:
+    messages = found.read(lambda: run.messages)
+    if messages is None:
         return
-    try:
-        text = read_file(file)
-        found.version, found.made_with = version_in(text), stated_in(text)
-        found.scenario = parse(text, file.name, found.name)
-    except KhrError as error:
-        found.notes.append(f'{error}; was it made by another version of the project?')
-
-
-def _read_outcome(folder: Path, found: RunContents) -> None:
-    file = next((folder / name for name in OUTCOME_FILES if (folder / name).is_file()), None)
-    if file is None:
-        found.notes.append(f'{OUTCOME_FILES[0]} is missing')
-        return
-    try:  # JSON is YAML too
-        outcome = read_yaml(read_file(file), file.name)
-    except KhrError as error:
-        found.notes.append(f'{file.name} cannot be read ({error})')
-        return
-    if not isinstance(outcome, dict):
-        found.notes.append(f'{file.name} holds no outcome')
-        return
-    found.changes = _changes_in(outcome.pop('changes', None))
-    for name in set(outcome) & set(LABELS) - set(WORDS):
-        if not _is_number(outcome[name]):
-            found.notes.append(f'{file.name}: {name}: {quoted(outcome[name])} is no number')
-            del outcome[name]
-    found.outcome = outcome
-
-
-def _changes_in(listed: Any) -> list[Change]:
-    """Return the changes that an outcome names; those that do not read are left out."""
-    found = []
-    for each in listed if isinstance(listed, list) else ():
-        values = each if isinstance(each, dict) else {}
-        node, dot, parameter = str(values.get('parameter', '')).partition('.')
-        if dot and _is_number(values.get('time_s')):
-            found.append(Change(float(values['time_s']), node, parameter, values.get('value')))
-    return found
-
-
-def _is_number(value: Any) -> bool:
-    """Return whether a value is a finite number, or the text of one."""
-    if isinstance(value, bool) or not isinstance(value, int | float | str):
-        return False
-    with suppress(ValueError, OverflowError):
-        return isfinite(float(value))
-    return False
-
-
-def _read_bag(path: Path, found: RunContents) -> None:
-    topics = (*bag_signals.topics(), PUSHED, OUTCOME, STATE)
-    try:
-        messages, damage = read_what_is_left(path, topics)
-    except KhrError as error:
-        found.notes.append(f'no signals: {error}')
-        return
-    series = bag_signals.series_of(messages)
-    found.changes = changes(messages[PARAMETER_EVENTS]) or found.changes
+    found.record = found.record or run.recorded_outcome
+    found.changes = run.changes or found.record.changes
     found.pushes = len(messages[PUSHED])
-    if series.time.size:
-        found.series = series
-    if damage:
-        until = f' to {series.time[-1]:.2f} s' if series.time.size else ''
-        found.notes.append(f'the bag is damaged; shown is what can be read{until} ({damage})')
-    elif not series.time.size:
-        found.notes.append('no signals: the bag holds none of the topics of a khr run')
-    if found.scenario is None and messages[SCENARIO]:
-        found.scenario = bag_signals.scenario_in(messages)
-        text = messages[SCENARIO][-1].data
-        found.version, found.made_with = version_in(text), stated_in(text)
-    if not found.outcome:
-        for message in (*messages[STATE], *messages[OUTCOME]):
-            found.outcome |= {pair.key: pair.value for pair in message.values}
-        if messages[OUTCOME]:
-            found.outcome['verdict'] = messages[OUTCOME][-1].message
+    found.series = found.read(lambda: run.series)
+    if run.damage:
+        until = f' to {found.series.time[-1]:.2f} s' if found.series else ''
+        found.notes.append(f'the bag is damaged; shown is what can be read{until} ({run.damage})')
 
 
 def _repeat(found: RunContents) -> None:
     """Compute the signals of a run without a bag by repeating it, if the trajectory is the same."""
-    recorded = found.outcome.get('trajectory_hash')
-    if found.scenario is None or not recorded or found.outcome.get('end') == 'stopped':
+    record = found.record
+    if (
+        found.scenario is None
+        or not (record and record.trajectory_hash)
+        or record.end == 'stopped'
+    ):
         found.notes.append('no bag, so no signals')
         return
     if found.scenario.table(RunParameters).sync != 'lockstep':
@@ -180,7 +128,7 @@ def _repeat(found: RunContents) -> None:
         )
         return
     result, series = run_with_series(found.scenario)
-    if result.trajectory_hash == recorded:
+    if result.trajectory_hash == record.trajectory_hash:
         found.series = series
         found.notes.append(
             'no bag; the signals are those of the run repeated, whose trajectory hash is the same'

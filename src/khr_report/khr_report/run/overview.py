@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.bag_signals import series_of_bag
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.files import written
@@ -108,7 +108,7 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
     Raises:
         KhrError: if the bag cannot be read.
     """
-    series = series_of_bag(bag)
+    series = RecordedRun(bag).series
     with styled():
         figure = overview(series, scenario)
         with written(path) as part:

@@ -12,9 +12,10 @@ from typing import Any
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from khr_analysis.outcome_text import LABELS, shown
+from khr_analysis.outcome_values import LABELS, Value, shown
 from khr_bringup.code_version import code_version, stated_of, version_of
 from khr_bringup.node_registry import registry
+from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
 from khr_common import specifications
@@ -22,7 +23,7 @@ from khr_report.errors import ReportError
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
-from khr_report.run.contents import ACCEPTED, RunContents, contents_of
+from khr_report.run.contents import RunContents, contents_of
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_sweeps.trial import complete
 
@@ -49,7 +50,7 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
     paths = {'this run': run} if against is None else {'A': run, 'B': against}
     found = {name: contents_of(path) for name, path in paths.items()}
     for each in found.values():
-        if not each.outcome and each.series is None:
+        if each.record is None and each.series is None:
             reasons = '; '.join(each.notes)
             raise ReportError(
                 f'{each.folder}: neither outcome nor signals ({reasons}); {ACCEPTED}'
@@ -86,13 +87,13 @@ def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:
 
 
 def _outcome(found: Found) -> Markup:
-    outcomes = [run.outcome for run in found.values()]
-    if not any(outcomes):
+    if not any(run.record for run in found.values()):
         return paragraphs('Unknown: the run has no outcome file.')
+    outcomes = [run.record.to_json() if run.record else {} for run in found.values()]
     rows = [
-        [text, *(_value(name, outcome.get(name)) for outcome in outcomes)]
+        [text, *(_value(name, outcome.get(name, '')) for outcome in outcomes)]
         for name, text in OUTCOME.items()
-        if name == HASH or any(outcome.get(name) for outcome in outcomes)
+        if name == HASH or any(outcome.get(name, '') != '' for outcome in outcomes)
     ]
     heads = ['what', *found]
     if len(found) == 2:
@@ -101,10 +102,8 @@ def _outcome(found: Found) -> Markup:
     return part('table', heads, rows, dict.fromkeys(found, 'value'))
 
 
-def _value(name: str, value: Any) -> str:
-    if not value:
-        return NO_HASH if name == HASH else ''
-    return shown(name, str(value))
+def _value(name: str, value: Value) -> str:
+    return NO_HASH if name == HASH and not value else shown(name, value)
 
 
 def _step(before: str, after: str) -> str:
@@ -266,7 +265,7 @@ def _csv(series: Series) -> bytes:
 
 def _difference(one: RunContents, other: RunContents) -> str:
     """Return a warning if two runs are of different scenarios, else nothing."""
-    names = [str(each.outcome.get('scenario') or each.title) for each in (one, other)]
+    names = [each.scenario_name or each.title for each in (one, other)]
     if names[0] == names[1]:
         return ''
     return f'the runs are of different scenarios: {names[0]}, and {names[1]}'

@@ -312,7 +312,7 @@ class SimulatorNode(KhrNode):
         }
         if state in OVER:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
-            values |= {} if self._in_lockstep else self._punctuality.figures()
+            values |= {} if self._in_lockstep else self._punctuality.result().texts()
         self._state_out.publish(
             status(
                 'simulator',

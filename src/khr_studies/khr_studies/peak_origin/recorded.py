@@ -11,8 +11,7 @@ import numpy as np
 from khr_analysis.peaks import Peak, place_in_gait
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.bag_signals import scenario_in, series_of, topics
-from khr_bringup.recorded.bags import read_messages
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
@@ -56,8 +55,8 @@ def peaks_of_run(folder: Path) -> RecordedPeaks:
         BringupError: if it is no bag, or is damaged.
         StudyError: as :func:`peaks_of` raises it.
     """
-    messages = read_messages(folder, topics())
-    return peaks_of(str(folder), scenario_in(messages), series_of(messages))
+    run = RecordedRun(folder)
+    return peaks_of(str(folder), run.parameters, run.series)
 
 
 def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:

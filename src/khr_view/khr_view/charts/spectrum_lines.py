@@ -11,8 +11,8 @@ from numpy.typing import NDArray
 
 from khr_analysis.peaks import DOMINANT_SHARE, place_in_gait
 from khr_bringup.scenario.derived import PEAKS_PER_CYCLE
-from khr_common.figures import figure
 from khr_common.run_identity import MalformedError
+from khr_common.status_values import real
 
 Array = NDArray[np.float64]
 
@@ -79,7 +79,7 @@ def peaks_in(array: Any) -> list[PlacedPeak]:
     peaks = []
     for status in array.status[:MOST_PEAKS]:
         values = {pair.key: pair.value for pair in status.values}
-        at, amplitude = figure(values, 'frequency_hz'), figure(values, 'amplitude_rad_s')
+        at, amplitude = real(values, 'frequency_hz'), real(values, 'amplitude_rad_s')
         if not 0.0 <= at <= HIGHEST:
             raise MalformedError(f'frequency_hz is not within 0 and {HIGHEST:g}')
         peaks.append(PlacedPeak(at, amplitude))

@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
-from khr_analysis.outcome_text import quantities
+from khr_analysis.outcome import OBSERVED, MonitorParameters
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.changes import changes
-from khr_bringup.recorded.bag_signals import scenario_in
-from khr_bringup.recorded.bags import Messages, read_what_is_left
-from khr_common import KhrError
+from khr_bringup.recorded.bag_signals import Track, judge
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
-from khr_common.interfaces import (
-    GYRO,
-    PARAMETER_EVENTS,
-    ROBOT_DESCRIPTION,
-    SCENARIO,
-    STAGE,
-    TRUE_POSE,
-    Topic,
-)
+from khr_common.interfaces import GYRO, ROBOT_DESCRIPTION, STAGE, TRUE_POSE, Topic
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import SLIP, Chart, tapped
@@ -49,25 +37,7 @@ class Mark:
     text: str
 
 
-class Track:
-    """What a topic carried, by time.
-
-    Args:
-        stamps: ns, (n,); of those that are there twice the first counts.
-        numbers: (n, width).
-    """
-
-    def __init__(self, stamps: Any, numbers: Array) -> None:
-        self.stamps, first = np.unique(np.array(stamps, dtype=np.int64), return_index=True)
-        self.numbers = numbers[first]
-
-    def at(self, stamp_ns: int) -> tuple[float, ...]:
-        """Return what it carried last at a time, and before its first message the first."""
-        row = int(np.searchsorted(self.stamps, stamp_ns, side='right')) - 1
-        return tuple(self.numbers[max(row, 0)].tolist())
-
-
-class RecordedRun:
+class Timeline:
     """Answer for any time of a bag what was seen, measured and judged then.
 
     Args:
@@ -87,11 +57,10 @@ class RecordedRun:
     """
 
     def __init__(self, path: Path) -> None:
-        self.name = path.resolve().name
-        periodic = tuple(dict.fromkeys((*NEEDED, *tapped(), *OBSERVED, STAGE)))
-        others = (SCENARIO, PARAMETER_EVENTS, ROBOT_DESCRIPTION)
-        messages, self.damage = read_what_is_left(path, (*periodic, *others))
-        self._tracks = {topic: _track(messages[topic]) for topic in periodic if messages[topic]}
+        sampled = tuple(dict.fromkeys((*NEEDED, *tapped(), *OBSERVED, STAGE)))
+        run = RecordedRun(path, (*sampled, ROBOT_DESCRIPTION), salvage=True)
+        messages, self.damage, self.name = run.messages, run.damage, run.name
+        self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
         absent = [topic.name for topic in NEEDED if topic not in self._tracks]
         if absent:
             raise ViewError(
@@ -99,17 +68,17 @@ class RecordedRun:
             )
         descriptions = messages[ROBOT_DESCRIPTION]
         self.robot = Robot(descriptions[-1].data) if descriptions else Robot.load()
-        scenario = scenario_in(messages)
+        scenario = run.parameters
         self.title = scenario.title or scenario.name or self.name
         self.stamps = self._tracks[TRUE_POSE].stamps
         self._snapshots = SnapshotBuilder(self.robot, scenario.table(RunParameters))
         self._analyser = scenario.table(FftAnalyserParameters)
         self.motion = motion_of(scenario.table(GaitParameters))
-        self._outcomes = self._judge(scenario.table(MonitorParameters))
-        if len(self._outcomes) == len(self.stamps):
-            slipped = np.array([[outcome.slip_distance] for outcome in self._outcomes])
-            self._tracks[SLIP] = Track(self.stamps, slipped)
-        self.marks = sorted(self._happened(messages), key=lambda mark: mark.time)
+        self._judged, self._outcomes = judge(self._tracks, scenario.table(MonitorParameters))
+        if self._outcomes:
+            slip = [[outcome.slip_distance] for outcome in self._outcomes]
+            self._tracks[SLIP] = Track(self._judged, np.array(slip))
+        self.marks = sorted(self._events(run), key=lambda mark: mark.time)
 
     @property
     def end(self) -> float:
@@ -155,40 +124,19 @@ class RecordedRun:
 
     def rows(self, time: float) -> dict[str, str]:
         """Return how the run went up to a time, s, by name."""
-        index = int(np.searchsorted(self.stamps, round(time * 1e9), side='right')) - 1
-        outcome = self._outcomes[max(index, 0)] if self._outcomes else None
-        status = Status()
-        if outcome is not None:
-            status.monitor(outcome.verdict, quantities(outcome))
+        index = int(np.searchsorted(self._judged, round(time * 1e9), side='right')) - 1
+        status = Status(outcome=self._outcomes[max(index, 0)] if self._outcomes else None)
         if STAGE in self._tracks:
             status.stage = int(self._tracks[STAGE].at(round(time * 1e9))[0])
         return dict(status.rows(min(time, self.end)))
 
-    def _judge(self, parameters: MonitorParameters) -> list[Outcome]:
-        monitor, outcomes = OutcomeMonitor(parameters), []
-        tracks: Mapping[Topic, Track] = self._tracks
-        if any(topic not in tracks for topic in OBSERVED):
-            return []
-        for stamp_ns in self.stamps.tolist():
-            signals = {topic: tracks[topic].at(stamp_ns) for topic in OBSERVED}
-            try:
-                outcomes.append(monitor.update(stamp_ns, signals))
-            except KhrError:  # a damaged instant
-                outcomes += outcomes[-1:]
-        return outcomes
-
-    def _happened(self, messages: Messages) -> Iterator[Mark]:
+    def _events(self, run: RecordedRun) -> Iterator[Mark]:
         fell = next((o.fell_at for o in self._outcomes if o.fell_at is not None), None)
         if fell is not None:
             yield Mark(fell, 'fell')
-        for change in changes(messages[PARAMETER_EVENTS]):
+        for change in run.changes:
             yield Mark(change.time, f'{change.node}.{change.parameter} = {change.value}')
         if STAGE in self._tracks:
             track = self._tracks[STAGE]
             for row in np.flatnonzero(np.diff(track.numbers[:, 0])) + 1:
                 yield Mark(float(track.stamps[row]) / 1e9, f'stage {track.numbers[row, 0]:.0f}')
-
-
-def _track(samples: Any) -> Track:
-    numbers = np.array(samples.numbers, dtype=np.float64)
-    return Track(samples.stamps, numbers.reshape(len(samples.stamps), samples.width))

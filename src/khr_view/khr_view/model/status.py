@@ -1,64 +1,83 @@
-"""How the run goes, in a few lines of text."""
+"""The state of a run as rows of text."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from math import degrees
 
-from khr_common.figures import figure, whole
-from khr_common.text.quoting import one_line
+from khr_analysis.outcome import Outcome, SensedOutcome
+from khr_analysis.outcome_values import outcome_of
+from khr_common.status_values import integer, real
+
+COUNTED = {'missed_periods', 'stale_corrections'}
+FACTOR = 'real_time_factor'
+ROWS = (  # label, attribute of the outcome, unit, scale
+    ('fell at', 'fell_at', 's', 1.0),
+    ('distance', 'distance', 'mm', 1e3),
+    ('slip', 'slip_distance', 'mm', 1e3),
+    ('vibration', 'vibration', 'deg/s', degrees(1.0)),
+    ('largest pitch', 'largest_pitch', 'deg', degrees(1.0)),
+)
 
 
 @dataclass
 class Status:
-    """The newest that the graph has said of itself.
+    """The latest reports of a graph.
 
     Attributes:
-        scenario: name of what runs; empty if nobody says.
+        scenario: name of the scenario; empty if it is unknown.
         state: of the simulator; ``no run`` while there is none.
-        reason: why it is so.
-        verdict: of the monitor, so far.
-        outcome: the monitor's quantities by name.
-        factor: simulated by wall time; None if nobody says.
+        reason: of the state.
+        outcome: so far, by the monitor; None before its first report.
+        factor: simulated by wall time; None if it is unknown.
         stage: of the control; 0 without stages.
-        late: periods that came late, and corrections too old to use, in realtime mode.
+        late: in realtime mode, the late periods and the dropped corrections.
     """
 
     scenario: str = ''
     state: str = 'no run'
     reason: str = ''
-    verdict: str = ''
-    outcome: dict[str, float] = field(default_factory=dict)
+    outcome: Outcome | SensedOutcome | None = None
     factor: float | None = None
     stage: int = 0
     late: str = ''
+
+    @property
+    def verdict(self) -> str:
+        """Return the verdict so far; empty before the first."""
+        return self.outcome.verdict if self.outcome else ''
 
     def simulator(self, values: Mapping[str, str]) -> None:
         """Take the simulator's report in ``/diagnostics``.
 
         Raises:
-            MalformedError: here and below, if a figure is none; then all stays as it was.
+            MalformedError: if a count is not an integer; the status is unchanged.
         """
         late = ''
         if values.get('sync') == 'realtime' and COUNTED & values.keys():  # a driver may not count
-            missed, stale = whole(values, 'missed_periods'), whole(values, 'stale_corrections')
+            missed, stale = (integer(values, name) for name in sorted(COUNTED))
             late = f'{missed} periods, {stale} corrections'
         self.late = late
 
     def monitor(self, verdict: str, values: Mapping[str, str]) -> None:
-        """Take the monitor's report in ``/diagnostics``."""
-        outcome = {key: figure(values, key) for _, key, _, _ in QUANTITIES if key in values}
-        factor = figure(values, FACTOR) if FACTOR in values else None
-        self.verdict, self.outcome, self.factor = one_line(verdict), outcome, factor
+        """Take the monitor's report in ``/diagnostics``.
+
+        Raises:
+            MalformedError: if it is not an outcome; the status is unchanged.
+        """
+        outcome = outcome_of(verdict, values)
+        factor = real(values, FACTOR) if FACTOR in values else None
+        self.outcome, self.factor = outcome, factor
 
     def rows(self, time: float) -> list[tuple[str, str]]:
-        """Return names and values to show at a simulated time, s."""
+        """Return labels and values to show at a simulated time, s."""
         rows = [('scenario', self.scenario)] if self.scenario else []
         rows += [('time', f'{time:.2f} s'), ('verdict', self.verdict or 'not yet')]
-        for name, key, unit, factor in QUANTITIES:
-            if key in self.outcome:
-                rows.append((name, f'{self.outcome[key] * factor:.1f} {unit}'))
+        for label, attribute, unit, scale in ROWS:
+            value = getattr(self.outcome, attribute, None)
+            if value is not None:
+                rows.append((label, f'{value * scale:.1f} {unit}'))
         if self.stage:
             rows.append(('stage', str(self.stage)))
         if self.factor is not None:
@@ -66,14 +85,3 @@ class Status:
         if self.late:
             rows.append(('late', self.late))
         return rows
-
-
-COUNTED = {'missed_periods', 'stale_corrections'}
-FACTOR = 'real_time_factor'
-QUANTITIES = (
-    ('fell at', 'fell_at_s', 's', 1.0),
-    ('distance', 'distance_m', 'mm', 1e3),
-    ('slip', 'slip_distance_m', 'mm', 1e3),
-    ('vibration', 'vibration_rad_s', 'deg/s', degrees(1.0)),
-    ('largest pitch', 'largest_pitch_deg', 'deg', 1.0),
-)

@@ -23,7 +23,7 @@ def fell_at(status: Status, time: float) -> float | None:
 
     A report of the run before may still come when the next one has begun: its fall lies ahead.
     """
-    fell = status.outcome.get('fell_at_s')
+    fell = status.outcome.fell_at if status.outcome else None
     return fell if fell is not None and fell <= time else None
 
 

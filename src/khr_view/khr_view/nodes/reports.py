@@ -11,8 +11,8 @@ from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64MultiArray, String
 
+from khr_analysis.outcome import Outcome
 from khr_common.errors import KhrError
-from khr_common.figures import figure
 from khr_common.interfaces import (
     DIAGNOSTICS,
     PEAKS,
@@ -24,6 +24,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import MalformedError, check_status
+from khr_common.status_values import real
 from khr_common.text.quoting import one_line
 from khr_view.charts.charts import SLIP
 from khr_view.charts.spectrum_lines import PlacedPeak, bins_in, peaks_in, spectrum_lines
@@ -34,8 +35,6 @@ from khr_view.nodes.remote import Remote
 from khr_view.page.display import Display
 from khr_view.page.live_panel import LivePanel
 from khr_view.page.robot_view import Push
-
-SLIPPED = 'slip_distance_m'  # as the monitor reports it
 
 
 class Reports:
@@ -103,9 +102,10 @@ class Reports:
             values = {pair.key: pair.value for pair in status.values}
             if status.name == 'monitor' and 'time' in values:
                 self._run.status.monitor(status.message, values)
-                if SLIPPED in values:
-                    stamp_ns = round(1e9 * figure(values, 'time'))
-                    self._traces.add(SLIP, stamp_ns, (figure(values, SLIPPED),))
+                outcome = self._run.status.outcome
+                if isinstance(outcome, Outcome):
+                    stamp_ns = round(1e9 * real(values, 'time'))
+                    self._traces.add(SLIP, stamp_ns, (outcome.slip_distance,))
             elif 'sync' in values:  # of the simulator, or of who stands in its place
                 self._run.status.simulator(values)
                 self._panel.show_sync(values['sync'])

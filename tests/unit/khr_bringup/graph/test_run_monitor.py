@@ -54,7 +54,7 @@ def test_progress_names_the_scenario_that_was_switched_to():
 
 
 FIGURES = ('time', 'real_time_factor', 'pitch_rate', 'peak', 'time_ns', 'run', 'final', 'sync')
-QUANTITIES = ('time_s', 'distance_m', 'largest_pitch_deg', 'vibration_rad_s', 'periods', 'end')
+QUANTITIES = ('time_s', 'distance_m', 'largest_pitch_rad', 'vibration_rad_s', 'periods', 'end')
 texts = st.sampled_from(['', 'nan', '-', '1e999', '3', '-0.5', '9' * 5000]) | st.text()
 values = st.dictionaries(st.sampled_from([*FIGURES, *QUANTITIES]) | st.text(), texts)
 

@@ -2,14 +2,15 @@
 
 import numpy as np
 
-from khr_bringup.recorded.bag_signals import series_of, topics
+from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import Samples
+from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import BOARD_CORRECTION, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 
 def recorded(signals):
     """Return the messages of a bag that holds these samples alone."""
-    messages = {topic: Samples() if topic.flow == 'period' else [] for topic in topics()}
+    messages = {topic: Samples() if topic.flow == 'period' else [] for topic in signal_topics()}
     for topic, samples in signals.items():
         for sample in samples:
             messages[topic].append(sample)
@@ -19,7 +20,7 @@ def recorded(signals):
 def test_what_a_bag_lacks_is_nan():
     messages = {}
     messages[TRUE_RATE] = [(stamp, (0.0, 1.0, 0.0)) for stamp in (0, 15_000_000)]
-    read = series_of(recorded(messages))
+    read = series_of(recorded(messages), Scenario('', {}))[0]
     assert (read.pitch_rate == 1.0).all()
     for lacking in (read.inclination, read.pitch, read.slip, read.foot_force):
         assert np.isnan(lacking).all()
@@ -29,7 +30,7 @@ def test_what_a_bag_lacks_is_nan():
 def test_what_the_board_adds_by_itself_stands_for_the_controllers():
     messages = {}
     messages[BOARD_CORRECTION] = [(stamp, (0.1, 0.1, 0.2, 0.2)) for stamp in (0, 15_000_000)]
-    read = series_of(recorded(messages))
+    read = series_of(recorded(messages), Scenario('', {}))[0]
     assert (read.correction_of('ankle') == 0.1).all()
     assert (read.correction_of('hip') == 0.2).all()
 
@@ -48,6 +49,6 @@ def test_damaged_instant_is_nan_and_does_not_stop_the_rest():
     ]
     for topic in TRUE_FORCES:
         messages[topic] = [(time, (0.0, 0.0, 3.7)) for time in times]
-    read = series_of(recorded(messages))
+    read = series_of(recorded(messages), Scenario('', {}))[0]
     np.testing.assert_array_equal(read.distance, [0.0, np.nan, 0.0])
     np.testing.assert_array_equal(read.pitch, 0.0)

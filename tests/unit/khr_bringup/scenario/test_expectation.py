@@ -9,8 +9,8 @@ from khr_common.punctuality import Punctuality
 
 LOCKSTEP = scenarios.load_scenario('stand_0deg')
 WALL_CLOCK = LOCKSTEP.changed({('simulator', 'sync'): 'realtime'})
-HELD = Punctuality(periods=9).figures()
-NOT_HELD = Punctuality(periods=9, late=5).figures()
+HELD = Punctuality(periods=9).result()
+NOT_HELD = Punctuality(periods=9, late=5).result()
 
 
 @pytest.mark.parametrize(
@@ -19,11 +19,11 @@ NOT_HELD = Punctuality(periods=9, late=5).figures()
         ('', 'fell', NOT_HELD, ''),
         ('walked', 'walked', NOT_HELD, ''),
         ('walked', 'fell', HELD, 'expected walked, the outcome is fell'),
-        ('walked', '', {}, 'expected walked, the outcome is unknown'),
+        ('walked', '', None, 'expected walked, the outcome is unknown'),
         ('realtime', 'fell', HELD, ''),
         ('walked,realtime', 'walked', NOT_HELD, '5 of 9 periods late'),
         ('realtime, walked', 'fell', HELD, 'the outcome is fell'),
-        ('realtime', 'walked', {}, 'did not say'),
+        ('realtime', 'walked', None, 'did not report'),
     ],
 )
 def test_what_is_expected_must_come(text, verdict, realtime, says):

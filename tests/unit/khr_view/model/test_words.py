@@ -4,6 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from khr_analysis.outcome import SensedOutcome
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_view.model.again import PAUSE, Again
@@ -14,8 +15,8 @@ from khr_view.model.words import NO_RUN, THEN, in_words, over
 WALK = GaitMotion('walking', 11.6, 2.31)
 
 
-def status(state='running', verdict='walked', **outcome):
-    return Status(state=state, verdict=verdict, outcome=outcome)
+def status(state='running', verdict='walked', fell_at=None):
+    return Status(state=state, outcome=SensedOutcome(verdict, 13.6, fell_at, 0.0, 0.0))
 
 
 @pytest.mark.parametrize(
@@ -24,9 +25,9 @@ def status(state='running', verdict='walked', **outcome):
         (status('waiting'), 0.0, 'starting'),
         (status(), 4.2, 'walking, 4.2 of 11.6 s'),
         (status('paused'), 4.2, 'paused at 4.2 s'),
-        (status(fell_at_s=6.21), 6.3, 'fell at 6.2 s: Reset begins it again'),
-        (status('finished', 'fell', fell_at_s=6.21), 8.0, 'fell at 6.2 s: Reset begins it again'),
-        (status(fell_at_s=6.21), 0.4, 'walking, 0.4 of 11.6 s'),  # the last run's fall
+        (status(fell_at=6.21), 6.3, 'fell at 6.2 s: Reset begins it again'),
+        (status('finished', 'fell', fell_at=6.21), 8.0, 'fell at 6.2 s: Reset begins it again'),
+        (status(fell_at=6.21), 0.4, 'walking, 0.4 of 11.6 s'),  # the last run's fall
         (status(), 12.0, 'finished, walked: Reset begins it again'),
         (status('finished'), 5.0, 'finished, walked: Reset begins it again'),
         (status(NO_RUN), 5.0, 'no run is going on: the page waits for one'),

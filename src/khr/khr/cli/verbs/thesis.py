@@ -65,10 +65,11 @@ def reproduce(
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
     """Run every experiment of the thesis anew, draw every figure, and write one page."""
+    from khr_common.errors import INTERRUPTED
     from khr_studies.reproduction import page
     from khr_studies.reproduction.experiment_plan import parse_plan
     from khr_studies.reproduction.reproduce import reproduce as run_all
-    from khr_sweeps.sweep import INTERRUPTED, report_lost
+    from khr_sweeps.sweep import report_lost
 
     asked = parse_plan(only, fast, engine)
     try:

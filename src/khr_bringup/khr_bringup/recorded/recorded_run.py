@@ -1,0 +1,203 @@
+"""The one reader of a finished run: its folder, or its bag."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+
+from khr_analysis.outcome import Outcome
+from khr_analysis.outcome_values import outcome_of
+from khr_bringup.changes import Change, changes, effective
+from khr_bringup.code_version import stated_in, version_in
+from khr_bringup.errors import BringupError
+from khr_bringup.recorded.bag_signals import series_of, signal_topics
+from khr_bringup.recorded.bags import (
+    Messages,
+    NumbersOf,
+    bag_of,
+    final_state,
+    read_messages,
+    read_what_is_left,
+)
+from khr_bringup.recorded.run_signals import Series
+from khr_bringup.result import FILE, RunRecord, read_outcome
+from khr_bringup.run_folder import SCENARIO as SCENARIO_FILE
+from khr_bringup.scenario.scenario import Scenario, parse
+from khr_common import KhrError, cdr
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    OUTCOME,
+    PARAMETER_EVENTS,
+    PUSHED,
+    SCENARIO,
+    STATE,
+    Topic,
+)
+from khr_common.run_identity import MalformedError
+from khr_common.text.strict_yaml import read_file
+
+ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, PARAMETER_EVENTS, DIAGNOSTICS, PUSHED)
+ACCEPTED = 'accepted: the folder of a khr run, or its bag'
+
+
+class RecordedRun:
+    """A finished run; each part is read when it is first used.
+
+    Args:
+        path: the folder of the run, or its bag.
+        topics: to read from the bag besides ``ABOUT_THE_RUN``; the signals by default.
+        salvage: read a damaged bag up to the damage.
+        numbers_of: reader of the messages of a sampled topic.
+
+    Attributes:
+        name: of the folder or bag.
+        folder: the folder of the run.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        topics: Iterable[Topic] | None = None,
+        *,
+        salvage: bool = False,
+        numbers_of: NumbersOf = cdr.numbers_of,
+    ) -> None:
+        self.path, self.name = path, path.resolve().name
+        self.folder = path if path.is_dir() else path.parent
+        sampled = signal_topics() if topics is None else topics
+        self._topics = tuple(dict.fromkeys((*ABOUT_THE_RUN, *sampled)))
+        self._salvage, self._numbers_of = salvage, numbers_of
+
+    @property
+    def has_bag(self) -> bool:
+        """Return whether there is a bag, damaged or not."""
+        return self.path.is_file() or bag_of(self.path) != self.path or _holds_mcap(self.path)
+
+    @property
+    def messages(self) -> Messages:
+        """Return the messages of the bag by topic, in the order they were recorded.
+
+        Raises:
+            BringupError: if there is no bag, or it cannot be read.
+        """
+        if isinstance(self._bag, BringupError):
+            raise self._bag
+        return self._bag[0]
+
+    @property
+    def damage(self) -> str:
+        """Return what is wrong with the bag in one line; empty if it is whole."""
+        return str(self._bag) if isinstance(self._bag, BringupError) else self._bag[1]
+
+    @cached_property
+    def _bag(self) -> tuple[Messages, str] | BringupError:
+        try:
+            if self._salvage:
+                return read_what_is_left(self.path, self._topics)
+            return read_messages(self.path, self._topics, self._numbers_of), ''
+        except BringupError as error:
+            return error
+
+    @cached_property
+    def text(self) -> str:
+        """Return the text of the scenario, from the bag or else ``scenario.yaml``.
+
+        Raises:
+            KhrError: if there is neither, or the file cannot be read.
+        """
+        if not isinstance(self._bag, BringupError) and self._bag[0][SCENARIO]:
+            return str(self._bag[0][SCENARIO][-1].data)
+        file = self.folder / SCENARIO_FILE
+        if self.path.is_file() or not file.is_file():
+            raise BringupError(f'{file}: not there; {ACCEPTED}')
+        return read_file(file)
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """Return the scenario as it ran.
+
+        Raises:
+            KhrError: if there is none, or this version of the project cannot read it.
+        """
+        return parse(self.text, 'its scenario', self.name)
+
+    @property
+    def parameters(self) -> Scenario:
+        """Return the scenario; one with all defaults if there is none that can be read."""
+        try:
+            return self.scenario
+        except KhrError:
+            return Scenario('', {})
+
+    @property
+    def version(self) -> str:
+        """Return the code version that the scenario states; empty if none."""
+        return version_in(self.text)
+
+    @property
+    def made_with(self) -> dict[str, str]:
+        """Return the arithmetic and the versions that the scenario states, by name."""
+        return stated_in(self.text)
+
+    @cached_property
+    def record(self) -> RunRecord:
+        """Return the outcome, from ``outcome.json`` or else from the bag.
+
+        Raises:
+            BringupError: if there is neither, or the file cannot be read.
+        """
+        if self.path.is_dir() and ((self.folder / FILE).exists() or not self.has_bag):
+            return read_outcome(self.folder)
+        return self.recorded_outcome
+
+    @property
+    def recorded_outcome(self) -> RunRecord:
+        """Return the outcome that is in the bag.
+
+        Raises:
+            BringupError: if the bag cannot be read.
+        """
+        state, judged = self.final_state, None
+        for status in self.messages[OUTCOME]:
+            with suppress(MalformedError):
+                values = {pair.key: pair.value for pair in status.values}
+                judged = outcome_of(status.message, values)
+        return RunRecord(
+            judged=judged,
+            trajectory_hash=state.get('trajectory_hash', ''),
+            end=state.get('end', ''),
+            changes=self.changes,
+        )
+
+    @property
+    def final_state(self) -> dict[str, str]:
+        """Return the simulator's last report by name; empty if the bag has no end of a run."""
+        return final_state(self.messages[STATE])
+
+    @cached_property
+    def changes(self) -> tuple[Change, ...]:
+        """Return the parameters that were set while the run went on."""
+        return effective(changes(self.messages[PARAMETER_EVENTS]), self.parameters)
+
+    @cached_property
+    def signals(self) -> tuple[Series, Outcome | None]:
+        """Return the signals of the bag, and the outcome judged by them.
+
+        Raises:
+            BringupError: if there is no bag, it cannot be read, or it holds no signal.
+        """
+        series, outcome = series_of(self.messages, self.parameters)
+        if not series.time.size:
+            raise BringupError(f'{self.path}: no signals in it; accepted: the bag of a khr run')
+        return series, outcome
+
+    @property
+    def series(self) -> Series:
+        """Return the signals; those of an offline run, bit for bit, if nothing was lost."""
+        return self.signals[0]
+
+
+def _holds_mcap(folder: Path) -> bool:
+    return any(folder.glob('*.mcap'))
