@@ -76,7 +76,13 @@ def apart(engine):
 def each(engine):
     """Return the speed of the environments of ``make_vec``, as many as there are cores."""
     cores = len(os.sched_getaffinity(0))
-    environments = gymnasium.make_vec('khr/Walk-v0', cores, scenario=SCENARIO, engine=engine)
+    environments = gymnasium.make_vec(
+        'khr.environment:khr/Walk-v0',
+        cores,
+        vectorization_mode='async',
+        scenario=SCENARIO,
+        engine=engine,
+    )
     actions = np.zeros((cores, 2), np.float32)
     try:
         environments.reset(seed=0)

@@ -15,13 +15,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from khr.registration import register_environments
-
 if TYPE_CHECKING:
     from khr.environment import BalanceEnv, env
     from khr.runs import RunResult, load, run, scenarios
     from khr.studies import critical, spectrum, stage3, sweep, tune
-    from khr.vector import vector_env
     from khr_common import KhrError
 
 __all__ = [
@@ -37,13 +34,11 @@ __all__ = [
     'stage3',
     'sweep',
     'tune',
-    'vector_env',
 ]
 _HOMES = {
     'khr.environment': ('BalanceEnv', 'env'),
     'khr.runs': ('RunResult', 'load', 'run', 'scenarios'),
     'khr.studies': ('critical', 'spectrum', 'stage3', 'sweep', 'tune'),
-    'khr.vector': ('vector_env',),
     'khr_common': ('KhrError',),
 }
 
@@ -60,6 +55,3 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return __all__
-
-
-register_environments()

@@ -1,4 +1,9 @@
-"""The robot as a Gymnasium environment: bring your own balance control, or learn one."""
+"""The robot as a Gymnasium environment, for a balance control of your own or a learned one.
+
+Importing this module registers :data:`ENVIRONMENTS`; Gymnasium imports it by itself for
+``gymnasium.make('khr.environment:khr/Walk-v0')``. Several environments step at once through
+``gymnasium.make_vec('khr.environment:khr/Walk-v0', 4, vectorization_mode='async')``.
+"""
 
 from __future__ import annotations
 
@@ -26,6 +31,8 @@ from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import read_ensemble
 
+# ID and default scenario; any other one: gymnasium.make(ID, scenario=NAME).
+ENVIRONMENTS = {'khr/Balance-v0': 'stand_0deg', 'khr/Walk-v0': 'walk_7.68deg_ka12'}
 ACTION_SCALE = radians(15.0)  # rad, of an action of 1
 GYRO_RANGE, FORCE_RANGE = 35.0, 150.0  # rad/s and N: ten times the robot's weight
 REGIONS = ('l_toe', 'l_heel', 'r_toe', 'r_heel')
@@ -86,10 +93,10 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         KhrError: if a value is not accepted.
 
     Example:
-        >>> import gymnasium, khr
-        >>> balance = gymnasium.make('khr/Balance-v0', engine='mujoco')
+        >>> import gymnasium
+        >>> balance = gymnasium.make('khr.environment:khr/Balance-v0', engine='mujoco')
         >>> observation, info = balance.reset(seed=1, options={'inclination_deg': 2.0})
-        >>> round(dict(zip(khr.BalanceEnv.names, observation))['correction_ankle'])
+        >>> round(dict(zip(balance.unwrapped.names, observation))['correction_ankle'])
         0
     """
 
@@ -321,3 +328,7 @@ def env(
         (False, 0.015)
     """
     return BalanceEnv(prepared(scenario, set, engine=engine), render_mode, weights)
+
+
+for _id, _scenario in ENVIRONMENTS.items():
+    gymnasium.register(_id, entry_point='khr.environment:env', kwargs={'scenario': _scenario})

@@ -13,7 +13,7 @@ PUBLIC = {name: getattr(khr, name) for name in khr.__all__ if name != 'KhrError'
     'RunResult.table': khr.RunResult.table,
     'RunResult.plot': khr.RunResult.plot,
 }
-SLOW = ('critical', 'load', 'stage3', 'sweep', 'tune', 'vector_env')  # other processes do the work
+SLOW = ('critical', 'load', 'stage3', 'sweep', 'tune')  # other processes do the work
 
 
 @pytest.mark.parametrize(
