@@ -1,34 +1,61 @@
-"""Benches whose measurements are invented: what the scoreboard makes of them is known."""
+"""Benches with invented measurements, so that the resulting scoreboard is known."""
 
 from dataclasses import replace
 
-from khr_analysis.outcome import Outcome
-from khr_analysis.outcome_measures import Slides
-from khr_analysis.peaks import Peak
-from khr_studies.measuring.bench import Bench, MeasuredLift, MeasuredWalk
+from khr_analysis.outcome import RIDES
+from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.critical import START
-from khr_studies.measuring.limit import Attempt, Limit
+from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, WALKS
 
 
-def outcome(verdict='walked', slip=0.0, vibration=0.1):
-    slides = Slides(0.001, slip, 0.002, 9)
-    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, slides)
+def outcome(verdict='walked', slip=0.0, vibration=0.1, **others):
+    """Return the outcome columns of a run."""
+    return {
+        'verdict': verdict,
+        'stayed_up': verdict != 'fell' and slip <= RIDES,
+        'largest_slip_m': slip,
+        'vibration_rad_s': vibration,
+        **others,
+    }
 
 
-def walked(verdict='walked', *frequencies, **figures):
-    return MeasuredWalk(
-        outcome(verdict, **figures), tuple(Peak(f, 0.1, 0.0, 'other') for f in frequencies)
-    )
+def walked(verdict='walked', *frequencies, slip=0.0, **figures):
+    """Return the row of a walk that slides so far in each step."""
+    others = (frequency for frequency in frequencies if frequency > 1.95)
+    return {
+        **outcome(verdict, slip, **figures),
+        'slide_mm': 1e3 * slip,
+        'before_mm': 1.0,
+        'after_mm': 2.0,
+        'peaks_hz': list(frequencies),
+        'extra_peak_hz': next(others, None),
+    }
+
+
+def lifted(toe, heel, overshoot):
+    """Return the row of a leg lift."""
+    return {
+        **outcome('stood'),
+        'toe_n': toe,
+        'heel_n': heel,
+        'difference_n': toe - heel,
+        'share': (toe - heel) / (toe + heel),
+        'overshoot_rad_s': overshoot,
+    }
+
+
+def walks(*rows):
+    return run_table(rows)
 
 
 def limits_of_thesis():
-    return {
-        row.condition: Limit(
-            (row.thesis_deg, row.thesis_deg), (Attempt(row.thesis_deg, 0, outcome()),)
-        )
-        for row in LIMITS
-    }
+    found = {}
+    for row in LIMITS:
+        run = outcome(inclination_deg=row.thesis_deg, seed=0)
+        found[row.condition] = Limit((row.thesis_deg,) * 2, runs=run_table([run]))
+    return found
 
 
 class Thesis(Bench):
@@ -43,9 +70,9 @@ class Thesis(Bench):
         self.asked.append((function, *arguments))
 
     def limit(self, condition, seeds=None):
-        here = replace(condition, changes=())  # the other engine says the same
-        found = limits_of_thesis().get(here, Limit((START, START), ()))
-        return Limit((2.0, 2.0), found.attempts) if here == self.amiss else found
+        here = replace(condition, changes=())  # the same on the other engine
+        found = limits_of_thesis().get(here, Limit((START, START)))
+        return replace(found, of_seeds=(2.0, 2.0)) if here == self.amiss else found
 
     def walks(self, condition, phi):
         row = next(
@@ -53,38 +80,34 @@ class Thesis(Bench):
             None,
         )
         if row is not None and row.survives is False:
-            return [walked('fell')] * self.seeds
+            return walks(*[walked('fell')] * self.seeds)
         gain = condition.ankle_gain + condition.hip_gain
         lines = [sum(one) / 2.0 for one in row.lines] if row else []
         slide = 0.002 if condition.surface == 'rubber' else phi**7 / 6e8 * (1.0 - gain / 100.0)
-        return [
-            walked('slipped', *lines, 2.0 + gain / 10.0, slip=slide, vibration=gain / 100.0)
-        ] * self.seeds
+        walk = walked('slipped', *lines, 2.0 + gain / 10.0, slip=slide, vibration=gain / 100.0)
+        return walks(*[walk] * self.seeds)
 
     def lifts(self, condition, phi):
         share = phi / 6.4 if condition == STAGE_1 else phi / 12.0
-        return [
-            MeasuredLift(outcome('stood'), 7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)
-        ] * 2
+        return run_table([lifted(7.0 * (1.0 + share), 7.0 * (1.0 - share), 0.1 + phi)] * 2)
 
 
 class Opposite(Thesis):
     """A bench on which nothing agrees with the thesis."""
 
     def limit(self, condition, seeds=None):
-        return Limit((2.0, 2.0), ())
+        return Limit((2.0, 2.0))
 
     def walks(self, condition, phi):
-        falls = all(one.outcome.verdict != 'fell' for one in super().walks(condition, phi))
+        falls = (super().walks(condition, phi)['verdict'] != 'fell').all()
         gain = condition.ankle_gain + condition.hip_gain
-        return [
-            walked(
-                'fell' if falls and phi != 6.99 else 'walked',
-                20.0 - gain,
-                slip=0.02 + gain / 1e4 - phi / 1e3,
-                vibration=1.0 - gain / 100.0,
-            )
-        ] * 2
+        walk = walked(
+            'fell' if falls and phi != 6.99 else 'walked',
+            20.0 - gain,
+            slip=0.02 + gain / 1e4 - phi / 1e3,
+            vibration=1.0 - gain / 100.0,
+        )
+        return walks(walk, walk)
 
     def lifts(self, condition, phi):
-        return [MeasuredLift(outcome('stood'), 7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2
+        return run_table([lifted(7.0 - phi / 10.0, 7.0 + phi / 10.0, 0.1)] * 2)

@@ -13,19 +13,36 @@ from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.results import FigureResult, Reproduction
 from khr_studies.scoreboard.study import compare
-from khr_studies.stability_map.best_gain import BestGains, Cell, SoleEffect, SurvivalLimit
+from khr_studies.stability_map.best_gain import MapResult
 from tests.fakes.benches import Thesis
 
 HASH = '0123456789abcdef' * 4
-CELL = Cell(5.0, 15.0, 3, 2, 1, 0.125, 0.02)
-SOLES = SoleEffect(
-    (5.0, 7.0),
-    (CELL, CELL),
-    (replace(CELL, y=0.8), None),
-    (SurvivalLimit(0.18, 7.0, 6.5, None), SurvivalLimit(0.8, None, None, None)),
-    5.0,
-    None,
-    1.0,
+PHI, GAIN = 'simulator.inclination_deg', 'ankle_controller.gain'
+CELL = {
+    'runs': 3,
+    'up': 2,
+    'lost': 1,
+    'slipped': 1,
+    'fell_at_s': None,
+    'vibration_rad_s': 0.125,
+    'largest_slip_m': 0.02,
+}
+BEST = ({PHI: 5.0, GAIN: 15.0, **CELL},)
+
+
+def soles(phi, smooth, rubber):
+    """Return the record of an inclination with the tallies of both soles."""
+    pairs = (('smooth', smooth), ('rubber', rubber))
+    return {PHI: phi, **{f'{name}_{sole}': of[name] for sole, of in pairs for name in CELL}}
+
+
+SOLES = MapResult(
+    'simulator.friction',
+    soles=(soles(5.0, CELL, CELL), soles(7.0, CELL, dict.fromkeys(CELL))),
+    limits=(
+        {'value': 0.18, 'deg': 7.0, 'low_deg': 6.5, 'high_deg': None},
+        {'value': 0.8, 'deg': None, 'low_deg': None, 'high_deg': None},
+    ),
 )
 EMPTY = Findings(None, (), (), (), (), (), {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
 
@@ -74,7 +91,7 @@ def findings(bench=None, **changes):
     made = {
         'scoreboard': compare(bench or Thesis()),
         'peaks': (PeakOrigin(2.58, 'K_A 12', 'gait line 6: the gait', 'high'),),
-        'maps': {'map_a': BestGains('K_A', (CELL,), (9.0,)), 'map_b': SOLES},
+        'maps': {'map_a': MapResult(GAIN, BEST, (9.0,)), 'map_b': SOLES},
         'figures': 3,
         'runs': 2,
         'run_seconds': 754.0,

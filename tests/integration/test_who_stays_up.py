@@ -16,16 +16,17 @@ from khr_studies.calibration.rows import WantedLimit, WantedWalk
 from khr_studies.engines import study as engines
 from khr_studies.errors import StudyError
 from khr_studies.measuring import bench, critical
-from khr_studies.measuring.bench import MeasuredLift, share_up
+from khr_studies.measuring.bench import share_up
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.consistency import said_of_runs
-from khr_studies.measuring.experiments import Run
+from khr_studies.measuring.consistency import experiment_runs
+from khr_studies.measuring.experiments import Run, table_of
 from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.run_table import run_table, tally
 from khr_studies.measuring.thesis_values import ThesisWalk
 from khr_studies.peak_origin.study import lost_of, walks_of
-from khr_studies.reproduction.findings import compare_tilting, tally
+from khr_studies.reproduction.findings import compare_tilting, experiment_table
 from khr_studies.scoreboard.walk_rows import walk_row
-from khr_studies.stability_map.best_gain import INCLINATION, cells_of
+from khr_studies.stability_map.best_gain import INCLINATION
 from khr_studies.stability_map.study import stability_map
 from khr_studies.thesis_figures.spectrum_panels import spectrum_of
 from khr_studies.tuning import study as tuning
@@ -90,13 +91,14 @@ def test_the_robot_slides_far_and_does_not_fall(slide):
 
 
 def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
-    limit, attempts = critical.limit_of_seed(SLICK, 0, PHI, 0.8)
-    assert limit == critical.ENDS[0] and Limit((PHI,), tuple(attempts)).highest == ()
+    limit = Limit.of(run_table(critical.limit_of_seed(SLICK, 0, PHI, 0.8)), 0.8)
+    assert limit.of_seeds == critical.ENDS[:1] and limit.highest.empty
     walk = bench.walk(SLICK, PHI, 0)
-    assert not walk.stayed_up and share_up([walk]) == 0.0 and walk.peaks == ()
-    row = walk_row(ThesisWalk(PHI, SLICK, 'walks'), [walk, walk])
+    walks = run_table([walk, walk])
+    assert share_up(walks) == 0.0 and walk['peaks_hz'] == []
+    row = walk_row(ThesisWalk(PHI, SLICK, 'walks'), walks)
     assert (row.lost, row.passed, row.slide_mm) == (2, False, None)
-    assert walk_row(ThesisWalk(PHI, SLICK, 'falls', survives=False), [walk, walk]).passed
+    assert walk_row(ThesisWalk(PHI, SLICK, 'falls', survives=False), walks).passed
 
 
 def test_calibration_ensemble_and_tuning_say_so(asked, slide):
@@ -122,25 +124,25 @@ def test_sweep_bisection_and_maps_say_so(asked, tmp_path):
         counted.of('up').sum() == counted.of('slipped').sum() == 0
         and counted.of('runs').sum() == 3
     )
-    (cell,) = cells_of([run], INCLINATION, GAIN)
-    assert (cell.runs, cell.up, cell.slipped, cell.vibration) == (1, 0, 0, None)
+    (cell,) = tally(table_of([run]), [INCLINATION, GAIN]).to_dict('records')
+    assert (cell['runs'], cell['up'], cell['slipped']) == (1, 0, 0)
 
 
 def test_third_stage_and_engines_say_so(asked, slide, monkeypatch):
-    lifted = MeasuredLift(slide[0].outcome, 1.0, 1.0, 0.1)
+    lifted = {'stayed_up': slide[0].outcome.stayed_up, 'overshoot_rad_s': 0.1}
     monkeypatch.setattr(third_stage, 'lift', lambda *_: lifted)
     assert third_stage.climb(third_stage.Setting(0.0, 0.5, 0.0), 'bullet', 0).limit_deg == 0.0
     changes = ((('gait', 'cycles'), 3),)
-    assert engines.measure_scenario('walk_6.99deg_ka12', changes).verdict == 'rode down'
+    assert engines.measure_scenario('walk_6.99deg_ka12', changes)['verdict'] == 'rode down'
 
 
 def test_pages_and_figures_say_so(asked):
     _, run = asked
-    assert [one.stayed_up for one in said_of_runs({'slick': [run]})] == [False]
-    assert tally([run]).lost == 1 and not tally([run]).stays
+    assert experiment_runs({'slick': [run]})['stayed_up'].tolist() == [False]
     tilting = run.scenario.set_to(['simulator.inclination_rate_deg_s=0.1', 'stage.mode=auto'])
-    (compared,) = compare_tilting([replace(run, scenario=tilting)])
-    assert not compared.stays
+    table = experiment_table({'slick': [replace(run, scenario=tilting)]})
+    (compared,) = compare_tilting(table)
+    assert not compared['stays']
     assert spectrum_of(run) is None
     assert lost_of([run]) == ' (1 of 1)'
     with pytest.raises(StudyError, match='no walk stayed up'):

@@ -112,12 +112,8 @@ def test_a_spectrum_is_of_the_gyro_over_whole_cycles(walk):
 def test_a_limit_is_between_survival_and_fall_and_found_without_a_word(capfd):
     found = khr.critical('leg_lift', seeds=1, tolerance=0.8, engine='mujoco')
     assert capfd.readouterr() == ('', '')
-    up = [one.inclination_deg for one in found.attempts if one.stayed_up]
-    assert (
-        max(up)
-        < found.mean
-        < min(one.inclination_deg for one in found.attempts if not one.stayed_up)
-    )
+    phi, up = found.runs['inclination_deg'], found.runs['stayed_up']
+    assert phi[up].max() < found.mean < phi[~up].min()
     assert repr(found) == f'Limit({found.mean:.2f} deg, seeds {found.mean:.2f} deg)'
 
 

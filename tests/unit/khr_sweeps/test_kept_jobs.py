@@ -1,18 +1,16 @@
 """Jobs whose results are kept: none is computed twice, and none is taken for another."""
 
-import math
 import sys
 
 import pytest
 
-from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.json_file import finite_or_none
 from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.results.store import Store
-from tests.fakes.benches import outcome
+from khr_sweeps.trial import Row
 from tests.fakes.pools import HerePool
 
 
@@ -76,15 +74,20 @@ def test_a_pool_of_processes_will_do(tmp_path):
 
 
 def test_results_keep_their_types(tmp_path):
-    """So do those of a robot that fell, whose forces are not finite_or_none."""
-    fallen = MeasuredLift(outcome('fell'), math.nan, math.nan, 0.1)
+    row = {'verdict': 'fell', 'stayed_up': False, 'seed': 1, 'slip': 0.1, 'toe_n': None}
 
-    def measure(kind: str) -> tuple[float, list[MeasuredLift]]:
-        return 0.1, [fallen]
+    def measure(kind: str) -> list[Row]:
+        return [row]
 
-    first, again = (submit(jobs(HerePool(), tmp_path), measure, 'lift') for _ in range(2))
-    assert repr(again) == repr(first)
-    assert type(again[1][0]) is MeasuredLift and again[1][0].outcome == fallen.outcome
+    assert submit(jobs(HerePool(), tmp_path), measure, 'lift') == [row]
+    (again,) = submit(jobs(None, tmp_path), measure, 'lift')
+    assert again == row and [type(value) for value in again.values()] == [
+        str,
+        bool,
+        int,
+        float,
+        type(None),
+    ]
 
 
 @pytest.mark.parametrize('value', [{'items': 1}, None, [1, 2], 'x'])

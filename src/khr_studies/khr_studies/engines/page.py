@@ -1,10 +1,12 @@
-"""``khr engines``: the comparison of the physics engines as a page and as data."""
+"""``khr engines``: the comparison of the physics engines as a page, and the table of its runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from math import nan
+from math import isnan
 from pathlib import Path
+from typing import Any
+
+import pandas as pd
 
 from khr_bringup.code_version import surroundings
 from khr_common.files import write_text
@@ -13,93 +15,107 @@ from khr_report.page.template import page_text
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.engines.study import (
     ENGINES,
+    QUANTITIES,
     WALK,
-    Cause,
-    ComparedLimit,
-    ComparedScenario,
-    Comparison,
+    causes_of,
+    compared_limits,
+    compared_scenarios,
 )
-from khr_studies.measuring.json_file import write_json
+from khr_studies.measuring.run_table import write_table
+from khr_sweeps.trial import Row
 
 
-def write(found: Comparison, out: Path) -> str:
-    """Write the page and, beside it, the data as JSON; return a summary of one line.
+def write(runs: pd.DataFrame, out: Path) -> str:
+    """Write the page and, beside it, the table as CSV; return a summary of one line.
 
     Raises:
         KhrError, RunError: if a file cannot be written.
     """
-    write_json(out.with_suffix('.json'), found)
-    write_text(out, page(found))
-    return summary(found)
+    write_table(runs, out.with_suffix('.csv'))
+    write_text(out, page(runs))
+    return summary(runs)
 
 
-def summary(found: Comparison) -> str:
-    """Count what agrees."""
-    alike = sum(each.is_inside for each in found.scenarios)
-    limits = sum(each.is_inside for each in found.limits)
+def summary(runs: pd.DataFrame) -> str:
+    """Count the agreements."""
+    verdicts = [row['inside'] for row in compared_scenarios(runs) if row['quantity'] == 'verdict']
+    limits = compared_limits(runs)['inside']
     return (
-        f'{alike} of {len(found.scenarios)} scenarios share a verdict, '
-        f'{limits} of {len(found.limits)} limits agree'
+        f'{sum(verdicts)} of {len(verdicts)} scenarios share a verdict, '
+        f'{limits.sum()} of {len(limits)} limits agree'
     )
 
 
-def page(found: Comparison) -> str:
+def page(runs: pd.DataFrame) -> str:
     """Return the page."""
     known = surroundings()
-    names = list(found.walks[0].numbers)
-    walks = tuple(
-        (walk.engine, walk.change, *(_number(walk.numbers.get(name, nan)) for name in names))
-        for walk in found.walks
-    )
+    limits = compared_limits(runs)
+    causes = [(limit, causes_of(runs, limit)) for limit in limits.to_dict('records')]
+    walks = runs[runs['part'] == 'walk']
+    measured = [name for name in QUANTITIES if name in walks and walks[name].notna().any()]
+    searches = runs[runs['part'] == 'limit']
     return page_text(
         __name__,
-        found=found,
+        seeds=searches['seed'].nunique(),
+        tolerance=searches['tolerance_deg'].iloc[0],
         versions=', '.join(f'{known[name]} of {name}' for name in LIBRARIES.values()),
         arithmetic=known['arithmetic'],
-        summary=summary(found),
-        scenarios=Table(
-            ('scenario', 'quantity', *ENGINES, 'difference'),
-            tuple(row for each in found.scenarios for row in _scenario_rows(each)),
-        ),
-        limits=Table(
-            ('condition', *ENGINES, 'difference', 'scatter', ''),
-            tuple(map(_limit_row, found.limits)),
-        ),
-        studied=[(each, table(each.causes, CAUSE_COLUMNS)) for each in found.studied],
+        summary=summary(runs),
+        scenarios=table(compared_scenarios(runs), SCENARIO_COLUMNS),
+        limits=table(limits.to_dict('records'), LIMIT_COLUMNS),
+        studied=[
+            (limit, _explanations(found), table(found.to_dict('records'), CAUSE_COLUMNS))
+            for limit, found in causes
+            if len(found)
+        ],
         walk=WALK,
-        walks=Table(('engine', 'change', *names), walks),
+        walks=Table(
+            ('engine', 'change', *(QUANTITIES[name] for name in measured)),
+            tuple(
+                (row['engine'], row['change'], *(_value(row[name]) for name in measured))
+                for row in walks.to_dict('records')
+            ),
+        ),
     )
 
 
-CAUSE_COLUMNS: Columns[Cause] = {
-    'engine': lambda cause: cause.engine,
-    'change': lambda cause: cause.change,
-    'limit': lambda cause: f'{cause.limit.mean:.2f} +- {cause.limit.half_width:.2f}',
-    'moved by': lambda cause: f'{cause.moved:+.2f}',
+SCENARIO_COLUMNS: Columns[Row] = {
+    'scenario': lambda row: row['scenario'] if row['quantity'] == 'verdict' else '',
+    'quantity': lambda row: row['quantity'],
+    ENGINES[0]: lambda row: _value(row['values'][0]),
+    ENGINES[1]: lambda row: _value(row['values'][1]),
+    'difference': lambda row: _mark(row['inside']),
+}
+LIMIT_COLUMNS: Columns[Row] = {
+    'condition': lambda row: row['condition'],
+    ENGINES[0]: lambda row: _interval(row[ENGINES[0]], row[f'{ENGINES[0]}_half_width']),
+    ENGINES[1]: lambda row: _interval(row[ENGINES[1]], row[f'{ENGINES[1]}_half_width']),
+    'difference': lambda row: f'{row["difference"]:+.2f}',
+    'scatter': lambda row: f'{row["scatter"]:.2f}',
+    '': lambda row: _mark(row['inside']),
+}
+CAUSE_COLUMNS: Columns[Row] = {
+    'engine': lambda row: row['engine'],
+    'change': lambda row: row['change'],
+    'limit': lambda row: _interval(row['mean'], row['half_width']),
+    'moved by': lambda row: f'{row["moved"]:+.2f}',
 }
 
 
-def _scenario_rows(each: ComparedScenario) -> Iterable[tuple[str, ...]]:
-    verdicts = (', '.join(dict.fromkeys(of_engine)) for of_engine in each.verdicts)
-    yield each.name, 'verdict', *verdicts, _mark(each.is_inside)
-    for quantity in each.quantities:
-        nominal = (_number(values[0]) for values in quantity.values)
-        yield '', quantity.name, *nominal, _mark(quantity.is_inside)
+def _explanations(causes: pd.DataFrame) -> list[str]:
+    """Name the changes that bring the limit of one engine to that of the other."""
+    return [f'{row.engine} with {row.change}' for row in causes[causes['explains']].itertuples()]
 
 
-def _limit_row(each: ComparedLimit) -> tuple[str, ...]:
-    return (
-        each.title,
-        *(f'{limit.mean:.2f} +- {limit.half_width:.2f}' for limit in each.limits),
-        f'{each.difference:+.2f}',
-        f'{each.scatter:.2f}',
-        _mark(each.is_inside),
-    )
+def _interval(mean: float, half_width: float) -> str:
+    return f'{mean:.2f} +- {half_width:.2f}'
 
 
-def _mark(is_inside: bool) -> str:
-    return 'inside' if is_inside else '**outside**'
+def _mark(inside: bool) -> str:
+    return 'inside' if inside else '**outside**'
 
 
-def _number(value: float) -> str:
-    return f'{value:.3g}'
+def _value(value: Any) -> str:
+    if isinstance(value, str):
+        return value
+    return '' if isnan(value) else f'{value:.3g}'

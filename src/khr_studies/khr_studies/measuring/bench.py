@@ -1,134 +1,113 @@
-"""Measure walks, leg lifts and limits for the scoreboard, as jobs for a pool of processes."""
+"""Measure walks, leg lifts and limits as jobs of a pool: one row of the run table each."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import Future
 from dataclasses import dataclass, field, replace
-from math import degrees
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
-from khr_analysis.outcome import Outcome
-from khr_analysis.peaks import Peak
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.derived import start_of_lift
 from khr_sim.physics import engines
 from khr_sim.physics.truth import Truth
-from khr_studies.measuring.condition import Changes, Condition, with_engine
-from khr_studies.measuring.consistency import Said
-from khr_studies.measuring.critical import START, limit_of_seed, run_condition
+from khr_studies.measuring.condition import ENGINE, Changes, Condition, with_engine
+from khr_studies.measuring.critical import START, limit_of_seed, run_condition, run_row
 from khr_studies.measuring.limit import Limit
-from khr_studies.measuring.thesis_values import STAGE_1_GRID
+from khr_studies.measuring.run_table import run_table
+from khr_studies.measuring.thesis_values import F_0, STAGE_1_GRID
 from khr_sweeps.pool import Pool
+from khr_sweeps.trial import Row
 
 LIMITS, ROWS = 'a limit of the scoreboard', 'a row of the scoreboard'
-CYCLE = 3  # Gait-3, whose pitch rate is the thesis's fingerprint of a walk
+CYCLE = 3  # Gait-3, the cycle of which the thesis shows the spectrum
 
 
-@dataclass(frozen=True)
-class MeasuredRun:
-    """One run and its outcome."""
+def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
+    """Walk once.
 
-    outcome: Outcome
-
-    @property
-    def stayed_up(self) -> bool:
-        """Return whether the robot neither fell nor rode down the board."""
-        return self.outcome.stayed_up
-
-
-@dataclass(frozen=True)
-class MeasuredWalk(MeasuredRun):
-    """One walk.
-
-    Attributes:
-        peaks: of the torso's true pitch rate over Gait-3, largest first; none unless it stayed up.
+    Returns:
+        The columns of the run, and: ``slide_mm`` per step, ``before_mm`` and ``after_mm`` (slides
+        of the stance before and after the steps); of the true pitch rate over Gait-3 ``peaks_hz``
+        (largest first; empty unless the robot stayed up) and ``extra_peak_hz``, the largest peak
+        above f_0 that is no multiple of it.
     """
-
-    peaks: tuple[Peak, ...]
-
-
-@dataclass(frozen=True)
-class MeasuredLift(MeasuredRun):
-    """One leg lift.
-
-    Attributes:
-        toe, heel: mean force on the support foot in the later half of the time on one leg, N;
-            NaN if the robot fell earlier.
-        overshoot: largest absolute pitch rate of the torso from the start of the motion, rad/s;
-            NaN if the robot fell earlier.
-    """
-
-    toe: float
-    heel: float
-    overshoot: float
-
-    @property
-    def difference(self) -> float:
-        """Return Delta = F_T - F_H (3.4), N."""
-        return self.toe - self.heel
-
-    @property
-    def share(self) -> float:
-        """Return Delta over the support foot's load."""
-        return self.difference / (self.toe + self.heel)
-
-
-def walk(condition: Condition, inclination_deg: float, seed: int) -> MeasuredWalk:
-    """Walk once."""
     start, end = gait_of(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
     rates: list[float] = []
 
-    def look(truth: Truth, *_: object) -> None:
+    def record(truth: Truth, *_: object) -> None:
         if start <= truth.stamp_ns / 1e9 < end - 1e-9:
             rates.append(float(truth.mean_angular_velocity[1]))
 
-    outcome = run_condition(condition, inclination_deg, seed, look)
-    if not outcome.stayed_up:
-        return MeasuredWalk(outcome, ())
-    return MeasuredWalk(outcome, spectrum(rates, FftAnalyserParameters(), start).peaks)
+    outcome = run_condition(condition, inclination_deg, seed, record)
+    slides = outcome.slides
+    peaks = spectrum(rates, FftAnalyserParameters(), start).peaks if outcome.stayed_up else ()
+    extra = (p.frequency for p in peaks if p.label == 'other' and p.frequency > F_0[1])
+    return {
+        **run_row(condition, inclination_deg, seed, outcome),
+        'slide_mm': 1000.0 * slides.per_step,
+        'before_mm': 1000.0 * slides.before,
+        'after_mm': 1000.0 * slides.after,
+        'peaks_hz': [peak.frequency for peak in peaks],
+        'extra_peak_hz': next(extra, None),
+    }
 
 
-def lift(condition: Condition, inclination_deg: float, seed: int) -> MeasuredLift:
-    """Lift one leg once."""
+def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
+    """Lift one leg once.
+
+    Returns:
+        The columns of the run, and: ``toe_n`` and ``heel_n``, mean forces on the support foot in
+        the later half of the time on one leg; ``difference_n``, Delta = F_T - F_H (3.4); ``share``,
+        Delta over the load of that foot (all None if the robot fell earlier); ``overshoot_rad_s``,
+        the largest absolute pitch rate of the torso from the start of the motion.
+    """
     gait = condition.scenario(inclination_deg).table(GaitParameters)
     support = slice(0, 2) if gait.first_foot == 'right' else slice(2, 4)
-    begin = start_of_lift(inclination_deg)  # before, the robot settles and the board tilts
+    begin = start_of_lift(inclination_deg)  # before, the robot settles and the slope tilts
     up = begin + gait.shift_time + gait.lift_time
     forces: list[Any] = []
     rates: list[float] = []
 
-    def look(truth: Truth, *_: object) -> None:
+    def record(truth: Truth, *_: object) -> None:
         time = truth.stamp_ns / 1e9
         if time >= begin:
             rates.append(abs(float(truth.mean_angular_velocity[1])))
         if up + gait.hold_time / 2.0 <= time <= up + gait.hold_time:
             forces.append(truth.contact_force[support, 2])
 
-    outcome = run_condition(condition, inclination_deg, seed, look)
+    outcome = run_condition(condition, inclination_deg, seed, record)
+    row = run_row(condition, inclination_deg, seed, outcome)
+    row['overshoot_rad_s'] = max(rates, default=None)
     if outcome.fell_at is not None and outcome.fell_at < up + gait.hold_time:
-        return MeasuredLift(outcome, np.nan, np.nan, max(rates, default=np.nan))
+        return row | dict.fromkeys(('toe_n', 'heel_n', 'difference_n', 'share'))
     toe, heel = np.mean(forces, axis=0).tolist()
-    return MeasuredLift(outcome, toe, heel, max(rates))
+    difference = toe - heel
+    return row | {
+        'toe_n': toe,
+        'heel_n': heel,
+        'difference_n': difference,
+        'share': difference / (toe + heel),
+    }
 
 
 @dataclass(eq=False)
 class Bench:
-    """Measurements by a pool of processes; nothing is measured twice.
+    """Measurements by a pool of processes; no job is submitted twice.
 
     Attributes:
         pool: computes the measurements.
-        seeds: of each measurement.
+        seeds: number of seeds of each measurement.
         tolerance: of each bisection, deg.
-        curve: inclinations in deg at which the curve Delta(phi) of stage 1 is taken.
-        spread: lowest and highest limit of the robots that explain the data, deg, by the
-            condition's title.
-        settings: further parameters of every measurement of a condition, the physics engine for
-            one.
+        curve: inclinations of the curve Delta(phi) of stage 1, deg.
+        spread: lowest and highest limit of the robots of the ensemble, deg, by the title of the
+            condition.
+        settings: further changes of every condition, for example the physics engine.
     """
 
     pool: Pool
@@ -144,49 +123,48 @@ class Bench:
     @property
     def engines(self) -> tuple[str, str]:
         """Return the physics engine of the measurements, and the other one."""
-        own = str(dict(self.settings).get(('simulator', 'engine'), engines.DEFAULT))
+        own = str(dict(self.settings).get(ENGINE, engines.DEFAULT))
         return own, next(name for name in engines.LIBRARIES if name != own)
 
     def on_other_engine(self, condition: Condition) -> Condition:
-        """Return a condition on the other physics engine."""
+        """Return a condition with the other physics engine."""
         return replace(condition, changes=(*condition.changes, *with_engine(self.engines[1])))
 
-    def ask_limit(self, condition: Condition, seeds: int | None = None) -> list[Future[Any]]:
-        """Start measuring a limit, a job per seed; all searches begin on the same ground."""
+    def start_limit(self, condition: Condition, seeds: int | None = None) -> list[Future[Any]]:
+        """Start measuring a limit, one job per seed; all searches start on the same slope."""
         return [
             self.submit(limit_of_seed, condition, seed, START, self.tolerance)
             for seed in range(seeds or self.seeds)
         ]
 
-    def ask(self, kind: Any, condition: Condition, inclination_deg: float) -> list[Future[Any]]:
+    def start(self, job: Any, condition: Condition, inclination_deg: float) -> list[Future[Any]]:
         """Start a :func:`walk` or :func:`lift` with every seed."""
-        return [self.submit(kind, condition, inclination_deg, seed) for seed in range(self.seeds)]
+        return [self.submit(job, condition, inclination_deg, seed) for seed in range(self.seeds)]
 
     def limit(self, condition: Condition, seeds: int | None = None) -> Limit:
         """Return a limit."""
-        found = [job.result() for job in self.ask_limit(condition, seeds)]
-        return Limit.of(found, self.tolerance)
+        found = [job.result() for job in self.start_limit(condition, seeds)]
+        return Limit.of(run_table(run for runs in found for run in runs), self.tolerance)
 
-    def walks(self, condition: Condition, inclination_deg: float) -> list[MeasuredWalk]:
-        """Return one walk per seed."""
-        return [job.result() for job in self.ask(walk, condition, inclination_deg)]
+    def walks(self, condition: Condition, inclination_deg: float) -> pd.DataFrame:
+        """Return the table of one walk per seed."""
+        return run_table(job.result() for job in self.start(walk, condition, inclination_deg))
 
-    def lifts(self, condition: Condition, inclination_deg: float) -> list[MeasuredLift]:
-        """Return one leg lift per seed."""
-        return [job.result() for job in self.ask(lift, condition, inclination_deg)]
+    def lifts(self, condition: Condition, inclination_deg: float) -> pd.DataFrame:
+        """Return the table of one leg lift per seed."""
+        return run_table(job.result() for job in self.start(lift, condition, inclination_deg))
 
-    def said(self) -> Iterator[Said]:
-        """Yield what every finished measurement says of who stays up."""
-        for (function, condition, *arguments), job in self._jobs.items():
-            if function is limit_of_seed:
-                for one in job.result()[1]:
-                    yield Said(LIMITS, condition, one.inclination_deg, one.seed, one.stayed_up)
-            else:
-                inclination_deg, seed = arguments
-                yield Said(ROWS, condition, inclination_deg, seed, job.result().stayed_up)
+    def runs(self) -> pd.DataFrame:
+        """Return the table of all measured runs; the column ``source`` says for what."""
+        rows: list[Row] = []
+        for (function, *_), job in self._jobs.items():
+            is_limit = function is limit_of_seed
+            found = job.result() if is_limit else [job.result()]
+            rows += [{'source': LIMITS if is_limit else ROWS, **run} for run in found]
+        return run_table(rows)
 
     def submit(self, function: Any, condition: Any, *arguments: Any) -> Future[Any]:
-        """Start a job, unless it is under way; return its future."""
+        """Return the future of a job; start the job unless it was started before."""
         if self.settings:
             condition = replace(condition, changes=(*self.settings, *condition.changes))
         job = (function, condition, *arguments)
@@ -195,33 +173,11 @@ class Bench:
         return self._jobs[job]
 
 
-def share_up(runs: Iterable[MeasuredRun]) -> float:
+def share_up(runs: pd.DataFrame) -> float:
     """Return the share of runs in which the robot stayed up."""
-    return float(np.mean([run.stayed_up for run in runs]))
+    return float(runs['stayed_up'].mean())
 
 
-def nanmedian(values: Iterable[float]) -> float:
-    """Return the median of what is not NaN; NaN of nothing."""
-    found = [value for value in values if not np.isnan(value)]
-    return float(np.median(found)) if found else float('nan')
-
-
-def vibration(walks: Iterable[MeasuredWalk]) -> float:
-    """Return the median RMS of the pitch rate above 4 Hz of walks that stayed up, rad/s."""
-    return nanmedian(one.outcome.vibration for one in walks if one.stayed_up)
-
-
-def slide_mm(walks: Iterable[MeasuredWalk]) -> float:
-    """Return the median slide per step of walks that stayed up, mm."""
-    return nanmedian(1000.0 * one.outcome.slides.per_step for one in walks if one.stayed_up)
-
-
-def stance_mm(walks: Iterable[MeasuredWalk]) -> tuple[float, float]:
-    """Return the median slides of such walks in the stance before and after the steps, mm."""
-    up = [one.outcome.slides for one in walks if one.stayed_up]
-    return nanmedian(1e3 * one.before for one in up), nanmedian(1e3 * one.after for one in up)
-
-
-def overshoot_deg(lifts: Iterable[MeasuredLift]) -> float:
-    """Return the median largest pitch rate of lifts that stayed up, deg/s."""
-    return nanmedian(degrees(one.overshoot) for one in lifts if one.stayed_up)
+def median_up(runs: pd.DataFrame, column: str) -> float:
+    """Return the median of a column over the runs that stayed up; NaN without a value."""
+    return float(runs.loc[runs['stayed_up'], column].astype(float).median())

@@ -1,4 +1,4 @@
-"""The conditions that are tried: one way from motion, soles and gains to a scenario and back."""
+"""Conditions of runs: from motion, surface and gains to a scenario, and back."""
 
 from __future__ import annotations
 
@@ -8,41 +8,45 @@ from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import Scenario
+from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
+from khr_sweeps.trial import Row
 
 INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
 
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
+ENGINE = ('simulator', 'engine')
 
 
 def with_seed(seed: int) -> Changes:
-    """Return a seed, and that the robot starts with a small error of its posture."""
+    """Return the changes for a seed: the seed, and a small error of the initial posture."""
     return ((('simulator', 'initial_tilt_deg'), INITIAL_TILT_DEG), (('simulator', 'seed'), seed))
 
 
 def with_engine(engine: str, changes: Changes = ()) -> Changes:
-    """Return changes together with that of the physics engine."""
-    return ((('simulator', 'engine'), engine), *changes)
+    """Return changes preceded by the one that selects a physics engine."""
+    return ((ENGINE, engine), *changes)
 
 
-def stiffer_pid(times: float) -> Changes:
-    """Return the gains of servos on the identified loop, so many times as stiff."""
+def stiffer_pid(factor: float) -> Changes:
+    """Return the gains of the identified servo loop, multiplied by a factor."""
     gains = RunParameters()
     return tuple(
-        (('simulator', key), times * getattr(gains, key)) for key in ('pid_kp', 'pid_ki', 'pid_kd')
+        (('simulator', key), factor * getattr(gains, key))
+        for key in ('pid_kp', 'pid_ki', 'pid_kd')
     )
 
 
 @dataclass(frozen=True)
 class Condition:
-    """The motion, surface and gains that are tried at every inclination.
+    """Motion, surface and gains of a run; inclination and seed come with each run.
 
     Attributes:
         motion: ``walk``, or ``leg_lift`` on the force-sensor pads.
-        surface: of the ground under a walk; a leg lift is always on the pads.
-        ankle_gain, hip_gain: K_A and K_H in units of the board; 0 is no control.
+        ankle_gain, hip_gain: K_A and K_H in units of the board; 0 switches the control off.
+        surface: under a walk; a leg lift is always on the pads.
         changes: further parameters by (node, key).
-        uphill: whether the robot faces uphill, where it falls backward.
+        uphill: whether the robot faces uphill and so falls backward.
     """
 
     motion: str = 'walk'
@@ -54,7 +58,7 @@ class Condition:
 
     @property
     def title(self) -> str:
-        """Name the condition."""
+        """Return a name of motion, surface and gains."""
         words = ['stand' if self.motion == 'leg_lift' else self.motion]
         words += ['uphill'] if self.uphill else []
         words += [self.surface] if self.surface == 'rubber' else []
@@ -62,13 +66,38 @@ class Condition:
         words += [f'K_H {self.hip_gain:g}'] if self.hip_gain else []
         return ', '.join(words if self.ankle_gain or self.hip_gain else [*words, 'no control'])
 
+    @property
+    def label(self) -> str:
+        """Return the title and all further changes but the engine: equal labels, equal runs."""
+        changes = sorted((node, key, value) for (node, key), value in self.changes)
+        words = (
+            f'{node}.{key} {float(value) if type(value) is int else value}'
+            for node, key, value in changes
+            if (node, key) != ENGINE
+        )
+        return ', '.join((self.title, *words))
+
+    @property
+    def engine(self) -> str:
+        """Return the physics engine."""
+        return str(dict(self.changes).get(ENGINE, engines.DEFAULT))
+
+    def columns(self, inclination_deg: float, seed: int) -> Row:
+        """Return the condition columns of a run."""
+        return {
+            'condition': self.label,
+            'engine': self.engine,
+            'inclination_deg': round(inclination_deg, 6),
+            'seed': seed,
+        }
+
     def turned(self) -> Condition:
-        """Return the condition of a robot that faces the other way."""
+        """Return the condition with the robot facing the other way."""
         return replace(self, uphill=not self.uphill)
 
     @staticmethod
     def of(scenario: Scenario) -> tuple[Condition, float]:
-        """Return a scenario's condition, without further changes, and its inclination, deg."""
+        """Return the condition of a scenario, without further changes, and its inclination, deg."""
         run = scenario.table(RunParameters)
         ankle = scenario.table(AnkleControllerParameters)
         hip = scenario.table(HipControllerParameters)
@@ -83,8 +112,8 @@ class Condition:
     def scenario(self, inclination_deg: float, seed: int | None = None) -> Scenario:
         """Return the scenario at an inclination; without a seed the posture has no error.
 
-        The inclination is rounded to 1e-6 deg. Close to its limit a robot that stays up at 10.2 deg
-        falls 2e-15 deg steeper, where the sums of a bisection end.
+        The inclination is rounded to 1e-6 deg: a bisection ends at 10.2 deg plus 2e-15 deg, where
+        a robot close to its limit may fall although it stays up at 10.2 deg.
 
         Raises:
             StudyError: if a parameter is not accepted.

@@ -1,27 +1,32 @@
-"""Measure the critical inclination: how steep the ground may be before the robot falls.
+"""Measure the critical inclination: how steep the slope may be before the robot falls.
 
-Each seed starts the robot with another small error of its posture and other sensor noise, and has
-a limit of its own, found by bisection; their spread gives the confidence interval. Falling or
-sliding a step is failure (Outcome.stayed_up); slight slip and vibration are not.
+Each seed starts the robot with another small error of its posture and other sensor noise. A
+bisection finds the limit of each seed; the spread over seeds gives the confidence interval. A run
+fails if the robot falls or slides by a step (``Outcome.stayed_up``); slight slip and vibration are
+allowed.
 """
 
 from __future__ import annotations
 
 import sys
+from math import degrees
+
+import pandas as pd
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import Watch, run_offline
 from khr_common.maths.limit import bracket_limit
 from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.limit import Attempt, Limit
-from khr_studies.measuring.limit_text import attempt_text
+from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.run_table import measure
 from khr_sweeps.pool import Pool
+from khr_sweeps.trial import Row, outcome_columns
 
 ENDS = (0.0, 20.0)  # deg, range of a search
 STEP = 0.8  # deg, of a search until it has seen the robot both stay up and not
-START = 5.0  # deg, where every search begins: at no number that it might be compared with
-GOLDEN = 0.6180339887  # spreads the seeds' lattices evenly over a tolerance
+START = 5.0  # deg, first inclination of every search; equal to no value of the thesis
+GOLDEN = 0.6180339887  # spreads the lattices of the seeds evenly over a tolerance
 
 
 def run_condition(
@@ -29,42 +34,46 @@ def run_condition(
 ) -> Outcome:
     """Run a condition once and return its outcome.
 
-    A walk starts on the inclined ground. For a leg lift the board is tilted under the standing
-    robot, as in the thesis, so that a controller that leans it back can do so in time.
+    A walk starts on the slope. For a leg lift the slope tilts under the standing robot, as in the
+    thesis, so that a controller that leans the robot back has the time to do so.
     """
     return run_offline(condition.scenario(inclination_deg, seed), watch).outcome
 
 
-def limit_of_seed(
-    condition: Condition, seed: int, start: float, tolerance: float
-) -> tuple[float, list[Attempt]]:
-    """Find the limit of one seed; return it with its attempts.
+def run_row(condition: Condition, inclination_deg: float, seed: int, outcome: Outcome) -> Row:
+    """Return the condition and outcome columns of one run."""
+    return {**condition.columns(inclination_deg, seed), **outcome_columns(outcome)}
 
-    Each seed searches on a lattice of its own: on a common one limits would look equal that differ
+
+def limit_of_seed(condition: Condition, seed: int, start: float, tolerance: float) -> list[Row]:
+    """Find the limit of one seed; return the runs of the search, with the column ``limit_deg``.
+
+    Each seed searches on its own lattice: on a common lattice limits would look equal that differ
     by less than its cell.
     """
-    attempts: list[Attempt] = []
+    runs: list[Row] = []
 
     def stays_up(inclination_deg: float) -> bool:
         outcome = run_condition(condition, inclination_deg, seed)
-        attempts.append(Attempt(inclination_deg, seed, outcome))
-        print(f'{condition.title:24}{attempt_text(attempts[-1])}', file=sys.stderr, flush=True)
+        runs.append(run_row(condition, inclination_deg, seed, outcome))
+        print(f'{condition.title:24}{_run_text(runs[-1])}', file=sys.stderr, flush=True)
         return outcome.stayed_up
 
     shifted = start + tolerance * (seed * GOLDEN % 1.0)
-    return bracket_limit(stays_up, shifted, ENDS, STEP, tolerance).middle, attempts
+    limit_deg = bracket_limit(stays_up, shifted, ENDS, STEP, tolerance).middle
+    return [{**run, 'limit_deg': limit_deg} for run in runs]
 
 
 def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool) -> Limit:
     """Measure the critical inclination over seeds 0, 1, ...
 
-    The limit of the first seed starts the searches of the others.
+    The searches of the other seeds start at the limit of the first one.
 
     Args:
         condition: motion, surface and gains.
-        seeds: how many.
+        seeds: number of seeds.
         tolerance: of each bisection, deg.
-        pool: computes seeds in parallel.
+        pool: computes the seeds in parallel.
 
     Raises:
         StudyError: if an argument is not accepted.
@@ -75,10 +84,18 @@ def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool
             f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'
         )
     condition.scenario(START, 0)  # raises before anything starts
-    first = pool.submit(limit_of_seed, condition, 0, START, tolerance).result()
-    limit, _ = first
+    first = measure(pool, limit_of_seed, [({}, (condition, 0, START, tolerance))])
+    limit = Limit.of(first, tolerance).mean
     around = limit - STEP / 2.0 if limit > STEP else limit
-    others = [
-        pool.submit(limit_of_seed, condition, seed, around, tolerance) for seed in range(1, seeds)
-    ]
-    return Limit.of([first, *(job.result() for job in others)], tolerance)
+    others = ((condition, seed, around, tolerance) for seed in range(1, seeds))
+    rest = measure(pool, limit_of_seed, (({}, arguments) for arguments in others))
+    return Limit.of(pd.concat([first, rest]), tolerance)
+
+
+def _run_text(run: Row) -> str:
+    """Format a run of a search as one line."""
+    return (
+        f'{run["inclination_deg"]:6.2f} deg  seed {run["seed"]}  {run["verdict"]:8}'
+        f'slip {run["largest_slip_m"] * 1000:5.1f} mm  '
+        f'vibration {degrees(run["vibration_rad_s"]):5.1f} deg/s'
+    )

@@ -1,35 +1,19 @@
-"""The critical inclination of a condition over seeds, its interval, and what happens below it."""
+"""The critical inclination of a condition over seeds, its interval, and the runs just below it."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from itertools import chain
-from math import hypot, sqrt
+from dataclasses import dataclass, field
+from math import degrees, hypot, sqrt
 
 import numpy as np
-from scipy import stats
+import pandas as pd
 
-from khr_analysis.outcome import Outcome
+from khr_studies.measuring.run_table import half_interval, run_table
 
 VIBRATES = 0.25  # rad/s above 4 Hz; a convention: twice that of the walk without control
 NORMAL = 1.96  # standard deviations of 95 %
 RAGGED = 0.1  # deg by which a limit moves if the physics step is halved (tests/integration)
-OF_ONE_SEED = 0.15  # deg, standard deviation over seeds where there is but one: as over five
-
-
-@dataclass(frozen=True)
-class Attempt:
-    """One run at one inclination."""
-
-    inclination_deg: float
-    seed: int
-    outcome: Outcome
-
-    @property
-    def stayed_up(self) -> bool:
-        """Return whether the robot neither fell nor rode down the board."""
-        return self.outcome.stayed_up
+ONE_SEED_DEG = 0.15  # assumed standard deviation with one seed: as measured over five
 
 
 @dataclass(frozen=True)
@@ -37,23 +21,23 @@ class Limit:
     """The critical inclination of one condition.
 
     Attributes:
-        of_seeds: the limit of each seed, deg: the middle between staying up and not.
-        attempts: all that were run.
+        of_seeds: limit of each seed 0, 1, ..., deg: midway between staying up and not.
         tolerance: of each bisection, deg.
+        runs: table of all runs of the searches.
     """
 
     of_seeds: tuple[float, ...]
-    attempts: tuple[Attempt, ...]
     tolerance: float = 0.0
+    runs: pd.DataFrame = field(default_factory=lambda: run_table(()), compare=False)
 
     @staticmethod
-    def of(found: Iterable[tuple[float, list[Attempt]]], tolerance: float) -> Limit:
-        """Return the limit whose seeds have each this limit, deg, after these attempts."""
-        of_seeds, attempts = zip(*found, strict=True)
-        return Limit(of_seeds, tuple(chain.from_iterable(attempts)), tolerance)
+    def of(runs: pd.DataFrame, tolerance: float) -> Limit:
+        """Return the limit from the table of the searches of all seeds, with ``limit_deg``."""
+        of_seeds = runs.groupby('seed')['limit_deg'].first()
+        return Limit(tuple(of_seeds.tolist()), tolerance, runs)
 
     def __repr__(self) -> str:
-        """Show the mean, its interval and the seeds; the attempts are many."""
+        """Show the mean, its interval and the seeds."""
         within = f' +- {self.half_width:.2f}' if len(self.of_seeds) > 1 else ''
         seeds = ', '.join(f'{each:.2f}' for each in self.of_seeds)
         return f'Limit({self.mean:.2f}{within} deg, seeds {seeds} deg)'
@@ -67,44 +51,51 @@ class Limit:
     def half_width(self) -> float:
         """Return half the 95 % confidence interval of the mean, deg.
 
-        Student's t over the seeds, and beside it what their scatter may miss: the uniform error of
-        a bisection, and the raggedness of the boundary. What one seed does not show, its scatter,
-        is taken as that of others.
+        Student's t over the seeds, combined with two errors that their scatter may miss: the
+        uniform error of a bisection, and the raggedness of the boundary. With one seed the
+        standard deviation is assumed (``ONE_SEED_DEG``).
         """
-        count = len(self.of_seeds)
-        if count < 2:
-            scatter = NORMAL * OF_ONE_SEED
-        else:
-            scatter = stats.t.ppf(0.975, count - 1) * np.std(self.of_seeds, ddof=1) / sqrt(count)
-        return hypot(float(scatter), NORMAL * hypot(self.tolerance / sqrt(12.0), RAGGED))
+        several = len(self.of_seeds) > 1
+        scatter = half_interval(self.of_seeds) if several else NORMAL * ONE_SEED_DEG
+        return hypot(scatter, NORMAL * hypot(self.tolerance / sqrt(12.0), RAGGED))
 
     @property
-    def highest(self) -> tuple[Attempt, ...]:
-        """Return, per seed, the steepest attempt up to its limit in which it stayed up."""
-        found = []
-        for seed, limit in enumerate(self.of_seeds):
-            below = [
-                one
-                for one in self.attempts
-                if one.seed == seed and one.stayed_up and one.inclination_deg <= limit
-            ]
-            found += [max(below, key=lambda one: one.inclination_deg)] if below else []
-        return tuple(found)
+    def highest(self) -> pd.DataFrame:
+        """Return, per seed, the steepest run up to its limit in which the robot stayed up."""
+        limits = self.runs['seed'].map(dict(enumerate(self.of_seeds)))
+        below = self.runs[self.runs['stayed_up'] & (self.runs['inclination_deg'] <= limits)]
+        return below.loc[below.groupby('seed')['inclination_deg'].idxmax()]
 
     @property
     def slipped(self) -> float:
-        """Return the share of seeds that slipped on the steepest ground on which they stayed up."""
-        return self._mean(lambda outcome: outcome.verdict == 'slipped')
+        """Return the share of seeds that slipped in the ``highest`` run; NaN without one."""
+        return float((self.highest['verdict'] == 'slipped').mean())
 
     @property
     def vibrated(self) -> float:
-        """Return the share of seeds that vibrated on that ground."""
-        return self._mean(lambda outcome: outcome.vibration > VIBRATES)
+        """Return the share of seeds that vibrated in the ``highest`` run; NaN without one."""
+        return float((self.highest['vibration_rad_s'] > VIBRATES).mean())
 
     @property
     def vibration(self) -> float:
-        """Return the mean vibration above 4 Hz on that ground, rad/s."""
-        return self._mean(lambda outcome: outcome.vibration)
+        """Return the mean vibration above 4 Hz in the ``highest`` runs, rad/s."""
+        return float(self.highest['vibration_rad_s'].mean())
 
-    def _mean(self, value: Callable[[Outcome], float]) -> float:
-        return float(np.mean([value(one.outcome) for one in self.highest] or [np.nan]))
+
+def limit_text(title: str, limit: Limit) -> str:
+    """Format a limit with its interval, and slip and vibration just below it."""
+    seeds = len(limit.of_seeds)
+    scatter = f'95 %, {seeds} seeds' if seeds > 1 else 'one seed; standard deviation assumed'
+    of_seeds = '  '.join(f'{one:.2f}' for one in sorted(limit.of_seeds))
+    return (
+        f'{limit.mean:.2f} +- {limit.half_width:.2f} deg ({scatter})  {title}\n'
+        f'seeds      {of_seeds} deg\n'
+        f'just below {_share("slips", limit.slipped)}, {_share("vibrates", limit.vibrated)} '
+        f'({degrees(limit.vibration):.1f} deg/s above 4 Hz, limit {degrees(VIBRATES):.1f})'
+    )
+
+
+def _share(word: str, share: float) -> str:
+    if np.isnan(share):
+        return f'{word}: never stayed up'
+    return f'{word} with {share:.0%} of the seeds'

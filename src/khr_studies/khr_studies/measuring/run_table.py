@@ -26,23 +26,30 @@ from khr_sweeps.trial import RESULTS, Row, complete
 _DTYPES = {bool: 'boolean', int: 'Int64', float: 'float64', str: 'str'}
 # Data type of each column that more than one study has; pandas infers the others.
 SCHEMA = {
+    'source': 'str',
     'seed': 'Int64',
     'engine': 'str',
     'condition': 'str',
     'inclination_deg': 'float64',
     'limit_deg': 'float64',
     **{name: _DTYPES[kind] for name, kind in RESULTS.items()},
+    **dict.fromkeys(('slide_mm', 'before_mm', 'after_mm', 'extra_peak_hz'), 'float64'),
+    **dict.fromkeys(('toe_n', 'heel_n', 'difference_n', 'share', 'overshoot_rad_s'), 'float64'),
 }
 MEDIANS = ('vibration_rad_s', 'largest_slip_m')
+Records = Sequence[Row]  # rows of a table as plain values, None where missing
 
 
 def run_table(rows: Iterable[Mapping[str, Any]]) -> pd.DataFrame:
-    """Return rows as a table, typed by :data:`SCHEMA`.
+    """Return rows as a table, typed by :data:`SCHEMA`; an empty one has all columns of it.
 
     A missing value is NA in a column of integers, booleans or texts, and NaN in one of floats.
     """
     table = pd.DataFrame([*rows])
-    return table.astype({name: kind for name, kind in SCHEMA.items() if name in table})
+    if table.empty:
+        table = pd.DataFrame(columns=[*SCHEMA])
+    typed = table.astype({name: kind for name, kind in SCHEMA.items() if name in table})
+    return typed.copy()  # astype leaves each column in a block of its own
 
 
 def measure(
@@ -55,13 +62,17 @@ def measure(
     Args:
         pool: computes, or looks results up, as a store of finished jobs does.
         job: importable by the workers; returns the row of a run, or a list of such rows.
-        plan: of each entry the columns that name its condition, and the arguments of the job.
+        plan: of each entry the columns that name its condition, which replace columns of the
+            same name that the job returns, and the arguments of the job.
     """
     started = [(columns, pool.submit(job, *arguments)) for columns, arguments in plan]
     rows: list[Row] = []
     for columns, future in started:
         found = future.result()
-        rows += [{**columns, **row} for row in (found if isinstance(found, list) else [found])]
+        rows += [
+            {**columns, **row, **columns}
+            for row in (found if isinstance(found, list) else [found])
+        ]
     return run_table(rows)
 
 
@@ -102,6 +113,12 @@ def tally(
     how = dict.fromkeys(('runs', 'up', 'lost', 'slipped'), 'sum')
     how |= dict.fromkeys(('fell_at_s', *medians), 'median')
     return counted.groupby([*by], sort=False, dropna=False).agg(how).reset_index()
+
+
+def records(table: pd.DataFrame) -> list[Row]:
+    """Return the rows of a table as plain values, None where one is missing."""
+    plain: list[Row] = table.astype(object).where(table.notna(), None).to_dict('records')
+    return plain
 
 
 def wilson(hits: int, runs: int) -> tuple[float, float]:

@@ -66,7 +66,7 @@ class ThesisTrend:
     ``fitted`` if the calibration used its values.
     """
 
-    what: str
+    name: str
     quantity: Quantity
     inclinations_deg: tuple[float, ...]
     conditions: tuple[Condition, ...]

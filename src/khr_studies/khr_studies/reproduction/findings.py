@@ -1,106 +1,42 @@
-"""The findings of a reproduction as data: the scoreboard, and what the runs add to the thesis."""
+"""The findings of a reproduction as data: the scoreboard, and results beyond the thesis."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import takewhile
-from statistics import median
+from typing import Any
+
+import pandas as pd
 
 from khr_balance.ankle import AnkleControllerParameters
-from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import STAGES, StageParameters
 from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring.experiments import Run, Runs, group_by
+from khr_studies.measuring.experiments import Runs, table_of
+from khr_studies.measuring.run_table import Records, records, tally
 from khr_studies.peak_origin.odd_line import OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.stability_map.best_gain import BestGains, MapLimits, SoleEffect, count_cell
-from khr_sweeps.trial import complete
+from khr_studies.stability_map.best_gain import MapResult
+from khr_sweeps.trial import Row
 
 SEEDS = ('seed', 'initial_tilt_deg')
-
-
-@dataclass(frozen=True)
-class Tally:
-    """Runs that differ only in their seeds.
-
-    Attributes:
-        runs, lost: number of runs, and of those that did not stay up.
-        slip_mm, vibration: medians of the others, None if there are none; rad/s.
-    """
-
-    runs: int
-    lost: int
-    slip_mm: float | None
-    vibration: float | None
-
-    @property
-    def stays(self) -> bool:
-        """Return whether at least half of them stay up."""
-        return 2 * self.lost <= self.runs
-
-
-@dataclass(frozen=True)
-class SoleComparison:
-    """Walks on rubber soles beside the same walks on smooth ones."""
-
-    inclination_deg: float
-    control: str
-    rubber: Tally
-    smooth: Tally
-
-
-@dataclass(frozen=True)
-class FrictionComparison:
-    """How steep the ground may be with one friction.
-
-    Attributes:
-        steepest_deg: up to here most runs stay up wherever they were tried; None if they do not on
-            the flattest ground tried.
-        tried_deg: flattest and steepest ground tried.
-        slip_mm: median at ``steepest_deg``.
-    """
-
-    control: str
-    friction: float
-    steepest_deg: float | None
-    tried_deg: tuple[float, float]
-    slip_mm: float | None
-
-
-@dataclass(frozen=True)
-class TiltComparison:
-    """Standing on ground whose inclination grows.
-
-    Attributes:
-        staged: whether the control follows the inclination in stages.
-        stays: whether at least half of the runs stay up.
-        deg: median inclination at the end: of those that did not stay up, if most did not.
-        vibration: median, rad/s.
-    """
-
-    control: str
-    staged: bool
-    stays: bool
-    deg: float
-    vibration: float
+PHI, RATE = 'simulator.inclination_deg', 'simulator.inclination_rate_deg_s'
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What a reproduction found.
+    """The results of a reproduction.
 
     Attributes:
         scoreboard: None if it was not measured.
-        soles, friction, tilting: comparisons of runs beyond the thesis's own.
-        peaks: origin of the published control frequencies; empty if it was not looked for.
-        odd_lines: what raises line 11, 4.74 Hz; empty if it was not tried.
-        maps: best gains, or the effect of rubber soles, by the name of the map.
-        figures, runs: how many were made.
+        soles, friction, tilting: records of the tables of ``compare_soles``, ``compare_friction``
+            and ``compare_tilting``.
+        peaks: origin of the published control frequencies; empty if it was not measured.
+        odd_lines: changes that raise line 11, 4.74 Hz; empty if it was not measured.
+        maps: results by the name of the map.
+        figures, runs: number of figures and of distinct runs.
         run_seconds: computing time of all runs, s.
         fast: whether this is the quick form with few seeds.
         command: repeats the reproduction.
@@ -108,12 +44,12 @@ class Findings:
     """
 
     scoreboard: Scoreboard | None
-    soles: tuple[SoleComparison, ...]
-    friction: tuple[FrictionComparison, ...]
-    tilting: tuple[TiltComparison, ...]
+    soles: Records
+    friction: Records
+    tilting: Records
     peaks: tuple[PeakOrigin, ...]
     odd_lines: tuple[OddLine, ...]
-    maps: dict[str, BestGains | SoleEffect | MapLimits]
+    maps: dict[str, MapResult]
     figures: int
     runs: int
     run_seconds: float
@@ -122,21 +58,26 @@ class Findings:
     versions: dict[str, str]
 
 
-def tally(runs: Iterable[Run]) -> Tally:
-    """Count runs; a run that belongs to several experiments counts once, by its trajectory."""
-    rows = {run.row['trajectory_hash']: run.row for run in runs}.values()
-    cell = count_cell(None, None, [*rows])
-    slip_mm = None if cell.slip is None else 1000.0 * cell.slip
-    return Tally(cell.runs, cell.runs - cell.up, slip_mm, cell.vibration)
+def experiment_table(runs: Mapping[str, Runs]) -> pd.DataFrame:
+    """Return the run table of experiments.
+
+    Further columns: ``experiment``, ``control`` (the gains in words) and ``sole_friction``.
+    """
+    every = [(name, run) for name, some in runs.items() for run in some]
+    return table_of([run for _, run in every]).assign(
+        experiment=[name for name, _ in every],
+        control=[control(run.scenario) for _, run in every],
+        sole_friction=[run.scenario.table(RunParameters).sole_friction for _, run in every],
+    )
 
 
-def finished(runs: Mapping[str, Runs]) -> Runs:
-    """Return the runs of all experiments that have an outcome."""
-    return [run for some in runs.values() for run in some if run.row.get('verdict')]
+def distinct(runs: pd.DataFrame) -> pd.DataFrame:
+    """Return the runs of a table that differ in a parameter or the seed."""
+    return runs.drop_duplicates([*_parameters(runs), 'seed'], keep='last')
 
 
 def control(scenario: Scenario) -> str:
-    """Name the gains of a scenario."""
+    """Return the gains of a scenario in words."""
     ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)
     stage = scenario.table(StageParameters)
     last = stage.fixed_stage if stage.mode == 'fixed' else STAGES[-1]
@@ -145,98 +86,106 @@ def control(scenario: Scenario) -> str:
     return ', '.join(words) or 'no control'
 
 
-def compare_soles(runs: Iterable[Run]) -> tuple[SoleComparison, ...]:
-    """Compare walks on rubber with the same walks on smooth soles."""
-    found = []
+def compare_soles(runs: pd.DataFrame) -> Records:
+    """Compare walks on rubber soles with the same walks on smooth ones.
+
+    Returns:
+        For each walk ``inclination_deg``, ``control`` and the tallies with either sole, in columns
+        that end in ``_rubber`` and ``_smooth``.
+    """
+    found: list[Row] = []
     for twins in _alike(_walks(runs), 'surface'):
-        soles = group_by(twins, lambda run: str(run.scenario.table(RunParameters).surface))
-        if {'smooth', 'rubber'} <= set(soles):
-            scenario = twins[0].scenario
-            found.append(
-                SoleComparison(
-                    _inclination_deg(twins[0]),
-                    control(scenario),
-                    tally(soles['rubber']),
-                    tally(soles['smooth']),
-                )
-            )
-    return tuple(found)
+        tallies = _tally(twins, 'simulator.surface')
+        if {'smooth', 'rubber'} <= tallies.keys():
+            row: Row = {'inclination_deg': twins[PHI].iloc[0], 'control': twins['control'].iloc[0]}
+            for sole in ('rubber', 'smooth'):
+                row |= {f'{name}_{sole}': value for name, value in tallies[sole].items()}
+            found.append(row)
+    return records(pd.DataFrame(found))
 
 
-def compare_friction(runs: Iterable[Run]) -> tuple[FrictionComparison, ...]:
-    """Find how steep the ground may be for each friction of walks that are otherwise alike."""
+def compare_friction(runs: pd.DataFrame) -> Records:
+    """Find the steepest slope for each friction of walks that are otherwise alike.
+
+    Returns:
+        For each friction ``control``, ``friction``; ``steepest_deg``, up to which at least half of
+        the runs stay up wherever they were tried (None if not even on the gentlest slope tried);
+        ``gentlest_tried_deg``, ``steepest_tried_deg``; ``largest_slip_m``, the median at
+        ``steepest_deg``.
+    """
     found = []
     for twins in _alike(_walks(runs), 'friction', 'inclination_deg'):
-        frictions = group_by(
-            twins, lambda run: float(run.scenario.table(RunParameters).sole_friction)
-        )
-        if len(frictions) > 1:
-            found += [_with_friction(value, frictions[value]) for value in sorted(frictions)]
-    return tuple(found)
+        if twins['sole_friction'].nunique() > 1:
+            found += [
+                _steepest(friction, group) for friction, group in twins.groupby('sole_friction')
+            ]
+    return records(pd.DataFrame(found))
 
 
-def compare_tilting(runs: Iterable[Run]) -> tuple[TiltComparison, ...]:
-    """Compare controls on ground whose inclination grows; nothing without staged control."""
-    tilting = group_by(
-        (run for run in runs if run.scenario.table(RunParameters).inclination_rate_deg_s > 0.0),
-        lambda run: (control(run.scenario), run.scenario.table(StageParameters).mode == 'auto'),
-    )
-    if not any(staged for _, staged in tilting):
+def compare_tilting(runs: pd.DataFrame) -> Records:
+    """Compare controls while the inclination grows; no record without staged control.
+
+    Returns:
+        For each control ``control``, ``staged``; ``stays``, whether at least half of the runs stay
+        up; ``deg``, the median inclination at the end (of the lost runs, if most are lost);
+        ``vibration_rad_s``, the median.
+    """
+    if runs.empty:
         return ()
-    return tuple(_on_tilting_ground(*key, group) for key, group in tilting.items())
-
-
-def _with_friction(friction: float, runs: Runs) -> FrictionComparison:
-    grounds = sorted(
-        (phi, tally(group)) for phi, group in group_by(runs, _inclination_deg).items()
+    tilting = runs[runs[RATE] > 0.0]
+    tilting = tilting.assign(
+        staged=tilting['stage.mode'] == 'auto',
+        reached=tilting[PHI] + tilting[RATE] * tilting['fell_at_s'].fillna(tilting['time_s']),
     )
-    stayed = list(takewhile(lambda ground: ground[1].stays, grounds))
-    steepest, there = stayed[-1] if stayed else (None, None)
-    return FrictionComparison(
-        control(runs[0].scenario),
-        friction,
-        steepest,
-        (grounds[0][0], grounds[-1][0]),
-        there.slip_mm if there else None,
-    )
+    if not tilting['staged'].any():
+        return ()
+    found = []
+    for (name, staged), group in tilting.groupby(['control', 'staged'], sort=False):
+        lost = group[~group['stayed_up']]
+        stays = 2 * len(lost) <= len(group)
+        deg = (group if stays else lost)['reached'].median()
+        found.append((name, staged, stays, deg, group['vibration_rad_s'].median()))
+    columns = ('control', 'staged', 'stays', 'deg', 'vibration_rad_s')
+    return records(pd.DataFrame(found, columns=columns))
 
 
-def _on_tilting_ground(name: str, staged: bool, runs: Runs) -> TiltComparison:
-    lost = [_reached_deg(run) for run in runs if not run.stayed_up]
-    stays = 2 * len(lost) <= len(runs)
-    return TiltComparison(
-        name,
-        staged,
-        stays,
-        median(map(_reached_deg, runs) if stays else lost),
-        median(run.row['vibration_rad_s'] for run in runs),
-    )
+def _steepest(friction: float, runs: pd.DataFrame) -> Row:
+    slopes = sorted(_tally(runs, PHI).items())
+    row: Row = {
+        'control': runs['control'].iloc[0],
+        'friction': friction,
+        'steepest_deg': None,
+        'gentlest_tried_deg': slopes[0][0],
+        'steepest_tried_deg': slopes[-1][0],
+        'largest_slip_m': None,
+    }
+    for inclination_deg, counted in slopes:
+        if 2 * counted['lost'] > counted['runs']:
+            break
+        row |= {'steepest_deg': inclination_deg, 'largest_slip_m': counted['largest_slip_m']}
+    return row
 
 
-def _walks(runs: Iterable[Run]) -> Runs:
-    return [run for run in runs if run.scenario.table(GaitParameters).motion == 'walk']
+def _tally(runs: pd.DataFrame, by: str) -> dict[Any, Row]:
+    """Tally runs by a column; runs with the same trajectory count once."""
+    counted = tally(runs.drop_duplicates([by, 'trajectory_hash']), [by])
+    found: dict[Any, Row] = counted.set_index(by).to_dict('index')
+    return found
 
 
-def _inclination_deg(run: Run) -> float:
-    return float(run.scenario.table(RunParameters).inclination_deg)
+def _walks(runs: pd.DataFrame) -> pd.DataFrame:
+    return runs[runs['gait.motion'] == 'walk'] if len(runs) else runs
 
 
-def _reached_deg(run: Run) -> float:
-    """Return the inclination at the fall, or at the end, deg."""
-    fell = run.row['fell_at_s']
-    time = run.row['time_s'] if fell is None else fell
-    rate = run.scenario.table(RunParameters).inclination_rate_deg_s
-    return float(_inclination_deg(run) + rate * time)
+def _parameters(runs: pd.DataFrame, free: Sequence[str] = ()) -> list[str]:
+    """Return the names of all parameters but the free ones, which are named without the node."""
+    return [name for name in runs if '.' in name and name.split('.')[1] not in free]
 
 
-def _alike(runs: Runs, *free: str) -> list[Runs]:
-    """Group runs that have all parameters in common but the seeds and those named."""
-
-    def fixed(run: Run) -> str:
-        values = {
-            node: {key: value for key, value in given.items() if key not in (*SEEDS, *free)}
-            for node, given in complete(run.scenario).items()
-        }
-        return json.dumps(values, sort_keys=True)
-
-    return list(group_by(runs, fixed).values())
+def _alike(runs: pd.DataFrame, *free: str) -> Iterable[pd.DataFrame]:
+    """Yield the groups of runs that agree in all parameters but the seeds and the free ones."""
+    fixed = _parameters(runs, (*SEEDS, *free))
+    varied = [name for name in fixed if runs[name].nunique(dropna=False) > 1]
+    if not varied:
+        return [runs] if len(runs) else []
+    return (group for _, group in runs.groupby(varied, sort=False, dropna=False))

@@ -12,15 +12,10 @@ from khr_report.page.text import duration
 from khr_studies.measuring.experiments import group_by
 from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
-from khr_studies.reproduction.findings import (
-    Findings,
-    FrictionComparison,
-    SoleComparison,
-    Tally,
-    TiltComparison,
-)
+from khr_studies.reproduction.findings import Findings
 from khr_studies.scoreboard import page as scoreboard
 from khr_studies.scoreboard.rows import Scoreboard, ScoreboardRow
+from khr_sweeps.trial import Row
 
 QUESTION = (
     'Dutta (2021) let a robot of 1.5 kg stand and walk on an incline. Without control it falls '
@@ -31,41 +26,46 @@ QUESTION = (
 NOTHING = 'No row that was measured.'
 
 
-def _outcome(tally: Tally) -> str:
-    if not tally.stays:
-        return f'falls or rides down ({tally.lost} of {tally.runs})'
-    return f'stays up ({tally.runs - tally.lost} of {tally.runs})'
+def _outcome(row: Row, sole: str) -> str:
+    lost, runs = row[f'lost_{sole}'], row[f'runs_{sole}']
+    if 2 * lost > runs:
+        return f'falls or rides down ({lost} of {runs})'
+    return f'stays up ({runs - lost} of {runs})'
 
 
-def _steepest(row: FrictionComparison) -> str:
-    if row.steepest_deg is None:
-        return f'not at {row.tried_deg[0]:g} already'
-    return f'{row.steepest_deg:g} of {row.tried_deg[1]:g}'
+def _steepest(row: Row) -> str:
+    if row['steepest_deg'] is None:
+        return f'not even at {row["gentlest_tried_deg"]:g}'
+    return f'{row["steepest_deg"]:g} of {row["steepest_tried_deg"]:g}'
 
 
-SOLE_COLUMNS: Columns[SoleComparison] = {
-    'phi, deg': lambda row: f'{row.inclination_deg:g}',
-    'control': lambda row: row.control,
-    'rubber': lambda row: _outcome(row.rubber),
-    'slip, mm': lambda row: number(row.rubber.slip_mm, 0),
-    'vibration, deg/s': lambda row: rate(row.rubber.vibration),
-    'smooth': lambda row: _outcome(row.smooth),
-    'slip there, mm': lambda row: number(row.smooth.slip_mm, 0),
-    'vibration there, deg/s': lambda row: rate(row.smooth.vibration),
+def _slip_mm(slip: float | None) -> str:
+    return number(None if slip is None else 1000.0 * slip, 0)
+
+
+SOLE_COLUMNS: Columns[Row] = {
+    'phi, deg': lambda row: f'{row["inclination_deg"]:g}',
+    'control': lambda row: row['control'],
+    'rubber': lambda row: _outcome(row, 'rubber'),
+    'slip, mm': lambda row: _slip_mm(row['largest_slip_m_rubber']),
+    'vibration, deg/s': lambda row: rate(row['vibration_rad_s_rubber']),
+    'smooth': lambda row: _outcome(row, 'smooth'),
+    'slip on smooth, mm': lambda row: _slip_mm(row['largest_slip_m_smooth']),
+    'vibration on smooth, deg/s': lambda row: rate(row['vibration_rad_s_smooth']),
 }
-FRICTION_COLUMNS: Columns[FrictionComparison] = {
-    'control': lambda row: row.control,
-    'friction': lambda row: f'{row.friction:g}',
+FRICTION_COLUMNS: Columns[Row] = {
+    'control': lambda row: row['control'],
+    'friction': lambda row: f'{row["friction"]:g}',
     'stays up to, deg': _steepest,
-    'slip there, mm': lambda row: number(row.slip_mm, 0),
+    'slip there, mm': lambda row: _slip_mm(row['largest_slip_m']),
 }
-TILT_COLUMNS: Columns[TiltComparison] = {
-    'control': lambda row: row.control,
-    'in stages': lambda row: 'yes' if row.staged else 'no',
+TILT_COLUMNS: Columns[Row] = {
+    'control': lambda row: row['control'],
+    'in stages': lambda row: 'yes' if row['staged'] else 'no',
     'ends': lambda row: (
-        f'{"stays up to" if row.stays else "falls or rides down by"} {row.deg:.2f} deg'
+        f'{"stays up to" if row["stays"] else "falls or rides down by"} {row["deg"]:.2f} deg'
     ),
-    'vibration, deg/s': lambda row: rate(row.vibration),
+    'vibration, deg/s': lambda row: rate(row['vibration_rad_s']),
 }
 PEAK_COLUMNS: Columns[PeakOrigin] = {
     'published, Hz': lambda row: f'{row.frequency:.2f}',
@@ -115,8 +115,8 @@ def _answer(findings: Findings) -> str:
     judged = [row for row in findings.scoreboard.rows if row.passed is not None or row.undecided]
     predicted = [row for row in judged if row.kind == 'predicted']
     return (
-        f'Of {len(judged)} rows of the thesis {scoreboard.count(judged).passed} agree; of the '
-        f'{len(predicted)} among them that are predictions, {scoreboard.count(predicted).passed}.'
+        f'Of {len(judged)} rows of the thesis {scoreboard.count(judged)["passed"]} agree; of the '
+        f'{len(predicted)} among them that are predictions, {scoreboard.count(predicted)["passed"]}.'
         + (f' {scoreboard.QUICK}' if findings.fast else '')
     )
 

@@ -10,16 +10,19 @@ from importlib.metadata import version as version_of
 from pathlib import Path
 from typing import TypeVar
 
+import pandas as pd
+
 from khr_bringup.code_version import code_version, stated_of
 from khr_report.folders import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import with_engine
-from khr_studies.measuring.consistency import Said, check, ragged, said_of_runs
+from khr_studies.measuring.consistency import check, experiment_runs, ragged
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.experiments import Opened, Runs, runs_by_name
+from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.measuring.thesis_values import STAGE_1_GRID
 from khr_studies.peak_origin.odd_line import EXPERIMENT as LINE_11
@@ -31,13 +34,14 @@ from khr_studies.reproduction.findings import (
     compare_friction,
     compare_soles,
     compare_tilting,
-    finished,
+    distinct,
+    experiment_table,
 )
 from khr_studies.reproduction.pictures import Pictures, reason
-from khr_studies.reproduction.results import FigureResult, Reproduction, distinct
+from khr_studies.reproduction.results import FigureResult, Reproduction
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
-from khr_studies.stability_map.best_gain import map_result
+from khr_studies.stability_map.best_gain import INCLINATION, MapResult, map_result
 from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.pool import check_workers, local_pool
 from khr_sweeps.progress import ProgressBar
@@ -86,7 +90,7 @@ class Computed:
         figures, maps: what was drawn.
         scoreboard: None if it was not asked for, or failed.
         failed: other failures, a line each.
-        said: what the scoreboard's measurements say of who stays up.
+        measured: table of all runs of the scoreboard.
     """
 
     lost: int = 0
@@ -94,7 +98,7 @@ class Computed:
     maps: list[FigureResult] = field(default_factory=list)
     scoreboard: Scoreboard | None = None
     failed: list[str] = field(default_factory=list)
-    said: list[Said] = field(default_factory=list)
+    measured: pd.DataFrame = field(default_factory=lambda: run_table(()))
 
     def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:
         """Return the result of an evaluation; None if it fails, and note the failure."""
@@ -138,7 +142,7 @@ def _compute(asked: ExperimentPlan, sweeps: list[Opened], out: Path, workers: in
                 SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
             )
         if computed.scoreboard:
-            computed.said = list(bench.said())
+            computed.measured = bench.runs()
         computed.figures = pictures.results(asked.figures)
         computed.maps = pictures.results(asked.maps)
         return computed
@@ -150,8 +154,8 @@ def _results(
     root = experiments.root_of(asked.engine)
     runs = runs_by_name(asked.experiments, root, asked.fast)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
-    said = [*computed.said, *said_of_runs(runs)]
-    check(said, root)
+    every = pd.concat([computed.measured, experiment_runs(runs)])
+    check(every, root)
     return Reproduction(
         computed.figures,
         computed.maps,
@@ -160,7 +164,7 @@ def _results(
         time.monotonic() - began,
         _findings(asked, sweeps, computed, runs, peaks),
         peaks,
-        ragged(said),
+        ragged(every),
         computed.failed,
         computed.lost,
     )
@@ -173,13 +177,12 @@ def _findings(
     runs: Mapping[str, Runs],
     peaks: PeakStudy | None,
 ) -> Findings:
+    table = experiment_table(runs)
     # Line 11 varies parameters that the tables of comparisons have no column for.
-    done = finished({name: some for name, some in runs.items() if name != LINE_11})
-    made = distinct(runs)
+    done = table[table['verdict'].notna() & (table['experiment'] != LINE_11)]
+    made = distinct(table)
     maps = {
-        each.name: computed.attempt(
-            each.name, partial(map_result, runs[each.name], bool(each.bisect))
-        )
+        each.name: computed.attempt(each.name, partial(_map, table, each))
         for each in sweeps
         if each.name in asked.maps and runs[each.name]
     }
@@ -194,11 +197,16 @@ def _findings(
         {name: result for name, result in maps.items() if result is not None},
         len(computed.figures),
         len(made),
-        float(sum(row['wall_time_s'] for row in made)),
+        float(made['wall_time_s'].sum()),
         asked.fast,
         asked.command,
         {'code': code_version(), **stated_of()} | {name: version_of(name) for name in LIBRARIES},
     )
+
+
+def _map(table: pd.DataFrame, sweep: Sweep) -> MapResult:
+    name = next(axis for axis in sweep.axes if axis != INCLINATION)
+    return map_result(table[table['experiment'] == sweep.name], name, bool(sweep.bisect))
 
 
 def _bench(kept: KeptJobs, asked: ExperimentPlan) -> Bench:

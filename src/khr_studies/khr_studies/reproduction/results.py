@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin.study import PeakStudy
 from khr_studies.reproduction.findings import Findings
-from khr_sweeps.trial import complete, identity
 
 
 @dataclass(frozen=True)
@@ -73,14 +71,3 @@ class Reproduction:
         """Return what failed, figures as well, a line each."""
         errors = (f'{each.number}: {each.error}' for each in self.drawn if each.error)
         return [*self.failed, *errors]
-
-
-def distinct(runs: Mapping[str, Runs]) -> list[dict[str, Any]]:
-    """Return the rows of all runs; one with the parameters and the seed of another counts once."""
-    return list(
-        {
-            (identity(complete(run.scenario), ''), run.seed): run.row
-            for some in runs.values()
-            for run in some
-        }.values()
-    )

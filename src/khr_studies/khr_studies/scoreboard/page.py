@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
+from typing import Any
 
 from khr_common.files import write_text
 from khr_report.page.document import (
@@ -20,6 +21,7 @@ from khr_report.page.document import (
     table,
 )
 from khr_report.page.template import page_blocks
+from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
 from khr_studies.measuring.thesis_values import COMMON_DEG, SHOWN, SLIPS, UNSLIPPED
@@ -115,7 +117,7 @@ WIDTH_COLUMNS: Columns[Width] = {
     'width, deg': lambda row: f'{row.downhill_deg + row.uphill_deg:.2f}',
 }
 STANDING_COLUMNS: Columns[StandingRow] = {
-    'what': lambda row: row.what,
+    'quantity': lambda row: row.name,
     'at phi, deg': lambda row: ', '.join(f'{phi:g}' for phi in row.inclinations_deg),
     'thesis': lambda row: row.thesis,
     'simulation': lambda row: (
@@ -137,7 +139,7 @@ WALK_COLUMNS: Columns[WalkRow] = {
     **JUDGEMENT,
 }
 TREND_COLUMNS: Columns[TrendRow] = {
-    'what': lambda row: row.what,
+    'trend': lambda row: row.name,
     'at phi, deg': lambda row: f'{row.inclination_deg:g}',
     'simulation': lambda row: _trend(row),
     'difference': lambda row: (
@@ -149,40 +151,19 @@ TREND_COLUMNS: Columns[TrendRow] = {
 }
 
 
-@dataclass(frozen=True)
-class Count:
-    """How many rows agree with the thesis."""
-
-    title: str
-    passed: int
-    missed: int
-    undecided: int
-    unpublished: int
-
-    @property
-    def judged(self) -> int:
-        """Return how many rows have a published number."""
-        return self.passed + self.missed + self.undecided
+def count(rows: Iterable[ScoreboardRow]) -> Counter[str]:
+    """Count rows by verdict; ``judged`` are all rows with a published value."""
+    counted: Counter[str] = Counter(row.verdict for row in rows)
+    counted['judged'] = counted.total() - counted['unpublished']
+    return counted
 
 
-def count(rows: Iterable[ScoreboardRow], title: str = '') -> Count:
-    """Count rows by verdict."""
-    every = list(rows)
-    verdicts = [row.passed for row in every]
-    undecided = sum(row.undecided for row in every)
-    return Count(
-        title,
-        verdicts.count(True),
-        verdicts.count(False),
-        undecided,
-        verdicts.count(None) - undecided,
-    )
-
-
-def counts(board: Scoreboard) -> list[Count]:
-    """Count the rows of each chapter."""
+def counts(board: Scoreboard) -> list[dict[str, Any]]:
+    """Count the rows of each chapter, with its ``title``."""
+    chapters = group_by(board.rows, lambda row: row.chapter)
     return [
-        count([row for row in board.rows if row.chapter == chapter], title)
+        {'title': title, 'passed': 0, 'missed': 0, 'undecided': 0, 'unpublished': 0}
+        | count(chapters.get(chapter, ()))
         for chapter, title in CHAPTERS.items()
     ]
 
@@ -191,8 +172,8 @@ def summary(board: Scoreboard) -> str:
     """Summarise a scoreboard in one line."""
     every = count(board.rows)
     return (
-        f'{every.passed} of {every.judged} rows pass, {every.missed} miss, {every.undecided} are '
-        f'undecided; {every.unpublished} have no published number'
+        f'{every["passed"]} of {every["judged"]} rows pass, {every["missed"]} miss, '
+        f'{every["undecided"]} are undecided; {every["unpublished"]} have no published number'
         + (' (one seed)' if board.seeds < ENOUGH else '')
     )
 

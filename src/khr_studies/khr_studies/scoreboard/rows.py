@@ -13,6 +13,7 @@ from typing import Literal
 from khr_studies.measuring.thesis_values import Quantity
 
 Kind = Literal['fitted', 'predicted', 'formula', 'statics']
+Verdict = Literal['passed', 'missed', 'undecided', 'unpublished']
 ENOUGH = 2  # seeds; what varies with them is not judged by one
 
 
@@ -22,8 +23,8 @@ class ScoreboardRow:
 
     Attributes:
         chapter: of the thesis.
-        kind: ``fitted`` if the calibration used this row of the thesis; ``statics`` if it holds of
-            whatever stands on a slope, so that to pass it says little.
+        kind: ``fitted`` if the calibration used this row of the thesis; ``statics`` if it holds
+            for any body that stands on a slope, so that a pass says little.
         passed: whether the robot agrees with the thesis; None as well if that is undecided.
         undecided: whether the uncertainty of the measurement leaves it open.
     """
@@ -32,6 +33,13 @@ class ScoreboardRow:
     kind: Kind
     passed: bool | None
     undecided: bool = field(default=False, kw_only=True)
+
+    @property
+    def verdict(self) -> Verdict:
+        """Return the result of the comparison in one word."""
+        if self.passed is None:
+            return 'undecided' if self.undecided else 'unpublished'
+        return 'passed' if self.passed else 'missed'
 
 
 @dataclass(frozen=True)
@@ -103,14 +111,14 @@ class StandingRow(ScoreboardRow):
     """A quantity of the leg lift, at one or more inclinations.
 
     Attributes:
-        what, unit: of the quantity; a ratio has no unit.
+        name, unit: of the quantity; a ratio has no unit.
         inclinations_deg: where it was measured.
-        thesis: what the thesis states of it.
+        thesis: statement of the thesis.
         values: one for each inclination, or several at one.
         difference: from the thesis's number, if it has one.
     """
 
-    what: str
+    name: str
     unit: str
     inclinations_deg: tuple[float, ...]
     thesis: str
@@ -123,8 +131,8 @@ class WalkRow(ScoreboardRow):
     """A walk of chapter 5.
 
     Attributes:
-        inclination_deg, control: what was tried.
-        thesis: what the thesis's robot did, in words.
+        inclination_deg, control: of the walk.
+        thesis: result of the thesis's robot, in words.
         survives: whether the thesis's robot walked to the end.
         runs, lost: number of seeds, and of those that did not stay up.
         vibration: median of the walks that stayed up, rad/s.
@@ -152,13 +160,14 @@ class TrendRow(ScoreboardRow):
     """A quantity of walks that grows along conditions, or along grounds, in the thesis.
 
     Attributes:
+        name: the claim of the thesis.
         quantity: slide in mm, vibration in rad/s, line in Hz.
         thesis_deg: inclination at which the thesis compares, the steepest if there are several.
         inclination_deg: where this was measured: on gentler ground if it does not stay up there.
         values: one for each walk.
     """
 
-    what: str
+    name: str
     quantity: Quantity
     thesis_deg: float
     inclination_deg: float
@@ -175,7 +184,7 @@ class Shift:
 
 @dataclass(frozen=True)
 class Explanation:
-    """What single changes of the robot do to a limit that misses.
+    """Effects of single changes of the robot on a limit that misses.
 
     Attributes:
         motion, condition, thesis_deg: of the limit.

@@ -1,64 +1,75 @@
-"""Compare standing on one leg with the thesis: forces, and what they say of the ground."""
+"""Compare standing on one leg with the thesis: the forces, and the slope read back from them."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import nan
+from math import degrees
 
 import numpy as np
 
-from khr_studies.measuring import bench as runs
-from khr_studies.measuring import thesis_values as thesis
-from khr_studies.measuring.bench import Bench
+from khr_studies.measuring.bench import Bench, median_up
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import finite_or_none, finite_or_none_all
+from khr_studies.measuring.json_file import finite_or_none_all
 from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.thesis_values import (
+    READ_BACK_DEG,
+    STAGE_1,
+    STAGE_1_READ,
+    STAGE_2,
+    STAGE_2_GRID,
+    STAGE_3,
+    STAGE_3_GRID,
+)
 from khr_studies.scoreboard.rows import ENOUGH, Kind, StandingRow, grows
-
-STATICS: Kind = 'statics'
 
 
 def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
     """Compare the forces under the support foot."""
+    forces = [
+        _median_forces(bench, STAGE_1, [phi], name)[0]
+        for phi in STAGE_1_READ
+        for name in ('toe_n', 'heel_n')
+    ]
     return [
         *_curve_rows(bench),
         *_rows_at_limit(bench, round(stage_1.mean, 2)),
         _read_back_row(bench),
         *(
-            _standing('toe and heel force', 'N', [phi], 'not published', forces, None)
-            for phi in thesis.STAGE_1_READ
-            for forces in [
-                _over(bench, thesis.STAGE_1, [phi], 'toe')
-                + _over(bench, thesis.STAGE_1, [phi], 'heel')
-            ]
+            _row('toe and heel force', 'N', [phi], 'not published', pair, None)
+            for phi, pair in zip(
+                STAGE_1_READ, zip(forces[::2], forces[1::2], strict=True), strict=True
+            )
         ),
         *(
-            _standing(name, 'N', grid, 'rises again', again, grows(again), kind=STATICS)
-            for name, condition, grid in (
-                ('Delta, stage 2', thesis.STAGE_2, thesis.STAGE_2_GRID),
-                ('Delta, stage 3', thesis.STAGE_3, thesis.STAGE_3_GRID),
+            _row(name, 'N', slopes, 'rises again', values, grows(values), kind='statics')
+            for name, condition, slopes in (
+                ('Delta, stage 2', STAGE_2, STAGE_2_GRID),
+                ('Delta, stage 3', STAGE_3, STAGE_3_GRID),
             )
-            for again in [_over(bench, condition, grid, 'difference')]
+            for values in [_median_forces(bench, condition, slopes, 'difference_n')]
         ),
-        _standing(
+        _row(
             'largest overshoot of the pitch rate',
             'deg/s',
             bench.curve,
             'depends on phi',
-            [runs.overshoot_deg(bench.lifts(thesis.STAGE_1, phi)) for phi in bench.curve],
+            [
+                degrees(median_up(bench.lifts(STAGE_1, phi), 'overshoot_rad_s'))
+                for phi in bench.curve
+            ],
             None,
         ),
     ]
 
 
-def _standing(
-    what: str,
+def _row(
+    name: str,
     unit: str,
-    inclinations: Sequence[float],
+    inclinations_deg: Sequence[float],
     thesis: str,
     values: Sequence[float],
     passed: bool | None,
-    difference: float = nan,
+    difference: float | None = None,
     kind: Kind = 'predicted',
     undecided: bool = False,
 ) -> StandingRow:
@@ -66,53 +77,53 @@ def _standing(
         3,
         kind,
         None if undecided else passed,
-        what,
+        name,
         unit,
-        tuple(inclinations),
+        tuple(inclinations_deg),
         thesis,
         finite_or_none_all(values),
-        finite_or_none(difference),
+        difference,
         undecided=undecided,
     )
 
 
-def _over(
-    bench: Bench, condition: Condition, inclinations: Sequence[float], force: str
+def _median_forces(
+    bench: Bench, condition: Condition, inclinations_deg: Sequence[float], column: str
 ) -> list[float]:
-    """Return a median force of leg lifts at each inclination, N."""
-    return [
-        runs.nanmedian(getattr(one, force) for one in bench.lifts(condition, phi))
-        for phi in inclinations
-    ]
+    """Return the median of a force over the leg lifts at each inclination, N."""
+    return [float(bench.lifts(condition, phi)[column].median()) for phi in inclinations_deg]
 
 
 def _curve_rows(bench: Bench) -> list[StandingRow]:
     toe, heel, delta = (
-        _over(bench, thesis.STAGE_1, bench.curve, force) for force in ('toe', 'heel', 'difference')
+        _median_forces(bench, STAGE_1, bench.curve, name)
+        for name in ('toe_n', 'heel_n', 'difference_n')
     )
-    falling = grows([-value for value in heel])
     return [
-        _standing('toe force', 'N', bench.curve, 'rises', toe, grows(toe), kind=STATICS),
-        _standing('heel force', 'N', bench.curve, 'falls', heel, falling, kind=STATICS),
-        _standing('Delta', 'N', bench.curve, 'rises', delta, grows(delta), kind=STATICS),
+        _row(name, 'N', bench.curve, thesis, values, passed, kind='statics')
+        for name, thesis, values, passed in (
+            ('toe force', 'rises', toe, grows(toe)),
+            ('heel force', 'falls', heel, grows([-value for value in heel])),
+            ('Delta', 'rises', delta, grows(delta)),
+        )
     ]
 
 
 def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
-    share = runs.nanmedian(one.share for one in bench.lifts(thesis.STAGE_1, limit_deg))
-    heel, place, coarse = (1.0 - share) / 2.0, [limit_deg], bench.seeds < ENOUGH
+    share = float(bench.lifts(STAGE_1, limit_deg)['share'].median())
+    heel = (1.0 - share) / 2.0
     return [
-        _standing(
-            f"{what} over the weight, at stage 1's limit",
+        _row(
+            f"{name} over the weight, at stage 1's limit",
             '',
-            place,
+            [limit_deg],
             thesis,
             [value],
             passed,
-            difference,
-            undecided=coarse,
+            None if np.isnan(difference) else difference,
+            undecided=bench.seeds < ENOUGH,
         )
-        for what, thesis, value, passed, difference in (
+        for name, thesis, value, passed, difference in (
             ('Delta', '1', share, share >= 0.9, share - 1.0),
             ('heel force', '0', heel, heel <= 0.05, heel),
         )
@@ -120,19 +131,19 @@ def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
 
 
 def _read_back_row(bench: Bench) -> StandingRow:
-    delta = np.array(_over(bench, thesis.STAGE_1, bench.curve, 'difference'))
+    delta = np.array(_median_forces(bench, STAGE_1, bench.curve, 'difference_n'))
     measured = np.isfinite(delta)
     curve, delta = np.array(bench.curve)[measured], delta[measured]
     error = max(
-        abs(float(np.interp(one.difference, delta, curve)) - phi)
-        for phi in thesis.STAGE_1_READ
-        for one in bench.lifts(thesis.STAGE_1, phi)
+        abs(float(np.interp(difference, delta, curve)) - phi)
+        for phi in STAGE_1_READ
+        for difference in bench.lifts(STAGE_1, phi)['difference_n']
     )
-    return _standing(
+    return _row(
         'largest error of phi read back from Delta',
         'deg',
-        thesis.STAGE_1_READ,
-        f'within {thesis.READ_BACK_DEG:g}',
+        STAGE_1_READ,
+        f'within {READ_BACK_DEG:g}',
         [error],
-        error <= thesis.READ_BACK_DEG,
+        error <= READ_BACK_DEG,
     )

@@ -114,22 +114,22 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
 def submit_all(bench: Bench, explain: bool) -> None:
     """Start all measurements that are known beforehand."""
     for row in thesis.LIMITS:
-        bench.ask_limit(row.condition)
-        bench.ask_limit(bench.on_other_engine(row.condition))
+        bench.start_limit(row.condition)
+        bench.start_limit(bench.on_other_engine(row.condition))
     for row in thesis.LIMITS if explain else ():
-        bench.ask_limit(row.condition.turned())
+        bench.start_limit(row.condition.turned())
     for walked in thesis.WALKS:
-        bench.ask(walk, walked.condition, walked.inclination_deg)
+        bench.start(walk, walked.condition, walked.inclination_deg)
     for trend in thesis.TRENDS:
         for condition, phi in trend.walks(trend.inclinations_deg):
-            bench.ask(walk, condition, phi)
+            bench.start(walk, condition, phi)
     for condition, grid in (
         (thesis.STAGE_1, bench.curve + thesis.STAGE_1_READ),
         (thesis.STAGE_2, thesis.STAGE_2_GRID),
         (thesis.STAGE_3, thesis.STAGE_3_GRID),
     ):
         for phi in grid:
-            bench.ask(lift, condition, phi)
+            bench.start(lift, condition, phi)
 
 
 def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
@@ -141,7 +141,7 @@ def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
     ]
     for row in missed:
         for _, changes in CHANGES[row.condition.motion]:
-            bench.ask_limit(_changed(row, changes), 1)
+            bench.start_limit(_changed(row, changes), 1)
     return tuple(_explanation(bench, limits, row) for row in missed)
 
 

@@ -1,20 +1,15 @@
-"""The best gain for each inclination, and the effect of rubber soles, from the runs of maps."""
+"""The best gain of each inclination, rubber against smooth soles, and limits, from runs of maps."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from math import inf
-from statistics import median
-from typing import Any, NamedTuple
 
 import numpy as np
+import pandas as pd
 
 from khr_sim.parameters import SimulatorParameters
-from khr_studies.measuring.experiments import Runs, group_by
-from khr_studies.measuring.json_file import finite_or_none
+from khr_studies.measuring.run_table import Records, records, tally
 from khr_studies.stability_map.statistics import Crossing, crossing
-from khr_sweeps.trial import Row
 
 CRITERION = (
     'the gain with which most seeds stay up; among equals the one with which fewest '
@@ -26,198 +21,80 @@ GAINS = {'ankle_controller.gain': 'K_A', 'hip_controller.gain': 'K_H'}
 
 
 @dataclass(frozen=True)
-class Cell:
-    """The runs of one cell of a map.
+class MapResult:
+    """The result of a map of the inclination and another parameter, as records of tables.
 
     Attributes:
-        x, y: the swept values.
-        runs: number of runs with an outcome.
-        up: number of them that stayed up.
-        slipped: number of those that slipped.
-        vibration: median of those that stayed up, rad/s; None if none did.
-        slip: median of the largest slip of those, m; None if none did.
-        fell_at: median time of the falls, s; None if there were none.
-    """
-
-    x: float
-    y: float
-    runs: int
-    up: int
-    slipped: int
-    vibration: float | None
-    slip: float | None = None
-    fell_at: float | None = None
-
-
-@dataclass(frozen=True)
-class BestGains:
-    """The best gain for each inclination.
-
-    Attributes:
-        gain: its name.
-        cells: the best cell of each inclination, x in deg, y the gain.
+        name: of the other parameter, ``node.parameter``.
+        best: of a map of a gain, the tally of the best gain of each inclination.
         hopeless_deg: inclinations on which no seed stays up with any gain.
-    """
-
-    gain: str
-    cells: tuple[Cell, ...]
-    hopeless_deg: tuple[float, ...]
-
-
-class SurvivalLimit(NamedTuple):
-    """The inclination on which half of the runs stay up with a value of another parameter, deg.
-
-    Attributes:
-        value: of the other parameter.
-        deg: the inclination; None if the runs do not show one.
-        low_deg, high_deg: the ends of its 95 % interval; None where it is open.
-    """
-
-    value: float
-    deg: float | None
-    low_deg: float | None
-    high_deg: float | None
-
-
-@dataclass(frozen=True)
-class MapLimits:
-    """The inclination on which half of the runs stay up, for each value of another parameter.
-
-    Attributes:
-        name: of the parameter, ``node.parameter``.
-        limits: one for each value.
+        soles: of a map of the friction, for each inclination the tallies with smooth and with
+            rubber soles (columns ``..._smooth`` and ``..._rubber``).
+        limits: for each ``value`` of the other parameter the inclination ``deg`` on which half of
+            the runs stay up, and its 95 % interval from ``low_deg`` to ``high_deg``; None if open.
     """
 
     name: str
-    limits: tuple[SurvivalLimit, ...]
+    best: Records = ()
+    hopeless_deg: tuple[float, ...] = ()
+    soles: Records = ()
+    limits: Records = ()
 
 
-@dataclass(frozen=True)
-class SoleEffect:
-    """Rubber soles beside smooth ones on the same inclinations.
+def map_result(runs: pd.DataFrame, name: str, bisected: bool = False) -> MapResult:
+    """Evaluate a map of the inclination and either the friction or a gain.
 
-    Attributes:
-        smooth, rubber: cells by inclination (x); None where a sole was not tried.
-        limits: one for each friction.
-        both_up_to_deg: the steepest ground on which runs stay up with both soles.
-        slip_factor, vibration_factor: medians over that ground of rubber over smooth.
+    Args:
+        runs: the run table of the map.
+        name: the swept parameter beside the inclination.
+        bisected: whether the inclinations were bisected; only limits are known then.
     """
+    cells = tally(runs, [INCLINATION, name])
+    if bisected or name == FRICTION:
+        soles = () if bisected else records(_soles(cells))
+        return MapResult(name, soles=soles, limits=records(_limits(cells, name)))
+    best = best_cells(cells, INCLINATION)
+    hopeless = set(runs[INCLINATION]) - set(best[INCLINATION])
+    return MapResult(name, records(best), tuple(sorted(hopeless)))
 
-    inclinations_deg: tuple[float, ...]
-    smooth: tuple[Cell | None, ...]
-    rubber: tuple[Cell | None, ...]
-    limits: tuple[SurvivalLimit, ...]
-    both_up_to_deg: float | None
-    slip_factor: float | None
-    vibration_factor: float | None
 
+def best_cells(cells: pd.DataFrame, x: str) -> pd.DataFrame:
+    """Return the best cell of each ``x`` by ``CRITERION``, sorted by ``x``.
 
-def best(cells: Iterable[Cell]) -> list[Cell]:
-    """Return the best cell of each ``x`` by ``CRITERION``, in the order of ``x``.
-
-    An ``x`` at which no run stays up is left out.
+    Args:
+        cells: a tally by ``x`` and a gain.
+        x: name of a column; values at which no run stays up are left out.
     """
-    columns = group_by(cells, lambda cell: cell.x)
-    return [max(columns[x], key=_merit) for x in sorted(columns) if any(c.up for c in columns[x])]
-
-
-def cells_of(runs: Runs, x: str, y: str) -> list[Cell]:
-    """Count runs by two swept parameters, ``node.parameter``."""
-    groups = group_by(runs, lambda run: (run.point[x], run.point[y]))
-    cells = (count_cell(*place, [run.row for run in group]) for place, group in groups.items())
-    return [cell for cell in cells if cell.runs]
-
-
-def count_cell(x: Any, y: Any, rows: Sequence[Row]) -> Cell:
-    """Count the results of one cell, without those that were refused."""
-    judged = [row for row in rows if row['stayed_up'] is not None]
-    up = [row for row in judged if row['stayed_up']]
-
-    def middle(some: Sequence[Row], column: str) -> float | None:
-        values = [row[column] for row in some if row[column] is not None]
-        return median(values) if values else None
-
-    return Cell(
-        x,
-        y,
-        len(judged),
-        len(up),
-        sum(row['verdict'] == 'slipped' for row in up),
-        middle(up, 'vibration_rad_s'),
-        middle(up, 'largest_slip_m'),
-        middle(judged, 'fell_at_s'),
+    merits = {
+        'share_up': cells['up'] / cells['runs'],
+        'share_slipped': cells['slipped'] / cells['runs'],
+        'vibrates': cells['vibration_rad_s'].fillna(np.inf),
+    }
+    ranked = cells.assign(**merits)[cells['up'] > 0].sort_values(
+        [x, *merits], ascending=[True, False, True, True], kind='stable'
     )
+    return ranked.drop_duplicates(x).drop(columns=[*merits])
 
 
-def map_result(runs: Runs, bisected: bool = False) -> BestGains | SoleEffect | MapLimits:
-    """Evaluate a map of inclination and either the friction or a gain.
-
-    Of one whose inclinations were bisected only the limits are known.
-    """
-    other = next(name for name in runs[0].point if name != INCLINATION)
-    if bisected:
-        return MapLimits(other, _limits(cells_of(runs, INCLINATION, other)))
-    return sole_effect(runs) if other == FRICTION else best_gains(runs, other)
+def crossing_of(cells: pd.DataFrame, x: str) -> Crossing:
+    """Return the ``x`` at which half of the runs of some cells stay up."""
+    places, up, runs = (cells[name].to_numpy(np.float64) for name in (x, 'up', 'runs'))
+    return crossing(places, up, runs)
 
 
-def best_gains(runs: Runs, gain: str) -> BestGains:
-    """Find the best gain per inclination; ``gain`` is the swept parameter."""
-    found = best(cells_of(runs, INCLINATION, gain))
-    hopeless = {run.point[INCLINATION] for run in runs} - {cell.x for cell in found}
-    return BestGains(GAINS.get(gain, gain), tuple(found), tuple(sorted(hopeless)))
-
-
-def sole_effect(runs: Runs) -> SoleEffect:
-    """Compare rubber with smooth soles on a map of inclination and friction."""
-    cells = cells_of(runs, INCLINATION, FRICTION)
-    slopes = tuple(sorted({cell.x for cell in cells}))
-    placed = {(cell.x, cell.y): cell for cell in cells}
-    smooth, rubber = (
-        tuple(placed.get((slope, friction)) for slope in slopes) for friction in (SMOOTH, RUBBER)
+def _limits(cells: pd.DataFrame, name: str) -> pd.DataFrame:
+    found = [(value, crossing_of(line, INCLINATION)) for value, line in cells.groupby(name)]
+    table = pd.DataFrame(
+        [(value, one.value, one.low, one.high) for value, one in found],
+        columns=['value', 'deg', 'low_deg', 'high_deg'],
     )
-    both = [
-        (one, other)
-        for one, other in zip(smooth, rubber, strict=True)
-        if one and other and one.up and other.up
-    ]
-    return SoleEffect(
-        slopes,
-        smooth,
-        rubber,
-        _limits(cells),
-        both[-1][0].x if both else None,
-        _growth([(one.slip, other.slip) for one, other in both]),
-        _growth([(one.vibration, other.vibration) for one, other in both]),
-    )
+    return table.replace([np.inf, -np.inf], np.nan)
 
 
-def _merit(cell: Cell) -> tuple[float, float, float]:
-    vibration = inf if cell.vibration is None else cell.vibration
-    return cell.up / cell.runs, -cell.slipped / cell.runs, -vibration
-
-
-def crossing_of(cells: Sequence[Cell]) -> Crossing:
-    """Return the x at which half the runs of some cells stay up."""
-    x, up, runs = (
-        np.array([getattr(cell, name) for cell in cells], dtype=np.float64)
-        for name in ('x', 'up', 'runs')
-    )
-    return crossing(x, up, runs)
-
-
-def _limits(cells: Sequence[Cell]) -> tuple[SurvivalLimit, ...]:
-    """Return where half of the runs stay up, for each ``y``."""
-    lines = sorted(group_by(cells, lambda cell: cell.y).items())
-    found = [(value, crossing_of(line)) for value, line in lines]
-    return tuple(
-        SurvivalLimit(
-            value, finite_or_none(one.value), finite_or_none(one.low), finite_or_none(one.high)
-        )
-        for value, one in found
-    )
-
-
-def _growth(pairs: Sequence[tuple[float | None, float | None]]) -> float | None:
-    """Return the median of the second over the first, of pairs whose first is not 0."""
-    ratios = [second / first for first, second in pairs if first and second is not None]
-    return median(ratios) if ratios else None
+def _soles(cells: pd.DataFrame) -> pd.DataFrame:
+    """Return the cells with smooth and with rubber soles, a row for each inclination."""
+    table = cells[[INCLINATION]].drop_duplicates().sort_values(INCLINATION)
+    for friction, sole in ((SMOOTH, '_smooth'), (RUBBER, '_rubber')):
+        of_sole = cells[cells[FRICTION] == friction].set_index(INCLINATION).add_suffix(sole)
+        table = table.join(of_sole, on=INCLINATION)
+    return table

@@ -1,4 +1,4 @@
-"""A stability map as four panels: who stays up, slipping, time of the fall and vibration."""
+"""A stability map as four panels: staying up, slipping, time of the fall and vibration."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ BEST: dict[str, Any] = {
     'markeredgewidth': 0.8,
 }
 SPLIT: dict[str, Any] = {'edgecolor': '0.25', 'hatch': '//', 'linewidth': 0.0}
-PALE = 0.25  # of the colour of a cell that was not run
+PALE = 0.25  # opacity of a cell that was not run
 MOST_TICKS = 14  # per axis; with more cells matplotlib chooses
 
 
@@ -52,10 +52,10 @@ def figure(counted: StabilityMap) -> Figure:
             'Blues',
             (0.0, 1.0),
         ),
-        ('fell: median time of the fall (s)', counted.of('fell_at'), 'magma', None),
+        ('fell: median time of the fall (s)', counted.of('fell_at_s'), 'magma', None),
         (
             'vibration: median of those that stayed up (°/s)',
-            np.degrees(counted.of('vibration')),
+            np.degrees(counted.of('vibration_rad_s')),
             'viridis',
             None,
         ),
@@ -118,7 +118,7 @@ def _hatch(panel: Axes, counted: StabilityMap) -> None:
 
 
 def _imply(panel: Axes, counted: StabilityMap) -> None:
-    """Fill palely what a bisection took for granted."""
+    """Fill the cells that follow from a bisection in a pale colour."""
     panel.pcolormesh(
         counted.x.edges,
         counted.y.edges,
@@ -147,11 +147,7 @@ def _best(panel: Axes, counted: StabilityMap) -> None:
     """Mark the best gain of each inclination."""
     places = dict(zip(counted.x.labels, counted.x.places, strict=True))
     heights = dict(zip(counted.y.labels, counted.y.places, strict=True))
-    panel.plot(
-        [places[cell.x] for cell in counted.best],
-        [heights[cell.y] for cell in counted.best],
-        **BEST,
-    )
+    panel.plot(counted.best['x'].map(places), counted.best['y'].map(heights), **BEST)
 
 
 def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
@@ -164,7 +160,7 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
         )
     if counted.critical:
         handles += panel.plot([], [], **MARK, label='half of the runs stay up, with 95 % interval')
-    if counted.best:
+    if len(counted.best):
         handles += panel.plot([], [], **BEST, label='best gain of an inclination')
     handles.append(
         Patch(facecolor=EMPTY, label='nothing to show: no run, or none that fell or stayed up')
@@ -174,8 +170,9 @@ def _explain(page: Figure, panel: Axes, counted: StabilityMap) -> None:
     words = [f'{int(counted.of("runs").sum())} runs']
     if counted.pooled:
         words.append(f'pooled over {", ".join(counted.pooled)}')
-    if counted.best:
-        gains = ', '.join(f'{cell.y:g} at {cell.x:g}°' for cell in counted.best)
+    if len(counted.best):
+        best = zip(counted.best['x'], counted.best['y'], strict=True)
+        gains = ', '.join(f'{gain:g} at {phi:g}°' for phi, gain in best)
         words += [f'best {GAINS[counted.y.name]}: {gains} ({CRITERION})']
     of = ', '.join(counted.scenarios) or 'runs'
-    head(page, f'What becomes of {of}, by {x} and {y}', *words)
+    head(page, f'Outcome of {of}, by {x} and {y}', *words)

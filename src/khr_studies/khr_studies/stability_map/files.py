@@ -4,21 +4,37 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import pandas as pd
+
 from khr_common.files import write_text, written
 from khr_report.folders import make_folder
 from khr_report.page.text import csv_text
 from khr_report.plots.plot_style import save, styled
+from khr_studies.measuring.run_table import wilson
 from khr_studies.stability_map.figure import figure
-from khr_studies.stability_map.study import stability_map
-from khr_studies.stability_map.tables import tables
+from khr_studies.stability_map.study import StabilityMap, stability_map
 from khr_sweeps.results.folder import read_results
+
+COUNTS = {
+    'runs': 'runs',
+    'up': 'stayed_up',
+    'slipped': 'slipped',
+    'lost': 'lost',
+    'share_up': 'share_up',
+    'low': 'share_up_low_95',
+    'high': 'share_up_high_95',
+    'fell_at_s': 'median_fell_at_s',
+    'vibration_rad_s': 'median_vibration_rad_s',
+}
+BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
 
 
 def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
-    """Draw the map of a sweep; return the paths of the PNG and the CSVs.
+    """Draw the map of a sweep; return the paths of the PNG and the CSV files.
 
-    The CSV beside the PNG has a row per cell; a second one, ``..._critical``, a row per y; on a
-    map of inclination and a gain a third one, ``..._best``, has the best gain per inclination.
+    The CSV file beside the PNG has a row for each cell; a second one, ``..._critical``, a row for
+    each y; on a map of inclination and a gain a third one, ``..._best``, has the best gain of each
+    inclination.
 
     Args:
         folder: of the sweep, complete or not.
@@ -30,12 +46,30 @@ def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path
     """
     counted = stability_map(read_results(folder), x, y)
     image = out or (folder if folder.is_dir() else folder.parent) / f'map_{x}_{y}.png'
-    rows_by_file = {
-        image.with_name(f'{image.stem}{end}.csv'): rows for end, rows in tables(counted).items()
-    }
     make_folder(image.parent)
     with styled(), written(image) as part:
         save(figure(counted), part)
-    for path, rows in rows_by_file.items():
-        write_text(path, csv_text(rows[0], (row.values() for row in rows), 6))
-    return [image, *rows_by_file]
+    paths = [image]
+    for end, table in tables(counted).items():
+        if len(table):
+            paths.append(image.with_name(f'{image.stem}{end}.csv'))
+            write_text(paths[-1], csv_text(table.columns, table.to_numpy(object).tolist(), 6))
+    return paths
+
+
+def tables(counted: StabilityMap) -> dict[str, pd.DataFrame]:
+    """Return the tables of a map, by the ends of the names of their files."""
+    x, y, cells = counted.x.name, counted.y.name, counted.cells
+    bounds = [wilson(up, runs) for up, runs in zip(cells['up'], cells['runs'], strict=True)]
+    cells = cells.assign(share_up=cells['up'] / cells['runs'])
+    cells[['low', 'high']] = bounds
+    critical = [
+        (value, one.value, one.low, one.high)
+        for value, one in zip(counted.y.labels, counted.critical, strict=False)
+    ]
+    best = counted.best[['x', 'y', *BEST]].rename(columns=COUNTS)
+    return {
+        '': cells[['x', 'y', *COUNTS]].rename(columns={'x': x, 'y': y, **COUNTS}),
+        '_critical': pd.DataFrame(critical, columns=[y, f'critical {x}', 'low_95', 'high_95']),
+        '_best': best.rename(columns={'x': x, 'y': f'best {y}'}),
+    }

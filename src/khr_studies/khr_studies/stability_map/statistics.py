@@ -1,4 +1,4 @@
-"""Estimate a probability from runs: its interval, and where it crosses one half."""
+"""Estimate where the probability that a robot stays up crosses one half."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from math import inf
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import log_expit
-from scipy.stats import binomtest
 
 Array = NDArray[np.float64]
 
@@ -17,24 +16,13 @@ DROP = QUANTILE**2 / 2.0  # of the log-likelihood at the ends of a 95 % interval
 CENTRES, WIDTHS = 601, 40  # of the curves tried
 
 
-def wilson(hits: int, runs: int) -> tuple[float, float]:
-    """Return Wilson's 95 % interval of a probability after ``hits`` in ``runs`` (1927).
-
-    Unlike the normal approximation it has a width even if all runs hit, or none.
-    """
-    if runs == 0:
-        return 0.0, 1.0
-    found = binomtest(hits, runs).proportion_ci(method='wilson')
-    return float(found.low), float(found.high)
-
-
 @dataclass(frozen=True)
 class Crossing:
     """Where a probability crosses one half.
 
     Attributes:
-        value: the most likely place; nan if the runs do not show one.
-        low, high: its 95 % interval; infinite on a side that the runs do not bound.
+        value: the most likely place; NaN if the runs do not show a crossing.
+        low, high: its 95 % interval; infinite on an unbounded side.
     """
 
     value: float
@@ -45,9 +33,9 @@ class Crossing:
 def crossing(x: Array, hits: Array, runs: Array) -> Crossing:
     """Fit a logistic curve to hits among runs at each ``x``, all (n,); return where it is 1/2.
 
-    The interval is that of the profile likelihood, which is also valid if all runs up to some x
-    hit and none beyond: the curve is then a step in between, and the middle is the most likely
-    place. The runs decide whether the curve rises or falls; if they do not, it falls.
+    The interval is a profile-likelihood interval. It is also valid if all runs up to some x hit and
+    no run beyond: the curve is then a step, and the middle of the gap is the most likely place.
+    The data decide whether the curve rises or falls; if they leave it open, it falls.
     """
     places = np.unique(x[runs > 0])
     if len(places) < 2:

@@ -4,23 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from math import nan
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
 from khr_studies.errors import StudyError
-from khr_studies.measuring.experiments import group_by
-from khr_studies.stability_map.best_gain import (
-    GAINS,
-    INCLINATION,
-    Cell,
-    best,
-    count_cell,
-    crossing_of,
-)
+from khr_studies.measuring.run_table import run_table, tally
+from khr_studies.stability_map.best_gain import GAINS, INCLINATION, best_cells, crossing_of
 from khr_studies.stability_map.statistics import Array, Crossing
 from khr_sweeps.axes import column_named
 from khr_sweeps.results.folder import request_of
@@ -65,33 +60,33 @@ class StabilityMap:
     """The runs of a sweep by cell.
 
     Attributes:
-        cells: lines of y with a cell for each x.
+        cells: the tally of each cell, line by line, with its values ``x`` and ``y``.
         critical: for each y, the x at which half the runs stay up; empty if x is not a number.
         pooled: swept parameters other than x and y.
-        scenarios: names of what was run.
+        scenarios: names of the scenarios.
         bisected: whether x was bisected: then only cells along the limit have runs.
     """
 
     x: Direction
     y: Direction
-    cells: tuple[tuple[Cell, ...], ...]
+    cells: pd.DataFrame
     critical: tuple[Crossing, ...]
     pooled: tuple[str, ...]
     scenarios: tuple[str, ...] = ()
     bisected: bool = False
 
     def of(self, name: str) -> Array:
-        """Return an attribute of all cells, (y, x); nan where it is None."""
-        return np.array(
-            [[getattr(cell, name) for cell in line] for line in self.cells], np.float64
-        )
+        """Return a column of the tally of all cells, (y, x)."""
+        shape = len(self.y.labels), len(self.x.labels)
+        values: Array = self.cells[name].to_numpy(np.float64).reshape(shape)
+        return values
 
     @property
-    def best(self) -> list[Cell]:
-        """Return the best gain of each inclination; nothing for a map of other parameters."""
+    def best(self) -> pd.DataFrame:
+        """Return the best cell of each inclination; no row for a map of other parameters."""
         if self.x.name != INCLINATION or self.y.name not in GAINS or self.bisected:
-            return []
-        return best(cell for line in self.cells for cell in line if cell.runs)
+            return self.cells[:0]
+        return best_cells(self.cells, 'x')
 
     def split(self) -> NDArray[np.bool_]:
         """Return the cells in which some runs stay up and others do not."""
@@ -99,9 +94,9 @@ class StabilityMap:
         return (up > 0) & (up < self.of('runs'))
 
     def implied(self) -> Array:
-        """Return 1 or 0 for the cells that a bisection took to stay up or to be lost, else nan.
+        """Return 1 for cells that a bisection implies to stay up, 0 for lost ones, else NaN.
 
-        Cells below an all-up cell count as up, cells beyond an all-lost cell as lost.
+        Cells below an all-up cell count as up, cells above an all-lost cell as lost.
         """
         runs, up = self.of('runs'), self.of('up')
         if not self.bisected:
@@ -129,29 +124,29 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
                 f'{option}: {name!r} is not accepted; accepted: two of '
                 f'{", ".join(request["axes"])}'
             )
-    rows = [row for row in results.to_pylist() if row['stayed_up'] is not None]
-    if not rows:
+    runs = run_table(results.to_pylist())
+    runs = runs[runs['stayed_up'].notna()]
+    if runs.empty:
         raise StudyError(
             'no run of the sweep has an outcome; accepted: a sweep with finished runs'
         )
-    bins = int(np.clip(np.sqrt(len(rows) / RUNS_PER_CELL), 2, 20))
+    bins = int(np.clip(np.sqrt(len(runs) / RUNS_PER_CELL), 2, 20))
     (across, columns), (along, lines) = (
-        _direction(name, request['axes'][name], [row[name] for row in rows], bins)
-        for name in (x, y)
+        _direction(name, request['axes'][name], runs[name].tolist(), bins) for name in (x, y)
     )
-    places = group_by(zip(lines, columns, rows, strict=True), lambda place: place[:2])
-    cells = tuple(
-        tuple(
-            count_cell(at_x, at_y, [row for *_, row in places.get((i, j), ())])
-            for j, at_x in enumerate(across.labels)
-        )
-        for i, at_y in enumerate(along.labels)
-    )
+    counted = tally(runs.assign(line=lines, column=columns), ['line', 'column'])
+    grid = product(range(len(along.labels)), range(len(across.labels)))
+    cells = counted.set_index(['line', 'column']).reindex([*grid]).reset_index()
+    counts = ['runs', 'up', 'lost', 'slipped']
+    cells[counts] = cells[counts].fillna(0).astype(int)
+    cells['x'] = [across.labels[column] for column in cells['column']]
+    cells['y'] = [along.labels[line] for line in cells['line']]
+    by_line = (line for _, line in cells.groupby('line'))
     return StabilityMap(
         across,
         along,
         cells,
-        tuple(map(crossing_of, cells)) if across.numeric else (),
+        tuple(crossing_of(line, 'x') for line in by_line) if across.numeric else (),
         tuple(name for name in request['axes'] if name not in (x, y)),
         tuple(request['scenario']),
         request.get('bisect') == x,

@@ -23,12 +23,13 @@ from numpy.typing import NDArray
 from khr_common.maths.limit import bracket_limit
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.errors import StudyError, check_integer
-from khr_studies.measuring.bench import MeasuredLift, lift
+from khr_studies.measuring.bench import lift
 from khr_studies.measuring.condition import Changes, Condition
 from khr_studies.measuring.study_version import version_of_study
 from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.trial import Row
 
 Array = NDArray[np.float64]
 STEP = 1.9  # deg, of the climb: its steps meet the thesis's 3.8, 7.6 and 9.5 deg
@@ -92,16 +93,16 @@ class Climb:
 def climb(setting: Setting, engine: str, seed: int) -> Climb:
     """Climb from the flat until it no longer stays up, then bisect the last step."""
     condition = setting.condition(engine)
-    found: list[MeasuredLift] = []
+    found: list[Row] = []
 
     def stays_up(inclination_deg: float) -> bool:
         found.append(lift(condition, inclination_deg, seed))
-        return found[-1].stayed_up
+        return bool(found[-1]['stayed_up'])
 
     limit = bracket_limit(stays_up, 0.0, (0.0, HIGHEST_DEG), STEP, STEP / 2.0**HALVINGS).middle
     first = found[: OVERSHOOT_AT + 1]
-    reached = len(first) > OVERSHOOT_AT and all(each.stayed_up for each in first)
-    return Climb(limit, first[-1].overshoot if reached else None, len(found))
+    reached = len(first) > OVERSHOOT_AT and all(each['stayed_up'] for each in first)
+    return Climb(limit, first[-1]['overshoot_rad_s'] if reached else None, len(found))
 
 
 @dataclass(frozen=True)

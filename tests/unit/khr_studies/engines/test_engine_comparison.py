@@ -1,7 +1,4 @@
-"""What counts as a difference between the engines, and the page that says so."""
-
-import json
-from dataclasses import replace
+"""Differences between the engines that count, and the page that shows them."""
 
 import pytest
 
@@ -11,22 +8,49 @@ from khr_studies.engines import page as engines_page
 from khr_studies.engines.study import (
     CAUSES,
     ENGINES,
-    Cause,
-    ChangedWalk,
-    ComparedLimit,
-    ComparedScenario,
-    Comparison,
-    Quantity,
-    StudiedLimit,
+    LIMITS,
+    STUDIED,
+    UNCHANGED,
+    WALK,
+    causes_of,
+    compare,
     compare_engines,
+    compared_limits,
+    compared_scenarios,
+    limit_of_seed,
     measure_scenario,
     with_engine,
 )
-from khr_studies.measuring.limit import Limit
+from khr_studies.measuring.run_table import read_table, run_table
+from tests.fakes.pools import HerePool
+
+FIRST, SECOND = ENGINES
 
 
-def limit(*of_seeds):
-    return Limit(of_seeds, ())
+def scenario(engine, verdict='walked', distance=0.5):
+    return {
+        'part': 'scenario',
+        'condition': 'walk_0deg',
+        'engine': engine,
+        'change': UNCHANGED,
+        'verdict': verdict,
+        'distance_m': distance,
+    }
+
+
+def limits(engine, of_seeds, change=UNCHANGED):
+    return [
+        {
+            'part': 'limit',
+            'condition': 'walk',
+            'engine': engine,
+            'change': change,
+            'seed': seed,
+            'limit_deg': limit_deg,
+            'tolerance_deg': 0.0,
+        }
+        for seed, limit_deg in enumerate(of_seeds)
+    ]
 
 
 @pytest.mark.parametrize(
@@ -38,81 +62,90 @@ def limit(*of_seeds):
         ((2.0, 3.0), (1.0, 1.9), False),
     ],
 )
-def test_a_number_is_inside_where_the_ranges_overlap(first, second, inside):
-    assert Quantity('x', (first, second)).is_inside == inside
-    assert Quantity('x', (second, first)).is_inside == inside
+def test_a_value_is_inside_if_the_ranges_overlap(first, second, inside):
+    for one, other in ((first, second), (second, first)):
+        runs = [scenario(FIRST, distance=d) for d in one]
+        runs += [scenario(SECOND, distance=d) for d in other]
+        verdict, distance = compared_scenarios(run_table(runs))
+        assert distance['values'] == [one[0], other[0]] and distance['inside'] == inside
+        assert verdict['inside'] and verdict['values'] == ['walked', 'walked']
 
 
 @pytest.mark.parametrize(
     ('first', 'second', 'inside'),
     [
-        (limit(7.8, 7.8), limit(7.85, 7.85), True),  # the edge of a limit is ragged
-        (limit(7.8, 7.8), limit(8.2, 8.2), False),
-        (limit(7.6, 8.0), limit(8.1, 8.1), True),  # its seeds scatter
+        ((7.8, 7.8), (7.85, 7.85), True),  # the boundary of a limit is ragged
+        ((7.8, 7.8), (8.2, 8.2), False),
+        ((7.6, 8.0), (8.1, 8.1), True),  # its seeds scatter
     ],
 )
-def test_a_limit_is_inside_within_its_interval_and_the_ragged_edge(first, second, inside):
-    assert ComparedLimit('walk', (first, second)).is_inside == inside
-    assert ComparedLimit('walk', (second, first)).is_inside == inside
+def test_a_limit_is_inside_within_both_intervals(first, second, inside):
+    for one, other in ((first, second), (second, first)):
+        (row,) = compared_limits(run_table([*limits(FIRST, one), *limits(SECOND, other)])).to_dict(
+            'records'
+        )
+        assert row['inside'] == inside
+        assert row['difference'] == pytest.approx(sum(other) / 2 - sum(one) / 2)
 
 
-def test_a_change_explains_what_brings_one_engine_to_the_other():
-    compared = ComparedLimit('walk', (limit(7.8, 7.8), limit(7.0, 7.0)))
-    causes = (
-        Cause('mujoco', 'contact time 2 ms', limit(7.8, 7.8), 0.8),
-        Cause('mujoco', 'friction 0.25', limit(7.2, 7.2), 0.2),
-        Cause('bullet', 'friction 0.23', limit(7.05, 7.05), -0.75),
-        Cause('bullet', 'step 0.5 ms', limit(7.8, 7.8), 0.0),
+def test_a_change_explains_a_difference_if_it_brings_one_engine_to_the_other():
+    runs = run_table(
+        [
+            *limits('bullet', (7.8, 7.8)),
+            *limits('mujoco', (7.0, 7.0)),
+            *limits('mujoco', (7.8, 7.8), 'contact time 2 ms'),
+            *limits('mujoco', (7.2, 7.2), 'friction 0.25'),
+            *limits('bullet', (7.05, 7.05), 'friction 0.23'),
+            *limits('bullet', (7.8, 7.8), 'step 0.5 ms'),
+        ]
     )
-    assert StudiedLimit(compared, causes).explanations == (
-        'mujoco with contact time 2 ms',
-        'bullet with friction 0.23',
-    )
+    (limit,) = compared_limits(runs).to_dict('records')
+    found = causes_of(runs, limit)
+    assert found['moved'].tolist() == pytest.approx([0.8, 0.2, -0.75, 0.0])
+    assert found['explains'].tolist() == [True, False, True, False]
 
 
 def test_the_engines_compared_are_those_there_are():
-    assert ENGINES == tuple(LIBRARIES) == tuple(CAUSES)
+    assert tuple(LIBRARIES) == ENGINES == tuple(CAUSES)
 
 
 @pytest.mark.parametrize('engine', ENGINES)
 def test_the_forces_of_a_standing_robot_are_its_weight(engine):
     found = measure_scenario('stand_0deg', with_engine(engine))
-    assert found.verdict == 'stood'
-    assert found.numbers['toes, N'] + found.numbers['heels, N'] == pytest.approx(14.71, rel=2e-3)
+    assert found['verdict'] == 'stood'
+    assert found['toes_n'] + found['heels_n'] == pytest.approx(14.71, rel=2e-3)
 
 
-def comparison():
-    compared = ComparedLimit('walk, K_A 12', (limit(7.8, 7.8), limit(7.0, 7.0)))
-    return Comparison(
-        2,
-        0.1,
-        (
-            ComparedScenario(
-                'walk_0deg',
-                (('walked',) * 4, ('fell',) * 4),
-                (Quantity('distance, m', ((0.5, 0.6), (0.7, 0.8))),),
-            ),
-        ),
-        (compared,),
-        (StudiedLimit(compared, (Cause('mujoco', 'friction 0.25', limit(7.2, 7.2), 0.2),)),),
-        (ChangedWalk('mujoco', 'friction 0.25', {'distance, m': 0.51}),),
-    )
+class Invented(HerePool):
+    """Measures what was invented: limits differ between engines for the studied walk alone."""
+
+    def submit(self, function, *arguments):
+        invented = limit_of if function is limit_of_seed else values_of
+        return super().submit(invented, *arguments)
 
 
-def test_the_page_names_each_difference_and_what_stays_open(tmp_path):
+def limit_of(condition, seed, start, tolerance):
+    apart = condition.engine == SECOND and condition.title == STUDIED.title
+    return [{**condition.columns(start, seed), 'limit_deg': 7.0 if apart else 7.8}]
+
+
+def values_of(name, changes):
+    engine = dict(changes)['simulator', 'engine']
+    return {'verdict': 'walked' if engine == FIRST else 'fell', 'distance_m': 0.5}
+
+
+def test_the_page_and_the_table_hold_each_difference(tmp_path):
+    runs = compare(Invented(), [WALK], 2, 0.1)
     out = tmp_path / 'docs' / 'engines.md'
-    summary = engines_page.write(comparison(), out)
-    assert summary == '0 of 1 scenarios share a verdict, 0 of 1 limits agree'
+    summary = engines_page.write(runs, out)
+    assert (
+        summary
+        == f'0 of 1 scenarios share a verdict, {len(LIMITS) - 1} of {len(LIMITS)} limits agree'
+    )
     text = out.read_text()
-    assert '| walk_0deg | verdict | walked | fell | **outside** |' in text
-    assert '|  | distance, m | 0.5 | 0.7 | **outside** |' in text
-    assert '| walk, K_A 12 | 7.80 +- 0.20 | 7.00 +- 0.20 | -0.80 | 0.28 | **outside** |' in text
-    assert 'open' in text
-    assert summary in text
-    data = json.loads(out.with_suffix('.json').read_text())
-    assert data['limits'][0]['limits'][1]['of_seeds'] == [7.0, 7.0]
-    agreed = replace(comparison(), limits=(), studied=())
-    assert 'open' not in engines_page.page(agreed)
+    assert summary in text and f'### {STUDIED.title}' in text and text.count('### ') == 1
+    assert 'open' in text and text.count('**outside**') == 2
+    assert engines_page.page(read_table(out.with_suffix('.csv'))) == text
 
 
 @pytest.mark.parametrize(('seeds', 'only'), [(1, None), (2, 'walk_nowhere')])

@@ -4,24 +4,18 @@ from concurrent.futures import Future
 from dataclasses import replace
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from khr_bringup.scenario import scenario as scenarios
 from khr_common import RunError
 from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring.bench import Bench, MeasuredWalk, limit_of_seed, walk
+from khr_studies.measuring.bench import Bench, limit_of_seed, walk
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.consistency import (
-    Said,
-    check,
-    contradictions,
-    named,
-    ragged,
-    said_of_runs,
-)
+from khr_studies.measuring.consistency import check, contradictions, experiment_runs, named, ragged
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.experiments import Run, shipped, specification_of, sweeps_of
-from khr_studies.measuring.limit import Attempt
+from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import STAGE_2, walking
 from khr_sweeps.trial import complete
 from tests.fakes.benches import outcome
@@ -62,7 +56,8 @@ def run(condition, inclination_deg, seed, verdict, **changes):
     )
 
 
-STANDS = Said('a row of the scoreboard', STAGE_2, 7.6, 1, True)
+STANDS = {'source': 'a row of the scoreboard', **STAGE_2.columns(7.6, 1), 'stayed_up': True}
+FALLS = {**STANDS, 'source': 'x', 'stayed_up': False}
 
 
 @pytest.mark.parametrize(
@@ -78,8 +73,8 @@ STANDS = Said('a row of the scoreboard', STAGE_2, 7.6, 1, True)
     ],
 )
 def test_a_run_that_contradicts_the_scoreboard_is_found(verdict, changes, pairs):
-    said = [STANDS, *said_of_runs({'lift_stages': [run(STAGE_2, 7.6, 1, verdict, **changes)]})]
-    found = contradictions(said)
+    runs = experiment_runs({'lift_stages': [run(STAGE_2, 7.6, 1, verdict, **changes)]})
+    found = contradictions(pd.concat([run_table([STANDS]), runs]))
     assert len(found) == pairs
     if found:
         assert found[0] == (
@@ -89,22 +84,20 @@ def test_a_run_that_contradicts_the_scoreboard_is_found(verdict, changes, pairs)
 
 
 def test_another_seed_or_ground_is_no_contradiction_but_may_be_ragged():
-    falls = replace(STANDS, stayed_up=False)
-    assert not contradictions(
-        [STANDS, replace(falls, seed=2), replace(falls, inclination_deg=7.5)]
-    )
-    assert ragged([STANDS, replace(falls, inclination_deg=7.5)]) == [
+    others = [{**FALLS, 'seed': 2}, {**FALLS, 'inclination_deg': 7.5}, {**FALLS, 'engine': 'x'}]
+    assert not contradictions(run_table([STANDS, *others]))
+    assert ragged(run_table([STANDS, {**FALLS, 'inclination_deg': 7.5}])) == [
         'stand, K_A 12, seed 1: lost at 7.5 deg, stays up at 7.6 deg'
     ]
-    assert ragged([STANDS, replace(falls, inclination_deg=7.7)]) == []
+    assert ragged(run_table([STANDS, {**FALLS, 'inclination_deg': 7.7}])) == []
 
 
 def test_a_contradiction_is_refused_by_one_line_each_and_an_error(capsys):
-    check([STANDS], Path('kept'))
+    check(run_table([STANDS]), Path('kept'))
     with pytest.raises(
-        RunError, match='no page is written: of its results 1 contradict'
+        RunError, match='no page is written: 1 of its results contradict'
     ) as refusal:
-        check([STANDS, replace(STANDS, source='x', stayed_up=False)], Path('kept'))
+        check(run_table([STANDS, FALLS]), Path('kept'))
     assert 'kept' in str(refusal.value)
     assert capsys.readouterr().err.count('khr: stand, K_A 12 at 7.6 deg') == 1
 
@@ -115,32 +108,31 @@ class Pool:
     def __init__(self, walks='fell', slip=0.0):
         self.walks, self.slip = walks, slip
 
-    def submit(self, function, *arguments):
+    def submit(self, function, condition, *arguments):
         done = Future()
         if function is limit_of_seed:
-            _, seed, start, _ = arguments
-            done.set_result(
-                (start, [Attempt(start, seed, outcome('walked')._replace(largest_slip=self.slip))])
-            )
+            seed, start, _ = arguments
+            run = {**condition.columns(start, seed), **outcome('walked', self.slip)}
+            done.set_result([run | {'limit_deg': start}])
         else:
-            done.set_result(MeasuredWalk(outcome(self.walks), ()))
+            done.set_result({**condition.columns(*arguments), **outcome(self.walks)})
         return done
 
 
-def test_all_that_a_bench_has_measured_is_said():
+def test_the_table_of_a_bench_holds_all_its_runs():
     bench = Bench(Pool(), 2, 0.2)
-    bench.ask_limit(walking(12.0))
-    bench.ask(walk, walking(12.0), START)
-    said = list(bench.said())
-    assert len(said) == 4 and {one.seed for one in said} == {0, 1}
-    assert len(contradictions(said)) == 2
+    bench.start_limit(walking(12.0))
+    bench.start(walk, walking(12.0), START)
+    runs = bench.runs()
+    assert len(runs) == 4 and set(runs['seed']) == {0, 1}
+    assert len(contradictions(runs)) == 2
 
 
-def test_who_rides_down_the_board_is_said_not_to_stay_up():
+def test_a_robot_that_rides_down_the_slope_does_not_stay_up():
     bench = Bench(Pool('slipped', slip=1.0), 1, 0.2)
-    bench.ask_limit(walking(12.0))
-    bench.ask(walk, walking(12.0), 8.0)
-    assert [one.stayed_up for one in bench.said()] == [False, True]  # the walk slid no step
+    bench.start_limit(walking(12.0))
+    bench.start(walk, walking(12.0), 8.0)
+    assert bench.runs()['stayed_up'].tolist() == [False, True]  # the walk slid no step
 
 
 def test_a_bench_on_another_engine_measures_and_says_so():
@@ -153,10 +145,11 @@ def test_a_bench_on_another_engine_measures_and_says_so():
             return super().submit(function, condition, *arguments)
 
     bench = Bench(Recording(), 1, 0.2, settings=(engine,))
-    bench.ask(walk, walking(12.0), 8.0)
+    bench.start(walk, walking(12.0), 8.0)
     assert [dict(condition.changes) for condition in asked] == [dict([engine])]
-    assert [one.condition for one in bench.said()] == asked
-    assert not bench.walks(walking(12.0), 8.0)[0].stayed_up  # asked for by its own name
+    assert bench.runs()['engine'].tolist() == ['mujoco']
+    assert not bench.walks(walking(12.0), 8.0)['stayed_up'].any()  # asked for by its own name
+    assert len(asked) == 1
 
 
 def test_the_default_engine_by_name_is_the_same_experiment():

@@ -13,8 +13,9 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring import critical
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit, run_condition
-from khr_studies.measuring.limit import OF_ONE_SEED, RAGGED, VIBRATES, Attempt, Limit
-from khr_studies.measuring.limit_text import limit_text
+from khr_studies.measuring.limit import ONE_SEED_DEG, RAGGED, VIBRATES, Limit, limit_text
+from khr_studies.measuring.run_table import run_table
+from tests.fakes.benches import outcome as bench_outcome
 from tests.fakes.pools import HerePool
 
 
@@ -23,12 +24,12 @@ def outcome(verdict='walked', slip=0.0, vibration=0.1):
 
 
 def test_interval_is_students_over_what_bisection_and_raggedness_leave():
-    limit = Limit((5.0, 6.0, 7.0), (), 0.2)
+    limit = Limit((5.0, 6.0, 7.0), 0.2)
     assert limit.mean == 6.0
     rest = 1.96 * np.hypot(0.2 / np.sqrt(12.0), RAGGED)
     assert limit.half_width == pytest.approx(np.hypot(4.302653 / np.sqrt(3.0), rest), rel=1e-6)
-    assert Limit((6.0, 6.0, 6.0), (), 0.2).half_width == pytest.approx(rest)
-    assert Limit((5.0,), (), 0.2).half_width == pytest.approx(np.hypot(rest, 1.96 * OF_ONE_SEED))
+    assert Limit((6.0, 6.0, 6.0), 0.2).half_width == pytest.approx(rest)
+    assert Limit((5.0,), 0.2).half_width == pytest.approx(np.hypot(rest, 1.96 * ONE_SEED_DEG))
 
 
 def test_seeds_search_on_lattices_of_their_own(monkeypatch):
@@ -43,22 +44,25 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch):
 
 
 def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
-    trials = (
-        Attempt(5.0, 0, outcome('slipped')),
-        Attempt(5.5, 0, outcome('walked')),
-        Attempt(5.6, 0, outcome('fell', vibration=9.0)),
-        Attempt(6.0, 1, outcome('slipped', vibration=2.0 * VIBRATES)),
-        Attempt(6.5, 1, outcome('fell')),
-        Attempt(7.0, 1, outcome('walked')),
+    runs = run_table(
+        {'inclination_deg': phi, 'seed': seed, **bench_outcome(verdict, vibration=vibration)}
+        for phi, seed, verdict, vibration in (
+            (5.0, 0, 'slipped', 0.1),
+            (5.5, 0, 'walked', 0.1),
+            (5.6, 0, 'fell', 9.0),
+            (6.0, 1, 'slipped', 2.0 * VIBRATES),
+            (6.5, 1, 'fell', 0.1),
+            (7.0, 1, 'walked', 0.1),
+        )
     )
-    limit = Limit((5.55, 6.25), trials)
-    assert [trial.inclination_deg for trial in limit.highest] == [5.5, 6.0]
+    limit = Limit((5.55, 6.25), runs=runs)
+    assert limit.highest['inclination_deg'].tolist() == [5.5, 6.0]
     assert (limit.slipped, limit.vibrated) == (0.5, 0.5)
+    assert np.isnan(Limit((5.55, 6.25)).slipped), 'no seed stayed up'
 
 
 def test_limit_is_the_first_number_reported():
-    text = limit_text(Condition(ankle_gain=12.0), Limit((6.0, 6.5), (Attempt(6.0, 0, outcome()),)))
-    assert float(text.split()[0]) == 6.25
+    assert float(limit_text('walk, K_A 12', Limit((6.0, 6.5))).split()[0]) == 6.25
 
 
 def test_condition_sets_what_each_node_does():

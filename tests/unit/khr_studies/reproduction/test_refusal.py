@@ -1,30 +1,28 @@
 """No page is written of results that contradict one another."""
 
-from dataclasses import replace
-
 import pytest
 
 from khr_common import RunError
-from khr_studies.measuring.consistency import Said
+from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import STAGE_2
 from khr_studies.reproduction import page, reproduce
 from khr_studies.reproduction.experiment_plan import parse_plan
 from khr_studies.reproduction.reproduce import Computed
 
-STANDS = Said('a row of the scoreboard', STAGE_2, 7.6, 0, True)
-FALLS = replace(STANDS, source='a limit of the scoreboard', stayed_up=False)
+STANDS = {'source': 'a row of the scoreboard', **STAGE_2.columns(7.6, 0), 'stayed_up': True}
+FALLS = {**STANDS, 'source': 'a limit of the scoreboard', 'stayed_up': False}
 
 
-@pytest.mark.parametrize('said', [[STANDS], [STANDS, FALLS]])
+@pytest.mark.parametrize('rows', [[STANDS], [STANDS, FALLS]])
 def test_a_reproduction_whose_results_contradict_one_another_writes_nothing(
-    said, tmp_path, monkeypatch, capsys
+    rows, tmp_path, monkeypatch, capsys
 ):
     def compute(*_):
-        return Computed(said=said)
+        return Computed(measured=run_table(rows))
 
     monkeypatch.setattr(reproduce, '_compute', compute)
     asked, out = parse_plan('3.8', fast=True), tmp_path / 'report'
-    if len(said) == 1:
+    if len(rows) == 1:
         results = reproduce.reproduce(asked, out)
         assert page.write(results, out, out / 'findings.md').startswith(str(out / 'index.html'))
         assert (out / 'index.html').is_file()

@@ -3,6 +3,7 @@
 import base64
 from dataclasses import replace
 
+import pandas as pd
 import pytest
 
 from khr_report.page.document import Passage, Table, markdown
@@ -13,12 +14,12 @@ from khr_studies.reproduction import findings as results
 from khr_studies.reproduction import findings_page
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.page import write_index
-from khr_studies.reproduction.results import distinct
 from khr_studies.scoreboard import page as scoreboard_page
 from khr_studies.stability_map import page as map_page
-from khr_studies.stability_map.best_gain import BestGains, MapLimits
+from khr_studies.stability_map.best_gain import MapResult
 from tests.fakes.benches import Opposite, Thesis
-from tests.fakes.reproductions import CELL, EMPTY, SOLES, findings, reproduction, run
+from tests.fakes.reproductions import BEST, CELL, EMPTY, GAIN, SOLES, findings, reproduction, run
+from tests.fakes.reproductions import soles as sole_record
 from tests.support.pages import check_alone
 
 # ---- the page of a reproduction ----
@@ -100,8 +101,8 @@ def test_opposite_outcomes_give_opposite_findings():
         assert name in agrees[CONFIRMS] and name not in agrees[CONTRADICTS]
         assert name in differs[CONTRADICTS] and name not in differs[CONFIRMS]
     for row in TRENDS:
-        assert row.what in agrees[CONFIRMS]
-        assert row.what in differs[CONTRADICTS]
+        assert row.name in agrees[CONFIRMS]
+        assert row.name in differs[CONTRADICTS]
     assert agrees[CONTRADICTS] == findings_page.NOTHING
     assert '| toe force |' in differs[CONTRADICTS]
     assert '| gait line 6: the gait | high |' in agrees[ADDS]
@@ -115,7 +116,7 @@ class Explained(Thesis):
 
     def limit(self, condition, seeds=None):
         if condition.changes == ((('simulator', 'friction'), 0.18),):
-            return Limit((9.5,), ())
+            return Limit((9.5,))
         return super().limit(condition, seeds)
 
 
@@ -132,50 +133,48 @@ def test_findings_name_the_best_explanation(kind, says):
 
 def test_findings_are_the_same_after_their_file(tmp_path):
     made = findings(
-        Thesis(amiss=walking(18.0)), soles=results.compare_soles(soles('fell', 'walked')['soles'])
+        Thesis(amiss=walking(18.0)), soles=results.compare_soles(soles('fell', 'walked'))
     )
-    mapped = replace(EMPTY, maps={'soles': SOLES, 'bisected': MapLimits('a.b', SOLES.limits)})
+    mapped = replace(
+        EMPTY, maps={'soles': SOLES, 'bisected': MapResult('a.b', limits=SOLES.limits)}
+    )
     for each in (made, mapped, EMPTY):
         write_json(tmp_path / 'findings.json', each)
-        assert read_json(tmp_path / 'findings.json', Findings) == each
+        again = read_json(tmp_path / 'findings.json', Findings)
+        assert findings_page.findings_markdown(again) == findings_page.findings_markdown(each)
+        assert again.scoreboard == each.scoreboard and len(again.soles) == len(each.soles)
+
+
+def table(*runs):
+    return results.experiment_table({'some': list(runs)})
 
 
 def soles(smooth, rubber):
-    return {
-        'soles': [
-            run(name, seed, verdict)
-            for name, verdict in (
-                ('walk_8.88deg_ka12', smooth),
-                ('walk_8.88deg_ka12_rubber', rubber),
-            )
-            for seed in (0, 1)
-        ]
-    }
+    scenarios = (('walk_8.88deg_ka12', smooth), ('walk_8.88deg_ka12_rubber', rubber))
+    return table(*(run(name, seed, verdict) for name, verdict in scenarios for seed in (0, 1)))
 
 
-def test_soles_are_compared_as_they_came_out():
-    (better,) = results.compare_soles(soles('fell', 'walked')['soles'])
-    (worse,) = results.compare_soles(soles('slipped', 'fell')['soles'])
-    assert (better.inclination_deg, better.control) == (8.88, 'K_A 12')
-    assert better.rubber == results.Tally(2, 0, 10.0, 0.1)
-    assert better.smooth == results.Tally(2, 2, None, None)
-    assert worse.rubber == better.smooth and worse.smooth == better.rubber
+def test_soles_are_compared_by_their_tallies():
+    (better,) = results.compare_soles(soles('fell', 'walked'))
+    (worse,) = results.compare_soles(soles('slipped', 'fell'))
+    assert (better['inclination_deg'], better['control']) == (8.88, 'K_A 12')
+    assert (better['runs_rubber'], better['lost_rubber'], better['lost_smooth']) == (2, 0, 2)
+    assert better['largest_slip_m_rubber'] == 0.01 and better['largest_slip_m_smooth'] is None
+    assert (worse['lost_rubber'], worse['lost_smooth'], worse['slipped_smooth']) == (2, 0, 2)
     text = sections(findings(soles=(better,)))[ADDS]
-    assert (
-        '| 8.88 | K_A 12 | stays up (2 of 2) | 10 | 5.7 | falls or rides down (2 of 2) | - | - |'
-        in text
-    )
+    assert 'stays up (2 of 2)' in text and 'falls or rides down (2 of 2)' in text
+    assert results.compare_soles(soles('fell', 'walked')[:2]) == [], 'smooth soles alone'
 
 
 def test_a_run_of_several_experiments_counts_once():
-    once = soles('walked', 'walked')['soles']
-    assert results.compare_soles(once)[0].rubber.runs == 2
-    assert results.compare_soles([*once, *once[:2]]) == results.compare_soles(once)
+    once = soles('walked', 'walked')
+    assert results.compare_soles(once)[0]['runs_rubber'] == 2
+    assert results.compare_soles(pd.concat([once, once[:2]])) == results.compare_soles(once)
 
 
-def test_friction_decides_how_steep_the_ground_may_be():
+def test_friction_decides_how_steep_the_slope_may_be():
     def compared(limits, beyond='fell', slip=0.0):
-        return results.compare_friction(
+        walks = (
             run(
                 'walk_6.99deg_ka12',
                 0,
@@ -187,70 +186,74 @@ def test_friction_decides_how_steep_the_ground_may_be():
             for mu, limit in limits.items()
             for phi in (5.0, 6.0, 7.0)
         )
+        return results.compare_friction(table(*walks))
 
     slick, rough = compared({0.1: 4.0, 0.2: 6.0})
-    assert (slick.friction, slick.steepest_deg, slick.slip_mm) == (0.1, None, None)
-    assert (rough.friction, rough.steepest_deg, rough.tried_deg) == (0.2, 6.0, (5.0, 7.0))
-    assert rough.slip_mm == pytest.approx(20.0)
+    assert (slick['friction'], slick['steepest_deg'], slick['largest_slip_m']) == (0.1, None, None)
+    assert (rough['friction'], rough['steepest_deg']) == (0.2, 6.0)
+    assert (rough['gentlest_tried_deg'], rough['steepest_tried_deg']) == (5.0, 7.0)
+    assert rough['largest_slip_m'] == pytest.approx(0.02)
     text = sections(findings(friction=(slick, rough)))[ADDS]
-    assert '| K_A 12 | 0.1 | not at 5 already | - |' in text
-    assert '| K_A 12 | 0.2 | 6 of 7 | 20 |' in text
-    assert [each.steepest_deg for each in compared({0.1: 7.0, 0.2: 5.0})] == [7.0, 5.0]
+    assert 'not even at 5' in text and '6 of 7' in text
+    assert [each['steepest_deg'] for each in compared({0.1: 7.0, 0.2: 5.0})] == [7.0, 5.0]
     riding = compared({0.1: 4.0, 0.2: 6.0}, 'slipped', 13.0)
-    assert [each.steepest_deg for each in riding] == [None, 6.0], 'who rides has not stayed up'
+    assert [each['steepest_deg'] for each in riding] == [None, 6.0], 'a robot that rides is lost'
+    assert compared({0.1: 6.0}) == [], 'one friction compares nothing'
 
 
-def test_staged_control_is_compared_on_tilting_ground():
-    def compared(staged_falls):
+def test_staged_control_is_compared_on_a_tilting_slope():
+    def compared(staged_verdict):
         return results.compare_tilting(
-            [
+            table(
                 run('stand_tilting_staged', 0, 'fell', stage__mode='fixed', stage__fixed_stage=1),
                 run('stand_tilting_staged', 0, 'fell', stage__mode='fixed', stage__fixed_stage=2),
-                run('stand_tilting_staged', 0, 'fell' if staged_falls else 'stood'),
-            ]
+                run('stand_tilting_staged', 0, staged_verdict),
+            )
         )
 
-    none, ankle, staged = compared(True)
-    assert [(each.control, each.staged) for each in (none, ankle, staged)] == [
+    found = compared('fell')
+    assert [(each['control'], each['staged']) for each in found] == [
         ('no control', False),
         ('K_A 12', False),
         ('K_A 12, K_H 13', True),
     ]
-    assert all(
-        not each.stays and each.deg == pytest.approx(2.125) for each in (none, ankle, staged)
+    assert all(not each['stays'] and each['deg'] == pytest.approx(2.125) for each in found)
+    (*_, stays) = compared('stood')
+    assert stays['stays'] and stays['deg'] == pytest.approx(6.8)
+    text = sections(findings(tilting=(found[0], stays)))[ADDS]
+    assert 'falls or rides down by 2.12 deg' in text and 'stays up to 6.80 deg' in text
+    assert not results.compare_tilting(table())
+
+
+def test_distinct_runs_differ_in_a_parameter_or_the_seed():
+    shared, own, other = (
+        run('walk_3deg', 0),
+        run('walk_3deg', 1),
+        run('walk_3deg', 0, gait__stride=0.05),
     )
-    (*_, stays) = compared(False)
-    assert stays.stays and stays.deg == pytest.approx(6.8)
-    text = sections(findings(tilting=(none, stays)))[ADDS]
-    assert '| no control | no | falls or rides down by 2.12 deg |' in text
-    assert '| K_A 12, K_H 13 | yes | stays up to 6.80 deg |' in text
-    assert results.compare_tilting([]) == ()
-
-
-def test_a_run_of_two_experiments_is_counted_once():
-    shared, own = run('walk_3deg', 0), run('walk_3deg', 1)
-    assert distinct({'a': [shared], 'b': [shared, own]}) == [shared.row, own.row]
-    again, other = run('walk_3deg', 0), run('walk_3deg', 0, gait__stride=0.05)
-    other.row.update(shared.row)
-    assert distinct({'a': [shared], 'b': [again, other]}) == [again.row, other.row]
+    runs = results.experiment_table({'a': [shared], 'b': [shared, own, other]})
+    assert results.distinct(runs)['gait.stride'].nunique() == 2
+    assert len(results.distinct(runs)) == 3
 
 
 # ---- maps ----
 
 
 def test_best_gains_are_a_table_and_name_where_nothing_helps():
-    table, text = map_page.blocks(BestGains('K_A', (CELL,), (8.0, 9.0)))
-    assert table.head[1] == 'best K_A'
-    assert table.rows == (('5', '15', '2 of 3 (21% to 94%)', '1 of 2', '7.2'),)
+    table, text = map_page.blocks(MapResult(GAIN, BEST, (8.0, 9.0)))
+    assert table.head[1] == 'best K_A' and table.rows[0][:2] == ('5', '15')
+    assert '2 of 3' in table.rows[0][2]
     assert 'No seed stays up on 8, 9 deg' in text
-    assert 'No seed' not in map_page.blocks(BestGains('K_A', (CELL,), ()))[1]
+    assert 'No seed' not in map_page.blocks(MapResult(GAIN, BEST))[1]
 
 
-def test_rubber_is_put_beside_smooth():
+def test_rubber_is_compared_with_smooth():
     _, soles_table, limits, text = map_page.blocks(SOLES)
-    assert soles_table.rows[0] == ('5', '2 of 3', '20', '7.2', '2 of 3', '20', '7.2')
+    assert soles_table.rows[0][1:4] == soles_table.rows[0][4:]
     assert soles_table.rows[1][4:] == ('-', '-', '-')
     assert limits.rows == (('0.18', '7.00', 'from 6.50'), ('0.8', '-', 'open'))
-    assert 'up to 5 deg' in text and 'slip by - and the vibration by 1.00' in text
-    apart = map_page.blocks(replace(SOLES, both_up_to_deg=None))
-    assert apart[-1] == 'On no ground do runs stay up with both soles.'
+    assert 'up to 5 deg' in text and 'slip by 1.00 and the vibration by 1.00' in text
+    gripping = sole_record(5.0, CELL | {'largest_slip_m': 0.0}, CELL | {'largest_slip_m': 0.0})
+    assert 'slip by - and' in map_page.blocks(replace(SOLES, soles=(gripping,)))[-1]
+    apart = replace(SOLES, soles=({**SOLES.soles[0], 'up_rubber': 0}, SOLES.soles[1]))
+    assert map_page.blocks(apart)[-1].startswith('There is no inclination')

@@ -90,11 +90,11 @@ def test_every_run_with_an_outcome_is_counted_once(folder):
             assert counted.of('up')[i, j] == 2 * (RUNS - each['fell'])
             assert counted.of('slipped')[i, j] == 2 * each['slipped']
             assert np.array_equal(
-                counted.of('vibration')[i, j],
+                counted.of('vibration_rad_s')[i, j],
                 gain / 100 if each['fell'] < RUNS else np.nan,
                 equal_nan=True,
             )
-            assert (counted.of('fell_at')[i, j] == 10.0 - inclination / 2) == (each['fell'] > 0)
+            assert (counted.of('fell_at_s')[i, j] == 10.0 - inclination / 2) == (each['fell'] > 0)
 
 
 def test_the_critical_inclination_rises_with_the_gain(folder):
@@ -120,7 +120,8 @@ def test_files_hold_what_was_counted(folder, tmp_path):
         assert int(row['stayed_up']) + int(row['lost']) == int(row['runs'])
     assert [float(row[Y]) for row in read_csv(critical)] == GAINS
     assert [(float(row[X]), float(row[f'best {Y}'])) for row in read_csv(gains)] == [
-        (cell.x, cell.y) for cell in stability_map(read_results(folder), X, Y).best
+        tuple(pair)
+        for pair in stability_map(read_results(folder), X, Y).best[['x', 'y']].to_numpy()
     ]
 
 
@@ -147,7 +148,7 @@ def test_what_a_bisection_takes_for_granted_is_filled_palely(tmp_path):
     nan = math.nan  # was run, or is between
     np.testing.assert_array_equal(counted.implied(), [[1.0, nan, nan, 0.0], [1.0, nan, nan, nan]])
     assert np.isnan(plain.implied()).all()
-    assert counted.best == [] and plain.best
+    assert counted.best.empty and len(plain.best)
     pale = [each for each in figure(counted).axes[0].collections if each.get_alpha()]
     assert len(pale) == 1 and pale[0].get_array().count() == np.isfinite(counted.implied()).sum()
 
@@ -165,9 +166,7 @@ def test_four_panels_name_their_axes_and_stay_on_the_page(folder):
     ]
     assert panels[2].get_xlabel() == 'inclination φ (°)'
     assert panels[2].get_ylabel() == 'ankle gain K_A'
-    assert page.get_suptitle() == (
-        'What becomes of walk_3deg, by inclination φ and ankle gain K_A'
-    )
+    assert page.get_suptitle() == ('Outcome of walk_3deg, by inclination φ and ankle gain K_A')
     for box in (axes.get_tightbbox() for axes in page.axes):
         assert page.bbox.x0 - 1 <= box.x0 and box.x1 <= page.bbox.x1 + 1
 
@@ -179,9 +178,9 @@ def test_the_best_gains_are_marked_and_listed(folder):
     stars = [
         line for line in page.axes[0].lines if line.get_marker() == '*' and len(line.get_xdata())
     ]
-    assert [list(line.get_xdata()) for line in stars] == [[cell.x for cell in counted.best]]
+    assert [list(line.get_xdata()) for line in stars] == [counted.best['x'].tolist()]
     assert 'best K_A: 12 at 0°, 18 at 4°' in page.legends[0].get_title().get_text()
-    assert stability_map(read_results(folder), Y, X).best == []
+    assert stability_map(read_results(folder), Y, X).best.empty
 
 
 @pytest.mark.slow

@@ -5,14 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from khr_analysis.outcome import Outcome
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
 from khr_sim.physics.world import Array
 from khr_sim.robot import JOINTS, Robot
 from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring.bench import MeasuredLift
 from khr_studies.measuring.json_file import read_json
 from khr_studies.third_stage import study as stage3
 from khr_studies.third_stage.comparison import compare_with_model, edges, growth
@@ -41,8 +39,7 @@ def standing_up_to(limit, monkeypatch):
     def lift(condition, inclination_deg, seed):
         tried.append(inclination_deg)
         verdict = 'stood' if inclination_deg <= limit else 'fell'
-        outcome = Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, 0.0, 0.0, 0.1)
-        return MeasuredLift(outcome, 1.0, 1.0, 0.1 + inclination_deg)
+        return {'stayed_up': verdict != 'fell', 'overshoot_rad_s': 0.1 + inclination_deg}
 
     monkeypatch.setattr(stage3, 'lift', lift)
     return tried

@@ -83,14 +83,14 @@ def critical(
     """Measure the critical inclination, in deg, by bisection over seeds."""
     from khr_studies.measuring.condition import Condition
     from khr_studies.measuring.critical import measure_limit
-    from khr_studies.measuring.limit_text import limit_text
+    from khr_studies.measuring.limit import limit_text
     from khr_sweeps.pool import local_pool
 
     changes = tuple(scenarios.changes_of(set_ or []).items())
     condition = Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill)
     warn_of_switched_off(condition.scenario(0.0), set_ or [])
     with local_pool(jobs, '--jobs') as pool:
-        print(limit_text(condition, measure_limit(condition, seeds, tolerance, pool)))
+        print(limit_text(condition.title, measure_limit(condition, seeds, tolerance, pool)))
 
 
 def calibrate(
