@@ -2,23 +2,25 @@
 
 from dataclasses import replace
 
-from khr_analysis.outcome import RIDES
+from khr_analysis.outcome import Outcome
+from khr_analysis.outcome_measures import Slides
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import LIMITS, STAGE_1, WALKS
+from khr_sweeps.trial import outcome_columns
+
+
+def full_outcome(verdict='walked', slip=0.0, vibration=0.1):
+    """Return an outcome."""
+    slides = Slides(0.001, slip, 0.002, 9)
+    return Outcome(verdict, 13.5, None, 0.5, 0.0, 0.1, slip, slip, vibration, slides)
 
 
 def outcome(verdict='walked', slip=0.0, vibration=0.1, **others):
     """Return the outcome columns of a run."""
-    return {
-        'verdict': verdict,
-        'stayed_up': verdict != 'fell' and slip <= RIDES,
-        'largest_slip_m': slip,
-        'vibration_rad_s': vibration,
-        **others,
-    }
+    return {**outcome_columns(full_outcome(verdict, slip, vibration)), **others}
 
 
 def walked(verdict='walked', *frequencies, slip=0.0, **figures):

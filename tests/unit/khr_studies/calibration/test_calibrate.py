@@ -48,7 +48,7 @@ from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json
 from khr_studies.measuring.thesis_values import FITTED, LIMITS, TRENDS
 from tests import ROOT
-from tests.fakes.benches import outcome
+from tests.fakes.benches import full_outcome
 from tests.fakes.robots import PLAN, TITLES, measure, robot
 
 SEARCH = Search(PLAN, 'mujoco', 0, 1, 6, 30)
@@ -152,7 +152,7 @@ def invented(limits, monkeypatch):
     def run(condition, phi, seed):
         runs.append((condition, phi, seed))
         verdict = 'walked' if phi < limits(condition, seed) else 'fell'
-        return outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
+        return full_outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
 
     monkeypatch.setattr(calibration_objective, 'run_condition', run)
     return runs
@@ -193,7 +193,7 @@ def test_robot_is_measured_on_the_second_engine_if_the_first_has_hope_and_costs_
             engines.append(engine)
             limit = (quick if engine == 'mujoco' else other)[condition.ankle_gain > 0.0]
             verdict = 'walked' if phi < limit else 'fell'
-            return outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
+            return full_outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
 
         monkeypatch.setattr(calibration_objective, 'run_condition', run)
         both = replace(TASK, engines=('mujoco', 'bullet'), hopeless=hopeless)
@@ -224,9 +224,9 @@ def test_robot_that_cannot_be_computed_has_fallen(monkeypatch, error):
 
 def test_cost_of_a_walk_grows_the_earlier_it_falls_and_the_further_it_slips_from_its_range():
     row = replace(PLAN.walks[0], slip_mm=(14.0, 56.0))
-    fallen = [walk_cost(row, outcome('fell')._replace(fell_at=at)) for at in (2.0, 20.0)]
+    fallen = [walk_cost(row, full_outcome('fell')._replace(fell_at=at)) for at in (2.0, 20.0)]
     assert fallen[0] > fallen[1] >= FALL
-    slipped = [walk_cost(row, outcome(slip=mm / 1e3)) for mm in (0.0, 10.0, 14.0, 56.0, 57.0)]
+    slipped = [walk_cost(row, full_outcome(slip=mm / 1e3)) for mm in (0.0, 10.0, 14.0, 56.0, 57.0)]
     assert slipped[0] > slipped[1] > slipped[2] == slipped[3] == 0.0 and slipped[4] == FALL
 
 

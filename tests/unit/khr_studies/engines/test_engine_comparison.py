@@ -144,7 +144,7 @@ def test_the_page_and_the_table_hold_each_difference(tmp_path):
     )
     text = out.read_text()
     assert summary in text and f'### {STUDIED.title}' in text and text.count('### ') == 1
-    assert 'open' in text and text.count('**outside**') == 2
+    assert 'open' in text and text.count('| **outside** |') == 2
     assert engines_page.page(read_table(out.with_suffix('.csv'))) == text
 
 
