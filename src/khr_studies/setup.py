@@ -13,7 +13,7 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
     ],
-    package_data={'': ['py.typed', '*.j2']},
+    package_data={'': ['py.typed', '*.j2', '*.yaml']},
     install_requires=[
         'khr_common',
         'khr_sim',

@@ -9,7 +9,7 @@ import khr
 import khr_studies.third_stage.study as third_stage
 from khr_bringup import offline
 from khr_bringup.recorded.run_signals import run_with_series
-from khr_studies.calibration.ensemble import lost_on_level
+from khr_studies.calibration.ensemble import fails_on_level_ground
 from khr_studies.calibration.objective import ENDS, FALL, Candidate, Task, measure_robot, walk_cost
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit, WantedWalk
@@ -102,11 +102,11 @@ def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
 
 
 def test_calibration_ensemble_and_tuning_say_so(asked, slide):
-    robot = measure_robot(Task(PLAN, {}, ('bullet',), 1, hopeless=1e9))
+    robot = measure_robot(Task(PLAN, {}, ('bullet',), 1, prune_above=1e9))
     assert robot.limit(PLAN.fitted[0].condition.title) == ENDS[0]
     cost = walk_cost(WALK, slide[0].outcome)
     assert cost == FALL
-    assert lost_on_level(PLAN, Candidate({}, walks={WALK.title: [cost]}))
+    assert fails_on_level_ground(PLAN, Candidate({}, walks={WALK.title: [cost]}))
     tried = tuning.attempt(SCENARIO)
     assert not tried.stayed_up and tuning.Tuned((), ((tried,),)).up == 0.0
 

@@ -88,7 +88,7 @@ def change(path, statement):
 @pytest.mark.parametrize(
     'statement',
     [
-        "UPDATE results SET data = replace(data, ': 3', ': 4') WHERE id = 'run 3'",
+        "UPDATE results SET data = replace(data, ':3', ':4') WHERE id = 'run 3'",
         "UPDATE results SET data = x'ff' WHERE id = 'run 3'",
         "UPDATE results SET data = NULL WHERE id = 'run 3'",
         "UPDATE results SET id = 'run 7' WHERE id = 'run 3'",

@@ -1,7 +1,7 @@
-"""The robots that explain the data: every candidate of a search that fits, thinned to be diverse.
+"""The ensemble: a diverse selection of the candidates that fit the rows.
 
-One best robot says nothing of how well the rows determine its constants. The spread of all that
-fit does: a constant that takes its whole range among them is left open by the rows.
+The spread of the ensemble shows how well the rows determine the constants: a constant that takes
+its whole range is left open by the rows.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from khr_studies.measuring.ensemble_file import Member
 
 Array = NDArray[np.float64]
 LEAST, MOST = 20, 40  # members of an ensemble
-OPEN = 0.5  # share of the range searched from which on a constant counts as open
+OPEN = 0.5  # share of the searched range above which a constant counts as open
 
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Robots that fit.
+    """Candidates that fit.
 
     Attributes:
-        robots: the best first.
-        tolerances: by how many of its tolerances a row of a member misses the thesis at most.
-        candidates: how many were measured, of which ``complete`` on every row.
-        fitting: how many of them are within those tolerances.
+        robots: the members, the best first.
+        tolerances: largest miss of a limit of a member, in tolerances of its row.
+        candidates, complete: numbers of measured candidates, and of those measured on every row.
+        fitting: number of complete candidates within these tolerances.
     """
 
     robots: tuple[Candidate, ...]
@@ -42,7 +42,7 @@ class Ensemble:
 
     @property
     def best(self) -> Candidate:
-        """Return the robot that misses the fewest rows, among equals at the least cost."""
+        """Return the member that misses the fewest rows; among equals, the one of least cost."""
         return self.robots[0]
 
     def values(self, name: str) -> Array:
@@ -57,25 +57,27 @@ class Ensemble:
 def ensemble(
     plan: CalibrationPlan, robots: Sequence[Candidate], least: int = LEAST, most: int = MOST
 ) -> Ensemble:
-    """Choose the robots that fit within a tolerance, or the ``least`` best if fewer do.
+    """Select the candidates that fit within a tolerance, or the ``least`` best if fewer fit.
 
     The best misses the fewest rows by more than their tolerance, and among equals has the least
-    cost: a cost sums all misses, so many small ones outweigh a row that is met. A robot that does
-    not stay up on level ground does not fit at all. If more than ``most`` fit, the best is kept,
-    and others one by one, each the furthest from all that were kept.
+    cost: in the cost alone, which sums all misses, many small misses outweigh a row that is met.
+    A candidate that does not stay up on level ground does not fit. If more than ``most`` fit, a
+    diverse selection is kept.
     """
-    complete = [robot for robot in robots if robot.complete and not lost_on_level(plan, robot)]
+    complete = [
+        robot for robot in robots if robot.complete and not fails_on_level_ground(plan, robot)
+    ]
     misses = sorted(worst_miss(plan, robot) for robot in complete)
     tolerances = max([1.0, *misses[:least]])
     fitting = [robot for robot in complete if worst_miss(plan, robot) <= tolerances + 1e-9]
     fitting.sort(key=lambda robot: (merit(plan, robot), worst_miss(plan, robot)))
     return Ensemble(
-        tuple(thinned(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
+        tuple(diverse(plan, fitting, most)), tolerances, len(robots), len(complete), len(fitting)
     )
 
 
-def members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
-    """Return what the file of an ensemble says of its robots."""
+def ensemble_members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
+    """Return the members as the file of an ensemble has them."""
     return [
         Member(
             {
@@ -88,8 +90,8 @@ def members(plan: CalibrationPlan, found: Ensemble) -> list[Member]:
     ]
 
 
-def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:
-    """Name the rows that a robot misses by more than their tolerance."""
+def missed_rows(plan: CalibrationPlan, robot: Candidate) -> list[str]:
+    """Return the titles of the rows that a candidate misses by more than their tolerance."""
     weights = {row.condition.title: row.weight for row in plan.fitted}
     weights |= {row.title: row.weight for row in plan.differences}
     weights |= {row.title: row.weight for row in plan.walks}
@@ -97,13 +99,13 @@ def cannot(plan: CalibrationPlan, robot: Candidate) -> list[str]:
 
 
 @dataclass(frozen=True)
-class Resisting:
-    """A row that the best robot misses, and what the candidates that meet it miss instead.
+class RowInConflict:
+    """A row that the best robot misses, and the rows that candidates miss which meet it.
 
     Attributes:
         row: its title.
-        meeting, candidates: how many of how many candidates of the search meet it.
-        missed: rows that the best of those misses; empty if none meets it.
+        meeting, candidates: numbers of candidates that meet it, and of all complete candidates.
+        missed: rows that the best of the former misses; empty if no candidate meets the row.
     """
 
     row: str
@@ -112,32 +114,33 @@ class Resisting:
     missed: tuple[str, ...]
 
 
-def resisting(
+def rows_in_conflict(
     plan: CalibrationPlan, best: Candidate, robots: Sequence[Candidate]
-) -> tuple[Resisting, ...]:
-    """Search all candidates for what meeting a row takes, for each row that the best misses."""
+) -> tuple[RowInConflict, ...]:
+    """Return the rows that the best candidate misses, with the candidates that meet them."""
     whole = [robot for robot in robots if robot.complete]
-    ranked = [cannot(plan, robot) for robot in sorted(whole, key=lambda each: merit(plan, each))]
+    by_merit = sorted(whole, key=lambda each: merit(plan, each))
+    ranked = [missed_rows(plan, robot) for robot in by_merit]
     found = []
-    for row in cannot(plan, best):
+    for row in missed_rows(plan, best):
         meeting = [missed for missed in ranked if row not in missed]
-        found.append(Resisting(row, len(meeting), len(ranked), tuple(next(iter(meeting), ()))))
+        found.append(RowInConflict(row, len(meeting), len(ranked), tuple(next(iter(meeting), ()))))
     return tuple(found)
 
 
 def merit(plan: CalibrationPlan, robot: Candidate) -> tuple[int, float]:
-    """Return how many rows a robot misses, and its cost: the least is the best."""
-    return len(cannot(plan, robot)), robot.cost
+    """Return the number of missed rows and the cost of a candidate: the smallest is the best."""
+    return len(missed_rows(plan, robot)), robot.cost
 
 
-def lost_on_level(plan: CalibrationPlan, robot: Candidate) -> bool:
-    """Return whether a robot did not stay up with some seed on level ground."""
+def fails_on_level_ground(plan: CalibrationPlan, robot: Candidate) -> bool:
+    """Return whether a candidate did not stay up on level ground with any of the seeds."""
     level = [row.title for row in plan.walks if row.inclination_deg == 0.0]
     return any(cost >= FALL for title in level for cost in robot.walks.get(title, ()))
 
 
 def worst_miss(plan: CalibrationPlan, robot: Candidate) -> float:
-    """Return by how many of its tolerances the worst fitted limit misses, on the worse engine."""
+    """Return the largest miss of a fitted limit on any engine, in tolerances of its row."""
     limits = [*robot.engines.values()] or [{title: robot.limit(title) for title in robot.limits}]
     return max(
         abs(known[row.condition.title] - row.thesis_deg) / row.tolerance_deg
@@ -146,8 +149,11 @@ def worst_miss(plan: CalibrationPlan, robot: Candidate) -> float:
     )
 
 
-def thinned(plan: CalibrationPlan, robots: Sequence[Candidate], most: int) -> list[Candidate]:
-    """Keep the first robot and those furthest apart, in the order given."""
+def diverse(plan: CalibrationPlan, robots: Sequence[Candidate], most: int) -> list[Candidate]:
+    """Keep the first candidate, and one after another the furthest from all that are kept.
+
+    Distances are in shares of the searched ranges. The order stays.
+    """
     if len(robots) <= most:
         return list(robots)
     shares = np.array(
@@ -165,14 +171,14 @@ def thinned(plan: CalibrationPlan, robots: Sequence[Candidate], most: int) -> li
 
 
 @dataclass(frozen=True)
-class Determined:
-    """What the rows say of a constant.
+class ConstantSpread:
+    """The spread of a constant over the ensemble.
 
     Attributes:
-        name, constant: which.
+        name, constant: the constant.
         best: its value in the best robot.
-        low, high: least and largest value in the ensemble.
-        share: of the range searched that the middle 80 % of the ensemble takes.
+        low, high: smallest and largest value in the ensemble.
+        share: of the searched range that the middle 80 % of the ensemble takes.
     """
 
     name: str
@@ -188,14 +194,14 @@ class Determined:
         return self.share > OPEN
 
 
-def determined(plan: CalibrationPlan, found: Ensemble) -> list[Determined]:
-    """Return for each constant what the rows say of it."""
+def constant_spreads(plan: CalibrationPlan, found: Ensemble) -> list[ConstantSpread]:
+    """Return the spread of each constant."""
     rows = []
     for name, constant in plan.constants.items():
         values = found.values(name).tolist()
         low, high = np.quantile([constant.share(value) for value in values], [0.1, 0.9])
         rows.append(
-            Determined(name, constant, values[0], min(values), max(values), float(high - low))
+            ConstantSpread(name, constant, values[0], min(values), max(values), float(high - low))
         )
     return rows
 
@@ -209,7 +215,7 @@ def correlations(plan: CalibrationPlan, found: Ensemble) -> Array:
 
 
 def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:
-    """Return pairs of fitted walks: without control, and with one."""
+    """Return pairs of fitted walks: without control, and with control."""
     walks = [row for row in plan.fitted if row.motion == 'walk']
     return [
         (without, controlled)
@@ -222,7 +228,7 @@ def gains(plan: CalibrationPlan) -> list[tuple[WantedLimit, WantedLimit]]:
 def frontier(
     robots: Sequence[Candidate], without: WantedLimit, controlled: WantedLimit
 ) -> tuple[Array, Array]:
-    """Return the limit without control and with control of every candidate that has both, deg."""
+    """Return the limits without and with control of all candidates that have both, deg, (n,)."""
     titles = without.condition.title, controlled.condition.title
     pairs = np.array([[robot.limit(title) for title in titles] for robot in robots])
     known = pairs[~np.isnan(pairs).any(axis=1)]

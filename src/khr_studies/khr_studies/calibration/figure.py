@@ -1,4 +1,4 @@
-"""Pictures of a calibration: what its constants have to do with one another, and the frontier."""
+"""Figures of a calibration: rank correlations of its constants, and the frontier."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from khr_studies.calibration.rows import WantedLimit
 GAPS = (1.0, 2.0, 3.0)  # deg between the limits, drawn as lines
 
 
-def correlation_picture(plan: CalibrationPlan, found: Ensemble) -> Figure:
+def correlation_figure(plan: CalibrationPlan, found: Ensemble) -> Figure:
     """Draw the rank correlations of the constants over the ensemble."""
     with styled():
         matrix = correlations(plan, found)
@@ -36,9 +36,7 @@ def correlation_picture(plan: CalibrationPlan, found: Ensemble) -> Figure:
         return figure
 
 
-def frontier_picture(
-    plan: CalibrationPlan, robots: Sequence[Candidate], found: Ensemble
-) -> Figure:
+def frontier_figure(plan: CalibrationPlan, robots: Sequence[Candidate], found: Ensemble) -> Figure:
     """Draw limit with control against limit without, of all candidates, the ensemble and thesis."""
     with styled():
         pairs = gains(plan)

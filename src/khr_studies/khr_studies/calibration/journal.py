@@ -1,8 +1,8 @@
 """The measured candidates of a calibration in a file, from which an interrupted search resumes.
 
 A resumed search takes from the file every candidate that was measured before: an equal plan and
-seed propose equal candidates on any number of processes and on any machine. The plan, the cost of
-its rows and the physics must be equal, but not the rest of the code, so a file outlives changes
+seed propose equal candidates on any number of processes and on any machine. The plan, the code of
+the cost and the physics must be equal, but not the rest of the code, so a file outlives changes
 that move no trajectory.
 """
 
@@ -86,7 +86,7 @@ def cost_digest() -> str:
         if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef) and ast.get_docstring(
             node
         ):
-            node.body = node.body[1:] or [ast.Pass()]
+            node.body = node.body[1:]
     return hashlib.sha256(ast.unparse(tree).encode()).hexdigest()[:16]
 
 

@@ -1,7 +1,7 @@
-"""What a candidate robot costs: how far its limits lie from the thesis's.
+"""The cost of a candidate robot: how far its limits are from the limits of the thesis.
 
-Only limits, what lies between them, and walks that must stay up count, over seeds: whether a single
-run at the edge of falling stays up is chance.
+Only limits, their differences and walks that must stay up count, each over seeds: the result of a
+single run at the edge of falling is chance.
 """
 
 from __future__ import annotations
@@ -23,29 +23,29 @@ from khr_studies.calibration.rows import WantedLimit, WantedWalk
 from khr_studies.measuring.condition import Changes
 from khr_studies.measuring.critical import START, run_condition
 
-ENDS = (0.0, 14.0)  # deg, range of a search: 4 more than the thesis's steepest limit
-STEP = 0.8  # deg, the first one of a search
-STAGGER = 0.38196601125  # of a tolerance, by which each seed's search starts elsewhere
-GROWTH = 1.6  # of the step
-COARSE = 0.4  # deg, tolerance of a search's bisections
-FALL = 4.0  # least cost of a walk that does not stay up; twice that if it falls at once
-SLIP_MM = 14.0  # by which a slip may miss its range for a cost of 1
-SLIDE_MM = 2.0  # the same of a slide per step
+ENDS = (0.0, 14.0)  # deg, range of limits: 4 deg beyond the thesis's steepest limit
+STEP = 0.8  # deg, first step of a bracket
+STAGGER = 0.38196601125  # offset between the brackets of two seeds, in tolerances
+GROWTH = 1.6  # factor between two steps of a bracket
+COARSE = 0.4  # deg, tolerance of the bisections of the search
+FALL = 4.0  # smallest cost of a walk that does not stay up; twice that if it falls at once
+SLIP_MM = 14.0  # distance of a slip from its range for a cost of 1
+SLIDE_MM = 2.0  # distance of a slide per step from its range for a cost of 1
 
 
 @dataclass(frozen=True)
 class Candidate:
-    """A candidate and what was measured of it.
+    """A candidate and its measurements.
 
     Attributes:
         constants: by name.
-        limits: per row, deg: the limit of each seed; missing where the measurement was stopped.
-        walks: per row the cost of each seed.
-        cost: of what was measured.
+        limits: the limit of each seed by row, deg; a row after pruning is missing.
+        walks: the cost of each seed by row.
+        cost: of the measured rows, with an estimate of the others.
         complete: whether every row was measured with every seed.
-        runs: that it took.
-        slides_mm: per walk the slide per step of each seed that stayed up.
-        engines: mean limits by physics engine and row, deg, of those that it was measured on.
+        runs: number of runs of the measurement.
+        slides_mm: the slide per step of each seed that stayed up, by walk.
+        engines: mean limits by physics engine and row, deg.
     """
 
     constants: dict[str, float]
@@ -71,7 +71,7 @@ class Task:
         constants: of the candidate.
         engines: physics engines, the quick one first.
         seeds: how many.
-        hopeless: cost above which no further row is measured.
+        prune_above: cost above which no further row is measured.
         tolerance: of each bisection, deg.
     """
 
@@ -79,24 +79,24 @@ class Task:
     constants: Mapping[str, float]
     engines: tuple[str, ...]
     seeds: int
-    hopeless: float
+    prune_above: float
     tolerance: float = COARSE
 
 
 def measure_robot(task: Task) -> Candidate:
-    """Measure a candidate on one engine after the other, until it is known to be hopeless."""
+    """Measure a candidate on one engine after another, until it is pruned."""
     on: dict[str, Candidate] = {}
     known: dict[str, list[float]] = {}
     for engine in task.engines:
-        on[engine] = _measured_on(engine, task, known)
+        on[engine] = _measure_on(engine, task, known)
         known = on[engine].limits
         if not on[engine].complete:
             break
-    return joined(on)
+    return combine(on)
 
 
-def joined(on: Mapping[str, Candidate]) -> Candidate:
-    """Return one candidate of what engines measured of it: the cost is that of the worst."""
+def combine(on: Mapping[str, Candidate]) -> Candidate:
+    """Combine the measurements of a candidate on several engines; its cost is the largest."""
 
     def all_of(name: str) -> dict[str, list[float]]:
         titles = dict.fromkeys(title for robot in on.values() for title in getattr(robot, name))
@@ -120,15 +120,15 @@ def joined(on: Mapping[str, Candidate]) -> Candidate:
     )
 
 
-def _measured_on(engine: str, task: Task, elsewhere: Mapping[str, list[float]]) -> Candidate:
-    """Measure a candidate on an engine, one seed after the other.
+def _measure_on(engine: str, task: Task, other_limits: Mapping[str, list[float]]) -> Candidate:
+    """Measure a candidate on an engine, one seed after another.
 
-    Walks come first: who cannot walk at all falls early in each, in a tenth of a second.
+    Walks come first: a robot that cannot walk falls early, after a tenth of a second of computing.
 
     Args:
         engine: physics engine.
-        task: what to measure.
-        elsewhere: limits of the candidate on another engine, at which searches begin.
+        task: the candidate.
+        other_limits: limits of the candidate on another engine, at which brackets start.
     """
     robot = Candidate(dict(task.constants))
     counted = _Counter(((('simulator', 'engine'), engine), *task.plan.changes(task.constants)))
@@ -139,7 +139,7 @@ def _measured_on(engine: str, task: Task, elsewhere: Mapping[str, list[float]]) 
             if isinstance(row, WantedLimit):
                 limit = limit_near(
                     partial(counted.stays_up, row, seed),
-                    _near(robot, row, elsewhere),
+                    _start(robot, row, other_limits),
                     seed,
                     task.tolerance,
                 )
@@ -150,17 +150,17 @@ def _measured_on(engine: str, task: Task, elsewhere: Mapping[str, list[float]]) 
                 if outcome and outcome.stayed_up:
                     slides = robot.slides_mm.setdefault(row.title, [])
                     slides.append(1e3 * outcome.slides.per_step)
-            if cost_of(task.plan, robot) > task.hopeless:
+            if cost_of(task.plan, robot) > task.prune_above:
                 complete = False
                 break
         if not complete:
             break
-    cost = cost_of(task.plan, robot) + (0.0 if complete else _unknown(task.plan, robot))
+    cost = cost_of(task.plan, robot) + (0.0 if complete else _imputed_cost(task.plan, robot))
     return replace(robot, cost=cost, complete=complete, runs=counted.runs)
 
 
 def cost_of(plan: CalibrationPlan, robot: Candidate) -> float:
-    """Return the cost of the rows measured so far, and of the size of what has one."""
+    """Return the cost of the rows measured so far and of the constants' sizes."""
     sizes = (
         (robot.constants.get(name, 0.0) / constant.costs_one_at) ** 2
         for name, constant in plan.constants.items()
@@ -170,17 +170,17 @@ def cost_of(plan: CalibrationPlan, robot: Candidate) -> float:
 
 
 def row_costs(plan: CalibrationPlan, robot: Candidate) -> dict[str, float]:
-    """Return the weighted cost of each row measured so far: 1 for a miss by a tolerance."""
+    """Return the weighted cost of each measured row: 1 for a miss by a tolerance."""
     known = robot.limits
     limits = {
         row.condition.title: row.weight
-        * _misfit((robot.limit(row.condition.title) - row.aim) / row.tolerance_deg)
+        * _huber((robot.limit(row.condition.title) - row.aim) / row.tolerance_deg)
         for row in plan.fitted
         if row.condition.title in known
     }
     differences = {
         row.title: row.weight
-        * _misfit(
+        * _huber(
             (robot.limit(row.above) - robot.limit(row.below) - row.thesis_deg) / row.tolerance_deg
         )
         for row in plan.differences
@@ -194,23 +194,23 @@ def row_costs(plan: CalibrationPlan, robot: Candidate) -> dict[str, float]:
     return limits | differences | walks
 
 
-def _near(robot: Candidate, row: WantedLimit, elsewhere: Mapping[str, list[float]]) -> float:
-    """Return where the search of a limit begins: at the robot's own last one, deg.
+def _start(robot: Candidate, row: WantedLimit, other_limits: Mapping[str, list[float]]) -> float:
+    """Return the start of the bracket of a limit, deg.
 
-    That is the same row's of the seed before, or of another engine, or the row's before, but no
-    number of the thesis.
+    It is the row's limit with the previous seed or on another engine, or the limit of the previous
+    row, but never a number of the thesis.
     """
     title = row.condition.title
-    known = robot.limits.get(title) or elsewhere.get(title)
+    known = robot.limits.get(title) or other_limits.get(title)
     return (known or next(reversed(robot.limits.values()), [START]))[-1]
 
 
 def limit_near(
     stays_up: Callable[[float], bool], near: float, seed: int, tolerance: float
 ) -> float:
-    """Bisect a limit beginning near an inclination, deg.
+    """Bracket and bisect a limit from an inclination, deg.
 
-    Each seed has a lattice of its own, so that equal limits of two seeds are no artefact.
+    Each seed has its own grid of inclinations, so equal limits of two seeds are no artefact.
     """
     start = near + ((seed + 1) * STAGGER % 1.0 - 0.5) * tolerance
     start = min(max(start, ENDS[0]), ENDS[1])
@@ -218,9 +218,10 @@ def limit_near(
 
 
 def walk_cost(row: WantedWalk, outcome: Outcome | None) -> float:
-    """Return 0 for a walk as wanted, and FALL or more for one that does not stay up.
+    """Return the cost of a walk: 0 within all ranges, at least FALL if it does not stay up.
 
-    The earlier it falls the more, up to twice that, which a walk without a run costs too.
+    The cost of a fall grows to twice FALL the earlier it is, which is also the cost of a walk that
+    cannot be computed (None).
     """
     if outcome is None:
         return 2.0 * FALL
@@ -238,7 +239,7 @@ def _outside(value: float, wanted: tuple[float, float]) -> float:
 
 
 class _Counter:
-    """Run a candidate and count its runs."""
+    """Runs of a candidate, with their number."""
 
     def __init__(self, changes: Changes) -> None:
         self._changes = changes
@@ -251,7 +252,7 @@ class _Counter:
     def run(
         self, row: WantedLimit | WantedWalk, inclination_deg: float, seed: int
     ) -> Outcome | None:
-        """Run once; None if its legs do not reach, or the physics engine cannot compute it."""
+        """Run once; None if the legs do not reach, or the physics engine fails."""
         self.runs += 1
         changes = (*self._changes, *row.condition.changes)
         with suppress(RunError, BalanceError):
@@ -259,14 +260,14 @@ class _Counter:
         return None
 
 
-def _misfit(error: float) -> float:
-    """Return the square of a small error, and of a large one as much as grows evenly."""
+def _huber(error: float) -> float:
+    """Return the Huber loss with threshold 1, without its factor of 1/2."""
     size = abs(error)
     return size * size if size < 1.0 else 2.0 * size - 1.0
 
 
-def _unknown(plan: CalibrationPlan, robot: Candidate) -> float:
-    """Return what rows that were not measured count: each the mean of those that were."""
+def _imputed_cost(plan: CalibrationPlan, robot: Candidate) -> float:
+    """Return an estimate for the missing rows: each costs the mean of the measured ones."""
     known = row_costs(plan, robot)
     rows = len(plan.fitted) + len(plan.differences) + len(plan.walks)
     return float(np.mean([*known.values()])) * (rows - len(known)) if known else 0.0

@@ -1,4 +1,4 @@
-"""What a calibration found as page, data, pictures and constants."""
+"""The result of a calibration as page, data, figures and constants."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ from khr_report.plots.plot_style import save
 from khr_studies.calibration.ensemble import (
     LEAST,
     OPEN,
-    Determined,
-    Resisting,
-    cannot,
-    determined,
+    ConstantSpread,
+    RowInConflict,
+    constant_spreads,
     gains,
+    missed_rows,
 )
-from khr_studies.calibration.figure import correlation_picture, frontier_picture
+from khr_studies.calibration.figure import correlation_figure, frontier_figure
 from khr_studies.calibration.objective import FALL, Candidate
 from khr_studies.calibration.plan import FreeConstant
-from khr_studies.calibration.result import CONSTANTS, Calibration, Constant, parameter_file
+from khr_studies.calibration.result import Calibration, Constant, fixed_constants, parameter_file
 from khr_studies.calibration.rows import WantedLimit
 from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT
 from khr_studies.measuring.json_file import write_json
@@ -36,7 +36,7 @@ from khr_studies.measuring.json_file import write_json
 
 @dataclass(frozen=True)
 class _Row:
-    """A wanted limit, and those of the members that have one, deg, the best first."""
+    """A wanted limit, and the limits of the members, deg, the best first."""
 
     wanted: WantedLimit
     of_members: list[float]
@@ -52,7 +52,7 @@ ROW_COLUMNS: Columns[_Row] = {
     'lowest': lambda row: f'{min(row.of_members):.2f}',
     'highest': lambda row: f'{max(row.of_members):.2f}',
 }
-FREE_COLUMNS: Columns[Determined] = {
+FREE_COLUMNS: Columns[ConstantSpread] = {
     'constant': lambda one: ', '.join(f'`{name}`' for name in one.constant.parameters),
     'value': lambda one: f'{one.best:g} {one.constant.unit}'.strip(),
     'in the ensemble': lambda one: f'{one.low:g} to {one.high:g}',
@@ -62,11 +62,11 @@ FREE_COLUMNS: Columns[Determined] = {
     'published or derived': lambda one: _published(one.constant, one.best),
     'source': lambda one: one.constant.source,
 }
-FREE_COLUMNS_OF_FEW: Columns[Determined] = {
+FREE_COLUMNS_OF_FEW: Columns[ConstantSpread] = {
     **FREE_COLUMNS,
     'rows': lambda one: 'too few robots to say',
 }
-RESISTING_COLUMNS: Columns[Resisting] = {
+RESISTING_COLUMNS: Columns[RowInConflict] = {
     'row missed': lambda row: row.row,
     'candidates that meet it': lambda row: f'{row.meeting} of {row.candidates}',
     'the best of these misses instead': lambda row: '; '.join(row.missed) or '-',
@@ -85,11 +85,11 @@ CONSTANT_COLUMNS: Columns[Constant] = {
 
 
 def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) -> str:
-    """Write page, data, pictures and constants beside one another; return a summary of one line.
+    """Write page, data, figures and constants beside one another; return a summary of one line.
 
     Args:
-        calibration: what was found.
-        candidates: all that were measured for it.
+        calibration: the result.
+        candidates: all measured candidates.
         out: the page.
 
     Raises:
@@ -97,9 +97,9 @@ def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) 
     """
     plan, robots = calibration.plan, calibration.found
     write_json(out.with_suffix('.json'), calibration)
-    save(correlation_picture(plan, robots), out.with_name(f'{out.stem}_correlations.png'))
+    save(correlation_figure(plan, robots), out.with_name(f'{out.stem}_correlations.png'))
     if gains(plan):
-        picture = frontier_picture(plan, candidates, robots)
+        picture = frontier_figure(plan, candidates, robots)
         save(picture, out.with_name(f'{out.stem}_frontier.png'))
     write_text(out, page(calibration, out.stem))
     write_text(out.with_suffix('.yaml'), parameter_file(plan, calibration.best))
@@ -111,7 +111,7 @@ def write(calibration: Calibration, candidates: Sequence[Candidate], out: Path) 
 
 
 def page(calibration: Calibration, stem: str = 'calibration') -> str:
-    """Return the page of a calibration whose files have this stem."""
+    """Return the page of a calibration; its files have this stem."""
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
     enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
     moved = {parameter for parameter, _ in plan.changes(constants)}
@@ -127,11 +127,11 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         least=LEAST,
         open=OPEN,
         rows=table(_rows(calibration), ROW_COLUMNS),
-        free=table(determined(plan, found), FREE_COLUMNS if enough else FREE_COLUMNS_OF_FEW),
+        free=table(constant_spreads(plan, found), FREE_COLUMNS if enough else FREE_COLUMNS_OF_FEW),
         gaps=_gaps(calibration),
-        missed=cannot(plan, found.best),
+        missed=missed_rows(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
-        missed_by_cheapest=cannot(plan, cheapest),
+        missed_by_cheapest=missed_rows(plan, cheapest),
         kinds=_kinds_table(calibration),
         resisting=table(calibration.resisting, RESISTING_COLUMNS),
         steady=LEAN_AT[1],
@@ -140,7 +140,8 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         offset_mv=abs(1e3 * VOLTS_PER_RATE * offset),
         leans=[degrees(-rate_gain(gain) * offset) for gain in (12.0, 18.0)],
         others=table(
-            [one for one in CONSTANTS if (one.node, one.key) not in moved], CONSTANT_COLUMNS
+            [one for one in fixed_constants() if (one.node, one.key) not in moved],
+            CONSTANT_COLUMNS,
         ),
     )
 
@@ -166,7 +167,7 @@ def _kinds_table(calibration: Calibration) -> Table:
     ]
     lines.append(('cost', '', *(f'{robot.cost:.1f}' for robot, _ in columns)))
     lines.append(
-        ('cannot do', '', *(', '.join(cannot(plan, robot)) or '-' for robot, _ in columns))
+        ('cannot do', '', *(', '.join(missed_rows(plan, robot)) or '-' for robot, _ in columns))
     )
     heads = [
         ', '.join(filter(None, (KIND_WORDS[plan.kind(robot.constants)], engine)))
@@ -180,7 +181,7 @@ def _walked(costs: Sequence[float]) -> str:
 
 
 def _rows(calibration: Calibration) -> list[_Row]:
-    """Return the rows that the ensemble was measured on."""
+    """Return the limits that were measured."""
     rows = []
     for wanted in calibration.plan.limits:
         values = calibration.found.limits(wanted.condition.title)
@@ -190,7 +191,7 @@ def _rows(calibration: Calibration) -> list[_Row]:
 
 
 def _gaps(calibration: Calibration) -> list[tuple[str, float, float, float, float]]:
-    """Return what control gains: with which, in the thesis, chosen, lowest and highest, deg."""
+    """Return the gain of control: condition, thesis, chosen robot, lowest and highest, deg."""
     limits = calibration.found.limits
     found: list[tuple[str, float, float, float, float]] = []
     for without, row in gains(calibration.plan):

@@ -1,16 +1,17 @@
-"""The result of a calibration as data, and the source of the constants that no search moves.
+"""The result of a calibration as data, and the sources of the constants that are not searched.
 
-The defaults of the parameter tables are the constants of the best robot found; nothing is fitted
-per scenario.
+The defaults of the parameter tables are the constants of the best robot; nothing is fitted per
+scenario.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from importlib.resources import files
 
 import yaml
 
-from khr_studies.calibration.ensemble import Ensemble, Resisting
+from khr_studies.calibration.ensemble import Ensemble, RowInConflict
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
 
@@ -21,7 +22,7 @@ class ConstantLean:
 
     Attributes:
         deg: mean of the correction.
-        share: of its mean square that the mean makes.
+        share: of the mean in the mean square of the correction.
     """
 
     deg: float
@@ -30,15 +31,15 @@ class ConstantLean:
 
 @dataclass(frozen=True)
 class Calibration:
-    """What ``khr calibrate`` found.
+    """The result of ``khr calibrate``.
 
     Attributes:
         plan: constants and rows.
         engine, seed, seeds: of the search.
-        runs: how many it took.
-        found: the robots that fit, the best first.
+        runs: their number.
+        found: the ensemble.
         lean: of the best robot with K_A 12 at 8.88 deg; None if it was not measured.
-        searched: candidates of the search.
+        searched: number of candidates of the search.
         kinds: the best robot with each kind of offset.
         resisting: the rows that the best robot misses.
     """
@@ -52,17 +53,17 @@ class Calibration:
     lean: ConstantLean | None = None
     searched: int = 0
     kinds: tuple[Candidate, ...] = ()
-    resisting: tuple[Resisting, ...] = ()
+    resisting: tuple[RowInConflict, ...] = ()
 
     @property
     def best(self) -> Candidate:
-        """Return the robot that the defaults hold."""
+        """Return the best robot; the defaults are its constants."""
         return self.found.best
 
 
 @dataclass(frozen=True)
 class Constant:
-    """A constant that matters to the results and that no search moves, and its source.
+    """A constant that matters to the results but is not searched, and its source.
 
     Attributes:
         node, key: the parameter, whose default is the value.
@@ -76,44 +77,14 @@ class Constant:
     source: str
 
 
-CONSTANTS = (
-    Constant(
-        'simulator',
-        'pad_distance',
-        'derived',
-        'rigid tipping at 6.3 deg with the centre of mass over the ankle; the thesis has '
-        'b/l = 0.1',
-    ),
-    Constant('simulator', 'friction_rubber', 'assumed', 'rubber on a board'),
-    Constant('simulator', 'friction_pads', 'assumed', 'pads that do not slide'),
-    Constant('simulator', 'control_period', 'published', "the maker's sample project, RCB-4HV"),
-    Constant('simulator', 'pid_kp', 'published', 'Dutta (2021), (3.12)'),
-    Constant('simulator', 'pid_ki', 'published', 'Dutta (2021), (3.12)'),
-    Constant('simulator', 'pid_kd', 'published', 'Dutta (2021), (3.12)'),
-    Constant('simulator', 'rotor_inertia', 'assumed', 'within what others use, 1e-3 to 1e-2'),
-    Constant('simulator', 'servo_friction', 'assumed', 'within what others use, 0.02 to 0.2'),
-    Constant('simulator', 'gear_stiffness', 'assumed', 'horn and bracket'),
-    Constant('gyro', 'sensitivity', 'published', 'Dutta (2021), (5.2)'),
-    Constant(
-        'gyro',
-        'bandwidth',
-        'assumed',
-        'no data sheet; chosen in early trials, where of 1, 2 and 4 Hz it let the robot walk '
-        'steepest with both controls, so it is not blind to that row',
-    ),
-    Constant('gyro', 'noise', 'assumed', 'a tenth of a step of the converter'),
-    Constant(
-        'foot_force',
-        'time_constant',
-        'assumed',
-        'slow sensors: with a fast one the force loop is unstable on two feet, for a toe '
-        'that is pushed down reads more force',
-    ),
-    Constant('gait', 'cycle_period', 'published', "the thesis, and the maker's walk"),
-    Constant('gait', 'stride', 'published', "the maker's walk"),
-    Constant('gait', 'com_touchdown', 'published', "within the maker's walk, 24 to 31 mm"),
-    Constant('gait', 'torso_pitch', 'published', "within the maker's walk, -2 to 7 deg"),
-)
+def fixed_constants() -> list[Constant]:
+    """Return the constants that are not searched."""
+    text = files(__package__).joinpath('constants.yaml').read_text(encoding='utf-8')
+    found = []
+    for name, one in yaml.safe_load(text).items():
+        node, _, key = name.partition('.')
+        found.append(Constant(node, key, one['kind'], one['source']))
+    return found
 
 
 def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:

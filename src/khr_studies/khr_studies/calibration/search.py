@@ -1,8 +1,7 @@
-"""Search the free constants of a plan by CMA-ES, on many processes, from anywhere in their ranges.
+"""Search the free constants of a plan by CMA-ES, on many processes, over their whole ranges.
 
-Each kind of offset has a search of its own, and they take turns. A search begins with candidates
-spread over the whole of the ranges, and goes on from the best of them. Candidates that are
-hopeless are given up after their first rows.
+Each kind of offset has its own search. A search starts with candidates spread over the ranges and
+continues from the best of them. Bad candidates are pruned after their first rows.
 """
 
 from __future__ import annotations
@@ -27,22 +26,22 @@ from khr_studies.errors import check_integer
 from khr_studies.measuring.optimiser import evolution
 from khr_sweeps.pool import Pool, compute
 
-HOPELESS = 60.0  # cost above which a candidate is given up until enough were measured in whole
+PRUNE_ABOVE = 60.0  # largest cost of a complete candidate, until enough are complete
 FIRST = 4  # populations spread over the ranges, for each kind of offset
-SPREAD = 0.2  # of the generation after them, in shares of the ranges
+SPREAD = 0.2  # standard deviation of the first generation of CMA-ES, in shares of the ranges
 
 
 @dataclass(frozen=True)
 class Search:
-    """What decides the candidates of a search.
+    """The settings that determine the candidates of a search.
 
     Attributes:
         plan: constants and rows.
-        engine: physics engine on which it measures.
+        engine: physics engine.
         seed: of the optimiser.
         seeds: of each measurement.
         population: candidates of a generation.
-        candidates: how many at least, over all kinds of offset.
+        candidates: their least number, over all kinds of offset.
 
     Raises:
         KhrError: if a value is not accepted.
@@ -64,7 +63,7 @@ class Search:
 
     @property
     def head(self) -> dict[str, Any]:
-        """Return what must be equal for a journal to be resumed."""
+        """Return the data that must be equal to resume a journal."""
         return {
             'plan': self.plan.digest,
             'engine': self.engine,
@@ -77,56 +76,56 @@ class Search:
 
     @property
     def engines(self) -> tuple[str, ...]:
-        """Return all physics engines, that of the search first."""
+        """Return all physics engines, the engine of the search first."""
         return (self.engine, *(other for other in LIBRARIES if other != self.engine))
 
 
-class Strand:
-    """The search of one kind of offset: it proposes a generation, and receives its costs.
+class KindSearch:
+    """The search of one kind of offset: it proposes generations and receives their costs.
 
     Attributes:
         kind: of offset.
-        hopeless: cost above which a candidate of the next generation is given up.
+        prune_above: cost above which a candidate of the next generation is pruned.
     """
 
     def __init__(self, search: Search, kind: Kind) -> None:
-        self.kind, self.hopeless = kind, HOPELESS
+        self.kind, self.prune_above = kind, PRUNE_ABOVE
         self._search, self._searched = search, search.plan.searched(kind)
         self._wanted = search.candidates // len(search.plan.kinds)
         self._asked = self._restart = self.generation = 0
         self._optimiser: Any = None
         self._shares: list[Any] = []
         self._best: tuple[float, Any] | None = None
-        self._whole: list[float] = []  # costs of those measured on every row, the best first
+        self._complete: list[float] = []  # costs of complete candidates, the best first
 
     @property
     def is_over(self) -> bool:
-        """Return whether it has asked for its share of the candidates."""
+        """Return whether it has proposed its share of the candidates."""
         return self._asked >= self._wanted
 
     @property
     def spread(self) -> float:
-        """Return that of the last generation, in shares of the ranges."""
+        """Return the standard deviation of the last generation, in shares of the ranges."""
         return float(self._optimiser.sigma) if self._optimiser else 1.0
 
     def ask(self) -> list[dict[str, float]]:
         """Return the constants of the candidates of the next generation."""
         if self._best is None:
-            self._shares = self._everywhere()
+            self._shares = self._latin_hypercube()
         else:
             if self._optimiser is None or self._optimiser.stop():
-                self._optimiser = self._begin()
+                self._optimiser = self._restarted()
             self._shares = self._optimiser.ask()
         self._asked += len(self._shares)
         self.generation += 1
         return [self._constants(shares) for shares in self._shares]
 
     def tell(self, robots: Sequence[Candidate]) -> None:
-        """Take what was measured of that generation.
+        """Receive the measured candidates of the last generation.
 
-        A candidate that was given up costs more than it is known to, so those alone that were
-        measured in whole decide who is hopeless: who is worse than as many of them as the
-        optimiser goes on from, half of a generation.
+        A candidate is pruned above the cost of the (population / 2)-th best complete one: CMA-ES
+        continues from the better half of a generation. Costs of pruned candidates are estimates
+        and do not count here.
         """
         costs = [robot.cost for robot in robots]
         if self._optimiser is not None:
@@ -134,18 +133,19 @@ class Strand:
         best = min(zip(costs, self._shares, strict=True), key=lambda pair: pair[0])
         if self._best is None or best[0] < self._best[0]:
             self._best = best
-        self._whole = sorted([*self._whole, *(robot.cost for robot in robots if robot.complete)])
+        complete = (robot.cost for robot in robots if robot.complete)
+        self._complete = sorted([*self._complete, *complete])
         parents = self._search.population // 2
-        if len(self._whole) >= parents:
-            self.hopeless = min(HOPELESS, self._whole[parents - 1])
+        if len(self._complete) >= parents:
+            self.prune_above = min(PRUNE_ABOVE, self._complete[parents - 1])
 
-    def _everywhere(self) -> list[Any]:
+    def _latin_hypercube(self) -> list[Any]:
         sampler = qmc.LatinHypercube(
             len(self._searched), rng=np.random.default_rng(self._search.seed)
         )
         return list(sampler.random(FIRST * self._search.population))
 
-    def _begin(self) -> Any:
+    def _restarted(self) -> Any:
         assert self._best is not None
         seed = 1 + self._search.seed + 1000 * self._restart
         population = self._search.population * 2**self._restart
@@ -161,43 +161,49 @@ class Strand:
 
 
 @dataclass
-class Measuring:
-    """Measure candidates on a pool since it began, s, but for those that a journal holds."""
+class Measurement:
+    """Candidates that a pool measures and a journal keeps; none is measured twice.
 
-    book: Journal
+    Attributes:
+        journal: of the measured candidates.
+        pool: of workers.
+        began: of the measurement, s of the monotonic clock.
+    """
+
+    journal: Journal
     pool: Pool
     began: float = field(default_factory=monotonic)
 
     def measure(
-        self, tasks: Sequence[Task], stage: str = SEARCH, said: str = ''
+        self, tasks: Sequence[Task], stage: str = SEARCH, message: str = ''
     ) -> list[Candidate]:
-        """Return candidates as a stage of the calibration measures them.
+        """Measure the candidates of a stage that are missing in the journal; return all.
 
         Args:
             tasks: the candidates.
-            stage: in whose part of the journal they are.
-            said: of the stage, printed after each that was not there; nothing if empty.
+            stage: of the calibration.
+            message: printed after each measured candidate; nothing if empty.
         """
         missing = (
             (f'{stage}-{index}', task)
             for index, task in enumerate(tasks)
-            if self.book.find(task.constants, stage) is None
+            if self.journal.find(task.constants, stage) is None
         )
         for batch in compute(self.pool, measure_robot, missing):
             for _, robot in batch:
                 if robot is not None:
-                    self.book.add(robot, stage)
-                    if said:
-                        self.say(said, stage)
+                    self.journal.add(robot, stage)
+                    if message:
+                        self.report(message, stage)
         return [
-            # Without one its workers died again and again.
-            self.book.find(task.constants, stage) or Candidate(dict(task.constants), cost=1e3)
+            # A candidate that repeatedly lost its worker is not in the journal.
+            self.journal.find(task.constants, stage) or Candidate(dict(task.constants), cost=1e3)
             for task in tasks
         ]
 
-    def say(self, text: str, stage: str = SEARCH) -> None:
-        """Print how far a stage is."""
-        robots = self.book.candidates(stage)
+    def report(self, text: str, stage: str = SEARCH) -> None:
+        """Print the progress of a stage."""
+        robots = self.journal.candidates(stage)
         runs = sum(robot.runs for robot in robots)
         print(
             f'{text}; {len(robots)} candidates, {len(ranked(robots))} on every row, '
@@ -207,40 +213,41 @@ class Measuring:
         )
 
 
-def search(search: Search, measuring: Measuring) -> list[Candidate]:
+def run_search(search: Search, measurement: Measurement) -> list[Candidate]:
     """Search; return every candidate of the journal.
 
     Raises:
         RunError: if a worker fails.
     """
-    strands = [Strand(search, kind) for kind in search.plan.kinds]
-    while going := [strand for strand in strands if not strand.is_over]:
-        known = len(measuring.book.candidates())
+    kinds = [KindSearch(search, kind) for kind in search.plan.kinds]
+    journal = measurement.journal
+    while going := [kind for kind in kinds if not kind.is_over]:
+        known = len(journal.candidates())
         asked = [
             [
-                Task(search.plan, constants, (search.engine,), search.seeds, strand.hopeless)
-                for constants in strand.ask()
+                Task(search.plan, constants, (search.engine,), search.seeds, kind.prune_above)
+                for constants in kind.ask()
             ]
-            for strand in going
+            for kind in going
         ]
-        # All at once: else all workers wait for the last of each generation.
-        robots = iter(measuring.measure([task for tasks in asked for task in tasks]))
-        for strand, tasks in zip(going, asked, strict=True):
-            strand.tell([*islice(robots, len(tasks))])
-        if len(measuring.book.candidates()) > known:
-            for strand in going:
-                measuring.say(_best_text(search, strand, measuring.book.candidates()))
-    return measuring.book.candidates()
+        # The generations of all kinds at once: workers wait only for the last candidate of all.
+        robots = iter(measurement.measure([task for tasks in asked for task in tasks]))
+        for kind, tasks in zip(going, asked, strict=True):
+            kind.tell([*islice(robots, len(tasks))])
+        if len(journal.candidates()) > known:
+            for kind in going:
+                measurement.report(_best_text(search, kind, journal.candidates()))
+    return journal.candidates()
 
 
-def _best_text(search: Search, strand: Strand, robots: Sequence[Candidate]) -> str:
-    own = [robot for robot in robots if search.plan.kind(robot.constants) == strand.kind]
+def _best_text(search: Search, kind: KindSearch, robots: Sequence[Candidate]) -> str:
+    own = [robot for robot in robots if search.plan.kind(robot.constants) == kind.kind]
     best = min(own, key=lambda robot: (not robot.complete, robot.cost))
     limits = ', '.join(
         f'{engine} {" ".join(f"{limit:.2f}" for limit in known.values())}'
         for engine, known in best.engines.items()
     )
     return (
-        f'offset {strand.kind}, generation {strand.generation}, spread {strand.spread:.3f}: '
+        f'offset {kind.kind}, generation {kind.generation}, spread {kind.spread:.3f}: '
         f'best {best.cost:.2f} with {limits} deg'
     )

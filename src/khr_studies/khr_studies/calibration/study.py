@@ -1,7 +1,7 @@
-"""``khr calibrate``: search the free constants so that the thesis's rows come out at once.
+"""``khr calibrate``: search the free constants with which all rows of the thesis come out at once.
 
-Two stages: a search on one physics engine, and the best of it measured again, finer and with more
-seeds, on both engines. What a robot costs is then what it costs on the worse of them.
+Two stages: a search on one physics engine, and a finer measurement of the best candidates with more
+seeds on both engines. The cost of a candidate is then its cost on the worse engine.
 """
 
 from __future__ import annotations
@@ -15,33 +15,33 @@ import numpy as np
 
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_common import RunError
-from khr_studies.calibration.ensemble import ensemble, merit, resisting
+from khr_studies.calibration.ensemble import ensemble, merit, rows_in_conflict
 from khr_studies.calibration.journal import Journal, ranked
 from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.result import Calibration, ConstantLean
-from khr_studies.calibration.search import Measuring, Search, search
+from khr_studies.calibration.search import Measurement, Search, run_search
 from khr_studies.errors import check_integer
 from khr_studies.measuring.condition import Condition
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
 
 CONFIRM_SEEDS, CONFIRM_DEG = 3, 0.2  # of the second stage: seeds, tolerance of a bisection
-CONFIRMED = 'confirmed'  # that stage in the journal
-LEAN_AT = Condition('walk', 12.0), 8.88  # deg: where the constant part of a correction is taken
+CONFIRMED = 'confirmed'  # name of the second stage in the journal
+LEAN_AT = Condition('walk', 12.0), 8.88  # deg, walk whose constant lean is measured
 
 
 def calibrate(
-    made: Search, journal: Path, best: int, workers: int | None, scheduler: Scheduler | None
+    search: Search, path: Path, best: int, workers: int | None, scheduler: Scheduler | None
 ) -> tuple[Calibration, list[Candidate]]:
-    """Search, and confirm the best; what the journal holds already is not measured again.
+    """Search, and confirm the best; candidates in the journal are not measured again.
 
     Args:
-        made: the search.
-        journal: its file.
-        best: how many to confirm.
+        search: its settings.
+        path: of the journal.
+        best: number of candidates to confirm.
         workers: processes; one per core by default.
-        scheduler: whose workers are used instead.
+        scheduler: with workers that are used instead.
 
     Returns:
         The calibration, and every candidate that was measured for it.
@@ -52,33 +52,30 @@ def calibrate(
     """
     check_integer('--confirm', best, 0, 10_000)
     processes = check_workers(workers)
-    with Journal(journal, made.head) as book, open_pool(processes, scheduler) as pool:
-        measuring = Measuring(book, pool)
-        # Workers finish in any order, and of robots that cost the same the first is the best.
-        robots = sorted(search(made, measuring), key=lambda robot: str(robot.constants))
-        confirmed = confirm(made, robots, best, measuring)
-    found = judged(made, robots, confirmed)
-    return replace(found, lean=constant_lean(made.plan, found.best)), robots
+    with Journal(path, search.head) as journal, open_pool(processes, scheduler) as pool:
+        measurement = Measurement(journal, pool)
+        # Workers finish in any order; of candidates with equal costs the first is the best.
+        robots = sorted(run_search(search, measurement), key=lambda robot: str(robot.constants))
+        confirmed = confirm(search, robots, best, measurement)
+    found = calibration_of(search, robots, confirmed)
+    return replace(found, lean=constant_lean(search.plan, found.best)), robots
 
 
 def confirm(
-    made: Search, robots: Sequence[Candidate], count: int, measuring: Measuring
+    search: Search, robots: Sequence[Candidate], count: int, measurement: Measurement
 ) -> list[Candidate]:
-    """Measure the best robots again: on both engines, finer, and with more seeds.
-
-    Of each kind of offset the best are among them, so that the kinds can stand side by side.
-    """
+    """Measure the best candidates again: on both engines, finer, and with more seeds."""
     tasks = [
-        Task(made.plan, robot.constants, made.engines, CONFIRM_SEEDS, inf, CONFIRM_DEG)
-        for robot in best_of_kinds(made.plan, ranked(robots), count)
+        Task(search.plan, robot.constants, search.engines, CONFIRM_SEEDS, inf, CONFIRM_DEG)
+        for robot in best_of_kinds(search.plan, ranked(robots), count)
     ]
-    return measuring.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
+    return measurement.measure(tasks, CONFIRMED, f'{len(tasks)} to confirm')
 
 
 def best_of_kinds(
     plan: CalibrationPlan, robots: Sequence[Candidate], count: int
 ) -> list[Candidate]:
-    """Choose the best robots, and of each kind of offset its share of a half of them."""
+    """Choose the best of ranked candidates; each kind of offset has a share of one half of them."""
     share = count // 2 // len(plan.kinds)
     of_kinds = [
         robot
@@ -90,38 +87,37 @@ def best_of_kinds(
     return sorted(chosen, key=lambda robot: robot.cost)
 
 
-def judged(
-    made: Search, robots: Sequence[Candidate], confirmed: Sequence[Candidate] = ()
+def calibration_of(
+    search: Search, robots: Sequence[Candidate], confirmed: Sequence[Candidate] = ()
 ) -> Calibration:
-    """Return what a search found.
+    """Return the result of a search.
 
     Raises:
         RunError: if no candidate was measured on every row and kept walking.
     """
-    found = ensemble(made.plan, confirmed or robots)
+    plan = search.plan
+    found = ensemble(plan, confirmed or robots)
     if not found.robots:
         raise RunError(
             f'none of {len(robots)} candidates met every row that must be met; raise --candidates'
         )
-    by_merit = sorted(ranked(confirmed or robots), key=lambda robot: merit(made.plan, robot))
-    of_kinds = {made.plan.kind(robot.constants): robot for robot in reversed(by_merit)}
-    kinds = tuple(of_kinds[kind] for kind in made.plan.kinds if kind in of_kinds)
-    runs = sum(robot.runs for robot in (*robots, *confirmed))
+    by_merit = sorted(ranked(confirmed or robots), key=lambda robot: merit(plan, robot))
+    of_kinds = {plan.kind(robot.constants): robot for robot in reversed(by_merit)}
     return Calibration(
-        made.plan,
-        made.engine,
-        made.seed,
-        made.seeds,
-        runs,
+        plan,
+        search.engine,
+        search.seed,
+        search.seeds,
+        sum(robot.runs for robot in (*robots, *confirmed)),
         found,
         searched=len(robots),
-        kinds=kinds,
-        resisting=resisting(made.plan, found.best, robots),
+        kinds=tuple(of_kinds[kind] for kind in plan.kinds if kind in of_kinds),
+        resisting=rows_in_conflict(plan, found.best, robots),
     )
 
 
 def constant_lean(plan: CalibrationPlan, robot: Candidate) -> ConstantLean:
-    """Measure how much of the ankle's correction is a constant lean, in a walk with K_A 12."""
+    """Measure the constant part of the ankle's correction, in a walk with K_A 12."""
     condition, phi = LEAN_AT
     scenario = condition.scenario(phi, 0).changed(dict(plan.changes(robot.constants)))
     _, series = run_with_series(scenario)

@@ -1,4 +1,4 @@
-"""Push recovery, chapter 4: Figures 4.8, 4.10, 4.11 and 4.12, from the motions of pushed bodies."""
+"""Push recovery, chapter 4: Figures 4.8, 4.10, 4.11 and 4.12, and the largest pushes."""
 
 from __future__ import annotations
 
@@ -7,11 +7,13 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from khr_models.checks import FORMS, Form
-from khr_models.standing.push import Direction
+from khr_models.standing.push import DIRECTIONS, Direction
 from khr_report.plots.plot_style import (
     COLORS,
     FALLEN,
@@ -23,6 +25,7 @@ from khr_report.plots.plot_style import (
     share_scale,
 )
 from khr_studies.push import motions
+from khr_studies.push.limits import LargestPushes
 
 UNCONTROLLED = ', no control'
 FORMS_EXPLAINED = (
@@ -35,6 +38,12 @@ LINES: dict[float, dict[str, Any]] = {  # by gain
     motions.CONTROL: {'linestyle': '-', 'linewidth': 1.8},
     0.0: {'linestyle': ':', 'linewidth': 1.0},
 }
+ROBOT: dict[str, dict[str, Any]] = {  # looks, by gyro
+    'packaged': {'linestyle': '-', 'marker': 'o'},
+    'circuit': {'linestyle': '-', 'marker': '^'},
+}
+OWN_MODEL: dict[str, Any] = {'linestyle': '--', 'marker': ''}
+THESIS_MODEL: dict[str, Any] = {'linestyle': ':', 'marker': ''}
 
 
 def rising_force(found: list[list[motions.PushedBody]]) -> Figure:
@@ -99,7 +108,7 @@ def with_and_without_control(found: motions.RobotAndModel) -> Figure:
     for axis, pushed in zip(axes, (found.robot, found.model), strict=True):
         for each, look in zip(pushed, LOOKS, strict=False):
             axis.plot(each.time, 1e3 * each.values, label=f'K_A = {each.gain:g}', **look)
-        show_band(axis, found)
+        _show_band(axis, found)
         axis.legend(loc='upper right')
     head(
         figure,
@@ -145,7 +154,82 @@ def both_directions(found: list[motions.PushedBothWays]) -> Figure:
     return figure
 
 
-def show_band(axis: Axes, found: motions.RobotAndModel) -> None:
+def impulses_of_thesis(found: pd.DataFrame) -> Figure:
+    """Draw the largest push survived over the gain, for both forms, durations and directions."""
+    figure, axes = panels('as published: both directions alike', 'physical, φ = 2°')
+    durations = list(found['duration'].unique())
+    for form, axis in zip(FORMS, axes, strict=True):
+        curves = found[found['form'] == form].groupby(['duration', 'direction'], sort=False)
+        for (duration, direction), curve in curves:
+            side = '' if form == 'published' else f', from {SIDES[direction]}'
+            axis.plot(
+                curve['gain'],
+                curve['impulse'],
+                marker='o',
+                color=f'C{durations.index(duration)}',
+                linestyle='-' if direction == 'behind' else '--',
+                label=f'{duration:g} s{side}',
+            )
+        axis.set(xlabel='gain K_A (board setting)', ylabel='largest impulse survived (N s)')
+        legend_above(axis, columns=2)
+    share_scale(axes)
+    head(figure, 'The largest push survived: gyro circuit, board and servo in the loop')
+    return figure
+
+
+def largest_pushes(found: LargestPushes) -> Figure:
+    """Draw the largest impulse over the gain, and x_COM for pushes near the largest one."""
+    figure, axes = panels(
+        *(f'the largest, from {SIDES[side]}' for side in DIRECTIONS),
+        *(
+            f'{motions.PUSHED:g} s, {share:.0%} of the limit at K_A = 0'
+            for share in (motions.SURVIVED, motions.FATAL)
+        ),
+        columns=2,
+        height=6.0,
+    )
+    table = found.table.assign(middle=np.sqrt(found.table['survived'] * found.table['fatal']))
+    rows = table.set_index(['direction', 'duration', 'gyro', 'gain'])
+    durations, gyros, gains = (list(table[key].unique()) for key in ('duration', 'gyro', 'gain'))
+    for direction, axis in zip(DIRECTIONS, axes[:2], strict=True):
+        for index, duration in enumerate(durations):
+            for name, gyro, force, look in (
+                *((f'robot, {gyro}', gyro, 'middle', ROBOT[gyro]) for gyro in gyros),
+                ('model, physical, robot', gyros[0], 'physical_robot', OWN_MODEL),
+                ('model, published, thesis', gyros[0], 'published_thesis', THESIS_MODEL),
+            ):  # without control the gyro does not matter
+                tried = [(direction, duration, gyro if gain else gyros[0], gain) for gain in gains]
+                values = duration * rows.loc[tried, force].to_numpy()
+                label = f'{name}, {duration:g} s'
+                axis.plot(gains, values, color=f'C{index}', label=label, **look)
+        axis.set(
+            xlabel='gain K_A (board setting)', ylabel='impulse survived (N s)', ylim=(0.0, 2.1)
+        )
+    for near, axis in zip(found.near, axes[2:], strict=True):
+        _draw_motions(axis, near)
+    axes[2].legend(loc='upper left', fontsize=7)
+    figure.legend(
+        loc='outside lower center',
+        ncols=4,
+        fontsize=7,
+        handles=[
+            *(
+                Line2D([], [], color='0.3', label=f'robot, {gyro} gyro', **ROBOT[gyro])
+                for gyro in gyros
+            ),
+            Line2D([], [], color='0.3', label='model of its body, physical', **OWN_MODEL),
+            Line2D([], [], color='0.3', label="thesis's model, published", **THESIS_MODEL),
+            *(
+                Line2D([], [], color=f'C{index}', linewidth=4, label=f'push of {duration:g} s')
+                for index, duration in enumerate(durations)
+            ),
+        ],
+    )
+    figure.suptitle('Pushes on the simulated robot and on the model, on the flat')
+    return figure
+
+
+def _show_band(axis: Axes, found: motions.RobotAndModel) -> None:
     """Shade the band (4.7), and the time of the push, and name the axes."""
     foot = 2e3 * found.half_foot
     axis.axhspan(-foot / 2.0, 0.0, color='0.93', zorder=0)
@@ -180,3 +264,13 @@ def _shade(axis: Axes, low: float, high: float, name: str) -> None:
         ha='right',
     )
     axis.grid(False)
+
+
+def _draw_motions(axis: Axes, near: motions.RobotAndModel) -> None:
+    last = len(near.robot) - 1  # whose colour the model has
+    lines = [(f'C{index}', '-', 'robot', each) for index, each in enumerate(near.robot)]
+    lines += [(f'C{last}', '--', 'model', each) for each in near.model]
+    for color, line, who, each in lines:
+        label = f'{who}, K_A = {each.gain:g}' + (f', {each.gyro}' if each.gain else '')
+        axis.plot(each.time, 1e3 * each.values, color=color, linestyle=line, label=label)
+    _show_band(axis, near)

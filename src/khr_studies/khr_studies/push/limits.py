@@ -1,4 +1,4 @@
-"""Measure the largest pushes that robot and model survive."""
+"""Measure the largest pushes that robot and models survive, as tables with a row per condition."""
 
 from __future__ import annotations
 
@@ -7,55 +7,39 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
+import pandas as pd
+
+from khr_models.checks import FORMS
+from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import Pid
 from khr_models.standing.push import DIRECTIONS, capture_force
 from khr_models.standing.push import largest_push as largest_of_model
+from khr_sim.physics import engines
 from khr_studies.errors import StudyError
-from khr_studies.measuring.condition import Changes, stiffer_pid
-from khr_studies.push.model import model_loop, model_push
-from khr_studies.push.study import (
-    GYROS,
-    WATCH,
-    PushCondition,
-    PushLimit,
-    largest_push,
-    push_robot,
-    stance,
+from khr_studies.measuring.condition import Changes, stiffer_pid, with_engine
+from khr_studies.push.model import BODIES, model_loop, model_push
+from khr_studies.push.motions import (
+    FATAL,
+    LOOP,
+    PUSHED,
+    SLOPES,
+    SURVIVED,
+    RobotAndModel,
+    largest_with_circuit,
+    near_limit,
 )
+from khr_studies.push.study import GYROS, WATCH, PushCondition, largest_push, push_robot, stance
+from khr_sweeps.trial import Row
 
 GAINS = (0.0, 12.0, 18.0)
 DURATIONS = (0.1, 0.2, 0.5)  # s
-SHORT = (0.02, 0.05, *DURATIONS)  # s, of the momentum argument
+SHORT = (0.02, 0.05, *DURATIONS)  # s, for conservation of momentum
+SETTINGS = (0.0, 4.0, 8.0, 12.0, 18.0, 24.0, 36.0)  # K_A of the thesis's model
 IMPULSE = 0.6  # N s, compared over durations
 # Servos four times as stiff; still stiffer ones chatter after the push.
 STIFF: Changes = ((('simulator', 'stiffness_per_stretch'), 1.0), *stiffer_pid(4.0))
 STIFFER = 20.0  # times, of the model's servo
 PADS: Changes = ((('simulator', 'surface'), 'pads'),)
-
-
-@dataclass(frozen=True)
-class PushRow:
-    """The largest pushes under one condition; forces in N, durations in s.
-
-    The robot survives ``survived`` and falls at ``fatal``. The other forces are the largest that
-    a model survives: with this robot's body or the thesis's, physical or as published.
-    """
-
-    direction: str
-    duration: float
-    gain: float
-    gyro: str
-    survived: float
-    fatal: float
-    physical_robot: float
-    published_robot: float
-    physical_thesis: float
-    published_thesis: float
-
-    @property
-    def middle(self) -> float:
-        """Return the geometric mean of what the robot survives and falls at, N."""
-        return PushLimit(self.survived, self.fatal).middle
 
 
 def conditions(
@@ -77,129 +61,145 @@ def conditions(
     ]
 
 
-def measure_push(condition: PushCondition) -> PushRow:
-    """Measure one condition on robot and models."""
+def measure_push(condition: PushCondition) -> Row:
+    """Measure the largest pushes of robot and models under one condition, N.
+
+    The robot survives ``survived`` and falls at ``fatal``. The other forces are the largest that
+    a model survives, by the form of its equations and its body: ``physical_robot`` and so on.
+    """
     robot = largest_push(condition)
-    return PushRow(
-        condition.direction,
-        condition.duration,
-        condition.gain,
-        condition.gyro,
-        robot.survived,
-        robot.fatal,
-        *(
-            model_push(condition, form, body)
-            for body in ('robot', 'thesis')
+    return {
+        'direction': condition.direction,
+        'duration': condition.duration,
+        'gain': condition.gain,
+        'gyro': condition.gyro,
+        'survived': robot.survived,
+        'fatal': robot.fatal,
+        **{
+            f'{form}_{body}': model_push(condition, form, body)
+            for body in BODIES
             for form in ('physical', 'published')
-        ),
-    )
+        },
+    }
 
 
-def measure_all(tried: Iterable[PushCondition]) -> list[PushRow]:
-    """Measure conditions and print each on stderr."""
+def push_table(tried: Iterable[PushCondition]) -> pd.DataFrame:
+    """Measure conditions; print each on stderr."""
     rows = []
     for condition in tried:
-        row = measure_push(condition)
+        rows.append(row := measure_push(condition))
         print(
-            f'{row.direction:6} {row.duration:g} s  K_A {row.gain:<4g}{row.gyro:9} '
-            f'robot {row.survived:.2f} to {row.fatal:.2f} N, model {row.physical_robot:.2f} N',
+            '{direction:6} {duration:g} s  K_A {gain:<4g}{gyro:9} robot {survived:.2f} to '
+            '{fatal:.2f} N, model {physical_robot:.2f} N'.format(**row),
             file=sys.stderr,
             flush=True,
         )
-        rows.append(row)
-    return rows
+    return pd.DataFrame(rows)
 
 
-@dataclass(frozen=True)
-class MomentumRow:
-    """The largest impulse without control, from behind, beside closed forms; in N s.
+def momentum(duration: float) -> Row:
+    """Compare the largest impulse without control, from behind, with closed forms, N s.
 
-    Attributes:
+    Args:
         duration: of the push, s.
-        survived, fatal: of the robot.
-        point_mass, rigid_body: largest impulse by conservation of momentum.
-        carried_mm: how far IMPULSE carries the centre of mass; None if the robot falls.
+
+    Returns:
+        The impulses that the robot survives and that are fatal; the largest impulse of a point
+        mass and of a rigid body by conservation of momentum; and ``moved_mm``, how far IMPULSE
+        moves the centre of mass (NaN if the robot falls).
     """
-
-    duration: float
-    survived: float
-    fatal: float
-    point_mass: float
-    rigid_body: float
-    carried_mm: float | None
-
-
-def momentum(duration: float) -> MomentumRow:
-    """Measure the largest impulse for one duration in s."""
     own, inertia = stance().tipping('behind')
     condition = PushCondition(duration=duration)
     found = largest_push(condition)
     response = push_robot(condition, IMPULSE / duration)
-    return MomentumRow(
-        duration,
-        duration * found.survived,
-        duration * found.fatal,
-        duration * capture_force(own, own.inertia, duration),
-        duration * capture_force(own, inertia, duration),
-        None if response.fell else 1e3 * float(response.x_com.max() - response.x_com[0]),
-    )
+    moved = 1e3 * float(response.x_com.max() - response.x_com[0])
+    return {
+        'duration': duration,
+        'survived': duration * found.survived,
+        'fatal': duration * found.fatal,
+        'point_mass': duration * capture_force(own, own.inertia, duration),
+        'rigid_body': duration * capture_force(own, inertia, duration),
+        'moved_mm': float('nan') if response.fell else moved,
+    }
 
 
-@dataclass(frozen=True)
-class ComplianceRow:
-    """The largest push without control, from behind, with soft and with stiff servos; in N."""
+def compliance(duration: float) -> Row:
+    """Measure the largest pushes without control, from behind, with soft and stiff servos, N.
 
-    duration: float
-    robot: float
-    stiff_robot: float
-    rigid: float
-    model: float
-    stiff_model: float
-    rigid_point_mass: float
-
-
-def compliance(duration: float) -> ComplianceRow:
-    """Measure the effect of stiff servos for one duration in s."""
+    Args:
+        duration: of the push, s.
+    """
     soft, hard = (PushCondition(duration=duration, changes=changes) for changes in ((), STIFF))
     edge, inertia = stance(hard.base()).tipping('behind')
     loop = model_loop(soft, 'physical', 'robot')
     pid = Pid(STIFFER * loop.pid.proportional, 0.0, STIFFER * loop.pid.derivative)
-    return ComplianceRow(
-        duration,
-        largest_push(soft).middle,
-        largest_push(hard).middle,
-        capture_force(edge, inertia, duration),
-        model_push(soft, 'physical', 'robot'),
-        largest_of_model(replace(loop, pid=pid), duration=duration, watch=WATCH),
-        capture_force(edge, edge.inertia, duration),
-    )
+    return {
+        'duration': duration,
+        'robot': largest_push(soft).middle,
+        'stiff_robot': largest_push(hard).middle,
+        'rigid': capture_force(edge, inertia, duration),
+        'model': model_push(soft, 'physical', 'robot'),
+        'stiff_model': largest_of_model(replace(loop, pid=pid), duration=duration, watch=WATCH),
+        'rigid_point_mass': capture_force(edge, edge.inertia, duration),
+    }
 
 
-@dataclass(frozen=True)
-class PushLimits:
-    """All that the models' document says of pushes on the robot.
+def impulses_of_thesis() -> pd.DataFrame:
+    """Measure the largest impulses that the thesis's model survives, on the last of SLOPES, N s.
+
+    As published, both directions are alike, and the ground is level.
+    """
+    rows = []
+    for form in FORMS:
+        slope = 0.0 if form == 'published' else SLOPES[-1]
+        loop = replace(LOOP, form=form, inclination=slope)
+        directions = DIRECTIONS[:1] if form == 'published' else DIRECTIONS
+        for duration, direction, gain in product((0.05, 0.1, 0.3), directions, SETTINGS):
+            controlled = replace(loop, gain=gain_of_board(gain))
+            force = largest_with_circuit(controlled, duration, direction)
+            rows.append((form, duration, direction, gain, duration * force))
+    return pd.DataFrame(rows, columns=['form', 'duration', 'direction', 'gain', 'impulse'])
+
+
+@dataclass(frozen=True, eq=False)
+class LargestPushes:
+    """The largest pushes of robot and models, and motions near the limit without control.
 
     Attributes:
-        pushes: the largest, under every condition.
-        on_pads: the largest of one duration, on the force-sensor pads.
-        momentum, compliance: by duration.
+        table: a row for each gain, from :func:`measure_push`.
+        near: motions just below and just above the limit.
     """
 
-    pushes: list[PushRow]
-    on_pads: list[PushRow]
-    momentum: list[MomentumRow]
-    compliance: list[ComplianceRow]
+    table: pd.DataFrame
+    near: list[RobotAndModel]
 
 
-def measure_limits() -> PushLimits:
-    """Measure all of it; it takes minutes."""
-    on_pads = conditions(durations=DURATIONS[:1], gyros=('packaged',), changes=PADS)
-    return PushLimits(
-        measure_all(conditions()),
-        measure_all(on_pads),
-        [momentum(duration) for duration in SHORT],
-        [compliance(duration) for duration in DURATIONS],
+def largest_pushes(
+    durations: Sequence[float] = DURATIONS,
+    gyros: Sequence[str] = tuple(GYROS),
+    gains: Sequence[float] = GAINS,
+    engine: str = engines.DEFAULT,
+) -> LargestPushes:
+    """Measure the largest pushes of robot and models, and motions near the limit.
+
+    Args:
+        durations: of the pushes, s.
+        gyros: of the robot.
+        gains: K_A.
+        engine: physics engine.
+    """
+    tried = conditions(gains, durations, gyros=gyros, changes=with_engine(engine))
+    alone = PushCondition(duration=PUSHED, changes=with_engine(engine))
+    limit = largest_push(alone).middle
+    return LargestPushes(
+        pd.DataFrame([measure_push(each) for each in tried]),
+        [near_limit(alone, share * limit) for share in (SURVIVED, FATAL)],
     )
+
+
+def coarse_pushes(engine: str = engines.DEFAULT) -> LargestPushes:
+    """Measure :func:`largest_pushes` for one duration, one gyro and two gains."""
+    return largest_pushes((PUSHED,), ('packaged',), (GAINS[0], GAINS[-1]), engine)
 
 
 def numbers(name: str, text: str) -> list[float]:

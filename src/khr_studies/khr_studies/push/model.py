@@ -27,6 +27,7 @@ from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
 from khr_studies.push.study import GIVING, WATCH, PushCondition, Stance, stance
 
 Body = Literal['thesis', 'robot']
+BODIES: tuple[Body, ...] = ('robot', 'thesis')
 
 
 def legs(own: Stance, parameters: SimulatorParameters) -> Pid:

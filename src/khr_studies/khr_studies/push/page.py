@@ -1,4 +1,4 @@
-"""The largest pushes of robot and model as CSV and Markdown.
+"""The largest pushes of robot and models as CSV and Markdown.
 
 ``python -m khr_studies.push.page docs/models.md`` writes them into the models' document; it takes
 a few minutes.
@@ -7,86 +7,90 @@ a few minutes.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import astuple, fields
 from pathlib import Path
 
+import pandas as pd
+
 from khr_common.files import write_text
+from khr_common.text import markdown
 from khr_common.text.markdown import WrittenPart
-from khr_report.page.document import Columns, Table, markdown, table
 from khr_report.page.template import page_text
-from khr_report.page.text import csv_text
 from khr_sim.parameters import SimulatorParameters
 from khr_studies.push.limits import (
+    DURATIONS,
     IMPULSE,
-    ComplianceRow,
-    MomentumRow,
-    PushLimits,
-    PushRow,
-    measure_limits,
+    PADS,
+    SHORT,
+    compliance,
+    conditions,
+    momentum,
+    push_table,
 )
 from khr_studies.push.model import legs
 from khr_studies.push.study import START, TOLERANCE, WATCH, stance
+from khr_sweeps.trial import Row
 
-MOMENTUM_COLUMNS: Columns[MomentumRow] = {
-    'push, s': lambda row: f'{row.duration:g}',
-    'robot, N s': lambda row: f'{row.survived:.3f} to {row.fatal:.3f}',
-    'point mass, N s': lambda row: f'{row.point_mass:.3f}',
-    'rigid body, N s': lambda row: f'{row.rigid_body:.3f}',
-    f'COM carried by {IMPULSE:g} N s': lambda row: (
-        'falls' if row.carried_mm is None else f'{row.carried_mm:.1f} mm'
-    ),
+MOMENTUM_COLUMNS = {
+    'push, s': '{duration:g}',
+    'robot, N s': '{survived:.3f} to {fatal:.3f}',
+    'point mass, N s': '{point_mass:.3f}',
+    'rigid body, N s': '{rigid_body:.3f}',
+    f'COM carried by {IMPULSE:g} N s': '{moved_mm:.1f} mm',
 }
-COMPLIANCE_COLUMNS: Columns[ComplianceRow] = {
-    'push, s': lambda row: f'{row.duration:g}',
-    'robot, N': lambda row: f'{row.robot:.2f}',
-    'with stiff servos, N': lambda row: f'{row.stiff_robot:.2f}',
-    'rigid, closed form, N': lambda row: f'{row.rigid:.2f}',
-    'model of its body, N': lambda row: f'{row.model:.2f}',
-    'with a stiff servo, N': lambda row: f'{row.stiff_model:.2f}',
-    'rigid point mass, closed form, N': lambda row: f'{row.rigid_point_mass:.2f}',
+COMPLIANCE_COLUMNS = {
+    'push, s': '{duration:g}',
+    'robot, N': '{robot:.2f}',
+    'with stiff servos, N': '{stiff_robot:.2f}',
+    'rigid, closed form, N': '{rigid:.2f}',
+    'model of its body, N': '{model:.2f}',
+    'with a stiff servo, N': '{stiff_model:.2f}',
+    'rigid point mass, closed form, N': '{rigid_point_mass:.2f}',
+}
+MODELS = {
+    'model of its body, published': 'published_robot',
+    "thesis's model, physical": 'physical_thesis',
+    "thesis's model, published": 'published_thesis',
 }
 
 
-def largest_pushes(rows: Sequence[PushRow]) -> Table:
-    """Make a table with a line per duration and body, and a column per loop."""
-    loops = sorted(
-        {(row.gain and row.gyro, row.gain) for row in rows},
-        key=lambda loop: (loop[0] == 'circuit', loop[1]),
-    )
-    by_key = {(row.direction, row.duration, row.gain and row.gyro, row.gain): row for row in rows}
-    directions = list(dict.fromkeys(row.direction for row in rows))
-    lines = []
-    whose = [
-        (f'{who}, from {"the " * (side == "front")}{side}', side, forces)
-        for side in directions
-        for who, forces in (
-            ('robot', ('survived', 'fatal')),
-            ('model of its body', ('physical_robot',)),
-        )
+def largest_pushes(table: pd.DataFrame) -> str:
+    """Return a table with a line per duration and body, and a column per loop."""
+    rows = {
+        (row.direction, row.duration, row.gain and row.gyro, row.gain): row
+        for row in table.itertuples()
+    }
+    loops = sorted({key[2:] for key in rows}, key=lambda loop: (loop[0] == 'circuit', loop[1]))
+    directions = list(dict.fromkeys(table['direction']))
+    bodies: list[tuple[str, str, tuple[str, ...]]] = []
+    for side in directions:
+        source = 'the front' if side == 'front' else side
+        bodies.append((f'robot, from {source}', side, ('survived', 'fatal')))
+        bodies.append((f'model of its body, from {source}', side, ('physical_robot',)))
+    # These models survive as much from both sides.
+    bodies += [(name, directions[0], (force,)) for name, force in MODELS.items()]
+    lines = [
+        [
+            f'{duration:g} s',
+            name,
+            *(
+                ' to '.join(
+                    f'{getattr(rows[side, duration, *loop], force):.2f}' for force in forces
+                )
+                for loop in loops
+            ),
+        ]
+        for duration in dict.fromkeys(table['duration'])
+        for name, side, forces in bodies
     ]
-    whose += [
-        (who, directions[0], (force,))  # a model survives as much from both sides
-        for who, force in (
-            ('model of its body, published', 'published_robot'),
-            ("thesis's model, physical", 'physical_thesis'),
-            ("thesis's model, published", 'published_thesis'),
-        )
-    ]
-    for duration in dict.fromkeys(row.duration for row in rows):
-        for name, direction, fields_ in whose:
-            found = [by_key[direction, duration, *loop] for loop in loops]
-            cells = (
-                ' to '.join(f'{getattr(row, field):.2f}' for field in fields_) for row in found
-            )
-            lines.append((f'{duration:g} s', name, *cells))
     head = [f'K_A = {gain:g}' + (f', {gyro}' if gyro else '') for gyro, gain in loops]
-    return Table(('push', 'who', *head), tuple(lines))
+    return markdown.table(['push', 'who', *head], lines)
 
 
-def document_part(found: PushLimits) -> str:
-    """Return the part of the models' document on the robot."""
+def document_part() -> str:
+    """Measure, and return the part of the models' document on the robot; it takes minutes."""
     own = stance()
     body, inertia = own.tipping('behind')
+    on_pads = conditions(durations=DURATIONS[:1], gyros=('packaged',), changes=PADS)
     return page_text(
         __name__,
         body=body,
@@ -97,26 +101,32 @@ def document_part(found: PushLimits) -> str:
         start=START,
         watch=WATCH,
         tolerance=TOLERANCE,
-        pushes=largest_pushes(found.pushes),
-        on_pads=largest_pushes(found.on_pads),
-        momentum=table(found.momentum, MOMENTUM_COLUMNS),
-        compliance=table(found.compliance, COMPLIANCE_COLUMNS),
+        pushes=largest_pushes(push_table(conditions())),
+        on_pads=largest_pushes(push_table(on_pads)),
+        momentum=_table([momentum(duration) for duration in SHORT], MOMENTUM_COLUMNS),
+        compliance=_table([compliance(duration) for duration in DURATIONS], COMPLIANCE_COLUMNS),
     ).strip()
 
 
-def write(rows: Sequence[PushRow], out: Path) -> list[Path]:
+def _table(rows: Sequence[Row], columns: dict[str, str]) -> str:
+    """Return a table of formatted columns; a number that is NaN means that the robot falls."""
+    cells = [[form.format(**row) for form in columns.values()] for row in rows]
+    shown = [['falls' if 'nan' in cell else cell for cell in line] for line in cells]
+    return markdown.table(list(columns), shown)
+
+
+def write(table: pd.DataFrame, out: Path) -> list[Path]:
     """Write push.csv and push.md into a folder; return their paths."""
-    names = [each.name for each in fields(PushRow)]
     texts = {
-        out / 'push.csv': csv_text(names, map(astuple, rows), 4, '\n'),
-        out / 'push.md': markdown([largest_pushes(rows)]) + '\n',
+        out / 'push.csv': table.to_csv(index=False, float_format='%.4g', lineterminator='\n'),
+        out / 'push.md': largest_pushes(table) + '\n',
     }
     for path, text in texts.items():
         write_text(path, text)
     return list(texts)
 
 
-PART = WrittenPart('khr_studies.push.page docs/models.md', lambda: document_part(measure_limits()))
+PART = WrittenPart('khr_studies.push.page docs/models.md', document_part)
 
 if __name__ == '__main__':
     # by the module's own name, at which its template is

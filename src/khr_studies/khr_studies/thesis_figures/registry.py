@@ -26,7 +26,7 @@ from khr_studies.peak_origin import figure as lines
 from khr_studies.peak_origin.odd_line import odd_lines
 from khr_studies.peak_origin.study import explain_all
 from khr_studies.push import figure as pushes
-from khr_studies.push import largest, largest_figure, motions
+from khr_studies.push import limits, motions
 from khr_studies.thesis_figures import gaits, gyro, spectra, stages, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.run_plots import RATES
@@ -157,14 +157,14 @@ FIGURES: dict[str, Drawing] = {
     ),
     'push': Drawing(
         'Largest push against the gain, models',
-        largest_figure.largest_of_thesis,
-        measure=largest.largest_of_thesis,
+        pushes.impulses_of_thesis,
+        measure=limits.impulses_of_thesis,
     ),
     'push_robot': Drawing(
         'Largest push against the gain, robot and models',
-        largest_figure.largest_pushes,
-        measure=largest.largest_pushes,
-        quick=largest.coarse_pushes,
+        pushes.largest_pushes,
+        measure=limits.largest_pushes,
+        quick=limits.coarse_pushes,
     ),
     'stages': Drawing('Staged control on tilting ground', stages.tilting_ground, ('stages',)),
     'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),

@@ -193,7 +193,7 @@ def _read(
 
 
 def _row(result: tuple[str, Any]) -> tuple[str, str, int]:
-    id_, data = result[0], json.dumps(result[1])
+    id_, data = result[0], json.dumps(result[1], separators=(',', ':'))
     return id_, data, zlib.crc32((id_ + data).encode())
 
 

@@ -16,11 +16,11 @@ from khr_common import KhrError, RunError, check, specifications
 from khr_studies.calibration import objective as calibration_objective
 from khr_studies.calibration import search as calibration_search
 from khr_studies.calibration.ensemble import (
-    cannot,
-    determined,
+    constant_spreads,
+    diverse,
     ensemble,
-    members,
-    thinned,
+    ensemble_members,
+    missed_rows,
     worst_miss,
 )
 from khr_studies.calibration.journal import Journal, physics_digest
@@ -29,8 +29,8 @@ from khr_studies.calibration.objective import (
     FALL,
     Candidate,
     Task,
+    combine,
     cost_of,
-    joined,
     limit_near,
     measure_robot,
     row_costs,
@@ -38,10 +38,10 @@ from khr_studies.calibration.objective import (
 )
 from khr_studies.calibration.page import page, write
 from khr_studies.calibration.plan import FreeConstant, read_plan
-from khr_studies.calibration.result import CONSTANTS, Calibration, parameter_file
+from khr_studies.calibration.result import Calibration, fixed_constants, parameter_file
 from khr_studies.calibration.rows import WantedDifference
-from khr_studies.calibration.search import Measuring, Search, Strand, search
-from khr_studies.calibration.study import best_of_kinds, confirm, constant_lean, judged
+from khr_studies.calibration.search import KindSearch, Measurement, Search, run_search
+from khr_studies.calibration.study import best_of_kinds, calibration_of, confirm, constant_lean
 from khr_studies.errors import StudyError
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
@@ -60,7 +60,7 @@ def test_shipped_plan_moves_parameters_within_their_ranges_and_knows_no_row_twic
         assert len({check_default(name) for name in constant.parameters}) == 1, 'one default'
     titles = [row.condition.title for row in plan.limits]
     assert len(titles) == len(set(titles))
-    assert not {(c.node, c.key) for c in CONSTANTS if c.kind == 'published'} & {
+    assert not {(c.node, c.key) for c in fixed_constants() if c.kind == 'published'} & {
         tuple(name.split('.'))
         for constant in plan.constants.values()
         if constant.origin == 'free'
@@ -172,19 +172,19 @@ def test_robot_on_its_aims_costs_nothing_and_one_off_them_what_it_misses(monkeyp
     assert measure_robot(TASK).cost == pytest.approx(2.0, abs=0.6)
 
 
-def test_hopeless_robot_is_given_up_and_still_costs_more_than_a_better_one(monkeypatch):
+def test_bad_robot_is_pruned_and_still_costs_more_than_a_better_one(monkeypatch):
     runs = invented(lambda *_: -1.0, monkeypatch)
-    found = measure_robot(replace(TASK, hopeless=3.0))
+    found = measure_robot(replace(TASK, prune_above=3.0))
     assert not found.complete and not found.limits and len(runs) == 1, 'it cannot walk'
     invented(lambda *_: 4.0, monkeypatch)
-    better = measure_robot(replace(TASK, hopeless=3.0))
+    better = measure_robot(replace(TASK, prune_above=3.0))
     assert not better.complete and 3.0 < better.cost < found.cost
 
 
 def test_robot_is_measured_on_the_second_engine_if_the_first_has_hope_and_costs_the_worse(
     monkeypatch,
 ):
-    def measured(hopeless, quick, other):
+    def measured(prune_above, quick, other):
         engines = []
 
         def run(condition, phi, _):
@@ -196,12 +196,12 @@ def test_robot_is_measured_on_the_second_engine_if_the_first_has_hope_and_costs_
             return full_outcome(verdict)._replace(fell_at=1.0 if verdict == 'fell' else None)
 
         monkeypatch.setattr(calibration_objective, 'run_condition', run)
-        both = replace(TASK, engines=('mujoco', 'bullet'), hopeless=hopeless)
+        both = replace(TASK, engines=('mujoco', 'bullet'), prune_above=prune_above)
         return measure_robot(both), engines
 
     aims, bad = [row.aim for row in PLAN.fitted], [1.0, 1.0]
-    hopeless, on = measured(1.0, bad, aims)
-    assert set(on) == {'mujoco'} and not hopeless.complete
+    pruned, on = measured(1.0, bad, aims)
+    assert set(on) == {'mujoco'} and not pruned.complete
     found, on = measured(1e9, aims, bad)
     assert set(on) == {'mujoco', 'bullet'} and found.complete
     same = pytest.approx(found.cost, abs=1.0)
@@ -249,7 +249,7 @@ def here(monkeypatch):
 def searched(path, made=SEARCH):
     """Search with a journal; return every candidate of it."""
     with Journal(path, made.head) as book:
-        return search(made, Measuring(book, None))
+        return run_search(made, Measurement(book, None))
 
 
 def test_search_finds_what_the_rows_want_from_anywhere_in_the_ranges(tmp_path, here):
@@ -342,28 +342,28 @@ def test_the_best_are_confirmed_on_both_engines_and_cost_what_the_worse_one_says
     robots = searched(tmp_path / 'journal')
     here.clear()
     with Journal(tmp_path / 'journal', SEARCH.head) as book:
-        found = confirm(SEARCH, robots, 3, Measuring(book, None))
-        again = confirm(SEARCH, robots, 3, Measuring(book, None))
+        found = confirm(SEARCH, robots, 3, Measurement(book, None))
+        again = confirm(SEARCH, robots, 3, Measurement(book, None))
         assert len(book.candidates('confirmed')) == 3
     assert [task.engines for task in here] == [('mujoco', 'bullet')] * 3, 'and not twice'
-    assert {(task.seeds, task.hopeless) for task in here} == {(3, float('inf'))}
+    assert {(task.seeds, task.prune_above) for task in here} == {(3, float('inf'))}
     assert again == found and len(found) == 3
     better, worse = robot(0.025), robot(0.027)
-    both = joined({'bullet': better, 'mujoco': replace(worse, constants=better.constants)})
+    both = combine({'bullet': better, 'mujoco': replace(worse, constants=better.constants)})
     assert both.cost == worse.cost > better.cost
     assert both.limit(TITLES[0]) == pytest.approx(6.1)
     assert worst_miss(PLAN, both) == worst_miss(PLAN, worse)
 
 
 def test_who_is_worse_than_the_parents_that_were_measured_in_whole_is_given_up():
-    strand = Strand(SEARCH, 'none')
+    strand = KindSearch(SEARCH, 'none')
     number = len(strand.ask())
-    before = strand.hopeless
+    before = strand.prune_above
     given_up = [Candidate({}, cost=float(each)) for each in range(number)]
     strand.tell(given_up)
-    assert strand.hopeless == before, 'nobody knows what they cost'
+    assert strand.prune_above == before, 'nobody knows what they cost'
     strand.tell([replace(each, complete=True) for each in given_up])
-    assert strand.hopeless == SEARCH.population // 2 - 1 < before
+    assert strand.prune_above == SEARCH.population // 2 - 1 < before
 
 
 def many(count, **figures):
@@ -380,7 +380,7 @@ def test_ensemble_holds_what_fits_and_tells_open_constants_from_determined_ones(
     assert found.tolerances == 1.0 and found.fitting == 30 == len(found.robots)
     assert (found.candidates, found.complete) == (33, 31)
     assert found.best.cost == min(one.cost for one in found.robots)
-    said = {one.name: one for one in determined(PLAN, found)}
+    said = {one.name: one for one in constant_spreads(PLAN, found)}
     assert said['lift'].is_open and not said['sway'].is_open
 
 
@@ -394,14 +394,14 @@ def test_ensemble_of_few_that_fit_states_the_tolerance_it_needs():
 
 def test_thinned_ensemble_keeps_the_best_and_its_width():
     robots = [robot(lift=0.01), *(robot(lift=0.02 + 0.0001 * i) for i in range(20))]
-    kept = thinned(PLAN, robots, 3)
+    kept = diverse(PLAN, robots, 3)
     assert kept[0] is robots[0] and kept[-1].constants['lift'] == robots[-1].constants['lift']
 
 
 def test_page_data_pictures_and_constants_are_written(tmp_path):
     robots = many(25)
     out = tmp_path / 'calibration.md'
-    found = judged(SEARCH, robots)
+    found = calibration_of(SEARCH, robots)
     assert '25 candidates; the best: ' in write(found, robots, out)
     assert {path.name for path in tmp_path.iterdir()} == {
         'calibration.md',
@@ -418,7 +418,7 @@ def test_page_data_pictures_and_constants_are_written(tmp_path):
     assert fitted['gait']['ros__parameters']['sway'] == found.best.constants['sway']
     assert page(read_json(out.with_suffix('.json'), Calibration), 'calibration') == text
     with pytest.raises(RunError, match='raise --candidates'):
-        judged(SEARCH, [robot(complete=False)])
+        calibration_of(SEARCH, [robot(complete=False)])
 
 
 def limited(*limits):
@@ -435,8 +435,8 @@ def test_the_robot_that_misses_the_fewest_rows_is_chosen_even_at_a_higher_cost()
         ),
     )
     assert one_far.cost > both_near.cost
-    assert [len(cannot(PLAN, each)) for each in (one_far, both_near)] == [1, 2]
-    found = judged(SEARCH, [both_near, one_far])
+    assert [len(missed_rows(PLAN, each)) for each in (one_far, both_near)] == [1, 2]
+    found = calibration_of(SEARCH, [both_near, one_far])
     assert found.best == one_far
     assert 'misses 2' in page(found, 'calibration')
 
@@ -446,28 +446,28 @@ def test_a_row_missed_is_searched_among_all_candidates():
 
     robots = [limited(5.9, 12.0), limited(9.0, 9.2), limited(9.0, 12.0)]
     robots.append(replace(limited(9.0, 9.2), complete=False))
-    (row,) = judged(SEARCH, robots).resisting
+    (row,) = calibration_of(SEARCH, robots).resisting
     assert (row.row, row.meeting, row.candidates) == (TITLES[1], 1, 3)
     assert row.missed == (TITLES[0],)
-    text = page(judged(SEARCH, robots), 'calibration')
+    text = page(calibration_of(SEARCH, robots), 'calibration')
     assert f'| {TITLES[1]} | 1 of 3 | {TITLES[0]} |' in text
-    none = judged(SEARCH, [limited(5.9, 12.0)])
+    none = calibration_of(SEARCH, [limited(5.9, 12.0)])
     assert none.resisting[0].meeting == 0 and none.resisting[0].missed == ()
-    assert 'What resists' not in page(judged(SEARCH, [robot()]), 'calibration')
+    assert 'Rows in conflict' not in page(calibration_of(SEARCH, [robot()]), 'calibration')
 
 
 def test_page_of_three_kinds_says_what_each_cannot_do(tmp_path):
     kinds = [of_kind(), of_kind(reference=-0.5), of_kind(lean=4.0)]
-    on = [joined({'bullet': each, 'mujoco': each}) for each in kinds]
-    made = judged(replace(SEARCH, plan=KINDS), kinds, on)
+    on = [combine({'bullet': each, 'mujoco': each}) for each in kinds]
+    made = calibration_of(replace(SEARCH, plan=KINDS), kinds, on)
     text = page(made, 'calibration')
     head = next(
         line for line in text.splitlines() if 'offset behind the amplifier, bullet' in line
     )
     assert head.count('|') == 9
-    assert cannot(KINDS, on[0]) == [] and cannot(KINDS, on[2]) == TITLES
+    assert missed_rows(KINDS, on[0]) == [] and missed_rows(KINDS, on[2]) == TITLES
     assert f'| {", ".join(TITLES)} |' in text
-    assert 'none placed by hand' in text and 'on both engines' in text
+    assert 'none was placed by hand' in text and 'on both engines' in text
 
 
 def test_difference_of_limits_is_a_row():
@@ -492,7 +492,7 @@ def of_lean(deg):
 def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
     path = tmp_path / 'ensemble.json'
     robots = [robot(sway=0.025), robot(sway=0.0255)]
-    write_json(path, members(PLAN, ensemble(PLAN, robots)))
+    write_json(path, ensemble_members(PLAN, ensemble(PLAN, robots)))
     kept = read_ensemble(path)
     assert [member.constants['gait.sway'] for member in kept] == [0.025, 0.0255]
     assert spread_of(kept)[TITLES[0]] == pytest.approx((5.9, 6.0))
@@ -543,7 +543,7 @@ def test_the_scoreboard_calls_fitted_what_the_plan_has():
 
 
 def test_every_constant_is_a_parameter_with_a_known_provenance():
-    for constant in CONSTANTS:
+    for constant in fixed_constants():
         assert constant.key in specifications(table_of(constant.node))
         assert constant.kind in ('measured', 'published', 'derived', 'assumed')
 

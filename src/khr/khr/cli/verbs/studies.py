@@ -43,13 +43,12 @@ def push(
 ) -> None:
     """Find the largest push the standing robot survives, beside the model's."""
     from khr_report.folders import make_folder
-    from khr_report.page.document import markdown
     from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
 
     if out:
         make_folder(out)
-    rows = push_limits.measure_all(
+    table = push_limits.push_table(
         push_limits.conditions(
             push_limits.numbers('--ka', ka),
             push_limits.numbers('--duration', duration),
@@ -57,8 +56,8 @@ def push(
             gyro.split(','),
         )
     )
-    print(markdown([push_page.largest_pushes(rows)]))
-    for path in push_page.write(rows, out) if out else []:
+    print(push_page.largest_pushes(table))
+    for path in push_page.write(table, out) if out else []:
         print(path)
 
 
@@ -105,9 +104,9 @@ def calibrate(
     journal: Annotated[
         Path,
         typer.Option(
-            help='A line per candidate; the same command goes on with it, on any machine.'
+            help='The measured candidates; the same command resumes from it, on any machine.'
         ),
-    ] = Path('runs/calibration.jsonl'),
+    ] = Path('runs/calibration.sqlite'),
     engine: EngineOption = 'mujoco',
     candidates: Annotated[int, typer.Option(help='Candidates of the search.')] = 600,
     confirm: Annotated[
@@ -123,7 +122,7 @@ def calibrate(
 ) -> None:
     """Search the free constants so that all rows of the thesis come out at once."""
     from khr_studies.calibration import page, study
-    from khr_studies.calibration.ensemble import members as members_of
+    from khr_studies.calibration.ensemble import ensemble_members
     from khr_studies.calibration.plan import SHIPPED_PLAN, read_plan
     from khr_studies.calibration.search import Search
     from khr_studies.measuring.json_file import write_json
@@ -133,7 +132,7 @@ def calibrate(
     cluster = scheduler_of(scheduler, tls, unauthenticated)
     found, measured = study.calibrate(made, journal, confirm, workers, cluster)
     said = page.write(found, measured, out)
-    write_json(members, members_of(plan, found.found))
+    write_json(members, ensemble_members(plan, found.found))
     print(said)
 
 
