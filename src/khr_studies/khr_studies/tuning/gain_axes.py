@@ -1,4 +1,4 @@
-"""What a search for gains may turn: the gains, and where the gait carries the centre of mass."""
+"""The parameters that a search may vary: gains, and the placement of the centre of mass."""
 
 from __future__ import annotations
 
@@ -14,13 +14,13 @@ Changes = dict[tuple[str, str], Any]
 
 @dataclass(frozen=True)
 class GainAxis:
-    """One number that is searched.
+    """One parameter of the search.
 
     Attributes:
-        node, key: the parameter.
+        node, key: of the parameter.
         low, high: ends of the range.
-        step: to which it is rounded; what differs less is the same.
-        symbol: its name in pictures.
+        step: values are rounded to multiples of it.
+        symbol: label in pictures and tables.
     """
 
     node: str
@@ -37,7 +37,7 @@ class GainAxis:
 
     @property
     def is_gain(self) -> bool:
-        """Return whether 0 switches a controller off."""
+        """Return whether it is a gain, whose value 0 switches the controller off."""
         return self.key == 'gain'
 
     def at(self, share: float) -> float:
@@ -46,11 +46,11 @@ class GainAxis:
         return round(round(value / self.step) * self.step, 6)
 
     def share(self, value: float) -> float:
-        """Return where in the range a value lies, 0 to 1."""
+        """Return the position of a value in the range, 0 to 1."""
         return min(max((value - self.low) / (self.high - self.low), 0.0), 1.0)
 
     def value_in(self, scenario: Scenario) -> float:
-        """Return its value in a scenario; 0 for the gain of a controller that is off."""
+        """Return the value in a scenario; 0 for the gain of a controller that is off."""
         table = scenario.table(table_of(self.node))
         return 0.0 if self.is_gain and not table.enabled else float(getattr(table, self.key))
 
@@ -66,11 +66,11 @@ PLACEMENT = (
 )
 
 
-def parameter_changes(knobs: Iterable[GainAxis], values: Sequence[float]) -> Changes:
-    """Return the parameters that values of knobs stand for, by (node, key)."""
+def parameter_changes(axes: Iterable[GainAxis], values: Sequence[float]) -> Changes:
+    """Return the parameters of a candidate by (node, key)."""
     found: Changes = {}
-    for knob, value in zip(knobs, values, strict=True):
-        found[knob.node, knob.key] = value
-        if knob.is_gain:
-            found[knob.node, 'enabled'] = value > 0.0
+    for axis, value in zip(axes, values, strict=True):
+        found[axis.node, axis.key] = value
+        if axis.is_gain:
+            found[axis.node, 'enabled'] = value > 0.0
     return found

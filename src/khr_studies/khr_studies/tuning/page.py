@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from math import degrees, inf
+from math import degrees, isfinite
 from pathlib import Path
 
+import pandas as pd
 import yaml
 
 from khr_bringup.scenario.scenario import ANYWHERE, Scenario
@@ -16,83 +17,77 @@ from khr_report.page.template import page_text
 from khr_report.page.text import count
 from khr_report.plots.plot_style import save
 from khr_studies.tuning.figure import front_picture, values_text
-from khr_studies.tuning.study import ORDERS, Tuned, Tuning
+from khr_studies.tuning.study import ORDERS, Tuning
 
 
 def write(answer: Tuning, folder: Path) -> str:
-    """Write scenario, page and picture of an answer into a folder; return what was found.
+    """Write scenario, page and picture of an answer into a folder; return a summary.
 
     Raises:
-        RunError: if no candidate stayed up in any run, so that there is nothing to write.
+        RunError: if no candidate stayed up in any run; nothing is written then.
         KhrError, OSError: if a file cannot be written.
     """
-    knobs = answer.question.knobs
-    best = values_text(knobs, answer.best.values)
-    if answer.best.up == 0.0:
+    axes, best, before = answer.question.axes, answer.best, answer.before
+    if best['up'] == 0.0:
         raise RunError(
             f'{answer.question.scenario.name}: none of {len(answer.tried)} candidates stays up '
-            f'(the longest: {best}, {answer.best.lasted:.0%} of the run); accepted: gentler '
-            'ground, --gait, or more --candidates'
+            f'(the longest: {values_text(axes, best)}, {best["lasted"]:.0%} of the run); accepted: '
+            'a gentler slope, --gait, or more --candidates'
         )
     folder.mkdir(parents=True, exist_ok=True)
     file = folder / f'{answer.question.scenario.name}_tuned.yaml'
     write_text(file, scenario_text(answer))
     save(front_picture(answer), folder / 'front.png')
     write_text(folder / 'tune.md', page(answer))
-    before = f'before, {values_text(knobs, answer.before.values)}: {_words(answer.before)}'
+    unchanged = f'before, {values_text(axes, before)}: {_words(before)}'
     return (
-        f'{best}: {_words(answer.best)}; with other seeds {_words(answer.confirmed)}\n'
-        f'{_nothing_better(answer) or before}\n{file}'
+        f'{values_text(axes, best)}: {_words(best)}; with other seeds {_words(answer.confirmed)}\n'
+        f'{_nothing_better(answer) or unchanged}\n{file}'
     )
 
 
 def scenario_text(answer: Tuning) -> str:
-    """Return the tuned scenario as the text of its file, thin over the defaults."""
+    """Return the text of the tuned scenario's file; it holds changes of the defaults alone."""
     tuned: Scenario = answer.scenario
     document = {
         ANYWHERE + node: {'ros__parameters': keys} for node, keys in tuned.values.items() if keys
     }
-    title = f'{tuned.title or tuned.name}; tuned: '
-    found = values_text(answer.question.knobs, answer.best.values)
-    return f'# {title}{found}\n' + yaml.safe_dump(document, sort_keys=False)
+    found = values_text(answer.question.axes, answer.best)
+    return f'# {tuned.title or tuned.name}; tuned: {found}\n' + yaml.safe_dump(
+        document, sort_keys=False
+    )
 
 
 def _nothing_better(answer: Tuning) -> str:
-    """Say that a search has found nothing, if so."""
-    if answer.best != answer.before:
+    """Return a sentence if the search has found nothing better, else an empty text."""
+    if answer.best.name != answer.before.name:
         return ''
     others = count(len(answer.tried) - 1, 'other candidate')
     return f"None of {others} is better than the scenario's own values."
 
 
-def _words(each: Tuned) -> str:
-    if each.slip == inf:
-        return f'{each.up:.0%} up'
+def _words(row: pd.Series) -> str:
+    if not isfinite(row['slip_m']):
+        return f'{row["up"]:.0%} up'
     return (
-        f'{each.up:.0%} up, slip {1e3 * each.slip:.0f} mm, '
-        f'vibration {degrees(each.vibration):.1f} deg/s'
+        f'{row["up"]:.0%} up, slip {1e3 * row["slip_m"]:.0f} mm, '
+        f'vibration {degrees(row["vibration_rad_s"]):.1f} deg/s'
     )
-
-
-def _value(index: int) -> Callable[[tuple[str, Tuned]], str]:
-    return lambda row: f'{row[1].values[index]:g}'
 
 
 def page(answer: Tuning) -> str:
     """Return the page."""
     question = answer.question
     robots = f'{len(question.robots)} robots of the ensemble' if question.robots else 'the robot'
-    rows = [('as it was', answer.before), ('chosen', answer.best)]
+    rows = [('before', answer.before), ('chosen', answer.best)]
     rows += [('chosen, other seeds', answer.confirmed)]
-    rows += [('front', each) for each in answer.front if each != answer.best]
-    columns: Columns[tuple[str, Tuned]] = {
+    rows += [('front', row) for name, row in answer.front.iterrows() if name != answer.best.name]
+    columns: Columns[tuple[str, pd.Series]] = {
         '': lambda row: row[0],
-        **{knob.symbol: _value(index) for index, knob in enumerate(question.knobs)},
-        'up': lambda row: f'{row[1].up:.0%}',
-        'slip, mm': lambda row: '-' if row[1].slip == inf else f'{1e3 * row[1].slip:.1f}',
-        'vibration, deg/s': lambda row: (
-            '-' if row[1].vibration == inf else f'{degrees(row[1].vibration):.2f}'
-        ),
+        **{axis.symbol: _value(axis.name) for axis in question.axes},
+        'up': lambda row: f'{row[1]["up"]:.0%}',
+        'slip, mm': lambda row: _finite(1e3 * row[1]['slip_m'], 1),
+        'vibration, deg/s': lambda row: _finite(degrees(row[1]['vibration_rad_s']), 2),
     }
     return page_text(
         __name__,
@@ -104,3 +99,11 @@ def page(answer: Tuning) -> str:
         nothing_better=_nothing_better(answer),
         candidates=table(rows, columns),
     )
+
+
+def _value(name: str) -> Callable[[tuple[str, pd.Series]], str]:
+    return lambda row: f'{row[1][name]:g}'
+
+
+def _finite(value: float, decimals: int) -> str:
+    return f'{value:.{decimals}f}' if isfinite(value) else '-'

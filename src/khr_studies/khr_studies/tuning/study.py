@@ -1,18 +1,21 @@
-"""``khr tune``: search the gains with which a robot does what a scenario asks, on its ground.
+"""``khr tune``: search the gains with which a robot stays up on a slope.
 
-CMA-ES needs no number to minimise, only an order, and people have one: most seeds up, then least
-slip, then least vibration. A second search with vibration before slip goes for the other end of
-their trade-off. What both have tried is kept: those that no other beats in both make the front.
+CMA-ES only needs the order of the candidates: most seeds up, then least slip, then least vibration.
+A second search puts vibration before slip and finds the other end of the trade-off. The front is
+the set of candidates of both searches that no other candidate beats in slip and vibration.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import inf
 from pathlib import Path
-from statistics import median
 from typing import Any
+
+import numpy as np
+import pandas as pd
 
 from khr_balance.errors import BalanceError
 from khr_bringup.offline import duration, run_offline
@@ -21,101 +24,41 @@ from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.condition import with_seed
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.optimiser import evolution
+from khr_studies.measuring.run_table import measure
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, Changes, GainAxis, parameter_changes
-from khr_sweeps.pool import check_workers, local_pool
+from khr_sweeps.pool import Pool, check_workers, local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
+from khr_sweeps.trial import Row
 
-SLIP_STEP = 0.001  # m; slips that differ less count as equal, so that vibration can decide
-SPREAD = 0.3  # of the first generation, in shares of the ranges
+SLIP_STEP = 0.001  # m, unit to which slip is rounded for the order, so that vibration can decide
+SPREAD = 0.3  # of the first generation, as a share of the ranges
 POPULATION = 8  # candidates of a generation
-ORDERS = ('slip', 'vibration')  # what comes first once all seeds are up
+ORDERS = ('slip', 'vibration')  # first criterion of each search once all seeds are up
 ROOT = Path('runs/tune')
-Values = tuple[float, ...]  # one for each knob
 SEEDS, CANDIDATES = (1, 100), (POPULATION, 10_000)
-
-
-@dataclass(frozen=True)
-class TunedRun:
-    """One run.
-
-    Attributes:
-        stayed_up: whether the robot neither fell nor rode down the board.
-        lasted: share of the run before it fell; 1 if it did not.
-        slip: largest slide of a sole in one time on the ground, m.
-        vibration: of the torso above 4 Hz, rad/s.
-    """
-
-    stayed_up: bool
-    lasted: float
-    slip: float
-    vibration: float
-
-
-@dataclass(frozen=True)
-class Tuned:
-    """Values of the knobs, and what they do.
-
-    Attributes:
-        values: one for each knob.
-        trials: a tuple for each robot, with one trial for each seed.
-    """
-
-    values: Values
-    trials: tuple[tuple[TunedRun, ...], ...]
-
-    @property
-    def up(self) -> float:
-        """Return the share of the runs in which the robot stayed up."""
-        runs = [trial.stayed_up for of_robot in self.trials for trial in of_robot]
-        return sum(runs) / len(runs)
-
-    @property
-    def lasted(self) -> float:
-        """Return the mean share of the runs before a fall."""
-        runs = [trial.lasted for of_robot in self.trials for trial in of_robot]
-        return sum(runs) / len(runs)
-
-    @property
-    def slip(self) -> float:
-        """Return the median slip of the runs that stayed up, m, of the worst robot."""
-        return self._worst([[t.slip for t in robot if t.stayed_up] for robot in self.trials])
-
-    @property
-    def vibration(self) -> float:
-        """Return the median vibration of the runs that stayed up, rad/s, of the worst robot."""
-        return self._worst([[t.vibration for t in robot if t.stayed_up] for robot in self.trials])
-
-    def rank(self, first: str = 'slip') -> tuple[float, ...]:
-        """Return what candidates are ordered by, the best first: up, slip, vibration."""
-        slip = round(self.slip / SLIP_STEP) if self.slip < inf else inf
-        merits = (slip, self.vibration) if first == 'slip' else (self.vibration, slip)
-        return (-self.up, -self.lasted, *merits)
-
-    @staticmethod
-    def _worst(of_robots: Sequence[Sequence[float]]) -> float:
-        return max((median(values) for values in of_robots if values), default=inf)
+MERITS = ['slip_m', 'vibration_rad_s']
 
 
 @dataclass(frozen=True)
 class Question:
-    """What is searched.
+    """A search.
 
     Attributes:
-        scenario: motion, ground and all that the knobs leave.
-        knobs: to turn.
-        robots: the gains are to hold for all of them; only the scenario's own if empty.
+        scenario: motion, slope and all parameters that are not searched.
+        axes: parameters to search.
+        robots: the gains must hold for all of them; only for the scenario's own robot if empty.
         seeds: runs of each candidate and robot.
-        candidates: how many to try.
+        candidates: number of candidates.
         seed: of the optimiser.
 
     Raises:
-        StudyError: if a number is not accepted, or a robot has a knob among its constants.
+        StudyError: if a number is not accepted, or a searched parameter is a constant of a robot.
     """
 
     scenario: Scenario
-    knobs: tuple[GainAxis, ...]
+    axes: tuple[GainAxis, ...]
     robots: tuple[Member, ...] = ()
     seeds: int = 3
     candidates: int = 64
@@ -125,88 +68,108 @@ class Question:
         check_integer('--seeds', self.seeds, *SEEDS)
         check_integer('--candidates', self.candidates, *CANDIDATES)
         check_integer('--seed', self.seed, 0, 2**31)
-        taken = {knob.name for knob in self.knobs}
         for robot in self.robots:
-            if both := sorted(taken & set(robot.constants)):
+            if both := sorted(set(self.names) & set(robot.constants)):
                 raise StudyError(
                     f'{both[0]}: is a constant of the robots and cannot be tuned for all of them; '
                     'accepted: --robust without --gait'
                 )
 
     @property
+    def names(self) -> list[str]:
+        """Return the names of the searched parameters, ``node.key``."""
+        return [axis.name for axis in self.axes]
+
+    @property
     def folder(self) -> Path:
-        """Return the folder of the results unless another is asked for: ``runs/tune/NAME``."""
+        """Return the default folder of the results: ``runs/tune/NAME``."""
         return ROOT / (self.scenario.name + ('_robust' if self.robots else ''))
 
-    def scenarios(self, values: Sequence[float], seeds: range) -> list[list[Scenario]]:
-        """Return the runs of a candidate, a list for each robot with one for each seed.
+    def scenarios(self, values: Sequence[float]) -> list[Scenario]:
+        """Return the scenario of a candidate with each robot.
 
         Raises:
             BringupError: if a value is not accepted.
         """
-        robots = [robot.constants for robot in self.robots] or [{}]
         found = []
-        for constants in robots:
+        for constants in [robot.constants for robot in self.robots] or [{}]:
             own: Changes = changes_of(f'{name}={value!r}' for name, value in constants.items())
-            robot = self.scenario.changed(own | parameter_changes(self.knobs, values))
-            found.append([robot.changed(dict(with_seed(seed))) for seed in seeds])
+            found.append(self.scenario.changed(own | parameter_changes(self.axes, values)))
         return found
 
+    def measure(
+        self, pool: Pool, candidates: Sequence[Sequence[float]], seeds: range
+    ) -> pd.DataFrame:
+        """Run candidates; return the table of :func:`summarise`."""
+        plan = [
+            (
+                {**dict(zip(self.names, values, strict=True)), 'robot': robot, 'seed': seed},
+                [scenario.changed(dict(with_seed(seed)))],
+            )
+            for values in candidates
+            for robot, scenario in enumerate(self.scenarios(values))
+            for seed in seeds
+        ]
+        return summarise(measure(pool, attempt, plan), self.names)
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Tuning:
-    """What a search found.
+    """The result of a search.
 
     Attributes:
-        question: that was asked.
-        before: the scenario as it is.
-        tried: every candidate, in the order tried, without repetitions.
-        best: by ``Tuned.rank``.
-        confirmed: the best with as many other seeds: the best of many is partly luck.
+        question: the search.
+        tried: table of all candidates in the order tried, the unchanged scenario first: a column
+            for each searched parameter, and those of :func:`summarise`.
+        confirmed: the row of the best candidate with as many other seeds: the best of many is
+            partly luck.
     """
 
     question: Question
-    before: Tuned
-    tried: tuple[Tuned, ...]
-    best: Tuned
-    confirmed: Tuned
+    tried: pd.DataFrame
+    confirmed: pd.Series
 
     @property
-    def front(self) -> tuple[Tuned, ...]:
-        """Return the candidates that no other beats in slip and vibration, least slip first.
+    def before(self) -> pd.Series:
+        """Return the row of the unchanged scenario."""
+        return self.tried.iloc[0]
 
-        Of those with most seeds up.
-        """
-        most = max(each.up for each in self.tried)
-        up = [each for each in self.tried if each.up == most and each.slip < inf]
-        found: list[Tuned] = []
-        for each in sorted(up, key=lambda one: (one.slip, one.vibration)):
-            if not found or each.vibration < found[-1].vibration:
-                found.append(each)
-        return tuple(found)
+    @cached_property
+    def best(self) -> pd.Series:
+        """Return the row of the best candidate, slip before vibration."""
+        return self.tried.iloc[int(np.argmin(places(self.tried)))]
+
+    @property
+    def survivors(self) -> pd.DataFrame:
+        """Return the candidates with most runs up, if any run stayed up with them."""
+        most = self.tried['up'] == self.tried['up'].max()
+        return self.tried[most & np.isfinite(self.tried['slip_m'])]
+
+    @property
+    def front(self) -> pd.DataFrame:
+        """Return the survivors that no other beats in slip and vibration, least slip first."""
+        up = self.survivors.sort_values(MERITS, kind='stable')
+        vibration = up['vibration_rad_s']
+        return up[vibration < vibration.cummin().shift(fill_value=inf)]
 
     def __repr__(self) -> str:
-        """Show what was found."""
+        """Show the best values and their success."""
         values = ', '.join(f'{name} {value:g}' for name, value in self.values.items())
         return (
-            f'Tuning({self.question.scenario.name!r}, {values}: {self.best.up:.0%} of the runs up, '
-            f'{self.confirmed.up:.0%} with other seeds; {len(self.tried)} candidates tried)'
+            f'Tuning({self.question.scenario.name!r}, {values}: {self.best["up"]:.0%} of the runs '
+            f'up, {self.confirmed["up"]:.0%} with other seeds; {len(self.tried)} candidates tried)'
         )
 
     @property
     def values(self) -> dict[str, float]:
         """Return the best values by ``node.parameter``; a gain of 0 is a controller that is off."""
-        return {
-            knob.name: value
-            for knob, value in zip(self.question.knobs, self.best.values, strict=True)
-        }
+        return {name: float(self.best[name]) for name in self.question.names}
 
     @property
     def scenario(self) -> Scenario:
         """Return the scenario with the best values."""
-        return self.question.scenario.changed(
-            parameter_changes(self.question.knobs, self.best.values)
-        )
+        changes = parameter_changes(self.question.axes, [*self.values.values()])
+        return self.question.scenario.changed(changes)
 
 
 def ask(
@@ -218,14 +181,14 @@ def ask(
     candidates: int = 64,
     seed: int = 0,
 ) -> Question:
-    """Ask for the gains of a scenario.
+    """Return the search for the gains of a scenario.
 
     Args:
-        scenario: motion and ground.
+        scenario: motion and slope.
         gait: whether the gait's placement of the centre of mass is searched as well.
-        robust: whether the gains are to hold for the robots of the ensemble.
+        robust: whether the gains must hold for the robots of the ensemble.
         seeds: runs of each candidate and robot.
-        candidates: how many to try.
+        candidates: number of candidates.
         seed: of the optimiser.
 
     Raises:
@@ -234,70 +197,101 @@ def ask(
     robots = tuple(read_ensemble()) if robust else ()
     if robust and not robots:
         raise StudyError('--robust: the ensemble has no robot; accepted: after khr calibrate')
-    knobs = (*GAINS, *(PLACEMENT if gait else ()))
-    return Question(scenario, knobs, robots, seeds, candidates, seed)
+    axes = (*GAINS, *(PLACEMENT if gait else ()))
+    return Question(scenario, axes, robots, seeds, candidates, seed)
 
 
-def attempt(scenario: Scenario) -> TunedRun:
-    """Run a scenario once; where the legs do not reach it counts as a fall from the start."""
+def attempt(scenario: Scenario) -> Row:
+    """Run a scenario once; a gait out of the legs' reach counts as a fall at the start.
+
+    Returns:
+        ``stayed_up``; ``lasted``, the share of the run before a fall; ``slip_m``, the largest slide
+        of a sole while on the ground; ``vibration_rad_s`` above 4 Hz.
+    """
     try:
         outcome = run_offline(scenario).outcome
     except BalanceError:
-        return TunedRun(stayed_up=False, lasted=0.0, slip=inf, vibration=inf)
-    lasted = outcome.lasted(duration(scenario))
-    return TunedRun(outcome.stayed_up, lasted, outcome.largest_slip, outcome.vibration)
-
-
-def _measured(
-    question: Question, jobs: KeptJobs, wanted: Sequence[Values], seeds: range
-) -> dict[Values, Tuned]:
-    """Run candidates; return them by their values."""
-    asked = [
-        [[jobs.submit(attempt, run) for run in of_robot] for of_robot in robots]
-        for robots in (question.scenarios(values, seeds) for values in wanted)
-    ]
+        return {'stayed_up': False, 'lasted': 0.0, 'slip_m': None, 'vibration_rad_s': None}
     return {
-        values: Tuned(values, tuple(tuple(run.result() for run in robot) for robot in robots))
-        for values, robots in zip(wanted, asked, strict=True)
+        'stayed_up': outcome.stayed_up,
+        'lasted': outcome.lasted(duration(scenario)),
+        'slip_m': outcome.largest_slip,
+        'vibration_rad_s': outcome.vibration,
     }
 
 
-def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
-    """Search; what a folder holds already is not run again.
+def summarise(runs: pd.DataFrame, names: Sequence[str]) -> pd.DataFrame:
+    """Return a row for each candidate of a table of runs.
+
+    Returns:
+        The searched parameters; ``up``, the share of runs that stayed up; ``lasted``, the mean;
+        ``slip_m`` and ``vibration_rad_s``: medians over the runs of a robot that stayed up, of the
+        worst robot, and infinite if no run stayed up.
+    """
+    by = [*names]
+    shares = runs.groupby(by, sort=False)[['stayed_up', 'lasted']].mean()
+    up = runs[runs['stayed_up']].astype(dict.fromkeys(MERITS, float))
+    worst = up.groupby([*by, 'robot'])[MERITS].median().groupby(by).max()
+    return shares.rename(columns={'stayed_up': 'up'}).join(worst).fillna(inf).reset_index()
+
+
+def places(candidates: pd.DataFrame, first: str = 'slip') -> list[int]:
+    """Return the place of each candidate in the order, best 0; equal ones share a place.
 
     Args:
-        question: what to search.
+        candidates: table of :func:`summarise`.
+        first: the criterion after the runs up and their length: ``slip`` or ``vibration``.
+    """
+    slip = (candidates['slip_m'] / SLIP_STEP).round()
+    merits = [slip, candidates['vibration_rad_s']]
+    keys = [
+        -candidates['up'],
+        -candidates['lasted'],
+        *(merits if first == 'slip' else merits[::-1]),
+    ]
+    ranks = [*zip(*keys, strict=True)]
+    in_order = sorted(ranks)
+    return [in_order.index(rank) for rank in ranks]
+
+
+def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
+    """Search; runs whose results are in the folder are not repeated.
+
+    Args:
+        question: the search.
         jobs: processes; one per core by default.
         folder: of the results.
-        quiet: whether to show no progress.
+        quiet: whether to hide the progress.
 
     Raises:
         StudyError, BringupError: if an argument is not accepted.
     """
     check_workers(jobs, '--jobs')
-    first = tuple(knob.value_in(question.scenario) for knob in question.knobs)
-    question.scenarios(first, range(1))  # a mistake is reported before anything starts
+    first = tuple(axis.value_in(question.scenario) for axis in question.axes)
+    question.scenarios(first)  # reports a mistake before anything starts
     seeds = range(question.seeds)
     with (
         local_pool(jobs, '--jobs') as pool,
         ProgressBar('tune', 0, lines=True, quiet=quiet) as bar,
         KeptJobs(pool, folder, version_of_study('tuning'), bar, {}) as kept,
     ):
-        tried = _measured(question, kept, [first], seeds)
+        tried = question.measure(kept, [first], seeds)
         for order in ORDERS:
             for optimiser, shares in _generations(question, first, order):
                 values = [
-                    tuple(knob.at(share) for knob, share in zip(question.knobs, each, strict=True))
+                    tuple(axis.at(share) for axis, share in zip(question.axes, each, strict=True))
                     for each in shares
                 ]
-                new = [each for each in dict.fromkeys(values) if each not in tried]
-                tried |= _measured(question, kept, new, seeds)
-                ranks = [tried[each].rank(order) for each in values]
-                in_order = sorted(ranks)
-                optimiser.tell(shares, [float(in_order.index(rank)) for rank in ranks])
-        best = min(tried.values(), key=Tuned.rank)
-        confirmed = _measured(question, kept, [best.values], range(seeds.stop, 2 * seeds.stop))
-    return Tuning(question, tried[first], tuple(tried.values()), best, confirmed[best.values])
+                known = tried.set_index(question.names).index
+                new = [each for each in dict.fromkeys(values) if each not in known]
+                if new:
+                    tried = pd.concat([tried, question.measure(kept, new, seeds)])
+                generation = tried.set_index(question.names).loc[values]
+                optimiser.tell(shares, [float(place) for place in places(generation, order)])
+        found = Tuning(question, tried.reset_index(drop=True), tried.iloc[0])
+        others = range(seeds.stop, 2 * seeds.stop)
+        confirmed = question.measure(kept, [[*found.values.values()]], others)
+    return Tuning(question, found.tried, confirmed.iloc[0])
 
 
 def _generations(
@@ -305,8 +299,8 @@ def _generations(
 ) -> Iterator[tuple[Any, list[Any]]]:
     """Yield the optimiser and its shares of the ranges, one generation after the other."""
     start = [
-        min(max(knob.share(value), 0.1), 0.9)
-        for knob, value in zip(question.knobs, first, strict=True)
+        min(max(axis.share(value), 0.1), 0.9)
+        for axis, value in zip(question.axes, first, strict=True)
     ]
     seed = 1 + question.seed + 1000 * ORDERS.index(order)
     optimiser = evolution(start, SPREAD, seed, POPULATION)

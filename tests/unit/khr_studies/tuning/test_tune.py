@@ -4,6 +4,7 @@ from contextlib import nullcontext
 from dataclasses import replace
 from math import inf
 
+import pandas as pd
 import pytest
 import yaml
 from hypothesis import given
@@ -16,11 +17,15 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError, RunError
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import Member
+from khr_studies.measuring.run_table import run_table
 from khr_studies.tuning import page as tune_page
 from khr_studies.tuning import study
 from khr_studies.tuning.gain_axes import GAINS, PLACEMENT, parameter_changes
-from khr_studies.tuning.study import Question, Tuned, TunedRun, tune
+from khr_studies.tuning.study import MERITS, Question, Tuning, places, summarise, tune
+from khr_sweeps.trial import Row
 from tests.fakes.pools import HerePool
+
+K_A, K_H = (axis.name for axis in GAINS)
 
 WALK = scenarios.load_scenario('walk_7.68deg_ka12')
 
@@ -33,7 +38,7 @@ def invented(monkeypatch):
     """
     runs = []
 
-    def attempt(scenario: Scenario) -> TunedRun:
+    def attempt(scenario: Scenario) -> Row:
         runs.append(scenario)
         ankle = scenario.table(AnkleControllerParameters)
         hip = scenario.table(HipControllerParameters)
@@ -43,7 +48,12 @@ def invented(monkeypatch):
         least, most = (10.0, 20.0) if light else (4.0, 15.0)
         up = least <= k_a <= most
         vibration = 0.05 + 0.01 * k_a + 0.002 * k_h
-        return TunedRun(up, 1.0 if up else min(k_a, most) / 40.0, 0.03 - 0.001 * k_a, vibration)
+        return {
+            'stayed_up': up,
+            'lasted': 1.0 if up else min(k_a, most) / 40.0,
+            'slip_m': 0.03 - 0.001 * k_a,
+            'vibration_rad_s': vibration,
+        }
 
     monkeypatch.setattr(study, 'local_pool', lambda *_: nullcontext(HerePool()))
     monkeypatch.setattr(study, 'attempt', attempt)
@@ -52,32 +62,31 @@ def invented(monkeypatch):
 
 def test_the_order_finds_the_least_slip_that_stays_up(invented, tmp_path):
     answer = tune(Question(WALK, GAINS, candidates=160, seeds=2), 1, tmp_path)
-    k_a, _ = answer.best.values
-    assert 14.0 <= k_a <= 15.0 and answer.best.up == 1.0
-    assert answer.before.values == (12.0, 0.0)
-    assert answer.confirmed.values == answer.best.values
+    assert 14.0 <= answer.best[K_A] <= 15.0 and answer.best['up'] == 1.0
+    assert answer.before[[K_A, K_H]].tolist() == [12.0, 0.0]
+    assert answer.confirmed[K_A] == answer.best[K_A]
     assert len(invented) == 2 * len(answer.tried) + 2, 'nothing is run twice'
-    assert len({trial.values for trial in answer.tried}) == len(answer.tried)
+    assert not answer.tried.duplicated([K_A, K_H]).any()
     seeds = {run.table(RunParameters).seed for run in invented}
     assert seeds == {0, 1, 2, 3}, 'the best is confirmed with seeds of its own'
 
 
-def test_it_is_the_same_again_and_goes_on_where_it_ended(invented, tmp_path):
+def test_a_search_repeats_and_resumes(invented, tmp_path):
     question = Question(WALK, GAINS, candidates=32, seeds=1)
-    first = tune(question, 1, tmp_path)
+    first = tune(question, 1, tmp_path).tried
     count = len(invented)
-    assert tune(question, 1, tmp_path) == first and len(invented) == count
-    assert tune(question, 1, tmp_path / 'other') == first and len(invented) == 2 * count
-    other = tune(replace(question, seed=1), 1, tmp_path)
-    assert [each.values for each in other.tried] != [each.values for each in first.tried]
+    assert tune(question, 1, tmp_path).tried.equals(first) and len(invented) == count
+    assert tune(question, 1, tmp_path / 'other').tried.equals(first)
+    assert len(invented) == 2 * count
+    assert not tune(replace(question, seed=1), 1, tmp_path).tried.equals(first)
 
 
 def test_the_front_reaches_to_either_end(invented, tmp_path):
     """Less gain vibrates less and slips more: the second search goes there."""
     answer = tune(Question(WALK, GAINS, candidates=160, seeds=1), 1, tmp_path)
-    gains = [each.values[0] for each in answer.front]
+    gains = answer.front[K_A].tolist()
     assert gains[0] >= 14.0 and gains[-1] <= 5.5 and gains == sorted(gains, reverse=True)
-    assert answer.best in answer.front
+    assert answer.best.name in answer.front.index
 
 
 def test_robust_gains_hold_for_every_robot(invented, tmp_path):
@@ -87,80 +96,77 @@ def test_robust_gains_hold_for_every_robot(invented, tmp_path):
         Member({'simulator.rotor_inertia': 0.002}, {}),
     )
     answer = tune(Question(WALK, GAINS, robots, seeds=1, candidates=160), 1, tmp_path)
-    assert 10.0 <= answer.best.values[0] <= 15.0 and answer.best.up == 1.0
-    assert len(answer.best.trials) == 2
+    assert 10.0 <= answer.best[K_A] <= 15.0 and answer.best['up'] == 1.0
     only = tune(Question(WALK, GAINS, robots[1:], seeds=1, candidates=160), 1, tmp_path)
-    assert only.best.values[0] > 18.0
+    assert only.best[K_A] > 18.0
     assert dict(answer.scenario.values['simulator']) == dict(WALK.values['simulator'])
 
 
-TRIALS = st.builds(
-    TunedRun, st.booleans(), st.floats(0.0, 1.0), st.floats(0.0, 0.1), st.floats(0.0, 0.5)
-)
-CANDIDATES = st.lists(
-    st.builds(Tuned, st.just((0.0,)), st.tuples(st.tuples(TRIALS, TRIALS))), min_size=1, max_size=8
-)
-
-
-@given(CANDIDATES)
-def test_nothing_on_the_front_is_beaten(tried):
-    answer = study.Tuning(Question(WALK, GAINS), tried[0], tuple(tried), tried[0], tried[0])
-    most = max(each.up for each in tried)
-    up = [each for each in tried if each.up == most and each.slip < inf]
-
-    def beats(one, other):
-        return (
-            one.slip <= other.slip
-            and one.vibration <= other.vibration
-            and (one.slip, one.vibration) != (other.slip, other.vibration)
-        )
-
-    for each in up:
-        beaten = any(beats(other, each) for other in up)
-        same = [(one.slip, one.vibration) for one in answer.front]
-        assert ((each.slip, each.vibration) in same) != beaten
+def table(*candidates):
+    """Return the summary of candidates, a list of runs each, or of lists of runs, by robot."""
+    rows = [
+        {K_A: float(place), K_H: 0.0, 'robot': robot, **run}
+        for place, robots in enumerate(candidates)
+        for robot, runs in enumerate(robots if isinstance(robots[0], list) else [robots])
+        for run in runs
+    ]
+    return summarise(run_table(rows), [K_A, K_H])
 
 
 def trial(stayed_up=True, lasted=1.0, slip=0.01, vibration=0.1):
-    return TunedRun(stayed_up, lasted, slip, vibration)
+    return {'stayed_up': stayed_up, 'lasted': lasted, 'slip_m': slip, 'vibration_rad_s': vibration}
+
+
+TRIALS = st.builds(
+    trial, st.booleans(), st.floats(0.0, 1.0), st.floats(0.0, 0.1), st.floats(0.0, 0.5)
+)
+
+
+@given(st.lists(st.lists(TRIALS, min_size=2, max_size=2), min_size=1, max_size=8))
+def test_no_candidate_on_the_front_is_beaten(candidates):
+    tried = table(*candidates)
+    answer = Tuning(Question(WALK, GAINS), tried, tried.iloc[0])
+    up = answer.survivors[MERITS].to_numpy().tolist()
+    front = answer.front[MERITS].to_numpy().tolist()
+    for each in up:
+        beaten = any(o[0] <= each[0] and o[1] <= each[1] and o != each for o in up)
+        assert (each in front) != beaten
 
 
 def test_more_seeds_up_come_first_then_slip_then_vibration():
-    def tuned(*trials):
-        return Tuned((), (trials,))
-
-    ranked = [
-        tuned(trial(slip=0.0102, vibration=0.1), trial(slip=0.0102, vibration=0.1)),
-        tuned(trial(slip=0.0099, vibration=0.2), trial(slip=0.0099, vibration=0.2)),
-        tuned(trial(slip=0.02, vibration=0.0), trial(slip=0.02, vibration=0.0)),
-        tuned(trial(slip=0.0), trial(stayed_up=False, lasted=0.9)),
-        tuned(trial(slip=0.0), trial(stayed_up=False, lasted=0.1)),
-        tuned(trial(stayed_up=False, lasted=0.5), trial(stayed_up=False, lasted=0.5)),
-    ]
-    assert sorted(reversed(ranked), key=Tuned.rank) == ranked
-    assert sorted(ranked, key=lambda each: each.rank('vibration'))[0] is ranked[2]
+    ranked = table(
+        [trial(slip=0.0102, vibration=0.1)] * 2,
+        [trial(slip=0.0099, vibration=0.2)] * 2,
+        [trial(slip=0.02, vibration=0.0)] * 2,
+        [trial(slip=0.0), trial(stayed_up=False, lasted=0.9)],
+        [trial(slip=0.0), trial(stayed_up=False, lasted=0.1)],
+        [trial(stayed_up=False, lasted=0.5)] * 2,
+    )
+    assert places(ranked) == [0, 1, 2, 3, 4, 5]
+    assert places(ranked, 'vibration')[2] == 0
+    assert places(ranked.iloc[[0, 0]]) == [0, 0]
 
 
 def test_the_worst_robot_counts():
-    both = Tuned((), ((trial(slip=0.01),), (trial(slip=0.03), trial(slip=0.05))))
-    assert both.slip == pytest.approx(0.04) and both.up == 1.0
-    assert Tuned((), ((trial(stayed_up=False),),)).slip == inf
+    both = table([[trial(slip=0.01)], [trial(slip=0.03), trial(slip=0.05)]])
+    assert both['slip_m'][0] == pytest.approx(0.04) and both['up'][0] == 1.0
+    assert table([trial(stayed_up=False, slip=None)])['slip_m'][0] == inf
 
 
 @given(st.floats(-0.2, 1.2), st.sampled_from(GAINS + PLACEMENT))
-def test_knobs_stay_in_their_range_and_on_their_steps(share, knob):
-    value = knob.at(share)
-    assert knob.low <= value <= knob.high
-    assert value / knob.step == pytest.approx(round(value / knob.step), abs=1e-6)
-    assert abs(knob.share(value) - min(max(share, 0.0), 1.0)) <= knob.step / (knob.high - knob.low)
+def test_values_stay_in_their_range_and_on_their_steps(share, axis):
+    value = axis.at(share)
+    assert axis.low <= value <= axis.high
+    assert value / axis.step == pytest.approx(round(value / axis.step), abs=1e-6)
+    assert abs(axis.share(value) - min(max(share, 0.0), 1.0)) <= axis.step / (axis.high - axis.low)
 
 
 def test_a_gain_of_nothing_switches_its_controller_off():
     off = WALK.changed(parameter_changes(GAINS, (0.0, 5.0)))
     assert not off.table(AnkleControllerParameters).enabled
     assert off.table(HipControllerParameters).enabled
-    assert [knob.value_in(off) for knob in GAINS] == [0.0, 5.0]
-    assert [knob.value_in(WALK) for knob in GAINS] == [12.0, 0.0]
+    assert [axis.value_in(off) for axis in GAINS] == [0.0, 5.0]
+    assert [axis.value_in(WALK) for axis in GAINS] == [12.0, 0.0]
 
 
 def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
@@ -175,25 +181,26 @@ def test_the_files_hold_the_answer(invented, tmp_path, monkeypatch):
     assert (tmp_path / 'front.png').stat().st_size > 10_000
     page = (tmp_path / 'tune.md').read_text(encoding='utf-8')
     assert page.startswith('# Gains for walk_7.68deg_ka12\n')
-    assert '| as it was | 12 | 0 |' in page and '| chosen, other seeds |' in page
+    assert '| before | 12 | 0 |' in page and '| chosen, other seeds |' in page
     assert 'candidates, each with 1 seed on the robot' in page
 
 
 def test_a_search_that_finds_nothing_better_says_so(invented, tmp_path):
     found = tune(Question(WALK, GAINS, candidates=16, seeds=1), 1, tmp_path / 'jobs')
-    other = Tuned((13.0, 0.0), ((trial(),),))
-    kept = replace(found, best=found.before, tried=(found.before, other))
+    worse = found.before.copy()
+    worse['up'], worse[K_A] = 0.1, 13.0
+    kept = replace(found, tried=pd.DataFrame([found.before, worse]).reset_index(drop=True))
+    better = replace(kept, tried=kept.tried.assign(up=[0.5, 1.0]))
     says = "None of 1 other candidate is better than the scenario's own values."
-    for answer, silent in ((kept, False), (replace(kept, best=other), True)):
+    for answer, silent in ((kept, False), (better, True)):
         text = tune_page.write(answer, tmp_path)
         assert (says in text.splitlines()) != silent and ('before, K_A 12' in text) == silent
         assert (says in (tmp_path / 'tune.md').read_text(encoding='utf-8')) != silent
 
 
-def test_without_any_survivor_nothing_is_written(invented, tmp_path):
-    answer = tune(Question(WALK, GAINS, candidates=16, seeds=1), 1, tmp_path / 'jobs')
-    fallen = Tuned((30.0, 0.0), ((trial(stayed_up=False, lasted=0.3),),))
-    lost = replace(answer, tried=(fallen,), best=fallen)
+def test_without_any_survivor_nothing_is_written(tmp_path):
+    fallen = table([trial(stayed_up=False, lasted=0.3)])
+    lost = Tuning(Question(WALK, GAINS), fallen, fallen.iloc[0])
     with pytest.raises(RunError, match='none of 1 candidates stays up') as refusal:
         tune_page.write(lost, tmp_path / 'out')
     assert '\n' not in str(refusal.value) and not (tmp_path / 'out').exists()
@@ -241,7 +248,7 @@ def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
 def test_a_gait_that_the_legs_do_not_reach_is_a_fall_from_the_start():
     out_of_reach = {('gait', 'com_lifted'): 0.025, ('gait', 'com_touchdown'): 0.04}
     run = study.attempt(WALK.changed(out_of_reach))
-    assert not run.stayed_up and run.lasted == 0.0
+    assert not run['stayed_up'] and run['lasted'] == 0.0
 
 
 @pytest.mark.slow
