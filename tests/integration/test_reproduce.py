@@ -87,9 +87,9 @@ def test_every_map_is_a_picture_with_its_numbers(done, place):
 @pytest.mark.nightly
 def test_every_row_of_the_scoreboard_is_there(done, place):
     board = read_json(place / 'report' / 'scoreboard.json', Scoreboard)
-    assert any(row.passed for row in board.rows)
+    assert any(row['verdict'] == 'passed' for row in board.rows)
     assert len(board.walks) == len(WALKS) and len(board.trends) == len(TRENDS)
-    assert [(row.condition, row.thesis_deg) for row in board.limits[:-1]] == [
+    assert [(row['condition'], row['thesis_deg']) for row in board.limits[:-1]] == [
         (row.condition.title, row.thesis_deg) for row in LIMITS
     ]
     text = (place / 'report' / 'scoreboard.md').read_text(encoding='utf-8')

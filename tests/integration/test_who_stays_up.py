@@ -97,8 +97,9 @@ def test_the_search_of_a_limit_and_the_scoreboard_say_so(asked):
     walks = run_table([walk, walk])
     assert share_up(walks) == 0.0 and walk['peaks_hz'] == []
     row = walk_row(ThesisWalk(PHI, SLICK, 'walks'), walks)
-    assert (row.lost, row.passed, row.slide_mm) == (2, False, None)
-    assert walk_row(ThesisWalk(PHI, SLICK, 'falls', survives=False), walks).passed
+    assert (row['lost'], row['verdict'], row['slide_mm']) == (2, 'missed', None)
+    falls = ThesisWalk(PHI, SLICK, 'falls', survives=False)
+    assert walk_row(falls, walks)['verdict'] == 'passed'
 
 
 def test_calibration_ensemble_and_tuning_say_so(asked, slide):

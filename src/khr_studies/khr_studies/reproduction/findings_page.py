@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from operator import attrgetter
-from statistics import fmean, median
-from typing import Any
+from statistics import median
+
+import pandas as pd
 
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
-from khr_studies.measuring.experiments import group_by
+from khr_studies.measuring.run_table import Records
 from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
 from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import Findings
 from khr_studies.scoreboard import page as scoreboard
-from khr_studies.scoreboard.rows import Scoreboard, ScoreboardRow
+from khr_studies.scoreboard.rows import Scoreboard
 from khr_sweeps.trial import Row
 
 QUESTION = (
@@ -97,13 +97,13 @@ def findings_markdown(findings: Findings) -> str:
 def blocks(findings: Findings) -> list[Block]:
     """Return the document of the findings, without its title."""
     board = findings.scoreboard
-    is_open = board is not None and any(row.undecided for row in board.rows)
+    is_open = board is not None and any(row['verdict'] == 'undecided' for row in board.rows)
     return [
         QUESTION,
         _answer(findings),
-        Passage('What the simulation confirms', _rows(board, True)),
-        Passage('What it contradicts', _rows(board, False)),
-        *([Passage('What stays undecided', _rows(board, None))] if is_open else []),
+        Passage('What the simulation confirms', _rows(board, 'passed')),
+        Passage('What it contradicts', _rows(board, 'missed')),
+        *([Passage('What stays undecided', _rows(board, 'undecided'))] if is_open else []),
         Passage('What it adds', _added(findings)),
         Passage('How to repeat it', (_repeat(findings),)),
     ]
@@ -112,8 +112,8 @@ def blocks(findings: Findings) -> list[Block]:
 def _answer(findings: Findings) -> str:
     if findings.scoreboard is None:
         return 'The scoreboard was not measured, so the rows of the thesis are not judged.'
-    judged = [row for row in findings.scoreboard.rows if row.passed is not None or row.undecided]
-    predicted = [row for row in judged if row.kind == 'predicted']
+    judged = [row for row in findings.scoreboard.rows if row['verdict'] != 'unpublished']
+    predicted = [row for row in judged if row['kind'] == 'predicted']
     return (
         f'Of {len(judged)} rows of the thesis {scoreboard.count(judged)["passed"]} agree; of the '
         f'{len(predicted)} among them that are predictions, {scoreboard.count(predicted)["passed"]}.'
@@ -121,15 +121,15 @@ def _answer(findings: Findings) -> str:
     )
 
 
-def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:
-    """Return the tables of the rows that agree with the thesis, do not, or are undecided: None."""
+def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:
+    """Return the tables of the rows with a verdict."""
     if board is None:
         return (NOTHING,)
     limits = dict(scoreboard.LIMIT_COLUMNS)
-    if passed is False and board.explanations:
-        best = {each.condition: scoreboard.closest(each) for each in board.explanations}
-        limits['closest with one change, deg'] = lambda row: best.get(row.condition, '-')
-    parts: tuple[tuple[str, Sequence[ScoreboardRow], Columns[Any]], ...] = (
+    if verdict == 'missed' and board.explanations:
+        best = {each['condition']: scoreboard.closest(each) for each in board.explanations}
+        limits['closest with one change, deg'] = lambda row: best.get(row['condition'], '-')
+    parts: tuple[tuple[str, Records, Columns[Row]], ...] = (
         ('Critical inclinations', board.limits, limits),
         ('Order of the limits', board.orders, scoreboard.ORDER_COLUMNS),
         ('Standing on one leg', board.standing, scoreboard.STANDING_COLUMNS),
@@ -137,7 +137,11 @@ def _rows(board: Scoreboard | None, passed: bool | None) -> tuple[Block, ...]:
         ('Trends', board.trends, scoreboard.TREND_COLUMNS),
     )
     return _passages(
-        (title, '', table(_judged(rows, passed), columns, 'chapter', 'verdict'))
+        (
+            title,
+            '',
+            table([r for r in rows if r['verdict'] == verdict], columns, 'chapter', 'verdict'),
+        )
         for title, rows, columns in parts
     )
 
@@ -200,18 +204,10 @@ def _raised(found: Sequence[OddLine]) -> str:
     )
 
 
-def _judged(rows: Iterable[ScoreboardRow], passed: bool | None) -> list[ScoreboardRow]:
-    return [row for row in rows if row.passed is passed and row.undecided == (passed is None)]
-
-
 def _shifts(board: Scoreboard | None) -> list[tuple[str, float]]:
     """Return each change of the robot with its mean effect on the limits that miss, deg."""
-    shifts = [shift for each in (board and board.explanations) or () for shift in each.shifts]
-    means = [
-        (name, fmean(one.deg for one in some))
-        for name, some in group_by(shifts, attrgetter('change')).items()
-    ]
-    return sorted(means, key=lambda mean: -abs(mean[1]))
+    shifts = pd.DataFrame([each['shifts'] for each in (board and board.explanations) or ()])
+    return sorted(shifts.mean().items(), key=lambda mean: -abs(mean[1]))
 
 
 def _repeat(findings: Findings) -> str:

@@ -1,4 +1,4 @@
-"""Compare the critical inclinations with the thesis, and their order."""
+"""Compare the critical inclinations and their order with the thesis."""
 
 from __future__ import annotations
 
@@ -11,65 +11,68 @@ from khr_models.standing.ankle_servo import controlled_critical_inclination
 from khr_models.thesis import INITIAL_LEAN
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import finite_or_none
 from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.thesis_values import LIMITS, ORDERS, THEORY_DEG
-from khr_studies.scoreboard.rows import ENOUGH, LimitRow, OrderRow, Width, grows, kind_of
+from khr_studies.scoreboard.rows import ENOUGH, grows, kind_of, row
+from khr_sweeps.trial import Row
 
-# Of a limit. It is ours: the thesis gives none, and its chapters differ by up to 0.6 deg on the
+# Our convention: the thesis gives no tolerance, and its chapters differ by up to 0.6 deg on the
 # same condition (8.5 and 8.88, 9.6 and 10.2).
 TOLERANCE_DEG = 0.7
 FORMULA_DEG = 0.05
 
 Limits = Mapping[Condition, Limit]
+Spread = Mapping[str, tuple[float, float]]
 
 
-def limit_rows(
-    limits: Limits, elsewhere: Limits, spread: Mapping[str, tuple[float, float]]
-) -> list[LimitRow]:
+def limit_rows(limits: Limits, others: Limits, spread: Spread) -> list[Row]:
     """Compare the critical inclinations.
 
     Args:
         limits: of the simulated robot.
-        elsewhere: the same on the other physics engine.
-        spread: lowest and highest limit in deg of the robots that explain the data, by the
-            condition's title.
+        others: the same on the other physics engine.
+        spread: lowest and highest limit of the robots of the ensemble, deg, by the title of the
+            condition.
+
+    Returns:
+        Records with ``condition``; ``thesis_deg`` and ``deg``; ``half_width_deg`` of seeds, engines
+        and constants together, ``seeds_deg`` of the seeds alone; ``slipped`` and ``vibrated``,
+        shares of the seeds just below their limit; ``ensemble_deg``; ``other_engine_deg``;
+        ``tolerance_deg``.
     """
     rows = []
-    for row in LIMITS:
-        limit, other = limits[row.condition], elsewhere[row.condition]
-        ensemble = spread.get(row.condition.title)
+    for published in LIMITS:
+        limit, other = limits[published.condition], others[published.condition]
+        ensemble = spread.get(published.condition.title)
         half = half_width(limit, other, ensemble)
-        passed = agrees(limit.mean - row.thesis_deg, half)
         rows.append(
-            LimitRow(
-                row.chapter,
-                kind_of(row.fitted),
-                passed,
-                row.condition.title,
-                row.thesis_deg,
-                limit.mean,
-                half,
-                finite_or_none(limit.slipped),
-                finite_or_none(limit.vibrated),
-                ensemble,
-                limit.half_width,
-                other.mean,
-                TOLERANCE_DEG,
-                undecided=passed is None,
+            row(
+                published.chapter,
+                kind_of(published.fitted),
+                agrees(limit.mean - published.thesis_deg, half),
+                condition=published.condition.title,
+                thesis_deg=published.thesis_deg,
+                deg=limit.mean,
+                half_width_deg=half,
+                slipped=limit.slipped,
+                vibrated=limit.vibrated,
+                ensemble_deg=ensemble,
+                seeds_deg=limit.half_width,
+                other_engine_deg=other.mean,
+                tolerance_deg=TOLERANCE_DEG,
             )
         )
     return rows
 
 
 def half_width(limit: Limit, other: Limit, ensemble: tuple[float, float] | None) -> float:
-    """Return half the interval of a limit, deg: what is open of it, as independent errors.
+    """Return half the interval of a limit, deg, from three independent errors.
 
     Args:
-        limit: with the scatter over its seeds.
-        other: on the other physics engine; all of the difference counts.
-        ensemble: lowest and highest limit of the robots that explain the data, deg: half of the
-            range counts.
+        limit: contributes the scatter over its seeds.
+        other: on the other physics engine; contributes the whole difference.
+        ensemble: lowest and highest limit of the robots of the ensemble, deg; contributes half of
+            the range.
     """
     low, high = ensemble or (0.0, 0.0)
     return hypot(limit.half_width, other.mean - limit.mean, (high - low) / 2.0)
@@ -78,7 +81,7 @@ def half_width(limit: Limit, other: Limit, ensemble: tuple[float, float] | None)
 def agrees(difference: float, half_width: float) -> bool | None:
     """Return whether a limit agrees with the thesis; None if that is undecided.
 
-    It agrees if its whole interval lies within the tolerance, and disagrees if none of it does.
+    It agrees if its whole interval lies within the tolerance, and disagrees if no part of it does.
 
     Args:
         difference: from the thesis, deg.
@@ -89,46 +92,61 @@ def agrees(difference: float, half_width: float) -> bool | None:
     return False if abs(difference) - half_width > TOLERANCE_DEG else None
 
 
-def width_rows(bench: Bench, limits: Limits) -> list[Width]:
-    """Measure how far the robot stays up facing uphill, where it falls backward."""
+def width_rows(bench: Bench, limits: Limits) -> list[Row]:
+    """Measure how steep the slope may be facing uphill, where the robot falls backward.
+
+    Returns:
+        Records with ``condition``, ``downhill_deg``, ``uphill_deg`` and ``half_width_deg`` of the
+        latter.
+    """
     return [
-        Width(
-            row.condition.title, limits[row.condition].mean, up.mean, finite_or_none(up.half_width)
-        )
-        for row in LIMITS
-        for up in [bench.limit(row.condition.turned())]
+        {
+            'condition': published.condition.title,
+            'downhill_deg': limits[published.condition].mean,
+            'uphill_deg': up.mean,
+            'half_width_deg': up.half_width,
+        }
+        for published in LIMITS
+        for up in [bench.limit(published.condition.turned())]
     ]
 
 
-def theory_row() -> LimitRow:
+def theory_row() -> Row:
     """Compare the limit of the footed pendulum, a formula."""
     ours = degrees(controlled_critical_inclination(Pendulum(), 0.0, initial_lean=INITIAL_LEAN))
-    passed = abs(ours - THEORY_DEG) <= FORMULA_DEG
-    return LimitRow(
+    missing = ('half_width_deg', 'slipped', 'vibrated', 'ensemble_deg', 'seeds_deg')
+    return row(
         3,
         'formula',
-        passed,
-        'inverted pendulum, (3.10)',
-        THEORY_DEG,
-        ours,
+        abs(ours - THEORY_DEG) <= FORMULA_DEG,
+        condition='inverted pendulum, (3.10)',
+        thesis_deg=THEORY_DEG,
+        deg=ours,
         tolerance_deg=FORMULA_DEG,
+        **dict.fromkeys((*missing, 'other_engine_deg')),
     )
 
 
-def order_rows(limits: Limits, elsewhere: Limits) -> list[OrderRow]:
+def order_rows(limits: Limits, others: Limits) -> list[Row]:
     """Compare the order of the limits; it passes if it holds on both engines.
 
-    It misses if an engine contradicts it by more than seeds scatter, or if both do by less.
+    It misses if one engine contradicts it by more than the seeds scatter, or both contradict it by
+    less.
+
+    Returns:
+        Records with ``motion``, ``limits_deg`` and, on the other engine, ``others_deg``.
     """
     rows = []
     for motion, conditions in ORDERS:
-        both = [[of[condition] for condition in conditions] for of in (limits, elsewhere)]
+        both = [[of[condition] for condition in conditions] for of in (limits, others)]
         found = [_in_order(of_engine) for of_engine in both]
         means = [tuple(limit.mean for limit in of_engine) for of_engine in both]
         enough = all(len(limit.of_seeds) >= ENOUGH for of in both for limit in of)
         against = enough and not any(grows(of_engine) for of_engine in means)
         order = False if False in found or against else None if None in found else True
-        rows.append(OrderRow(6, 'fitted', order, motion, *means, undecided=order is None))
+        rows.append(
+            row(6, 'fitted', order, motion=motion, limits_deg=means[0], others_deg=means[1])
+        )
     return rows
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from math import degrees
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -24,20 +25,11 @@ from khr_report.page.template import page_blocks
 from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
+from khr_studies.measuring.run_table import Records
 from khr_studies.measuring.thesis_values import COMMON_DEG, SHOWN, SLIPS, UNSLIPPED
 from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG
-from khr_studies.scoreboard.rows import (
-    ENOUGH,
-    Explanation,
-    LimitRow,
-    OrderRow,
-    Scoreboard,
-    ScoreboardRow,
-    StandingRow,
-    TrendRow,
-    WalkRow,
-    Width,
-)
+from khr_studies.scoreboard.rows import ENOUGH, VERDICTS, Scoreboard
+from khr_sweeps.trial import Row
 
 CHAPTERS = {3: 'Chapter 3: standing', 5: 'Chapter 5: walking', 6: 'Chapter 6: conclusions'}
 # Unit, decimals and factor of a trend's values.
@@ -64,106 +56,107 @@ def _within(deg: float, half: float | None) -> str:
     return f'{deg:.2f}' if half is None else f'{deg:.2f} +- {half:.2f}'
 
 
-def _parts(row: LimitRow) -> str:
-    """Return what makes an interval: seeds, the other engine, the robots that fit."""
-    if row.seeds_deg is None or row.other_engine_deg is None:
+def _parts(row: Row) -> str:
+    """Return the parts of an interval: seeds, other engine, ensemble."""
+    if row['seeds_deg'] is None or row['other_engine_deg'] is None:
         return ''
-    low, high = row.ensemble_deg or (0.0, 0.0)
-    return (
-        f'{row.seeds_deg:.2f}, {abs(row.other_engine_deg - row.deg):.2f}, {(high - low) / 2:.2f}'
-    )
+    low, high = row['ensemble_deg'] or (0.0, 0.0)
+    other = abs(row['other_engine_deg'] - row['deg'])
+    return f'{row["seeds_deg"]:.2f}, {other:.2f}, {(high - low) / 2:.2f}'
 
 
 def _share(value: float | None) -> str:
     return '-' if value is None else f'{value:.0%}'
 
 
-def _trend(row: TrendRow) -> str:
-    unit, decimals, factor = UNITS[row.quantity]
-    values = (None if value is None else factor * value for value in row.values)
+def _trend(row: Row) -> str:
+    unit, decimals, factor = UNITS[row['quantity']]
+    values = (None if value is None else factor * value for value in row['values'])
     return f'{numbers(values, decimals)} {unit}'
 
 
-JUDGEMENT: Columns[ScoreboardRow] = {
-    'kind': lambda row: row.kind,
-    'verdict': lambda row: Verdict(row.passed, row.undecided),
-}
-LIMIT_COLUMNS: Columns[LimitRow] = {
-    'chapter': lambda row: str(row.chapter),
-    'condition': lambda row: row.condition,
-    'thesis, deg': lambda row: f'{row.thesis_deg:g}',
-    'simulation, deg': lambda row: _within(row.deg, row.half_width_deg),
+def _verdict(row: Row) -> Verdict:
+    verdict = row['verdict']
+    passed = {'passed': True, 'missed': False}.get(verdict)
+    return Verdict(passed, verdict == 'undecided')
+
+
+JUDGEMENT: Columns[Row] = {'kind': itemgetter('kind'), 'verdict': _verdict}
+LIMIT_COLUMNS: Columns[Row] = {
+    'chapter': lambda row: str(row['chapter']),
+    'condition': itemgetter('condition'),
+    'thesis, deg': lambda row: f'{row["thesis_deg"]:g}',
+    'simulation, deg': lambda row: _within(row['deg'], row['half_width_deg']),
     'of seeds, engine, constants': _parts,
-    'other engine, deg': lambda row: number(row.other_engine_deg, 2),
-    'robots that fit': lambda row: (
-        '{:.2f} to {:.2f}'.format(*row.ensemble_deg) if row.ensemble_deg else ''
+    'other engine, deg': lambda row: number(row['other_engine_deg'], 2),
+    'ensemble': lambda row: (
+        '{:.2f} to {:.2f}'.format(*row['ensemble_deg']) if row['ensemble_deg'] else ''
     ),
-    'slip': lambda row: _share(row.slipped),
-    'vibrate': lambda row: _share(row.vibrated),
-    'difference': lambda row: _signed(row.difference_deg),
-    'tolerance': lambda row: '' if row.tolerance_deg is None else f'{row.tolerance_deg:g}',
+    'slip': lambda row: _share(row['slipped']),
+    'vibrate': lambda row: _share(row['vibrated']),
+    'difference': lambda row: _signed(row['deg'] - row['thesis_deg']),
+    'tolerance': lambda row: f'{row["tolerance_deg"]:g}',
     **JUDGEMENT,
 }
-ORDER_COLUMNS: Columns[OrderRow] = {
-    'motion': lambda row: row.motion,
-    'limits, deg': lambda row: numbers(row.limits_deg, 2),
-    'other engine, deg': lambda row: numbers(row.others_deg, 2),
+ORDER_COLUMNS: Columns[Row] = {
+    'motion': itemgetter('motion'),
+    'limits, deg': lambda row: numbers(row['limits_deg'], 2),
+    'other engine, deg': lambda row: numbers(row['others_deg'], 2),
     **JUDGEMENT,
 }
-WIDTH_COLUMNS: Columns[Width] = {
-    'condition': lambda row: row.condition,
-    'downhill, deg': lambda row: f'{row.downhill_deg:.2f}',
-    'uphill, deg': lambda row: _within(row.uphill_deg, row.half_width_deg),
-    'width, deg': lambda row: f'{row.downhill_deg + row.uphill_deg:.2f}',
+WIDTH_COLUMNS: Columns[Row] = {
+    'condition': itemgetter('condition'),
+    'downhill, deg': lambda row: f'{row["downhill_deg"]:.2f}',
+    'uphill, deg': lambda row: _within(row['uphill_deg'], row['half_width_deg']),
+    'width, deg': lambda row: f'{row["downhill_deg"] + row["uphill_deg"]:.2f}',
 }
-STANDING_COLUMNS: Columns[StandingRow] = {
-    'quantity': lambda row: row.name,
-    'at phi, deg': lambda row: ', '.join(f'{phi:g}' for phi in row.inclinations_deg),
-    'thesis': lambda row: row.thesis,
+STANDING_COLUMNS: Columns[Row] = {
+    'quantity': itemgetter('name'),
+    'at phi, deg': lambda row: ', '.join(f'{phi:g}' for phi in row['inclinations_deg']),
+    'thesis': itemgetter('thesis'),
     'simulation': lambda row: (
-        f'{numbers(row.values, DECIMALS.get(row.unit, 2))} {row.unit}'.strip()
+        f'{numbers(row["values"], DECIMALS.get(row["unit"], 2))} {row["unit"]}'.strip()
     ),
-    'difference': lambda row: _signed(row.difference),
+    'difference': lambda row: _signed(row['difference']),
     **JUDGEMENT,
 }
-WALK_COLUMNS: Columns[WalkRow] = {
-    'phi, deg': lambda row: f'{row.inclination_deg:g}',
-    'control': lambda row: row.control,
-    'thesis': lambda row: row.thesis,
-    'lost': lambda row: f'{row.lost} of {row.runs}',
-    'slide per step, mm': lambda row: number(row.slide_mm, 1),
-    'before, after, mm': lambda row: numbers(row.stance_mm, 1) if row.stance_mm else '-',
-    'vibration, deg/s': lambda row: rate(row.vibration),
-    'largest peaks, Hz': lambda row: ' '.join(f'{f:.2f}' for f in row.peaks_hz) or '-',
-    'difference': lambda row: '; '.join(row.differences),
+WALK_COLUMNS: Columns[Row] = {
+    'phi, deg': lambda row: f'{row["inclination_deg"]:g}',
+    'control': itemgetter('control'),
+    'thesis': itemgetter('thesis'),
+    'lost': lambda row: f'{row["lost"]} of {row["runs"]}',
+    'slide per step, mm': lambda row: number(row['slide_mm'], 1),
+    'before, after, mm': lambda row: numbers(row['stance_mm'], 1),
+    'vibration, deg/s': lambda row: rate(row['vibration']),
+    'largest peaks, Hz': lambda row: ' '.join(f'{f:.2f}' for f in row['peaks_hz']) or '-',
+    'difference': lambda row: '; '.join(row['differences']),
     **JUDGEMENT,
 }
-TREND_COLUMNS: Columns[TrendRow] = {
-    'trend': lambda row: row.name,
-    'at phi, deg': lambda row: f'{row.inclination_deg:g}',
-    'simulation': lambda row: _trend(row),
+TREND_COLUMNS: Columns[Row] = {
+    'trend': itemgetter('name'),
+    'at phi, deg': lambda row: f'{row["inclination_deg"]:g}',
+    'simulation': _trend,
     'difference': lambda row: (
         ''
-        if row.inclination_deg == row.thesis_deg
-        else f'not at {row.thesis_deg:g}: it does not stay up'
+        if row['inclination_deg'] == row['thesis_deg']
+        else f'not at {row["thesis_deg"]:g}: it does not stay up'
     ),
     **JUDGEMENT,
 }
 
 
-def count(rows: Iterable[ScoreboardRow]) -> Counter[str]:
+def count(rows: Iterable[Row]) -> Counter[str]:
     """Count rows by verdict; ``judged`` are all rows with a published value."""
-    counted: Counter[str] = Counter(row.verdict for row in rows)
+    counted: Counter[str] = Counter(row['verdict'] for row in rows)
     counted['judged'] = counted.total() - counted['unpublished']
     return counted
 
 
 def counts(board: Scoreboard) -> list[dict[str, Any]]:
     """Count the rows of each chapter, with its ``title``."""
-    chapters = group_by(board.rows, lambda row: row.chapter)
+    chapters = group_by(board.rows, itemgetter('chapter'))
     return [
-        {'title': title, 'passed': 0, 'missed': 0, 'undecided': 0, 'unpublished': 0}
-        | count(chapters.get(chapter, ()))
+        {'title': title, **dict.fromkeys(VERDICTS, 0)} | count(chapters.get(chapter, ()))
         for chapter, title in CHAPTERS.items()
     ]
 
@@ -200,8 +193,8 @@ def blocks(board: Scoreboard) -> list[Block]:
         standing=table(board.standing, STANDING_COLUMNS),
         walks=table(board.walks, WALK_COLUMNS),
         trends=table(board.trends, TREND_COLUMNS),
-        walk=_explanation_table([each for each in explained if each.motion == 'walk']),
-        leg_lift=_explanation_table([each for each in explained if each.motion == 'leg_lift']),
+        walk=_explanation_table([each for each in explained if each['motion'] == 'walk']),
+        leg_lift=_explanation_table([each for each in explained if each['motion'] == 'leg_lift']),
     )
 
 
@@ -225,16 +218,16 @@ def write(board: Scoreboard, out: Path) -> str:
     return summary(board)
 
 
-def _explanation_table(explanations: Sequence[Explanation]) -> Table:
-    changes = [shift.change for shift in explanations[0].shifts] if explanations else ()
+def _explanation_table(explanations: Records) -> Table:
+    changes = [*explanations[0]['shifts']] if explanations else []
     return Table(
         ('condition', 'thesis, deg', 'seed 0, deg', *changes, 'closest to the thesis'),
         tuple(
             (
-                each.condition,
-                f'{each.thesis_deg:g}',
-                f'{each.deg:.2f}',
-                *(f'{shift.deg:+.2f}' for shift in each.shifts),
+                each['condition'],
+                f'{each["thesis_deg"]:g}',
+                f'{each["deg"]:.2f}',
+                *(f'{shift:+.2f}' for shift in each['shifts'].values()),
                 closest(each),
             )
             for each in explanations
@@ -242,9 +235,9 @@ def _explanation_table(explanations: Sequence[Explanation]) -> Table:
     )
 
 
-def closest(explanation: Explanation) -> str:
-    """Name the change that comes closest to the thesis, and the limit with it in deg."""
-    shift = explanation.closest
-    if shift is None:
-        return 'none of them'
-    return f'{shift.change}: {explanation.deg + shift.deg:.2f}'
+def closest(explanation: Row) -> str:
+    """Return the change that comes closest to the thesis, and the limit with it in deg."""
+    change = explanation['closest']
+    if change is None:
+        return 'no change'
+    return f'{change}: {explanation["deg"] + explanation["shifts"][change]:.2f}'

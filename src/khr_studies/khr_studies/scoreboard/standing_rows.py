@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import degrees
+from math import degrees, nan
 
 import numpy as np
 
 from khr_studies.measuring.bench import Bench, median_up
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import finite_or_none_all
 from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.thesis_values import (
     READ_BACK_DEG,
@@ -20,46 +19,38 @@ from khr_studies.measuring.thesis_values import (
     STAGE_3,
     STAGE_3_GRID,
 )
-from khr_studies.scoreboard.rows import ENOUGH, Kind, StandingRow, grows
+from khr_studies.scoreboard.rows import ENOUGH, Kind, grows, row
+from khr_sweeps.trial import Row
 
 
-def standing_rows(bench: Bench, stage_1: Limit) -> list[StandingRow]:
-    """Compare the forces under the support foot."""
-    forces = [
-        _median_forces(bench, STAGE_1, [phi], name)[0]
-        for phi in STAGE_1_READ
-        for name in ('toe_n', 'heel_n')
+def standing_rows(bench: Bench, stage_1: Limit) -> list[Row]:
+    """Compare the forces under the support foot.
+
+    Args:
+        bench: measures.
+        stage_1: the limit of stage 1, at which the forces over the weight are compared.
+
+    Returns:
+        Records with ``name`` and ``unit`` of the quantity (a ratio has no unit),
+        ``inclinations_deg``, ``thesis`` (its statement), ``values`` (one for each inclination, or
+        several at one), and ``difference`` from the thesis's number, if it has one.
+    """
+    rows = [*_curve_rows(bench), *_rows_at_limit(bench, round(stage_1.mean, 2))]
+    rows.append(_read_back_row(bench))
+    for phi in STAGE_1_READ:
+        forces = [_median_forces(bench, STAGE_1, [phi], name)[0] for name in ('toe_n', 'heel_n')]
+        rows.append(_unpublished('toe and heel force', 'N', [phi], 'not published', forces))
+    for name, condition, slopes in (
+        ('Delta, stage 2', STAGE_2, STAGE_2_GRID),
+        ('Delta, stage 3', STAGE_3, STAGE_3_GRID),
+    ):
+        delta = _median_forces(bench, condition, slopes, 'difference_n')
+        rows.append(_row(name, 'N', slopes, 'rises again', delta, grows(delta), kind='statics'))
+    overshoots = [
+        degrees(median_up(bench.lifts(STAGE_1, phi), 'overshoot_rad_s')) for phi in bench.curve
     ]
-    return [
-        *_curve_rows(bench),
-        *_rows_at_limit(bench, round(stage_1.mean, 2)),
-        _read_back_row(bench),
-        *(
-            _row('toe and heel force', 'N', [phi], 'not published', pair, None)
-            for phi, pair in zip(
-                STAGE_1_READ, zip(forces[::2], forces[1::2], strict=True), strict=True
-            )
-        ),
-        *(
-            _row(name, 'N', slopes, 'rises again', values, grows(values), kind='statics')
-            for name, condition, slopes in (
-                ('Delta, stage 2', STAGE_2, STAGE_2_GRID),
-                ('Delta, stage 3', STAGE_3, STAGE_3_GRID),
-            )
-            for values in [_median_forces(bench, condition, slopes, 'difference_n')]
-        ),
-        _row(
-            'largest overshoot of the pitch rate',
-            'deg/s',
-            bench.curve,
-            'depends on phi',
-            [
-                degrees(median_up(bench.lifts(STAGE_1, phi), 'overshoot_rad_s'))
-                for phi in bench.curve
-            ],
-            None,
-        ),
-    ]
+    name = 'largest overshoot of the pitch rate'
+    return [*rows, _unpublished(name, 'deg/s', bench.curve, 'depends on phi', overshoots)]
 
 
 def _row(
@@ -68,23 +59,27 @@ def _row(
     inclinations_deg: Sequence[float],
     thesis: str,
     values: Sequence[float],
-    passed: bool | None,
-    difference: float | None = None,
+    passed: bool | None = None,
+    difference: float = nan,
     kind: Kind = 'predicted',
-    undecided: bool = False,
-) -> StandingRow:
-    return StandingRow(
+) -> Row:
+    return row(
         3,
         kind,
-        None if undecided else passed,
-        name,
-        unit,
-        tuple(inclinations_deg),
-        thesis,
-        finite_or_none_all(values),
-        difference,
-        undecided=undecided,
+        passed,
+        name=name,
+        unit=unit,
+        inclinations_deg=tuple(inclinations_deg),
+        thesis=thesis,
+        values=tuple(values),
+        difference=difference,
     )
+
+
+def _unpublished(
+    name: str, unit: str, inclinations_deg: Sequence[float], thesis: str, values: Sequence[float]
+) -> Row:
+    return _row(name, unit, inclinations_deg, thesis, values) | {'verdict': 'unpublished'}
 
 
 def _median_forces(
@@ -94,7 +89,7 @@ def _median_forces(
     return [float(bench.lifts(condition, phi)[column].median()) for phi in inclinations_deg]
 
 
-def _curve_rows(bench: Bench) -> list[StandingRow]:
+def _curve_rows(bench: Bench) -> list[Row]:
     toe, heel, delta = (
         _median_forces(bench, STAGE_1, bench.curve, name)
         for name in ('toe_n', 'heel_n', 'difference_n')
@@ -109,28 +104,23 @@ def _curve_rows(bench: Bench) -> list[StandingRow]:
     ]
 
 
-def _rows_at_limit(bench: Bench, limit_deg: float) -> list[StandingRow]:
+def _rows_at_limit(bench: Bench, limit_deg: float) -> list[Row]:
     share = float(bench.lifts(STAGE_1, limit_deg)['share'].median())
     heel = (1.0 - share) / 2.0
+    place = "over the weight, at stage 1's limit"
+    rows = (
+        (f'Delta {place}', '1', share, share >= 0.9, share - 1.0),
+        (f'heel force {place}', '0', heel, heel <= 0.05, heel),
+    )
     return [
         _row(
-            f"{name} over the weight, at stage 1's limit",
-            '',
-            [limit_deg],
-            thesis,
-            [value],
-            passed,
-            None if np.isnan(difference) else difference,
-            undecided=bench.seeds < ENOUGH,
+            name, '', [limit_deg], thesis, [value], passed if bench.seeds >= ENOUGH else None, off
         )
-        for name, thesis, value, passed, difference in (
-            ('Delta', '1', share, share >= 0.9, share - 1.0),
-            ('heel force', '0', heel, heel <= 0.05, heel),
-        )
+        for name, thesis, value, passed, off in rows
     ]
 
 
-def _read_back_row(bench: Bench) -> StandingRow:
+def _read_back_row(bench: Bench) -> Row:
     delta = np.array(_median_forces(bench, STAGE_1, bench.curve, 'difference_n'))
     measured = np.isfinite(delta)
     curve, delta = np.array(bench.curve)[measured], delta[measured]
@@ -139,11 +129,6 @@ def _read_back_row(bench: Bench) -> StandingRow:
         for phi in STAGE_1_READ
         for difference in bench.lifts(STAGE_1, phi)['difference_n']
     )
-    return _row(
-        'largest error of phi read back from Delta',
-        'deg',
-        STAGE_1_READ,
-        f'within {READ_BACK_DEG:g}',
-        [error],
-        error <= READ_BACK_DEG,
-    )
+    name = 'largest error of phi read back from Delta'
+    thesis = f'within {READ_BACK_DEG:g}'
+    return _row(name, 'deg', STAGE_1_READ, thesis, [error], error <= READ_BACK_DEG)

@@ -1,12 +1,13 @@
-"""``khr scoreboard``: every row of the thesis against the simulated robot, measured anew.
+"""``khr scoreboard``: every row of the thesis against the simulated robot.
 
-Every number on the simulation's side is measured when the page is written; every number on the
-thesis's side comes from :mod:`khr_studies.measuring.thesis_values`.
+Values of the simulation are measured by the command; values of the thesis come from
+:mod:`khr_studies.measuring.thesis_values`.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_studies.errors import check_integer
@@ -14,7 +15,6 @@ from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
-from khr_studies.measuring.json_file import finite_or_none
 from khr_studies.scoreboard.limit_rows import (
     TOLERANCE_DEG,
     Limits,
@@ -23,14 +23,15 @@ from khr_studies.scoreboard.limit_rows import (
     theory_row,
     width_rows,
 )
-from khr_studies.scoreboard.rows import Explanation, Scoreboard, Shift
+from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.standing_rows import standing_rows
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from khr_sweeps.pool import local_pool
+from khr_sweeps.trial import Row
 
 
 def _back(key: str) -> tuple[tuple[str, str], float]:
-    """Carry the centre of mass 5 mm further back than by default."""
+    """Return a change of the gait that moves the centre of mass 5 mm back."""
     return ('gait', key), round(getattr(GaitParameters(), key) - 0.005, 6)
 
 
@@ -74,8 +75,8 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
         seeds: of each measurement.
         tolerance: of each bisection, deg.
         jobs: processes; one per core by default.
-        explain: whether to measure more than the thesis has: what moves the limits that miss, and
-            limits facing uphill.
+        explain: whether to measure also the effect of changes on limits that miss, and limits
+            facing uphill.
 
     Raises:
         StudyError: if an argument is not accepted.
@@ -87,32 +88,32 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
 
 
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
-    """Return the scoreboard of what a bench measures; see :func:`scoreboard`."""
+    """Measure the scoreboard on a bench; see :func:`scoreboard`."""
     submit_all(bench, explain)
     limits = {row.condition: bench.limit(row.condition) for row in thesis.LIMITS}
-    elsewhere = {
+    others = {
         row.condition: bench.limit(bench.on_other_engine(row.condition)) for row in thesis.LIMITS
     }
     slips = slips_from_mm(bench)
     return Scoreboard(
         bench.seeds,
-        (*limit_rows(limits, elsewhere, bench.spread), theory_row()),
-        tuple(order_rows(limits, elsewhere)),
-        tuple(standing_rows(bench, limits[thesis.STAGE_1])),
-        tuple(
+        [*limit_rows(limits, others, bench.spread), theory_row()],
+        order_rows(limits, others),
+        standing_rows(bench, limits[thesis.STAGE_1]),
+        [
             walk_row(row, bench.walks(row.condition, row.inclination_deg), slips)
             for row in thesis.WALKS
-        ),
-        tuple(trend_row(row, bench) for row in thesis.TRENDS),
+        ],
+        [trend_row(row, bench) for row in thesis.TRENDS],
         _explanations(bench, limits) if explain else None,
-        tuple(width_rows(bench, limits)) if explain else (),
-        finite_or_none(slips),
+        width_rows(bench, limits) if explain else (),
+        slips if isfinite(slips) else None,
         bench.engines,
     )
 
 
 def submit_all(bench: Bench, explain: bool) -> None:
-    """Start all measurements that are known beforehand."""
+    """Start all measurements that do not depend on the results of others."""
     for row in thesis.LIMITS:
         bench.start_limit(row.condition)
         bench.start_limit(bench.on_other_engine(row.condition))
@@ -132,8 +133,14 @@ def submit_all(bench: Bench, explain: bool) -> None:
             bench.start(lift, condition, phi)
 
 
-def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
-    """Measure what each change does to each limit that misses."""
+def _explanations(bench: Bench, limits: Limits) -> list[Row]:
+    """Measure the effect of each change on each limit that misses.
+
+    Returns:
+        Records with ``motion``, ``condition`` and ``thesis_deg`` of the limit; ``deg``, the limit
+        of seed 0 without a change; ``shifts``, by how much each change moves it, deg; ``closest``,
+        the change that comes closest to the thesis (None if no change comes closer).
+    """
     missed = [
         row
         for row in thesis.LIMITS
@@ -142,25 +149,25 @@ def _explanations(bench: Bench, limits: Limits) -> tuple[Explanation, ...]:
     for row in missed:
         for _, changes in CHANGES[row.condition.motion]:
             bench.start_limit(_changed(row, changes), 1)
-    return tuple(_explanation(bench, limits, row) for row in missed)
+    return [_explanation(bench, limits[row.condition].of_seeds[0], row) for row in missed]
 
 
-def _explanation(bench: Bench, limits: Limits, row: thesis.ThesisLimit) -> Explanation:
-    base = limits[row.condition].of_seeds[0]
-    shifts = tuple(
-        Shift(name, bench.limit(_changed(row, changes), 1).mean - base)
+def _explanation(bench: Bench, base: float, row: thesis.ThesisLimit) -> Row:
+    shifts = {
+        name: bench.limit(_changed(row, changes), 1).mean - base
         for name, changes in CHANGES[row.condition.motion]
-    )
-    closest = min(shifts, key=lambda shift: abs(base + shift.deg - row.thesis_deg))
-    gain = abs(base - row.thesis_deg) - abs(base + closest.deg - row.thesis_deg)
-    return Explanation(
-        row.condition.motion,
-        row.condition.title,
-        row.thesis_deg,
-        base,
-        shifts,
-        closest if gain > bench.tolerance else None,
-    )
+    }
+    misses = {name: abs(base + shift - row.thesis_deg) for name, shift in shifts.items()}
+    closest = min(misses, key=lambda name: misses[name])
+    gain = abs(base - row.thesis_deg) - misses[closest]
+    return {
+        'motion': row.condition.motion,
+        'condition': row.condition.title,
+        'thesis_deg': row.thesis_deg,
+        'deg': base,
+        'shifts': shifts,
+        'closest': closest if gain > bench.tolerance else None,
+    }
 
 
 def _changed(row: thesis.ThesisLimit, changes: Changes) -> Condition:
