@@ -20,7 +20,7 @@ LARGEST_AXIS = 100_000
 
 @dataclass(frozen=True)
 class Labels:
-    """The axes whose values are names, each standing for values of several parameters."""
+    """The axes of names, each of which stands for the values of several parameters."""
 
     scenario: str = parameter('', 'Name of a scenario.')
     case: str = parameter('', 'Label of a case.')
@@ -31,11 +31,11 @@ SCENARIO, CASE = LABELS = tuple(specifications(Labels))
 
 @dataclass(frozen=True)
 class Axis:
-    """The values of one swept parameter, or the range from which they are drawn.
+    """The values of one swept parameter, or the range of its random values.
 
     Attributes:
         values: listed values; empty for a range.
-        low, high: bounds of a range; both may be drawn.
+        low, high: inclusive bounds of a range.
     """
 
     values: tuple[Any, ...] = ()
@@ -43,7 +43,7 @@ class Axis:
     high: float = 0.0
 
     def draw(self, generator: np.random.Generator) -> Any:
-        """Draw one value with uniform probability."""
+        """Draw a value from a uniform distribution."""
         if self.values:
             return self.values[int(generator.integers(len(self.values)))]
         if isinstance(self.low, int) and isinstance(self.high, int):
@@ -51,7 +51,7 @@ class Axis:
         return float(generator.uniform(self.low, self.high))
 
     def record(self) -> list[Any] | dict[str, float]:
-        """Return the axis as plain data for the file of the sweep."""
+        """Return the axis as plain data."""
         return list(self.values) if self.values else {'low': self.low, 'high': self.high}
 
 
@@ -59,7 +59,7 @@ def parameter_named(where: str, name: Any) -> Specification:
     """Return the specification of ``node.parameter``.
 
     Raises:
-        SweepError: if there is none; its message begins with ``where``.
+        SweepError: if there is no such parameter; its message begins with ``where``.
     """
     node, dot, key = str(name).partition('.')
     if not dot or node not in registry():
@@ -79,16 +79,16 @@ def column_named(name: str) -> Specification:
     """Return the specification of a swept parameter or of an axis of names.
 
     Raises:
-        SweepError: if there is none.
+        SweepError: if there is no such parameter.
     """
     return specifications(Labels).get(name) or parameter_named('sweep', name)
 
 
-def checked(where: str, specification: Specification, value: Any) -> Any:
-    """Return the value after checking that the parameter accepts it.
+def check_value(where: str, specification: Specification, value: Any) -> Any:
+    """Check that a parameter accepts a value; return the value.
 
     Raises:
-        SweepError: if it does not; its message begins with ``where``.
+        SweepError: if it is not accepted; the message begins with ``where``.
     """
     if type(value) is int and abs(value) >= LARGEST_INTEGER:
         refuse(where, value, specification.accepted)
@@ -100,14 +100,14 @@ def checked(where: str, specification: Specification, value: Any) -> Any:
 
 
 def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
-    """Read an axis of a grid: a list of values, or start, stop (included) and step.
+    """Read an axis of a grid: a list of values, or start, inclusive stop and step.
 
     Raises:
-        SweepError: if it is empty, repeats a value, or contains one that is not accepted.
+        SweepError: if it is empty, repeats a value, or has a value that is not accepted.
     """
     if not _is_range(where, specification, given, 'values', ('start', 'stop', 'step')):
         return _listed(where, specification, given)
-    start, stop = (checked(where, specification, given[key]) for key in ('start', 'stop'))
+    start, stop = (check_value(where, specification, given[key]) for key in ('start', 'stop'))
     return Axis(_steps(where, specification, start, stop, given['step']))
 
 
@@ -115,31 +115,31 @@ def random_axis(where: str, specification: Specification, given: Any) -> Axis:
     """Read an axis of random draws: a list of choices, or low and high.
 
     Raises:
-        SweepError: if it is empty, or contains a value that is not accepted.
+        SweepError: if it is empty, or has a value that is not accepted.
     """
     if not _is_range(where, specification, given, 'choices', ('low', 'high')):
         return _listed(where, specification, given)
-    low, high = (checked(where, specification, given[key]) for key in ('low', 'high'))
+    low, high = (check_value(where, specification, given[key]) for key in ('low', 'high'))
     if low >= high:
         refuse(where, given, 'low below high')
     return Axis(low=low, high=high)
 
 
 def _is_range(
-    where: str, specification: Specification, given: Any, what: str, keys: tuple[str, ...]
+    where: str, specification: Specification, given: Any, kind: str, keys: tuple[str, ...]
 ) -> bool:
-    """Return whether a range is given, with these keys; refuse what is no list of values either."""
+    """Return whether a range with these keys is given; refuse anything else but a list."""
     numeric = specification.kind in (int, float)
     if isinstance(given, dict) and numeric and set(given) == set(keys):
         return True
     if not isinstance(given, list) or not given:
         form = ', '.join(f'{key}: ...' for key in keys)
-        refuse(where, given, f'a list of {what}' + f', or {{{form}}}' * numeric)
+        refuse(where, given, f'a list of {kind}' + f', or {{{form}}}' * numeric)
     return False
 
 
 def _listed(where: str, specification: Specification, given: list[Any]) -> Axis:
-    values = tuple(checked(where, specification, value) for value in given)
+    values = tuple(check_value(where, specification, value) for value in given)
     if len(set(map(repr, values))) < len(values):
         refuse(where, given, 'each value once')
     return Axis(values)
@@ -159,9 +159,9 @@ def _steps(
         )
     # Without rounding, three steps of 0.1 would give 0.30000000000000004.
     values = (start + step * number for number in range(count))
-    return tuple(checked(where, specification, round(value, 10)) for value in values)
+    return tuple(check_value(where, specification, round(value, 10)) for value in values)
 
 
 def refuse(where: str, value: Any, accepted: str | None) -> NoReturn:
-    """Raise a SweepError that names place, value and what is accepted."""
+    """Raise a SweepError that names the place, the value and the accepted values."""
     raise SweepError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')

@@ -1,8 +1,8 @@
-"""Of one swept axis run only what a bisection visits, where the robot no longer stays up.
+"""Bisect one axis of a sweep for the largest value at which the robot stays up.
 
-For each seed and each combination of the other axes the middle of what is still open is run: where
-the robot stays up, it is taken to stay up with smaller values too, and where it does not, to be
-lost with larger ones. So a line of n values takes about log2(n) runs, which lie along the limit.
+For each seed and each combination of the other axes, the middle of the open values is run. If the
+robot stays up there, it is assumed to stay up at smaller values too; otherwise, to fall at larger
+ones. So a line of n values takes about log2(n) runs.
 """
 
 from __future__ import annotations
@@ -20,13 +20,13 @@ def due(trials: Iterable[Trial], axis: str, finished: Finished) -> list[Trial]:
     Args:
         trials: all of the sweep.
         axis: the one to bisect, ``node.parameter``.
-        finished: a run whose parameters exclude one another has None, and counts as lost.
+        finished: a refused run (None) counts as a fall.
     """
     return [line[len(line) // 2] for line in _open(trials, axis, finished)]
 
 
 def left(trials: Iterable[Trial], axis: str, finished: Finished) -> int:
-    """Return how many runs the bisections still take, at most."""
+    """Return the largest number of runs that the bisections still take."""
     return sum(len(line).bit_length() for line in _open(trials, axis, finished))
 
 

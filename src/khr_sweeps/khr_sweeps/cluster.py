@@ -23,15 +23,15 @@ CREDENTIALS = 'ca.pem', 'cert.pem', 'key.pem'
 
 @dataclass(frozen=True)
 class Scheduler:
-    """A Dask scheduler, and how its connections are protected.
+    """A Dask scheduler and the protection of its connections.
 
     Attributes:
-        address: ``tls://HOST:PORT``, or ``tcp://HOST:PORT`` without protection.
-        tls: folder of the credentials; None without.
-        unauthenticated: whether a scheduler without protection is accepted.
+        address: ``tls://HOST:PORT``, or ``tcp://HOST:PORT`` without TLS.
+        tls: folder of the credentials; None without TLS.
+        unauthenticated: whether a scheduler without TLS is accepted.
 
     Raises:
-        SweepError: if the address does not fit, or the credentials are not there or open to others.
+        SweepError: if the address does not fit, or a credential is missing or open to other users.
     """
 
     address: str
@@ -61,7 +61,7 @@ class Scheduler:
 
     @property
     def files(self) -> tuple[Path, ...]:
-        """Return the files of the certificate authority, the certificate and its key."""
+        """Return the files of the authority's certificate, the certificate and its key."""
         return tuple(self.tls / name for name in CREDENTIALS) if self.tls else ()
 
     @property
@@ -73,10 +73,10 @@ class Scheduler:
 
 @contextmanager
 def open_pool(workers: int, scheduler: Scheduler | None = None) -> Iterator[Pool]:
-    """Keep a pool: processes of this machine, or with a scheduler its workers.
+    """Open a pool: processes of this machine, or the workers of a scheduler.
 
     Args:
-        workers: how many processes; ignored with a scheduler.
+        workers: number of processes; ignored with a scheduler.
         scheduler: of a Dask cluster.
 
     Raises:
@@ -101,17 +101,17 @@ class ClusterPool:
 
     def __init__(self, client: Any) -> None:
         self._client = client
-        self._waiting: set[Any] = set()  # Dask forgets a job whose future nobody holds
+        self._waiting: set[Any] = set()  # Dask drops a job without references to its future
 
     @property
     def workers(self) -> int:
-        """Return how many jobs are computed at a time."""
+        """Return the number of jobs that run at a time."""
         return sum(self._client.nthreads().values())
 
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
     ) -> Future[Any]:
-        """Start a job; return its future."""
+        """Submit a job; return its future."""
         future: Future[Any] = Future()
         remote = self._client.submit(function, *arguments, pure=False, priority=int(first))
         self._waiting.add(remote)
@@ -138,7 +138,7 @@ def _result(remote: Any) -> Any:
         raise LostWorkerError('lost several workers over one job') from error
     except (OSError, TimeoutError) as error:
         if remote.status == 'error':
-            raise  # the job's own
+            raise  # by the job
         raise RunError(
             'the scheduler has stopped; start it and repeat the command to go on'
         ) from error
@@ -164,10 +164,10 @@ def _connect(scheduler: Scheduler) -> Any:
 
 
 def security_of(scheduler: Scheduler) -> Any:
-    """Return the credentials of a scheduler as Dask takes them; None without.
+    """Return the credentials of a scheduler for Dask; None without TLS.
 
     Raises:
-        SweepError: if they are no certificates with their key.
+        SweepError: if they are not certificates with their key.
     """
     if not scheduler.tls:
         return None
@@ -191,9 +191,9 @@ def security_of(scheduler: Scheduler) -> Any:
 
 
 def _probe(scheduler: Scheduler, security: Any) -> None:
-    """Raise OSError unless a scheduler answers.
+    """Raise OSError unless a scheduler answers, which sends first.
 
-    Dask's client would wait for ever for a server that sends nothing; a scheduler sends first.
+    Dask's client has no timeout for a server that sends nothing.
     """
     with socket.create_connection(scheduler.place, CONNECT_TIMEOUT) as plain:
         if security is None:
@@ -223,7 +223,7 @@ def _check_credential(path: Path) -> None:
 
 
 def _silence() -> None:
-    """Suppress the log of Dask: errors are reported here in one line."""
+    """Suppress the log of Dask: khr reports its errors in one line."""
     import distributed  # noqa: F401 (makes the loggers)
 
     for name in [*logging.root.manager.loggerDict, 'distributed']:

@@ -1,4 +1,4 @@
-"""Read sweeps strictly, from YAML or from plain data."""
+"""Read and validate sweeps from YAML or plain data."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from khr_sweeps.axes import (
     CASE,
     SCENARIO,
     Axis,
-    checked,
+    check_value,
     grid_axis,
     parameter_named,
     random_axis,
@@ -38,7 +38,7 @@ Some = Annotated[dict[str, Any], Field(min_length=1)]
 
 
 class SweepForm(BaseModel):
-    """The keys of a sweep; the description of each is what it accepts."""
+    """The keys of a sweep; the description of each states the accepted values."""
 
     model_config = ConfigDict(strict=True, extra='forbid')
 
@@ -68,8 +68,8 @@ def load_sweep(path: Path, fast: bool = False) -> Sweep:
         fast: whether the keys under ``fast`` replace those of the same name.
 
     Raises:
-        SweepError: if there is no such file, or it is not valid; the message names file, key
-            and value, and what is accepted.
+        SweepError: if there is no such file, or it is not valid; the message names file, key,
+            value and the accepted values.
     """
     if not path.is_file():
         raise SweepError(f'{path}: no such sweep; accepted: a YAML file with the keys {KNOWN}')
@@ -92,7 +92,7 @@ def sweep_from(given: Any, file: str, title: str = '', fast: bool = False) -> Sw
 
     Args:
         given: the data.
-        file: what error messages call it; its stem is the name of the sweep.
+        file: its name in error messages; its stem is the name of the sweep.
         title: of the sweep.
         fast: whether the keys under ``fast`` replace those of the same name.
 
@@ -157,11 +157,11 @@ def _form(where: str, given: dict[Any, Any]) -> SweepForm:
 
 
 def _scenarios(where: str, form: SweepForm) -> dict[str, Scenario]:
-    """Read the scenario, or several by name, with the values set for all."""
+    """Return the scenarios by name, with the values that are set for all."""
     names = form.scenario if isinstance(form.scenario, list) else [form.scenario]
     changes = _values(where, 'set', form.set)
     if form.duration is not None:
-        changes['simulator.duration'] = checked(
+        changes['simulator.duration'] = check_value(
             f'{where}: duration', parameter_named(where, 'simulator.duration'), form.duration
         )
     found: dict[str, Scenario] = {}
@@ -180,7 +180,7 @@ def _values(where: str, key: str, given: Any) -> dict[str, Any]:
     if not isinstance(given, dict):
         refuse(f'{where}: {key}', given, VALUES)
     return {
-        name: checked(
+        name: check_value(
             f'{where}: {key}: {named(name)}', parameter_named(f'{where}: {key}', name), value
         )
         for name, value in given.items()
@@ -213,7 +213,7 @@ def _bisect(where: str, form: SweepForm, axes: dict[str, Axis]) -> str:
 
 
 def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str, Axis]) -> None:
-    """Refuse a parameter that is given twice: one value would silently win."""
+    """Refuse a parameter that is given twice."""
     of_cases = {name for values in cases.values() for name in values}
     for one, other, words in (
         (fixed, axes, 'set and swept'),
@@ -226,7 +226,7 @@ def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str,
 
 
 def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
-    """Refuse values of cases that contradict one another, and values that contradict seeds."""
+    """Refuse contradicting values of a case, and values that contradict the seeds."""
     of_cases = {name for values in sweep.cases.values() for name in values}
     stated_seeds = sorted(
         name for name in {*sweep.axes, *fixed, *of_cases} if name.endswith('.seed')

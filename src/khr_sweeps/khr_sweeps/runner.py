@@ -16,66 +16,7 @@ if TYPE_CHECKING:
     from khr_bringup.recorded.run_signals import Series
 
 
-def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[list[Row | None]]:
-    """Compute the runs missing in the folders of sweeps; yield batches of rows after writing them.
-
-    A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes
-    several rounds, each with the runs that follow from those before. Workers need no access to the
-    folders: signals are returned with the results and written here.
-
-    Args:
-        pool: of workers.
-        sweeps: each with its open folder.
-
-    Yields:
-        Rows; None for a run whose workers died repeatedly.
-
-    Raises:
-        RunError: if the computation could not go on; what is finished is kept.
-    """
-    tried: set[str] = set()
-    left = sweeps
-    while left:
-        yield from _round(pool, left, tried)
-        left = [  # a run whose worker died was tried
-            (each, folder)
-            for each, folder in sweeps
-            if each.bisect
-            and any(
-                trial.run not in tried for trial in each.due(code_version(), folder.finished())
-            )
-        ]
-
-
-def _round(
-    pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[str]
-) -> Iterator[list[Row | None]]:
-    """Compute the runs that are due and were not tried, and note them as tried."""
-    due = [(each, folder, folder.finished()) for each, folder in sweeps]
-    version = code_version()
-
-    def missing() -> Iterator[tuple[Trial, Folder]]:
-        for each, folder, finished in due:
-            for trial in each.due(version, finished):
-                yield trial, folder
-
-    wanted: dict[str, list[_Wanted]] = {}  # by run; scenarios would take too much memory
-    for trial, folder in missing():
-        if trial.run not in tried:
-            labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
-            wanted.setdefault(trial.run, []).append(_Wanted(folder, labels, trial.keep))
-
-    def tasks() -> Iterator[tuple[str, Trial]]:
-        for trial, _ in missing():
-            if trial.run not in tried:
-                tried.add(trial.run)
-                yield trial.run, replace(trial, keep=any(each.keep for each in wanted[trial.run]))
-
-    for batch in compute(pool, run_trial, tasks()):
-        yield _kept([(each, result) for run, result in batch for each in wanted[run]])
-
-
-class _Wanted(NamedTuple):
+class _Target(NamedTuple):
     """The folder of a run's row, its columns beside the results, and whether it keeps signals."""
 
     folder: Folder
@@ -83,8 +24,65 @@ class _Wanted(NamedTuple):
     keep: bool
 
 
-def _kept(batch: Sequence[tuple[_Wanted, tuple[Row, Series | None] | None]]) -> list[Row | None]:
-    """Write results to the folders that want them; return the rows."""
+def run_missing(pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]]) -> Iterator[list[Row | None]]:
+    """Compute the missing runs of sweeps; yield batches of rows after writing them.
+
+    A run that belongs to several sweeps or cases is computed once. A sweep that bisects takes
+    several rounds; the results of one determine the runs of the next. Workers need no access to
+    the folders: signals are returned with the results and written here.
+
+    Args:
+        pool: of workers.
+        sweeps: each with its open folder.
+
+    Yields:
+        Rows; None for a run over which several workers were lost.
+
+    Raises:
+        RunError: if the computation cannot go on; finished runs are kept.
+    """
+    tried: set[str] = set()
+    left = sweeps
+    while left:
+        yield from _round(pool, left, tried)
+        left = [
+            (sweep, folder)
+            for sweep, folder in sweeps
+            if sweep.bisect
+            and any(
+                trial.run not in tried for trial in sweep.due(code_version(), folder.finished())
+            )
+        ]
+
+
+def _round(
+    pool: Pool, sweeps: Sequence[tuple[Sweep, Folder]], tried: set[str]
+) -> Iterator[list[Row | None]]:
+    """Compute the runs that are due and not in ``tried``; add them to it."""
+    due = [(sweep, folder, folder.finished()) for sweep, folder in sweeps]
+
+    def missing() -> Iterator[tuple[Trial, Folder]]:
+        for sweep, folder, finished in due:
+            for trial in sweep.due(code_version(), finished):
+                if trial.run not in tried:
+                    yield trial, folder
+
+    targets: dict[str, list[_Target]] = {}  # by run; trials would take too much memory
+    for trial, folder in missing():
+        labels = {'id': trial.id, **trial.point, 'seed': trial.seed}
+        targets.setdefault(trial.run, []).append(_Target(folder, labels, trial.keep))
+
+    def tasks() -> Iterator[tuple[str, Trial]]:
+        for trial, _ in missing():
+            tried.add(trial.run)
+            yield trial.run, replace(trial, keep=any(one.keep for one in targets[trial.run]))
+
+    for batch in compute(pool, run_trial, tasks()):
+        yield _write([(target, result) for run, result in batch for target in targets[run]])
+
+
+def _write(batch: Sequence[tuple[_Target, tuple[Row, Series | None] | None]]) -> list[Row | None]:
+    """Write results to their folders; return the rows."""
     rows: list[Row | None] = []
     of_folder: dict[Folder, list[Row]] = {}
     for (folder, labels, keep), result in batch:

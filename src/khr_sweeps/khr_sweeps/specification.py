@@ -28,17 +28,17 @@ class Sweep:
     """A sweep: every combination of the axes, or random draws from them, each with every seed.
 
     Attributes:
-        file: where it was read from, for error messages.
+        file: its source, for error messages.
         name: the stem of its file.
         title: the first comment line of its file.
         scenarios: by name.
         cases: sets of values by label; empty without cases.
-        axes: by ``node.parameter``; before them ``scenario`` and ``case``, if there are several,
-            which are combined with every draw of the others.
+        axes: by ``node.parameter``. Before them are ``scenario`` and ``case`` if there are
+            several, which are combined with every draw of the others.
         samples: number of random draws; None for a grid.
-        seeds: number of seeds; None leaves the scenario's own.
+        seeds: number of seeds; None for the seed of the scenario.
         keep: whether the signals of each run are kept.
-        bisect: the axis of which only the values are run that a bisection visits; '' for none.
+        bisect: the axis to bisect; '' if every value is run.
     """
 
     file: str
@@ -54,7 +54,7 @@ class Sweep:
 
     @property
     def count(self) -> int:
-        """Count the runs, including equal random draws."""
+        """Return the number of runs, with equal random draws."""
         labels, parameters = (
             prod(len(axis.values) for axis in axes.values()) for axes in self._split()
         )
@@ -64,7 +64,7 @@ class Sweep:
         """Yield the labels and the common scenario of each scenario and case.
 
         Raises:
-            SweepError: if values contradict one another.
+            SweepError: if values contradict each other.
         """
         labels, _ = self._split()
         for values in product(*(axis.values for axis in labels.values())):
@@ -75,7 +75,7 @@ class Sweep:
         """Yield every run once, all points with the first seed before those with the next.
 
         Raises:
-            SweepError: if values contradict one another.
+            SweepError: if values contradict each other.
         """
         _, axes = self._split()
         starts = [
@@ -96,7 +96,7 @@ class Sweep:
                     )
 
     def due(self, version: str, finished: Finished) -> Iterator[Trial]:
-        """Yield the runs to do next; of a bisection these depend on those that are finished.
+        """Yield the runs to do next; those of a bisection depend on the finished runs.
 
         Args:
             version: of the code.
@@ -108,13 +108,13 @@ class Sweep:
             yield from (trial for trial in self.trials(version) if trial.id not in finished)
 
     def left(self, version: str, finished: Finished) -> int:
-        """Return how many runs are still to do; of a bisection, at most."""
+        """Return the number of missing runs; for a bisection, the largest possible number."""
         if self.bisect:
             return bisection.left(self.trials(version), self.bisect, finished)
         return sum(1 for _ in self.due(version, finished))
 
     def record(self) -> dict[str, Any]:
-        """Return all that determines the runs as plain data for the file of the sweep."""
+        """Return all that determines the runs, as plain data."""
         return {
             'scenario': {name: each.values for name, each in self.scenarios.items()},
             'cases': self.cases,
@@ -126,14 +126,14 @@ class Sweep:
         }
 
     def _split(self) -> tuple[dict[str, Axis], dict[str, Axis]]:
-        """Return the axes of names, and those of parameters."""
+        """Return the axes of names and the axes of parameters."""
         return (
             {name: axis for name, axis in self.axes.items() if name in LABELS},
             {name: axis for name, axis in self.axes.items() if name not in LABELS},
         )
 
     def _draws(self, axes: dict[str, Axis]) -> Iterator[dict[str, Any]]:
-        """Yield the parameters of each point; draw i is the same in every sweep of these axes."""
+        """Yield the parameters of each point; draw i is equal in every sweep of these axes."""
         if self.samples is None:
             for values in product(*(axis.values for axis in axes.values())):
                 yield dict(zip(axes, values, strict=True))
@@ -144,7 +144,7 @@ class Sweep:
 
 
 class _Variant:
-    """The common values of the runs of one scenario and case, computed once."""
+    """The common values of the runs of one scenario and case."""
 
     def __init__(self, file: str, scenario: Scenario, axes: dict[str, Axis]) -> None:
         self._file = file
@@ -156,7 +156,7 @@ class _Variant:
         }
 
     def complete_with(self, changes: Values) -> Values:
-        """Return all values, defaults filled in; refuse values that contradict one another."""
+        """Return all values, with defaults; refuse contradicting values."""
         for node, table in self._tables.items():
             try:
                 replace(
@@ -181,7 +181,7 @@ class _Variant:
         }
 
     def changed(self, changes: Values) -> Scenario:
-        """Return the scenario with changed values, which are already checked."""
+        """Return the scenario with changed values, which were checked before."""
         return replace(self._scenario, values=self._stated(changes))
 
 
@@ -193,7 +193,7 @@ def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int |
 
 
 def seeds_of(seed: int | None) -> dict[str, int]:
-    """Return the seed of a run by ``node.parameter``; nothing without a seed."""
+    """Return the seed of a run by ``node.parameter``; an empty mapping without a seed."""
     return {} if seed is None else {'simulator.seed': seed}
 
 

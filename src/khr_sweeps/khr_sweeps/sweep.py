@@ -31,20 +31,20 @@ def run_sweep(
 
     Args:
         specification: of the sweep.
-        out: its folder. Runs in it are not repeated.
-        workers: processes to start on this machine; one per core by default.
-        scheduler: of Dask, whose workers are used instead.
-        quiet: whether to show no progress, and not how many runs ended how.
+        out: its folder; runs in it are not repeated.
+        workers: processes on this machine; one per core by default.
+        scheduler: of a Dask cluster; its workers are used instead.
+        quiet: whether to show neither progress nor a summary.
 
     Raises:
         SweepError: if the specification or an option is not accepted.
-        RunError: if the sweep could not go on; what is finished is kept.
+        RunError: if the sweep cannot go on; finished runs are kept.
     """
     most = check_workers(workers)
     if workers is not None and scheduler is not None:
         raise SweepError('--workers: not accepted beside --scheduler; accepted: one of them')
     version = code_version()
-    specification.left(version, {})  # refuses values that contradict one another
+    specification.left(version, {})  # refuses contradicting values
     with Folder(out, {'version': version, **specification.record()}) as folder:
         left = specification.left(version, folder.finished())
         total = left + len(folder.finished())
@@ -59,7 +59,7 @@ def run_sweep(
 
 
 def report_lost(runs: int) -> None:
-    """Print how many runs are missing and how to compute them; nothing if there are none."""
+    """Print the number of lost runs, if any, and how to repeat them."""
     if runs:
         print(
             f'khr: {runs} runs lost their worker several times; repeat the command to try them '
@@ -76,7 +76,7 @@ def _run(
     scheduler: Scheduler | None,
     quiet: bool,
 ) -> tuple[int, bool]:
-    """Compute the missing runs; return how many were lost, and whether it was interrupted."""
+    """Compute the missing runs; return the number of lost runs, and whether it was interrupted."""
     lost, verdicts, done = 0, Counter[str](), len(folder.finished())
     with ProgressBar('', total, done, quiet=quiet) as bar:
         bar.show('starting', done)
@@ -104,7 +104,7 @@ def _summarise(specification: Sweep, folder: Folder) -> None:
     verdicts = Counter(rows.column('verdict').to_pylist())
     summary = Table(title=specification.name, show_header=False, title_justify='left')
     columns = (rows.column(name).to_pylist() for name in ('id', 'stayed_up'))
-    finished = dict(zip(*columns, strict=True))  # as written: Ctrl-C may have come just then
+    finished = dict(zip(*columns, strict=True))  # from the file: Ctrl-C may have come in between
     total = rows.num_rows + specification.left(code_version(), finished)
     summary.add_row('runs', f'{rows.num_rows} of {total}')
     for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):

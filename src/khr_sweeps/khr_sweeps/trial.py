@@ -44,14 +44,14 @@ class Trial:
     """One point of a sweep with one seed.
 
     Attributes:
-        run: digest of all parameters, defaults included, and of the code's version.
-        id: the same with the labels of the sweep; two cases with equal parameters are two trials
-            of one run.
-        point: the swept values, by axis.
-        seed: number of the seed; None if the sweep leaves the scenario's own.
-        scenario: what to run.
-        version: of the code that planned it.
-        keep: whether its signals are kept.
+        run: digest of all parameters, with defaults, and of the version of the code.
+        id: digest that includes the labels of the sweep: two cases with equal parameters are two
+            trials of one run.
+        point: the swept values by axis.
+        seed: None for the seed of the scenario.
+        scenario: to run.
+        version: of the code that planned the trial.
+        keep: whether the signals are kept.
     """
 
     run: str
@@ -64,7 +64,7 @@ class Trial:
 
 
 def complete(scenario: Scenario) -> Values:
-    """Return the values of all parameters of all nodes, defaults filled in."""
+    """Return the values of all parameters of all nodes, with defaults."""
     return {node: scenario.whole(node) for node in registry()}
 
 
@@ -77,16 +77,16 @@ def identity(values: Any, version: str) -> str:
 def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     """Run a trial offline; return its RESULTS, and its signals if they are kept.
 
-    A run with parameters that exclude one another, such as a gait out of the legs' reach, returns
-    a row with the reason in ``error`` and no verdict.
+    A run with contradicting parameters, such as a gait out of the legs' reach, has the reason in
+    ``error`` and no verdict.
 
     Raises:
-        SweepError: if the version of this code differs from the one that planned the trial.
+        SweepError: if another version of the code planned the trial.
     """
     if code_version() != trial.version:
         raise SweepError(
             f'worker: version {code_version()!r} of the project is not accepted; '
-            f'accepted: {trial.version!r}, as where the sweep was started'
+            f'accepted: {trial.version!r}, the version that started the sweep'
         )
     from khr_bringup.offline import run_offline
     from khr_bringup.recorded.run_signals import run_with_series

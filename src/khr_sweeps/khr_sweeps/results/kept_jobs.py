@@ -1,4 +1,4 @@
-"""Keep the results of jobs on the disk, so that an interrupted computation can go on."""
+"""Keep the results of jobs on the disk, so that an interrupted computation can resume."""
 
 from __future__ import annotations
 
@@ -27,12 +27,12 @@ class KeptJobs:
 
     Attributes:
         pool: computes missing results.
-        folder: of the file of results; another command that writes it is waited for.
+        folder: of the file of results; it waits while another command writes the file.
         version: of the code that determines the results.
         bar: advances with each job.
         costs: number of runs of a job by function, for the bar; 1 for others.
 
-    The functions annotate what they return, which decides how a result is read.
+    The return annotation of a function determines how its result is read.
     """
 
     pool: Pool
@@ -50,19 +50,19 @@ class KeptJobs:
 
     @cached_property
     def _results(self) -> Store[Any]:
-        """The results, opened with the first job."""
+        """The results; the file is opened with the first job."""
         self.folder.mkdir(parents=True, exist_ok=True)
         return Store(self.folder / RESULTS, {'results': 'jobs'}, _plain, wait=True)
 
     @property
     def workers(self) -> int:
-        """Return how many there are."""
+        """Return the number of workers."""
         return self.pool.workers
 
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
     ) -> Future[Any]:
-        """Start a job unless its result exists; return its future."""
+        """Submit a job unless its result exists; return its future."""
         name = _name(self.version, function, arguments)
         kind = TypeAdapter(get_type_hints(function)['return'])
         if name in self._results.values:
@@ -71,7 +71,7 @@ class KeptJobs:
                 done.set_result(kind.validate_python(self._results.values[name]))
                 return done
             except ValueError:
-                pass  # not of this kind: it is computed again, and the newer line counts
+                pass  # of another type: the job is repeated, and its result replaced
         cost = self.costs.get(function, 1)
         self.bar.expect(cost)
         kept: Future[Any] = Future()
