@@ -1,1 +1,1 @@
-"""The constants of the robot that nobody published, found from what it did."""
+"""Identification of the unpublished constants of the robot from published results."""

@@ -1,6 +1,6 @@
-"""What a calibration searches: free constants with range and source, and the rows they shall meet.
+"""The plan of a calibration: free constants with range and source, and the rows to meet.
 
-Both stand in a file, ``config/calibration.yaml``. A constant holds for every scenario; nothing is
+It is in the file ``config/calibration.yaml``. A constant holds for every scenario; nothing is
 fitted per scenario.
 """
 
@@ -32,7 +32,7 @@ from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Changes
 
 SHIPPED_PLAN = CONFIG / 'calibration.yaml'
-DIGITS = 4  # significant ones of a constant
+DIGITS = 4  # significant digits of a constant
 Origin = Literal['free', 'published', 'derived']
 Kind = Literal['none', 'before', 'behind']  # of the offset: before or behind the amplifier
 KINDS: tuple[Kind, ...] = ('none', 'before', 'behind')
@@ -40,18 +40,17 @@ KINDS: tuple[Kind, ...] = ('none', 'before', 'behind')
 
 @checked(frozen=True, config=STRICT)
 class FreeConstant:
-    """A constant that the search may move.
+    """A constant of the search.
 
     Attributes:
-        parameters: that hold it, each ``node.key``.
-        range: ends of the search.
-        source: of the range, in words.
-        origin: ``free`` if nobody has published it; else of the value that it would have.
-        value: that published or derived value, or range of values.
-        logarithmic: whether equal ratios count as equal steps.
-        offset: where this offset acts; it is searched by the searches of that kind alone, and is 0
-            in all others.
-        costs_one_at: value at which the constant's size costs 1, as its square; None costs nothing.
+        parameters: with its value, each ``node.key``.
+        range: of the search.
+        source: of the range.
+        origin: ``free`` if it is not published; otherwise the origin of ``value``.
+        value: published or derived range of its value.
+        logarithmic: whether equal ratios are equal steps.
+        offset: place of an offset; the search of this kind moves it, in all others it is 0.
+        costs_one_at: value at which the squared size of the constant costs 1; None costs nothing.
     """
 
     parameters: tuple[str, ...]
@@ -73,14 +72,14 @@ class FreeConstant:
         return float(f'{min(max(value, low), high):.{DIGITS}g}')
 
     def share(self, value: float) -> float:
-        """Return at which share of the range a value is."""
+        """Return the share of the range at a value, 0 to 1."""
         low, high = self.range
         if self.logarithmic:
             return (log(value) - log(low)) / (log(high) - log(low))
         return (value - low) / (high - low)
 
     def away(self, value: float) -> bool:
-        """Return whether a value is away from what is published or derived."""
+        """Return whether a value is outside the published or derived range."""
         return self.value is not None and not self.value[0] <= value <= self.value[1]
 
     @property
@@ -92,15 +91,15 @@ class FreeConstant:
 
 @checked(frozen=True, config=STRICT)
 class CalibrationPlan:
-    """The whole of a calibration.
+    """The plan of a calibration.
 
     Attributes:
         constants: by name.
-        limits, walks: the rows, of each those that reject bad candidates first.
-        differences: further rows, of the limits.
-        settings: parameters that all candidates share and that are no defaults, by ``node.key``.
-        placed: candidates that were placed by hand; each states every constant. The search makes
-            no use of them: they are part of the record of one that did.
+        limits, walks: the rows; rows that prune bad candidates come first.
+        differences: rows of differences of the limits.
+        settings: parameters of all candidates that differ from the defaults, by ``node.key``.
+        placed: candidates that were placed by hand in an earlier search, for the record; each has
+            every constant.
     """
 
     constants: dict[str, FreeConstant]
@@ -112,11 +111,11 @@ class CalibrationPlan:
 
     @property
     def fitted(self) -> tuple[WantedLimit, ...]:
-        """Return the limits that the search knows."""
+        """Return the limits that the search uses."""
         return tuple(row for row in self.limits if row.use == 'fitted')
 
     def changes(self, constants: Mapping[str, float]) -> Changes:
-        """Return the settings, and the parameters that hold the constants."""
+        """Return the settings and the parameters of a candidate."""
         return (
             *((_parameter(parameter), value) for parameter, value in self.settings.items()),
             *(
@@ -128,7 +127,7 @@ class CalibrationPlan:
 
     @property
     def kinds(self) -> tuple[Kind, ...]:
-        """Return the kinds of offset to search, each by itself."""
+        """Return the kinds of offset; each has its own search."""
         known = {constant.offset for constant in self.constants.values()}
         return tuple(kind for kind in KINDS if kind == 'none' or kind in known)
 
@@ -141,7 +140,7 @@ class CalibrationPlan:
         }
 
     def kind(self, constants: Mapping[str, float]) -> Kind:
-        """Return which offset a candidate has."""
+        """Return the kind of offset of a candidate."""
         for name, value in constants.items():
             where = self.constants[name].offset
             if where and value:
@@ -150,7 +149,7 @@ class CalibrationPlan:
 
     @property
     def digest(self) -> str:
-        """Return a digest of all that decides a search."""
+        """Return a digest of the whole plan."""
         text = json.dumps(
             TypeAdapter(CalibrationPlan).dump_python(self, mode='json'), sort_keys=True
         )
@@ -161,7 +160,7 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
     """Read a plan.
 
     Raises:
-        KhrError: if it does not read; the text names file, place and what is accepted.
+        KhrError: if it is not valid; the message names file, place and the accepted values.
     """
     document = read_yaml(read_file(path), str(path))
     try:

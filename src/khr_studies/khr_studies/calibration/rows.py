@@ -1,4 +1,4 @@
-"""The rows of the thesis that a calibration knows: limits, what lies between them, and walks."""
+"""The rows of a calibration: limits of the thesis, their differences, and walks."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class WantedLimit:
 
     Attributes:
         motion, ka, kh, surface: the condition.
-        thesis_deg: the critical inclination published.
-        aim_deg: what the search aims at, if not at that number.
-        tolerance_deg: within which a limit fits.
+        thesis_deg: the published critical inclination.
+        aim_deg: the target of the search if it differs.
+        tolerance_deg: largest difference of a limit that fits.
         weight: in the cost.
-        use: whether the search knows the row.
+        use: whether the search uses the row.
     """
 
     motion: Literal['walk', 'leg_lift']
@@ -39,23 +39,23 @@ class WantedLimit:
 
     @property
     def condition(self) -> Condition:
-        """Return what is measured."""
+        """Return the condition of the measurement."""
         return Condition(self.motion, self.ka, self.kh, self.surface)
 
     @property
     def aim(self) -> float:
-        """Return the limit of a robot that costs nothing, deg."""
+        """Return the target of the search, deg."""
         return self.thesis_deg if self.aim_deg is None else self.aim_deg
 
 
 @checked(frozen=True, config=STRICT)
 class WantedDifference:
-    """How much higher one limit is than another.
+    """The difference of two limits.
 
     Attributes:
         above, below: titles of the conditions.
-        thesis_deg: of the first less the second.
-        tolerance_deg: within which it fits.
+        thesis_deg: the first less the second.
+        tolerance_deg: largest error of a difference that fits.
         weight: in the cost.
     """
 
@@ -67,19 +67,19 @@ class WantedDifference:
 
     @property
     def title(self) -> str:
-        """Name the row."""
+        """Return the name of the row."""
         return f'{self.above} less {self.below}'
 
 
 @checked(frozen=True, config=STRICT)
 class WantedWalk:
-    """A walk that must not fall, and may have to slip.
+    """A walk that must stay up, with ranges of its slip and slide.
 
     Attributes:
         inclination_deg, ka, kh, surface: the walk.
         cycles: of the gait.
         slide_mm: range of the slide per step.
-        slip_mm: range of the largest slip in one time on the ground.
+        slip_mm: range of the largest slip during one contact.
         weight: in the cost.
     """
 
@@ -94,11 +94,11 @@ class WantedWalk:
 
     @property
     def title(self) -> str:
-        """Name the row."""
+        """Return the name of the row."""
         return f'{self.condition.title}, {self.inclination_deg:g} deg, {self.cycles} cycles'
 
     @property
     def condition(self) -> Condition:
-        """Return what is measured."""
+        """Return the condition of the measurement."""
         changes = ((('gait', 'cycles'), self.cycles),)
         return Condition('walk', self.ka, self.kh, self.surface, changes)

@@ -1,1 +1,1 @@
-"""How hard a push the robot withstands."""
+"""The largest pushes that the standing robot survives."""

@@ -267,10 +267,10 @@ def _shade(axis: Axes, low: float, high: float, name: str) -> None:
 
 
 def _draw_motions(axis: Axes, near: motions.RobotAndModel) -> None:
-    last = len(near.robot) - 1  # whose colour the model has
+    last = len(near.robot) - 1  # the model has the same gain, and so its colour
     lines = [(f'C{index}', '-', 'robot', each) for index, each in enumerate(near.robot)]
     lines += [(f'C{last}', '--', 'model', each) for each in near.model]
-    for color, line, who, each in lines:
-        label = f'{who}, K_A = {each.gain:g}' + (f', {each.gyro}' if each.gain else '')
+    for color, line, body, each in lines:
+        label = f'{body}, K_A = {each.gain:g}' + (f', {each.gyro}' if each.gain else '')
         axis.plot(each.time, 1e3 * each.values, color=color, linestyle=line, label=label)
     _show_band(axis, near)

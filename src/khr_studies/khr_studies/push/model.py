@@ -1,7 +1,7 @@
 """The model of chapter 4 under the same pushes and with the same gyro as the robot.
 
 Its body is the thesis's pendulum and servo, or a pendulum with the robot's mass, height, sole and
-stance on a servo as compliant as its legs. Nothing is fitted.
+stance on a servo with the compliance of its legs. Nothing is fitted.
 """
 
 from __future__ import annotations
@@ -24,24 +24,26 @@ from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro import Gyro, GyroParameters
 from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop
-from khr_studies.push.study import GIVING, WATCH, PushCondition, Stance, stance
+from khr_studies.push.study import COMPLIANT, WATCH, PushCondition, Stance, stance
 
 Body = Literal['thesis', 'robot']
 BODIES: tuple[Body, ...] = ('robot', 'thesis')
 
 
 def legs(own: Stance, parameters: SimulatorParameters) -> Pid:
-    """Return a servo at the ground that is as compliant as both legs.
+    """Return a servo at the ground with the compliance of both legs.
 
-    Under a horizontal force on the centre of mass every joint turns by force * lever/stiffness and
-    moves the mass by its lever. The damping is that of the ankles, by back-EMF and
-    derivative term. No friction.
+    Under a horizontal force on the centre of mass each joint turns by force * lever / stiffness and
+    moves the mass by its lever. The damping comes from back-EMF and the derivative term of the
+    ankles. There is no friction.
     """
-    giving = [JOINTS.index(name) for name in GIVING]
+    compliant = [JOINTS.index(name) for name in COMPLIANT]
     servo = position_loop(parameters)
-    springs = 2.0 / (1.0 / servo.stiffness[giving] + 1.0 / gear_stiffness(parameters)[giving])
+    springs = 2.0 / (
+        1.0 / servo.stiffness[compliant] + 1.0 / gear_stiffness(parameters)[compliant]
+    )
     levers = np.array(own.levers) / own.pendulum.length
-    braking = BACK_EMF + float(servo.derivative[giving[0]])
+    braking = BACK_EMF + float(servo.derivative[compliant[0]])
     return Pid(
         1.0 / float(np.sum(levers**2 / springs)), 0.0, 2.0 * braking / float(levers[0]) ** 2
     )

@@ -1,4 +1,4 @@
-"""Measure the motions that the figures of pushes show, of the robot and of the models."""
+"""Measure the motions of robot and models for the figures of pushes."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ BEYOND = 1.1  # of half a foot, end of the robot's curves
 SURVIVED, FATAL = 0.97, 1.03  # of the largest push without control
 WATCHED = 2.0  # s, of pushes of 0.1 s
 PUSHED = 0.5  # s, a longer push, at which control matters most
-WATCHED_LONG = 1.6  # s, of that one
-CONTROLLED = (12.0, 18.0)  # K_A, of that one
+WATCHED_LONG = 1.6  # s, of pushes of PUSHED
+CONTROLLED = (12.0, 18.0)  # K_A, of pushes of PUSHED
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,12 +38,12 @@ class PushedBody:
 
     Attributes:
         force: of the push, N.
-        time: since the push began, s, (N,).
-        values: what is shown of its motion, pitch rate in rad/s or x_COM in m, (N,).
-        fell: whether it fell, and the motion ends there.
+        time: since the start of the push, s, (N,).
+        values: pitch rate, rad/s, or x_COM, m, (N,).
+        fell: whether the motion ends with a fall.
         gain: K_A; 0 is no control.
         gyro: one of GYROS.
-        direction: where the push came from.
+        direction: of the push.
     """
 
     force: float
@@ -62,7 +62,7 @@ class PushedBothWays:
     Attributes:
         half_foot: m.
         inclination: of the ground, rad.
-        pushed: by x_COM.
+        pushed: motions by x_COM.
     """
 
     half_foot: float
@@ -86,15 +86,16 @@ class RobotAndModel:
 
 
 def circuit() -> Gyro:
-    """Make a gyro: the circuit, averaged over its carrier, at the board's period."""
+    """Return the gyro circuit, averaged over its carrier, at the board's period."""
     return Baseband(LOOP.period).update
 
 
 def rising_force(engine: str = engines.DEFAULT) -> list[list[PushedBody]]:
-    """Push ever harder, without control; pitch rates of LASTING s, of the robot up to its fall.
+    """Push with rising forces for LASTING s, without control.
 
     Returns:
-        The thesis's model as published and physical, the model of the robot's body, the robot.
+        Pitch rates of the thesis's model as published and physical, of the model of the robot's
+        body, and of the robot up to its fall.
     """
     condition = PushCondition(duration=LASTING, changes=with_engine(engine))
     own = stance(condition.base()).tipping('behind')[0]
@@ -119,10 +120,10 @@ def _rate_of_robot(condition: PushCondition, force: float) -> PushedBody:
 
 
 def recovery() -> dict[Form, list[PushedBody]]:
-    """Push the thesis's model from behind below its limit, and between those of both controls.
+    """Push the thesis's model from behind, below and above its limit without control.
 
     Returns:
-        By form: the weaker push without and with control, then the stronger one.
+        The weaker push without and with control, then the stronger one, by form.
     """
     found = {}
     for form in FORMS:
@@ -138,7 +139,7 @@ def recovery() -> dict[Form, list[PushedBody]]:
 
 
 def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
-    """Push the thesis's model on SLOPES, and the robot on the flat, with and without control."""
+    """Push the thesis's model on SLOPES and the robot on level ground, with and without control."""
     half_foot = LOOP.pendulum.half_foot
     found = []
     for slope in SLOPES:
@@ -166,7 +167,7 @@ def both_directions(engine: str = engines.DEFAULT) -> list[PushedBothWays]:
 
 
 def with_and_without_control(engine: str = engines.DEFAULT) -> RobotAndModel:
-    """Push robot and model beyond the model's limit without control, with several gains."""
+    """Push robot and model above the model's limit without control, with several gains."""
     alone = PushCondition(duration=PUSHED, changes=with_engine(engine))
     force = FATAL * model_push(alone, 'physical', 'robot')
     tried = [replace(alone, gain=gain, gyro='circuit') for gain in (0.0, *CONTROLLED)]
@@ -179,7 +180,7 @@ def with_and_without_control(engine: str = engines.DEFAULT) -> RobotAndModel:
 
 
 def near_limit(alone: PushCondition, force: float) -> RobotAndModel:
-    """Push the robot without and with control, with either gyro, and the model with the last."""
+    """Push the robot without control and with either gyro, and the model with the last gyro."""
     conditions = [alone, *(replace(alone, gain=CONTROLLED[-1], gyro=gyro) for gyro in GYROS)]
     return RobotAndModel(
         force,
@@ -192,7 +193,7 @@ def near_limit(alone: PushCondition, force: float) -> RobotAndModel:
 def _push_robot(
     condition: PushCondition, force: float, part: tuple[float, float], half_foot: float = math.inf
 ) -> PushedBody:
-    """Push the robot; return a part of its motion, up to where the mass is well beyond the foot."""
+    """Push the robot; return a part of its motion, until the mass is far beyond the foot."""
     motion = push_robot(condition, force)
     lost = motion.time[np.abs(motion.x_com + half_foot) > BEYOND * half_foot]
     shown = (motion.time >= part[0]) & (motion.time < min([part[1], *lost[:1]]))
@@ -227,7 +228,7 @@ def _limits(loop: PushLoop, direction: Direction) -> tuple[float, float]:
 
 
 def largest_with_circuit(loop: PushLoop, duration: float, direction: Direction) -> float:
-    """Return the largest push that a model survives with the gyro's circuit in its loop, N."""
+    """Return the largest push that a model with the gyro circuit survives, N."""
     return largest_of_model(
         loop, duration=duration, direction=direction, gyro=circuit, watch=WATCHED
     )

@@ -83,7 +83,7 @@ def largest_pushes(table: pd.DataFrame) -> str:
         for name, side, forces in bodies
     ]
     head = [f'K_A = {gain:g}' + (f', {gyro}' if gyro else '') for gyro, gain in loops]
-    return markdown.table(['push', 'who', *head], lines)
+    return markdown.table(['push', 'body', *head], lines)
 
 
 def document_part() -> str:

@@ -1,8 +1,8 @@
 """Push the standing robot as in chapter 4, and find the largest push that it survives.
 
-The robot stands on flat ground on rubber soles; a horizontal force acts on the torso for a given
-time, at the centre of mass of the whole robot in its stance. The ankle loop is that of a scenario:
-gyro, converter, board, delay and servos. The monitor decides whether the robot falls.
+The robot stands on level ground on rubber soles. A horizontal force acts on the torso for a given
+time, at the centre of mass of the whole robot in its stance. The ankle loop has the gyro,
+converter, board, delay and servos of a scenario. The monitor decides whether the robot falls.
 """
 
 from __future__ import annotations
@@ -34,14 +34,14 @@ from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro_circuit.circuit import KRG4
 from khr_studies.measuring.condition import Changes
 
-START = 2.1  # s, start of the push: the robot is at rest, and its controller leans it whole
-AT_REST = {GYRO: (0.0, 0.0, 0.0)}
+START = 2.1  # s, start of the push: the robot is at rest, leant by its whole correction
+ZERO_RATE = {GYRO: (0.0, 0.0, 0.0)}
 WATCH = 2.5  # s, simulated after the push
 TOLERANCE = 0.015  # of the ratio of fatal to survived force
-LEAST = 0.05  # N; below this the limit is reported as 0
-GIVING = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
-# The packaged gyro is the default of every scenario, slowed to 2 Hz; the circuit has the corner
-# of its own description, 50 Hz.
+LEAST = 0.05  # N; a smaller limit is reported as 0
+COMPLIANT = ('l_ankle_pitch', 'l_knee', 'l_hip_pitch')
+# The packaged gyro is the default of every scenario, with a bandwidth of 2 Hz; the circuit has its
+# documented bandwidth of 50 Hz.
 GYROS: dict[str, dict[tuple[str, str], object]] = {
     'packaged': {('gyro', 'model'): 'packaged'},
     'circuit': {('gyro', 'model'): 'circuit', ('gyro', 'bandwidth'): KRG4.bandwidth},
@@ -50,12 +50,12 @@ GYROS: dict[str, dict[tuple[str, str], object]] = {
 
 @dataclass(frozen=True)
 class PushCondition:
-    """The loop and the duration and direction of a push.
+    """The loop, and the duration and direction of a push.
 
     Attributes:
-        gain: K_A in units of the board; 0 is no control.
+        gain: K_A as a setting of the board; 0 is no control.
         duration: of the push, s.
-        direction: where it comes from; a push from behind acts forward.
+        direction: of its origin; a push from behind acts forward.
         gyro: one of GYROS.
         changes: further parameters by (node, key).
 
@@ -85,7 +85,7 @@ class PushCondition:
         changes: dict[tuple[str, str], object] = {
             ('simulator', 'surface'): 'rubber',
             ('simulator', 'duration'): START + self.duration + WATCH,
-            ('simulator', 'stop_when_tilted_deg'): 50.0,  # the robot has fallen before
+            ('simulator', 'stop_when_tilted_deg'): 50.0,  # a robot at this angle has fallen
             ('gait', 'motion'): 'stand',
             ('ankle_controller', 'enabled'): self.gain > 0.0,
             ('ankle_controller', 'gain'): float(self.gain),
@@ -122,7 +122,7 @@ class Stance:
         point: the centre of mass in base_link, m, (3,).
         pendulum: with the robot's mass, its height over the soles and the length of their contact.
         ahead: distance of the centre of mass ahead of the foot's middle, m.
-        levers: height of the centre of mass above the axes of GIVING, m.
+        levers: height of the centre of mass above the axes of COMPLIANT, m.
         inertia: of the robot about its centre of mass, in pitch, kg m^2.
     """
 
@@ -133,16 +133,16 @@ class Stance:
     inertia: float
 
     def tipping(self, direction: Direction) -> tuple[Pendulum, float]:
-        """Return the pendulum from its edge of tipping, and the inertia about that edge."""
+        """Return the pendulum about its tipping edge, and the inertia about this edge, kg m^2."""
         side = 1.0 if direction == 'behind' else -1.0
         own = replace(self.pendulum, half_foot=self.pendulum.half_foot - side * self.ahead)
         return own, self.inertia + own.mass * (own.length**2 + own.half_foot**2)
 
 
 def stance(scenario: Scenario | None = None) -> Stance:
-    """Measure the stance in a scenario, by default that of a condition without control.
+    """Measure the stance in a scenario, by default without control.
 
-    A gyro controller whose reference has an offset leans the robot at rest.
+    A gyro controller with an offset of its reference leans the robot at rest.
     """
     own = scenario or PushCondition().base()
     return _stance(
@@ -160,7 +160,7 @@ def _stance(
     posture = gait_of(gait).reference(0.0)
     if ankle.source == 'gyro':
         (angles,) = AnkleController(replace(ankle, staged=False, start_ramp=0.0)).update(
-            0.0, AT_REST
+            0.0, ZERO_RATE
         )
         lean = dict(zip(ANKLE_CORRECTION.names, angles, strict=True))
         posture = tuple(mix(posture, [lean]))
@@ -175,7 +175,7 @@ def _stance(
     up = poses['l_sole'][:3, 2]
     height, *levers = (
         float((center - poses[name][:3, 3]) @ up)
-        for name in ('l_sole', *(robot.joints[joint].child for joint in GIVING))
+        for name in ('l_sole', *(robot.joints[joint].child for joint in COMPLIANT))
     )
     to_toe, to_heel = (-_x_com(truth, side, simulator) for side in (1.0, -1.0))
     return Stance(
@@ -189,11 +189,14 @@ def _stance(
 
 @dataclass(frozen=True)
 class PushResponse:
-    """The motion of the robot after a push; arrays with one value per control period.
+    """The motion of the robot after a push.
 
-    ``time`` (s) starts with the push. ``x_com`` (m) is the horizontal distance from the toes'
-    edge; for a push from the front it is measured from the heels' edge with the opposite sign, as
-    in the model's Recovery, so that the band (4.7) is the same.
+    Attributes:
+        time: since the start of the push, s, one value per control period.
+        x_com: horizontal distance of the centre of mass from the toes' edge, m, negative behind
+            it. For a push from the front, it is the distance from the heels' edge with the
+            opposite sign, as in the model's Recovery, so the band (4.7) is the same.
+        fell: whether the robot fell.
     """
 
     time: Array
@@ -221,7 +224,7 @@ def falls(condition: PushCondition, force: float) -> bool:
 
 
 def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
-    """Return the distance of the centre of mass past the toes' edge, or the heels' (side -1), m."""
+    """Return the distance of the centre of mass beyond the edge of toes (1) or heels (-1), m."""
     robot = _robot()
     center = robot.center_of_mass(robot.poses(truth.joint_position))
     ahead = float((truth.position + matrix(truth.orientation) @ center)[0])
@@ -235,7 +238,7 @@ def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
 
 @dataclass(frozen=True)
 class PushLimit:
-    """The largest force survived and the smallest fatal one, N, both tried."""
+    """The largest survived and the smallest fatal force of the trials, N."""
 
     survived: float
     fatal: float
@@ -249,10 +252,10 @@ class PushLimit:
 def bracket(
     fatal_at: Callable[[float], bool], guess: float, tolerance: float = TOLERANCE
 ) -> PushLimit:
-    """Find the limit between survival and fall; nothing is survived if LEAST is fatal.
+    """Bracket the largest survived force; it is 0 if LEAST is fatal.
 
     Args:
-        fatal_at: whether a force in N, more than 0, is fatal.
+        fatal_at: whether a positive force in N is fatal.
         guess: N, at least LEAST.
         tolerance: largest relative distance between the two forces.
     """
