@@ -29,7 +29,7 @@ from khr_hardware.joint_map import JointMap
 from khr_sim.robot import Robot
 from khr_studies.calibration.plan import read_plan
 from khr_studies.measuring.ensemble_file import SHIPPED_ENSEMBLE, read_ensemble
-from khr_studies.measuring.experiments import shipped
+from khr_studies.measuring.experiments import experiment_files
 from khr_studies.measuring.json_file import read_json
 from khr_studies.third_stage.study import Plane
 from khr_sweeps.cluster import Scheduler, security_of
@@ -163,7 +163,7 @@ def seeds() -> dict[str, list[bytes]]:
     return {
         'scenario': [path.read_bytes() for path in scenarios.shipped()]
         + [scenarios.load_scenario('walk_9.7deg_ka12_kh13').to_yaml().encode()],
-        'sweep': [path.read_bytes() for path in shipped().values()],
+        'sweep': [path.read_bytes() for path in experiment_files().values()],
         'calibration': [(config / 'calibration.yaml').read_bytes()],
         'ensemble': [SHIPPED_ENSEMBLE.read_bytes()],
         'study': [(ROOT / 'docs' / 'stage3.json').read_bytes()],

@@ -5,12 +5,11 @@ import sys
 import pytest
 
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.json_file import finite_or_none
 from khr_sweeps.pool import local_pool
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.results.store import Store
-from khr_sweeps.trial import Row
+from khr_sweeps.trial import Row, identity
 from tests.fakes.pools import HerePool
 
 
@@ -69,8 +68,8 @@ def test_another_version_is_computed_again(tmp_path):
 
 def test_a_pool_of_processes_will_do(tmp_path):
     with local_pool(1) as pool:
-        assert submit(jobs(pool, tmp_path), finite_or_none, 3.5) == 3.5
-    assert submit(jobs(None, tmp_path), finite_or_none, 3.5) == 3.5
+        assert submit(jobs(pool, tmp_path), identity, 3.5, 'v') == identity(3.5, 'v')
+    assert submit(jobs(None, tmp_path), identity, 3.5, 'v') == identity(3.5, 'v')
 
 
 def test_results_keep_their_types(tmp_path):

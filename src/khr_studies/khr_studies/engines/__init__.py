@@ -1,1 +1,1 @@
-"""The same robot on two physics engines."""
+"""Compare the physics engines on the same robot."""

@@ -1,1 +1,1 @@
-"""What the studies share: conditions, limits, experiments, published results."""
+"""Measurements that the studies share: conditions, the run table, limits, thesis values."""

@@ -155,7 +155,7 @@ class Bench:
         return run_table(job.result() for job in self.start(lift, condition, inclination_deg))
 
     def runs(self) -> pd.DataFrame:
-        """Return the table of all measured runs; the column ``source`` says for what."""
+        """Return the table of all measured runs; the column ``source`` names the use."""
         rows: list[Row] = []
         for (function, *_), job in self._jobs.items():
             is_limit = function is limit_of_seed

@@ -1,4 +1,4 @@
-"""The file of the robots that explain the data, which comes with the project.
+"""The shipped file of the ensemble: the robots that fit the data of the thesis.
 
 A JSON list, the best robot first, each with its constants by ``node.key`` and its limits in deg by
 the title of their condition.
@@ -20,11 +20,11 @@ SHIPPED_ENSEMBLE = CONFIG / 'ensemble.json'
 
 @dataclass(frozen=True)
 class Member:
-    """A robot that explains the data.
+    """A robot that fits the data.
 
     Attributes:
-        constants: that it does not share with every robot, by ``node.key``.
-        limits_deg: its critical inclinations by the condition's title.
+        constants: those that differ between robots, by ``node.key``.
+        limits_deg: critical inclinations by the title of the condition.
     """
 
     constants: dict[str, float | str]
@@ -35,7 +35,7 @@ def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
     """Read the members of an ensemble, the best first.
 
     Raises:
-        StudyError: if the file cannot be read or is none.
+        StudyError: if the file cannot be read or holds no ensemble.
     """
     try:
         return TypeAdapter(list[Member]).validate_json(path.read_bytes())
@@ -47,7 +47,7 @@ def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
 
 
 def spread_of(members: list[Member]) -> dict[str, tuple[float, float]]:
-    """Return the lowest and the highest limit of the members, deg, by the condition's title."""
+    """Return the lowest and highest limit of the members, deg, by the title of the condition."""
     found: dict[str, list[float]] = {}
     for member in members:
         for title, limit in member.limits_deg.items():

@@ -1,4 +1,4 @@
-"""Experiments: the shipped sweeps behind the figures, and their finished runs."""
+"""Experiments: the shipped sweeps of the figures, and their finished runs."""
 
 from __future__ import annotations
 
@@ -39,10 +39,10 @@ class Run:
 
     Attributes:
         point: the swept values: ``scenario``, ``case``, ``node.parameter``.
-        seed: number of the seed; None if the experiment leaves the scenario's own.
-        row: its results, by column of RESULTS.
-        scenario: as it was run.
-        kept: file of its signals.
+        seed: None if the experiment does not set the seed of the scenario.
+        row: results by column of RESULTS.
+        scenario: with all swept values.
+        kept: file of the signals.
     """
 
     point: dict[str, Any]
@@ -58,27 +58,24 @@ class Run:
 
     @property
     def stayed_up(self) -> bool:
-        """Return whether the robot neither fell nor rode down the board on its soles."""
+        """Return whether the robot neither fell nor rode down the slope on its soles."""
         return bool(self.row['stayed_up'])
 
     @cached_property
     def series(self) -> Series | None:
-        """Load the signals; None if the experiment keeps none, or the run failed."""
+        """Load the signals; None if they were not kept or the run failed."""
         return Series.load(self.kept) if self.kept.is_file() else None
 
 
 Runs = list[Run]
-Opened = tuple[Sweep, Folder]
+OpenSweep = tuple[Sweep, Folder]
 
 
 def runs_of(folder: Path) -> Runs:
-    """Return the finished runs of a sweep in the order of its axes, then of the seeds.
-
-    Args:
-        folder: of the sweep, complete or not.
+    """Return the finished runs in the folder of a sweep, in the order of its axes, then of seeds.
 
     Raises:
-        StudyError: if the folder holds no sweep.
+        SweepError: if the folder holds no sweep.
     """
     results = read_results(folder)
     request = request_of(results)
@@ -109,10 +106,10 @@ def runs_of(folder: Path) -> Runs:
 
 
 def table_of(runs: Sequence[Run]) -> pd.DataFrame:
-    """Return the run table of experiments: row i belongs to ``runs[i]``.
+    """Return the run table of experiments; row i belongs to ``runs[i]``.
 
-    Its columns are all parameters (:func:`parameter_columns`), the swept values, ``seed``,
-    ``engine`` and the results; only rows with a verdict have an outcome.
+    The columns are all parameters (:func:`parameter_columns`), the swept values, ``seed``,
+    ``engine`` and the results; rows without a verdict have no outcome.
     """
     return run_table(
         {
@@ -127,15 +124,15 @@ def table_of(runs: Sequence[Run]) -> pd.DataFrame:
 
 
 def group_by(items: Iterable[Item], key: Callable[[Item], Key]) -> dict[Key, list[Item]]:
-    """Group items by a key, in their order."""
+    """Group items by a key, in order of first occurrence."""
     groups: dict[Key, list[Item]] = {}
     for item in items:
         groups.setdefault(key(item), []).append(item)
     return groups
 
 
-def shipped() -> dict[str, Path]:
-    """Return the files of the experiments by name; a file in ``./config`` replaces one shipped."""
+def experiment_files() -> dict[str, Path]:
+    """Return the files of the experiments by name; ``./config`` overrides the shipped files."""
     return {
         path.stem: path
         for place in (CONFIG, Path('config'))
@@ -149,7 +146,7 @@ def specification_of(name: str, fast: bool) -> Sweep:
     Raises:
         StudyError: if there is no such experiment, or it is not valid.
     """
-    files = shipped()
+    files = experiment_files()
     if name not in files:
         raise StudyError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')
     return load_sweep(files[name], fast)
@@ -172,19 +169,20 @@ def sweeps_of(
 
     Args:
         names: of the experiments.
-        fast: whether in their quick form.
-        engine: physics engine; with the default one the scenarios stay as they are.
+        fast: whether to read their quick form.
+        engine: physics engine of all runs.
 
     Raises:
-        StudyError: if one is not known or not valid.
+        StudyError: if an experiment is not known or not valid.
     """
     root = root_of(engine)
     return {
-        folder_of(name, fast, root): _on(specification_of(name, fast), engine) for name in names
+        folder_of(name, fast, root): _with_engine(specification_of(name, fast), engine)
+        for name in names
     }
 
 
-def _on(sweep: Sweep, engine: str) -> Sweep:
+def _with_engine(sweep: Sweep, engine: str) -> Sweep:
     if engine == engines.DEFAULT:
         return sweep
     change = {('simulator', 'engine'): engine}
@@ -194,11 +192,11 @@ def _on(sweep: Sweep, engine: str) -> Sweep:
 
 
 @contextmanager
-def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
-    """Open the folders of sweeps to add missing runs; write their results at the end.
+def open_sweeps(sweeps: Mapping[Path, Sweep]) -> Iterator[list[OpenSweep]]:
+    """Open the folders of sweeps to add missing runs; export their results on exit.
 
-    A folder that another command is writing is waited for. Runs of another version of the code or
-    the experiment are discarded.
+    Waits for a folder that another command is writing. Runs of another version of the code or the
+    experiment are discarded.
 
     Raises:
         StudyError: if a folder cannot be written.
@@ -221,17 +219,17 @@ def opened(sweeps: Mapping[Path, Sweep]) -> Iterator[list[Opened]]:
                 folder.export()
 
 
-def missing(sweeps: Sequence[Opened]) -> int:
-    """Count the missing runs of opened experiments."""
+def count_missing(sweeps: Sequence[OpenSweep]) -> int:
+    """Count the missing runs of open sweeps."""
     version = code_version()
     return sum(specification.left(version, folder.finished()) for specification, folder in sweeps)
 
 
-def run_on(pool: Pool, sweeps: Sequence[Opened], bar: ProgressBar) -> int:
-    """Compute the missing runs of opened experiments; return how many lost their worker.
+def run_open(pool: Pool, sweeps: Sequence[OpenSweep], bar: ProgressBar) -> int:
+    """Compute the missing runs of open sweeps; return the number of runs that lost their worker.
 
     Raises:
-        RunError: if the computation could not go on; what is finished is kept.
+        RunError: if the computation had to stop; finished runs are kept.
     """
     lost, simulated = 0, 0.0  # runs, s
     for batch in run_missing(pool, sweeps):
@@ -242,23 +240,18 @@ def run_on(pool: Pool, sweeps: Sequence[Opened], bar: ProgressBar) -> int:
 
 
 def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experiments') -> None:
-    """Compute the missing runs of sweeps on this machine.
-
-    Args:
-        sweeps: by folder.
-        workers: processes.
-        title: of the progress bar.
+    """Compute the missing runs of sweeps, given by folder, on this machine.
 
     Raises:
-        StudyError: if a folder cannot be written.
-        RunError: if the computation could not go on; what is finished is kept.
+        SweepError: if a folder cannot be written.
+        RunError: if the computation had to stop; finished runs are kept.
     """
-    with opened(sweeps) as entered:
-        left = missing(entered)
+    with open_sweeps(sweeps) as entered:
+        left = count_missing(entered)
         if not left:
             return
         with ProgressBar(title, left, lines=True) as bar, local_pool(min(workers, left)) as pool:
-            lost = run_on(pool, entered, bar)
+            lost = run_open(pool, entered, bar)
     report_lost(lost)
 
 

@@ -1,9 +1,7 @@
-"""Typed results as JSON files, where None stands for a number that could not be measured."""
+"""Typed results as JSON files; None stands for a missing number."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from math import isfinite
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -30,7 +28,7 @@ def read_json(path: Path, kind: type[Result]) -> Result:
     """Read a dataclass that :func:`write_json` wrote.
 
     Raises:
-        StudyError: if the file cannot be read or does not hold such a result.
+        StudyError: if the file cannot be read or holds another result.
     """
     try:
         return TypeAdapter(kind).validate_json(path.read_bytes())
@@ -44,13 +42,3 @@ def read_json(path: Path, kind: type[Result]) -> Result:
             f'({": ".join(filter(None, (where, first["msg"][:LONGEST])))}); '
             'accepted: a file that khr wrote'
         ) from error
-
-
-def finite_or_none(value: float) -> float | None:
-    """Return a measured number, or None for one that is not finite."""
-    return value if isfinite(value) else None
-
-
-def finite_or_none_all(values: Sequence[float]) -> tuple[float | None, ...]:
-    """Return measured numbers, None for those that are not finite."""
-    return tuple(finite_or_none(float(value)) for value in values)

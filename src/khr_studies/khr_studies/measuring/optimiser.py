@@ -10,7 +10,7 @@ from typing import Any
 
 
 def evolution(start: Sequence[float], spread: float, seed: int, population: int) -> Any:
-    """Return a ``cma.CMAEvolutionStrategy`` whose candidates lie in [0, 1].
+    """Return a ``cma.CMAEvolutionStrategy`` with candidates in [0, 1].
 
     Args:
         start: mean of the first generation.

@@ -93,7 +93,7 @@ def tally(
     Args:
         table: the runs.
         by: condition columns; the conditions keep the order in which they first occur.
-        medians: outcome columns whose median over the runs that stayed up is wanted.
+        medians: outcome columns to take medians of, over the runs that stayed up.
 
     Returns:
         A row for each condition: the columns ``by``, the numbers ``runs``, ``up``, ``lost`` and

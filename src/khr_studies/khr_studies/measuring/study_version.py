@@ -1,4 +1,4 @@
-"""The version of the code that decides what a study measures."""
+"""The version of the code that determines the results of a study."""
 
 from __future__ import annotations
 
@@ -6,18 +6,15 @@ from khr_bringup.code_version import code_version
 
 
 def version_of_study(study: str) -> str:
-    """Return a digest of the code of the runs, of what is measured in them, and of a study.
+    """Return a digest of the code of the runs, the measurements and a study, given by its folder.
 
-    What a study keeps is used again while this stays the same.
-
-    Args:
-        study: the name of its folder.
+    Stored results are reused while it stays the same.
     """
     return code_version(*sources_of_study(study))
 
 
 def sources_of_study(study: str) -> tuple[tuple[str, str], ...]:
-    """Return that code beside the code of the runs: packages, and patterns of files in them."""
+    """Return the code of measurements and study: packages, and patterns of files in them."""
     return (
         ('khr_analysis', '**/*.py'),
         ('khr_studies', 'measuring/*.py'),

@@ -1,7 +1,4 @@
-"""The thesis's results, as conditions to repeat.
-
-All numbers are those of Dutta (2021), chapters 3, 5 and 6.
-"""
+"""The results of the thesis as conditions to repeat: Dutta (2021), chapters 3, 5 and 6."""
 
 from __future__ import annotations
 
@@ -14,8 +11,8 @@ THEORY_DEG = 5.7  # phi_cr,theo, (3.10)
 READ_BACK_DEG = 0.5  # of phi read back from Delta
 LINE_HZ = 0.22  # of a published peak: half a bin of one gait cycle
 SHOWN = 4  # largest peaks of a spectrum, among which a published one must be
-# The thesis gives slip in words. A robot slips if a step slides twice as far as on the ground where
-# the thesis sees no slip yet, and at least as far as one sees.
+# The thesis gives slip in words. A robot slips if a step slides twice as far as on the slope where
+# the thesis mentions no slip yet, and by a visible distance.
 SLIPS, SEEN_MM = 2.0, 2.8
 
 Quantity = Literal['vibration', 'slide', 'line']
@@ -40,13 +37,13 @@ class ThesisWalk:
     """A walk of chapter 5.
 
     Attributes:
-        inclination_deg, condition: what to repeat.
-        thesis: what the robot did, in words.
-        survives: whether it walked to the end.
-        slips: whether it slipped; None if this is not published.
+        inclination_deg, condition: of the walk.
+        thesis: result in words.
+        survives: whether the robot walked to the end.
+        slips: whether it slipped; None if not published.
         lines: published peaks of Gait-3, Hz, each a range.
         dominant: whether the first of them was the largest.
-        gone: peaks that it had on gentler ground and no longer has, Hz.
+        gone: peaks of gentler slopes that disappeared, Hz.
     """
 
     inclination_deg: float
@@ -61,7 +58,7 @@ class ThesisWalk:
 
 @dataclass(frozen=True)
 class ThesisTrend:
-    """A quantity that grows along conditions on one ground, or along grounds for one condition.
+    """A quantity that grows along conditions on one slope, or along slopes for one condition.
 
     ``fitted`` if the calibration used its values.
     """
@@ -73,7 +70,7 @@ class ThesisTrend:
     fitted: bool = False
 
     def walks(self, inclinations_deg: tuple[float, ...]) -> list[tuple[Condition, float]]:
-        """Return the walks to compare, on these grounds."""
+        """Return the walks to compare, on these slopes."""
         return [(condition, phi) for condition in self.conditions for phi in inclinations_deg]
 
 
@@ -99,15 +96,14 @@ LIMITS = (
     ThesisLimit(5, walking(12.0, 13.0), 10.2, fitted=True),
 )
 RUBBER = (walking(12.0, 0.0, 'rubber'), walking(12.0, 12.0, 'rubber'))
-# What a walk with one of these conditions does follows from a limit that was fitted, or the walk
-# itself was.
+# The result of a walk with one of these conditions follows from a fitted limit or walk.
 FITTED = frozenset(row.condition for row in LIMITS if row.fitted) | set(RUBBER)
 ORDERS = (
     ('standing', (STAGE_1, STAGE_2, STAGE_3)),
     ('walking', (walking(), walking(12.0), walking(12.0, 13.0))),
     ('walking, K_A 12 and 18', (walking(12.0), walking(18.0))),
 )
-UNSLIPPED = (walking(12.0), 6.99)  # the gentlest ground with control: no slip is mentioned there
+UNSLIPPED = (walking(12.0), 6.99)  # the gentlest slope with control: no slip is mentioned there
 
 WALKS = (
     ThesisWalk(0.0, walking(), 'walks, one dominant peak at 1.73 Hz', lines=(F_0,), dominant=True),
@@ -143,7 +139,7 @@ WALKS = (
 )
 TRENDS = (
     ThesisTrend(
-        'slides further per step on steeper ground, K_A 12: 6.99, 7.68, 8.88 deg',
+        'slides further per step on a steeper slope, K_A 12: 6.99, 7.68, 8.88 deg',
         'slide',
         (6.99, 7.68, 8.88),
         (walking(12.0),),

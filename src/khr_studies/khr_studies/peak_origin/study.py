@@ -14,7 +14,14 @@ from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.experiments import Run, Runs, group_by, run_sweeps, runs_of, shipped
+from khr_studies.measuring.experiments import (
+    Run,
+    Runs,
+    experiment_files,
+    group_by,
+    run_sweeps,
+    runs_of,
+)
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.null_rates import NullRates, null_rates
 from khr_studies.peak_origin.origin import PEAK, Line, origins
@@ -165,7 +172,7 @@ def run_variants(
     walk = load_scenario(scenario)
     if walk.table(GaitParameters).motion != 'walk':
         raise StudyError(f'{scenario}: its motion is not accepted; accepted: a walk')
-    text = shipped()[EXPERIMENT].read_text(encoding='utf-8')
+    text = experiment_files()[EXPERIMENT].read_text(encoding='utf-8')
     given = read_yaml(text, EXPERIMENT) | {'scenario': scenario}
     changes = {'.'.join(key): value for key, value in changes_of(changed).items()}
     given['set'] |= changes

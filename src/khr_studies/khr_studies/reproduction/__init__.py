@@ -1,1 +1,1 @@
-"""The whole thesis from one command, and what it comes to."""
+"""Reproduce the whole thesis with one command, and state the findings."""

@@ -1,4 +1,4 @@
-"""What of the thesis ``khr reproduce`` is asked for."""
+"""The parts of the thesis that ``khr reproduce`` computes."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from khr_report.errors import ReportError
 from khr_sim.physics import engines
-from khr_studies.measuring.experiments import shipped
+from khr_studies.measuring.experiments import experiment_files
 from khr_studies.thesis_figures.registry import FIGURES
 
 SCOREBOARD = 'scoreboard'
@@ -15,14 +15,14 @@ MAP = 'map_'  # prefix of the experiments that are drawn as stability maps
 
 @dataclass(frozen=True)
 class ExperimentPlan:
-    """The parts of a reproduction that were asked for.
+    """The parts of a reproduction.
 
     Attributes:
-        figures: their numbers, in the order of the registry.
+        figures: numbers of the figures, in the order of the registry.
         maps: names of experiments that are drawn as stability maps.
         scoreboard: whether the scoreboard is measured.
-        fast: whether everything is computed in its quick and coarse form.
-        command: the command that asks for the same.
+        fast: whether to compute the quick and coarse form.
+        command: the command with the same plan.
         engine: physics engine.
     """
 
@@ -35,18 +35,18 @@ class ExperimentPlan:
 
     @property
     def experiments(self) -> tuple[str, ...]:
-        """Return the names of all experiments needed, each once."""
+        """Return the names of all required experiments, without repetition."""
         of_figures = (name for number in self.figures for name in FIGURES[number].experiments)
         return tuple(dict.fromkeys((*of_figures, *self.maps)))
 
 
 def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> ExperimentPlan:
-    """Parse a list with commas of what to reproduce; None stands for everything.
+    """Parse the names of parts, separated by commas; None stands for everything.
 
     Raises:
         ReportError: if a name is not known.
     """
-    maps = [name for name in shipped() if name.startswith(MAP)]
+    maps = [name for name in experiment_files() if name.startswith(MAP)]
     every = (*FIGURES, *maps, SCOREBOARD)
     names = every if only is None else tuple(name.strip() for name in only.split(','))
     for name in names:
@@ -69,5 +69,5 @@ def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> E
 
 
 def on_engine(engine: str) -> str:
-    """Return the option of a command on a physics engine; nothing for the default one."""
+    """Return the option of a command for a physics engine; empty for the default one."""
     return f' --engine {engine}' if engine != engines.DEFAULT else ''

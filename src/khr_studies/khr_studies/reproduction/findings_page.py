@@ -1,4 +1,4 @@
-"""The findings as a document: what the simulation confirms, contradicts and adds."""
+"""The findings as a document: results that agree, that differ, and that the thesis lacks."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ from khr_studies.scoreboard.rows import Scoreboard
 from khr_sweeps.trial import Row
 
 QUESTION = (
-    'Dutta (2021) let a robot of 1.5 kg stand and walk on an incline. Without control it falls '
-    'beyond a critical inclination. Toe and heel force or the gyro fed back to the ankles, and '
-    'the gyro to the hips, raise that limit, and vibration is the price. Does a simulated robot '
-    'with published constants and a few fitted ones behave in the same way?'
+    'Dutta (2021) let a robot of 1.5 kg stand and walk on a slope. Without control it falls '
+    'beyond a critical inclination. Feedback of the foot forces or the gyro to the ankles, and of '
+    'the gyro to the hips, raises that limit and causes vibration. Does a simulated robot with '
+    'published constants and a few fitted ones behave in the same way?'
 )
-NOTHING = 'No row that was measured.'
+NOTHING = 'No row.'
 
 
 def _outcome(row: Row, sole: str) -> str:
@@ -101,17 +101,17 @@ def blocks(findings: Findings) -> list[Block]:
     return [
         QUESTION,
         _answer(findings),
-        Passage('What the simulation confirms', _rows(board, 'passed')),
-        Passage('What it contradicts', _rows(board, 'missed')),
-        *([Passage('What stays undecided', _rows(board, 'undecided'))] if is_open else []),
-        Passage('What it adds', _added(findings)),
+        Passage('Confirmed by the simulation', _rows(board, 'passed')),
+        Passage('Contradicted', _rows(board, 'missed')),
+        *([Passage('Undecided', _rows(board, 'undecided'))] if is_open else []),
+        Passage('Beyond the thesis', _added(findings)),
         Passage('How to repeat it', (_repeat(findings),)),
     ]
 
 
 def _answer(findings: Findings) -> str:
     if findings.scoreboard is None:
-        return 'The scoreboard was not measured, so the rows of the thesis are not judged.'
+        return 'The scoreboard was not measured, so no row of the thesis is judged.'
     judged = [row for row in findings.scoreboard.rows if row['verdict'] != 'unpublished']
     predicted = [row for row in judged if row['kind'] == 'predicted']
     return (
@@ -147,7 +147,7 @@ def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:
 
 
 def _added(findings: Findings) -> tuple[Block, ...]:
-    """Return the tables of results beyond the thesis."""
+    """Return the tables of results that the thesis lacks."""
     board = findings.scoreboard
     parts = (
         (
@@ -158,22 +158,22 @@ def _added(findings: Findings) -> tuple[Block, ...]:
         ('Rubber soles', '', table(findings.soles, SOLE_COLUMNS)),
         (
             'Friction',
-            'The steepest ground up to which most runs neither fall nor ride down the board on '
-            'their soles, of the steepest tried.',
+            'The steepest slope up to which most runs neither fall nor slide down on their soles, '
+            'of the steepest tried.',
             table(findings.friction, FRICTION_COLUMNS),
         ),
         (
             'Staged control',
-            'Standing on ground whose inclination grows.',
+            'Standing while the inclination grows.',
             table(findings.tilting, TILT_COLUMNS),
         ),
         ('Origin of the published control frequencies', '', table(findings.peaks, PEAK_COLUMNS)),
         (
-            'What raises 4.74 Hz',
+            'Causes of 4.74 Hz',
             f'4.74 Hz is line {NUMBER} of the cycle. The halves of the gait are mirror images, so a '
-            'robot whose left and right are alike has even lines alone. Each change is one of the '
-            'walk at 8.88 deg with K_A 18; medians over the walks that stay up; a zero error is '
-            "the standard deviation of the servos' zeros, drawn anew for each walk. "
+            'symmetric robot has even lines alone. Each row is one change of the walk at 8.88 deg '
+            'with K_A 18; values are medians over the walks that stay up; a zero error is the '
+            "standard deviation of the servos' zero positions, drawn for each walk. "
             + _raised(findings.odd_lines),
             table(findings.odd_lines, ODD_COLUMNS),
         ),
@@ -182,7 +182,7 @@ def _added(findings: Findings) -> tuple[Block, ...]:
 
 
 def _passages(parts: Iterable[tuple[str, str, Table]]) -> tuple[Block, ...]:
-    """Return the tables that have rows, each under its title and a text, if it has one."""
+    """Return the tables that have rows, each under its title and its text."""
     found = tuple(
         Passage(title, (text, of) if text else (of,)) for title, text, of in parts if of.rows
     )
@@ -190,7 +190,7 @@ def _passages(parts: Iterable[tuple[str, str, Table]]) -> tuple[Block, ...]:
 
 
 def _raised(found: Sequence[OddLine]) -> str:
-    """Return which changes raise the line most, and whether it is ever one of the largest."""
+    """Return the changes that raise the line most, and how often it is one of the largest."""
     if not found:
         return ''
     heights = {each.case: median(each.amplitudes) for each in found}
@@ -198,7 +198,7 @@ def _raised(found: Sequence[OddLine]) -> str:
     own = heights[found[0].case]
     among, walks = sum(each.among for each in found), sum(len(each.shares) for each in found)
     return (
-        'Most is raised by '
+        'The largest rises: '
         + ', '.join(f'{case} ({heights[case] / own:.1f} times)' for case in first)
         + f'; among the {LISTED} largest lines it is in {among} of {walks} walks.'
     )
@@ -215,6 +215,6 @@ def _repeat(findings: Findings) -> str:
     return (
         f'Command: {findings.command}. It makes {findings.figures} figures and {findings.runs} '
         f'runs, which take {duration(findings.run_seconds)} of one core. With the same versions '
-        f'({versions}) every run takes the same trajectory, bit for bit; the page that the '
-        'command writes lists the hash of each.'
+        f'({versions}) every run repeats its trajectory bit for bit; the page that the command '
+        'writes lists the hash of each run.'
     )

@@ -1,4 +1,4 @@
-"""The page of a reproduction: all its results in one file."""
+"""The page of a reproduction: all results in one file."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from khr_studies.reproduction.results import FigureResult, Reproduction
 from khr_studies.scoreboard import page as scoreboard_page
 from khr_studies.stability_map import page as map_page
 
-TITLE = 'Balanced walking of the KHR-3HV on an incline, reproduced'
-BESIDE = ('findings.md', 'findings.json', 'scoreboard.md', 'scoreboard.json')
+TITLE = 'Balanced walking of the KHR-3HV on a slope, reproduced'
+DOCUMENTS = ('findings.md', 'findings.json', 'scoreboard.md', 'scoreboard.json')
 BEYOND = 'Beyond the thesis'
 CHAPTERS = {
     '3': 'Chapter 3: standing on one leg',
@@ -34,9 +34,9 @@ def write(results: Reproduction, out: Path, findings: Path) -> str:
     """Write page, findings and scoreboard; return a summary of one line.
 
     Args:
-        results: what to show.
+        results: content of the page.
         out: folder of the page and of the scoreboard.
-        findings: file of the findings; their JSON lies beside it.
+        findings: Markdown file of the findings; a JSON file is written to the same folder.
 
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
@@ -56,11 +56,11 @@ def write(results: Reproduction, out: Path, findings: Path) -> str:
 def write_index(out: Path, results: Reproduction) -> Path:
     """Write the page of a reproduction as ``index.html`` and return its path.
 
-    The page needs no network: it contains its pictures, and links CSV files only in its folder.
+    The page needs no network: it contains its pictures, and links to CSV files in its folder alone.
 
     Args:
         out: folder of the page.
-        results: what to show.
+        results: content of the page.
 
     Raises:
         ReportError: if the file cannot be written.
@@ -86,8 +86,8 @@ def _lead(results: Reproduction) -> list[str]:
     drawn = [figure for figure in results.drawn if not figure.error]
     lines = [
         'Dutta (2021), Study of Dynamic Control for Balanced Walking of Humanoid Robots, let a '
-        'robot of 1.5 kg stand and walk on an incline, balanced by its ankles and hips.',
-        'Here a simulated robot does the same, and every number of the simulation is measured: '
+        'robot of 1.5 kg stand and walk on a slope, balanced by its ankles and hips.',
+        'Here a simulated robot does the same. The page shows '
         f'{count(len(drawn), "figure")}, {count(results.findings.runs, "run")} in '
         f'{count(len(results.runs), "experiment")}, which took '
         f'{duration(results.findings.run_seconds)} of one core.',
@@ -105,7 +105,7 @@ def _verdict(results: Reproduction) -> Section:
     else:
         body = paragraphs('The scoreboard was not measured.')
     if results.ragged:
-        title = 'Where the limit is ragged: lost on gentler ground than some on which the robot stays up'
+        title = 'Ragged limits: lost below an inclination at which the robot stays up'
         body += part('folded', title, part('bullets', results.ragged))
     failed = [f'{figure.number}: {figure.error}' for figure in results.drawn if figure.error]
     return Section(
@@ -179,18 +179,17 @@ def _making(results: Reproduction, out: Path) -> Section:
         for name, runs in results.runs.items()
     ]
     body = paragraphs(
-        f'"{results.findings.command}" measured all that is on this page, drew its pictures and '
-        f'wrote it, in {duration(results.seconds)} without results computed earlier. The same '
-        'versions give the same trajectories, bit for bit. The page loads nothing from the '
-        'network.'
+        f'"{results.findings.command}" measured all results, drew the pictures and wrote this '
+        f'page in {duration(results.seconds)}; stored results were reused. The same versions give '
+        'the same trajectories, bit for bit. The page loads nothing from the network.'
     )
     body += part(
         'links',
         'The same as documents and as data',
-        [(name, name) for name in BESIDE if (out / name).is_file()],
+        [(name, name) for name in DOCUMENTS if (out / name).is_file()],
     )
-    body += part('folded', 'Commands: all of it, and each figure alone', listed)
-    body += part('table', ['what', 'version'], sorted(results.findings.versions.items()))
+    body += part('folded', 'Commands: the whole page, and each figure', listed)
+    body += part('table', ['component', 'version'], sorted(results.findings.versions.items()))
     if seeds:
         body += part('table', ['experiment', 'runs', 'seeds'], seeds)
     for name, runs in results.runs.items():

@@ -20,26 +20,26 @@ from khr_sweeps.specification import Sweep
 
 @dataclass(eq=False)
 class Pictures:
-    """Figures that a pool of workers draws; one that fails does not stop the others.
+    """Figures drawn by a pool of workers; a failed figure does not stop the others.
 
     Attributes:
-        pool: its workers have access to the same folders.
+        pool: its workers must have access to the same folders.
         bar: advances with each figure.
         out: folder of the figures and their CSV files.
-        asked: in which form, and on which physics engine; also that of what is run for a figure.
+        plan: form and physics engine of the runs.
     """
 
     pool: Pool
     bar: ProgressBar
     out: Path
-    asked: ExperimentPlan
+    plan: ExperimentPlan
 
     def __post_init__(self) -> None:
         self._futures: dict[str, tuple[FigureResult, Any]] = {}
 
     def submit_figure(self, number: str) -> None:
         """Start drawing a figure."""
-        drawing, fast, engine = FIGURES[number], self.asked.fast, self.asked.engine
+        drawing, fast, engine = FIGURES[number], self.plan.fast, self.plan.engine
         result = FigureResult(
             number,
             drawing.title,
@@ -53,7 +53,7 @@ class Pictures:
         """Start drawing a stability map over the first two axes of an experiment."""
         x, y = list(sweep.axes)[:2]
         name, image = sweep.name, self.out / f'{sweep.name}.png'
-        folder = folder_of(name, self.asked.fast, root_of(self.asked.engine))
+        folder = folder_of(name, self.plan.fast, root_of(self.plan.engine))
         result = FigureResult(
             name,
             sweep.title,
@@ -65,15 +65,15 @@ class Pictures:
         self._submit(result, draw_map, folder.absolute(), x, y, image.absolute())
 
     def results(self, numbers: Iterable[str]) -> list[FigureResult]:
-        """Wait for all; return them in the order of their numbers."""
+        """Wait for the figures with these numbers; return them in this order."""
         return [self._result(number) for number in numbers]
 
     def _submit(
         self, result: FigureResult, function: Callable[..., object], *arguments: Any
     ) -> None:
         for path in (result.image, result.points):
-            path.unlink(missing_ok=True)  # of an earlier reproduction
-        future = self.pool.submit(function, *arguments, first=True)  # some take long
+            path.unlink(missing_ok=True)  # files of an earlier reproduction
+        future = self.pool.submit(function, *arguments, first=True)  # some take a long time
         future.add_done_callback(lambda _: self.bar.advance())
         self._futures[result.number] = result, future
 
@@ -81,7 +81,7 @@ class Pictures:
         result, future = self._futures[number]
         try:
             future.result()
-        except Exception as failure:  # of the drawing, or its worker died; the others are drawn
+        except Exception as failure:  # of the drawing or its worker
             return replace(result, error=reason(failure))
         return result
 

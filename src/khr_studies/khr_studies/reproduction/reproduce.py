@@ -1,4 +1,4 @@
-"""``khr reproduce``: compute every experiment, figure and row of the thesis."""
+"""``khr reproduce``: compute all experiments, figures and rows of the thesis."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from khr_studies.measuring.condition import with_engine
 from khr_studies.measuring.consistency import check, experiment_runs, ragged
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
-from khr_studies.measuring.experiments import Opened, Runs, runs_by_name
+from khr_studies.measuring.experiments import OpenSweep, Runs, runs_by_name
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.measuring.thesis_values import STAGE_1_GRID
@@ -48,7 +48,7 @@ from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.specification import Sweep
 
-LINES = 'lines'  # the experiment on the origin of the spectral peaks
+LINES = 'lines'  # experiment on the origin of the spectral peaks
 # Of the scoreboard: seeds, tolerance of each bisection, deg, inclinations of its curve, deg.
 FULL, FAST = (3, 0.2, STAGE_1_GRID), (1, 0.8, (0.0, 3.0, 6.0))
 LIMIT_RUNS = 5  # of a bisection, about
@@ -57,38 +57,36 @@ LIBRARIES = ('scipy', 'matplotlib')
 Result = TypeVar('Result')
 
 
-def reproduce(asked: ExperimentPlan, out: Path, workers: int | None = None) -> Reproduction:
-    """Reproduce the thesis, or a part of it.
-
-    Results of earlier computations are used again.
+def reproduce(plan: ExperimentPlan, out: Path, workers: int | None = None) -> Reproduction:
+    """Reproduce the thesis, or a part of it; stored results are reused.
 
     Args:
-        asked: what of it.
-        out: folder of the page, whose folder ``figures`` the figures are drawn into.
-        workers: processes; as many as there are cores by default.
+        plan: the parts to compute.
+        out: folder of the page; the figures go to its subfolder ``figures``.
+        workers: processes; one per core by default.
 
     Raises:
         ReportError: if the folder cannot be written.
-        RunError: if the computation could not go on, or results contradict one another; what is
-            finished is kept.
+        RunError: if the computation had to stop, or results contradict one another; finished
+            results are kept.
     """
     processes = check_workers(workers)
     began = time.monotonic()
     make_folder(out / 'figures')
-    sweeps = experiments.sweeps_of(asked.experiments, asked.fast, asked.engine)
-    with experiments.opened(sweeps) as entered:
-        computed = _compute(asked, entered, out / 'figures', processes)
-    return _results(asked, list(sweeps.values()), computed, began)
+    sweeps = experiments.sweeps_of(plan.experiments, plan.fast, plan.engine)
+    with experiments.open_sweeps(sweeps) as entered:
+        computed = _compute(plan, entered, out / 'figures', processes)
+    return _results(plan, list(sweeps.values()), computed, began)
 
 
 @dataclass
 class Computed:
-    """What the workers have computed.
+    """The results of the workers.
 
     Attributes:
-        lost: number of runs whose workers died.
-        figures, maps: what was drawn.
-        scoreboard: None if it was not asked for, or failed.
+        lost: number of runs lost with their worker.
+        figures, maps: the drawings.
+        scoreboard: None if it is not in the plan, or failed.
         failed: other failures, a line each.
         measured: table of all runs of the scoreboard.
     """
@@ -101,58 +99,58 @@ class Computed:
     measured: pd.DataFrame = field(default_factory=lambda: run_table(()))
 
     def attempt(self, name: str, evaluate: Callable[[], Result]) -> Result | None:
-        """Return the result of an evaluation; None if it fails, and note the failure."""
+        """Return the result of an evaluation; record a failure and return None."""
         try:
             return evaluate()
-        except Exception as error:  # the page is written in any case
+        except Exception as error:  # the page is written nevertheless
             self.failed.append(f'{name}: {reason(error)}')
             return None
 
 
-def _compute(asked: ExperimentPlan, sweeps: list[Opened], out: Path, workers: int) -> Computed:
-    """Compute everything on one pool; jobs that wait for nothing are submitted first."""
-    drawn = len(asked.figures) + len(asked.maps)
+def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: int) -> Computed:
+    """Compute everything on one pool; jobs that depend on no other are submitted first."""
+    drawn = len(plan.figures) + len(plan.maps)
     with (
-        ProgressBar('reproduce', experiments.missing(sweeps) + drawn, lines=True) as bar,
+        ProgressBar('reproduce', experiments.count_missing(sweeps) + drawn, lines=True) as bar,
         local_pool(workers) as pool,
         KeptJobs(
             pool,
-            experiments.root_of(asked.engine) / SCOREBOARD,
+            experiments.root_of(plan.engine) / SCOREBOARD,
             version_of_study('scoreboard'),
             bar,
             {limit_of_seed: LIMIT_RUNS},
         ) as kept,
     ):
-        pictures = Pictures(pool, bar, out, asked)
-        for number in asked.figures:
+        pictures = Pictures(pool, bar, out, plan)
+        for number in plan.figures:
             if not FIGURES[number].experiments:
                 pictures.submit_figure(number)
-        bench = _bench(kept, asked)
-        if asked.scoreboard:
-            submit_all(bench, explain=not asked.fast)
-        computed = Computed(experiments.run_on(pool, sweeps, bar))
-        for number in asked.figures:
+        bench = _bench(kept, plan)
+        if plan.scoreboard:
+            submit_all(bench, explain=not plan.fast)
+        computed = Computed(experiments.run_open(pool, sweeps, bar))
+        for number in plan.figures:
             if FIGURES[number].experiments:
                 pictures.submit_figure(number)
         for sweep, _ in sweeps:
-            if sweep.name in asked.maps:
+            if sweep.name in plan.maps:
                 pictures.submit_map(sweep)
-        if asked.scoreboard:
+        if plan.scoreboard:
             computed.scoreboard = computed.attempt(
-                SCOREBOARD, lambda: compare(bench, explain=not asked.fast)
+                SCOREBOARD, lambda: compare(bench, explain=not plan.fast)
             )
         if computed.scoreboard:
             computed.measured = bench.runs()
-        computed.figures = pictures.results(asked.figures)
-        computed.maps = pictures.results(asked.maps)
+        computed.figures = pictures.results(plan.figures)
+        computed.maps = pictures.results(plan.maps)
         return computed
 
 
 def _results(
-    asked: ExperimentPlan, sweeps: list[Sweep], computed: Computed, began: float
+    plan: ExperimentPlan, sweeps: list[Sweep], computed: Computed, began: float
 ) -> Reproduction:
-    root = experiments.root_of(asked.engine)
-    runs = runs_by_name(asked.experiments, root, asked.fast)
+    root = experiments.root_of(plan.engine)
+    runs = runs_by_name(plan.experiments, root, plan.fast)
     peaks = computed.attempt(LINES, lambda: study(runs[LINES])) if LINES in runs else None
     every = pd.concat([computed.measured, experiment_runs(runs)])
     check(every, root)
@@ -162,7 +160,7 @@ def _results(
         runs,
         {each.name: each.seeds or 0 for each in sweeps},
         time.monotonic() - began,
-        _findings(asked, sweeps, computed, runs, peaks),
+        _findings(plan, sweeps, computed, runs, peaks),
         peaks,
         ragged(every),
         computed.failed,
@@ -171,20 +169,20 @@ def _results(
 
 
 def _findings(
-    asked: ExperimentPlan,
+    plan: ExperimentPlan,
     sweeps: list[Sweep],
     computed: Computed,
     runs: Mapping[str, Runs],
     peaks: PeakStudy | None,
 ) -> Findings:
     table = experiment_table(runs)
-    # Line 11 varies parameters that the tables of comparisons have no column for.
+    # The tables of comparisons have no column for the parameters that line 11 varies.
     done = table[table['verdict'].notna() & (table['experiment'] != LINE_11)]
     made = distinct(table)
     maps = {
         each.name: computed.attempt(each.name, partial(_map, table, each))
         for each in sweeps
-        if each.name in asked.maps and runs[each.name]
+        if each.name in plan.maps and runs[each.name]
     }
     odd = computed.attempt(LINE_11, lambda: odd_lines(runs)) if LINE_11 in runs else None
     return Findings(
@@ -198,8 +196,8 @@ def _findings(
         len(computed.figures),
         len(made),
         float(made['wall_time_s'].sum()),
-        asked.fast,
-        asked.command,
+        plan.fast,
+        plan.command,
         {'code': code_version(), **stated_of()} | {name: version_of(name) for name in LIBRARIES},
     )
 
@@ -209,7 +207,7 @@ def _map(table: pd.DataFrame, sweep: Sweep) -> MapResult:
     return map_result(table[table['experiment'] == sweep.name], name, bool(sweep.bisect))
 
 
-def _bench(kept: KeptJobs, asked: ExperimentPlan) -> Bench:
-    seeds, tolerance, curve = FAST if asked.fast else FULL
-    settings = with_engine(asked.engine) if asked.engine != engines.DEFAULT else ()
+def _bench(kept: KeptJobs, plan: ExperimentPlan) -> Bench:
+    seeds, tolerance, curve = FAST if plan.fast else FULL
+    settings = with_engine(plan.engine) if plan.engine != engines.DEFAULT else ()
     return Bench(kept, seeds, tolerance, curve, spread_of(read_ensemble()), settings)

@@ -1,4 +1,4 @@
-"""The results of a reproduction, from which its page is written."""
+"""The results of a reproduction, the input of its page."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ class FigureResult:
     """One figure of a reproduction.
 
     Attributes:
-        number: the thesis's number of the figure, or the name of one that the thesis lacks.
-        title: what it shows, in one line.
-        image, points: the PNG and the CSV of its points; missing after an error.
-        command: the command that draws it again.
-        experiments: names of those that it shows; none if it is drawn from models.
-        error: why it could not be drawn; empty if it was.
+        number: of the figure in the thesis, or the name of a figure that the thesis lacks.
+        title: one line.
+        image, points: the PNG, and the CSV file of its points; missing after an error.
+        command: draws the figure.
+        experiments: names of the experiments shown; empty if it is drawn from models.
+        error: reason if it could not be drawn, else empty.
     """
 
     number: str
@@ -41,13 +41,13 @@ class Reproduction:
         figures: in the order of the registry.
         maps: stability maps, by the names of their experiments.
         runs: by experiment.
-        seeds: number of seeds by experiment; 0 if it uses the scenario's own.
-        seconds: wall time of the command, without results computed earlier.
+        seeds: number of seeds by experiment; 0 if it uses the seed of the scenario.
+        seconds: wall time of the command; stored results took no time.
         findings: the results as data.
-        peaks: origin of the spectral peaks; None if its runs were not asked for, or failed.
-        ragged: conditions lost on gentler ground than some on which they stay up, a line each.
-        failed: evaluations that failed, a line each.
-        lost: number of runs whose workers died.
+        peaks: origin of the spectral peaks; None if it is not in the plan, or failed.
+        ragged: conditions lost below an inclination at which they stay up, a line each.
+        failed: failed evaluations, a line each.
+        lost: number of runs lost with their worker.
     """
 
     figures: list[FigureResult]
@@ -68,6 +68,6 @@ class Reproduction:
 
     @property
     def failures(self) -> list[str]:
-        """Return what failed, figures as well, a line each."""
+        """Return all failures, of figures too, a line each."""
         errors = (f'{each.number}: {each.error}' for each in self.drawn if each.error)
         return [*self.failed, *errors]

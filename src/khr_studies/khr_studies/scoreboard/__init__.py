@@ -1,1 +1,1 @@
-"""Every result of the thesis beside the simulated robot's."""
+"""Compare every result of the thesis with the simulated robot."""

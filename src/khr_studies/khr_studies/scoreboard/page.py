@@ -1,4 +1,4 @@
-"""The scoreboard as a document, and as a file beside its JSON."""
+"""The scoreboard as a document, with its data as JSON."""
 
 from __future__ import annotations
 
@@ -32,19 +32,19 @@ from khr_studies.scoreboard.rows import ENOUGH, VERDICTS, Scoreboard
 from khr_sweeps.trial import Row
 
 CHAPTERS = {3: 'Chapter 3: standing', 5: 'Chapter 5: walking', 6: 'Chapter 6: conclusions'}
-# Unit, decimals and factor of a trend's values.
+# Unit, decimals and factor of the values of a trend.
 UNITS = {'vibration': ('deg/s', 2, degrees(1.0)), 'slide': ('mm', 1, 1.0), 'line': ('Hz', 3, 1.0)}
 DECIMALS = {'N': 1, 'deg/s': 1}  # of standing; 2 for other units
 HEAD = """# Scoreboard
 
-What the robot of Dutta (2021) did, and what the simulated one does. Written by {command};
-do not edit. The same as data: [{json}]({json}). *Fitted* rows were used by the
-calibration ([calibration.md](calibration.md)); *statics* rows hold of whatever stands on a slope; all
-others are predictions. A row that misses stays.
+The robot of Dutta (2021) against the simulated one. Written by {command}; do not edit. The same
+as data: [{json}]({json}). *Fitted* rows were used by the calibration
+([calibration.md](calibration.md)); *statics* rows hold for any body on a slope; all others are
+predictions. Rows that miss are kept.
 """
 QUICK = (
-    'The quick form, of one seed: what varies with the seeds is undecided here, and a limit passes '
-    'only if its coarse interval does. It gives an impression; verdicts are those of the full form.'
+    'The quick form, with one seed: rows that vary with the seeds are undecided, and a limit passes '
+    'only if its coarse interval does. It gives an impression; the full form gives the verdicts.'
 )
 
 
@@ -87,9 +87,9 @@ LIMIT_COLUMNS: Columns[Row] = {
     'condition': itemgetter('condition'),
     'thesis, deg': lambda row: f'{row["thesis_deg"]:g}',
     'simulation, deg': lambda row: _within(row['deg'], row['half_width_deg']),
-    'of seeds, engine, constants': _parts,
+    'half-widths: seeds, engine, ensemble': _parts,
     'other engine, deg': lambda row: number(row['other_engine_deg'], 2),
-    'ensemble': lambda row: (
+    'ensemble, deg': lambda row: (
         '{:.2f} to {:.2f}'.format(*row['ensemble_deg']) if row['ensemble_deg'] else ''
     ),
     'slip': lambda row: _share(row['slipped']),
@@ -126,7 +126,7 @@ WALK_COLUMNS: Columns[Row] = {
     'thesis': itemgetter('thesis'),
     'lost': lambda row: f'{row["lost"]} of {row["runs"]}',
     'slide per step, mm': lambda row: number(row['slide_mm'], 1),
-    'before, after, mm': lambda row: numbers(row['stance_mm'], 1),
+    'stance before, after, mm': lambda row: numbers(row['stance_mm'], 1),
     'vibration, deg/s': lambda row: rate(row['vibration']),
     'largest peaks, Hz': lambda row: ' '.join(f'{f:.2f}' for f in row['peaks_hz']) or '-',
     'difference': lambda row: '; '.join(row['differences']),
@@ -199,7 +199,7 @@ def blocks(board: Scoreboard) -> list[Block]:
 
 
 def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str:
-    """Return the page; ``json`` is the file beside it that holds the same data."""
+    """Return the page; ``json`` is the name of the file with the same data."""
     command = '`khr reproduce --fast`' if board.seeds < ENOUGH else '`khr scoreboard`'
     of = 'one seed' if board.seeds < ENOUGH else f'{board.seeds} seeds'
     head = HEAD.format(command=f'{command} with {of}', json=json)
@@ -207,7 +207,7 @@ def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str
 
 
 def write(board: Scoreboard, out: Path) -> str:
-    """Write the page of a scoreboard and, beside it, its JSON; return a summary of one line.
+    """Write the page of a scoreboard and its JSON; return a summary of one line.
 
     Raises:
         KhrError, RunError: if a file cannot be written.

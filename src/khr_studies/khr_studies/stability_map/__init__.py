@@ -1,1 +1,1 @@
-"""Who stays up over inclination, gain and friction."""
+"""Map where the robot stays up over inclination, gain and friction."""

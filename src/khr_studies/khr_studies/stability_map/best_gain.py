@@ -1,4 +1,4 @@
-"""The best gain of each inclination, rubber against smooth soles, and limits, from runs of maps."""
+"""Evaluate maps: the best gain of each inclination, rubber against smooth soles, limits."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def map_result(runs: pd.DataFrame, name: str, bisected: bool = False) -> MapResu
 
     Args:
         runs: the run table of the map.
-        name: the swept parameter beside the inclination.
+        name: the swept parameter other than the inclination.
         bisected: whether the inclinations were bisected; only limits are known then.
     """
     cells = tally(runs, [INCLINATION, name])

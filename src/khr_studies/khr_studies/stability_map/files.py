@@ -32,7 +32,7 @@ BEST = ('runs', 'up', 'slipped', 'vibration_rad_s')
 def draw_map(folder: Path, x: str, y: str, out: Path | None = None) -> list[Path]:
     """Draw the map of a sweep; return the paths of the PNG and the CSV files.
 
-    The CSV file beside the PNG has a row for each cell; a second one, ``..._critical``, a row for
+    The first CSV file has a row for each cell; a second one, ``..._critical``, a row for
     each y; on a map of inclination and a gain a third one, ``..._best``, has the best gain of each
     inclination.
 

@@ -1,1 +1,1 @@
-"""Gains for one scenario: slip against vibration."""
+"""Search the gains of a scenario: slip against vibration."""

@@ -37,7 +37,7 @@ class GainAxis:
 
     @property
     def is_gain(self) -> bool:
-        """Return whether it is a gain, whose value 0 switches the controller off."""
+        """Return whether it is a gain; its value 0 switches the controller off."""
         return self.key == 'gain'
 
     def at(self, share: float) -> float:

@@ -255,7 +255,7 @@ def places(candidates: pd.DataFrame, first: str = 'slip') -> list[int]:
 
 
 def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False) -> Tuning:
-    """Search; runs whose results are in the folder are not repeated.
+    """Search; results in the folder are reused.
 
     Args:
         question: the search.

@@ -14,14 +14,14 @@ from khr_studies.measuring.bench import Bench, limit_of_seed, walk
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.consistency import check, contradictions, experiment_runs, named, ragged
 from khr_studies.measuring.critical import START
-from khr_studies.measuring.experiments import Run, shipped, specification_of, sweeps_of
+from khr_studies.measuring.experiments import Run, experiment_files, specification_of, sweeps_of
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.thesis_values import STAGE_2, walking
 from khr_sweeps.trial import complete
 from tests.fakes.benches import outcome
 
 SHIPPED = [path.stem for path in scenarios.shipped() if path.stem.startswith(('lift', 'walk'))]
-TRIED = [name for name in shipped() if name.startswith(('lift', 'walk', 'map', 'lines'))]
+TRIED = [name for name in experiment_files() if name.startswith(('lift', 'walk', 'map', 'lines'))]
 
 
 @pytest.mark.parametrize('fast', [False, True])

@@ -1,4 +1,4 @@
-"""Experiments: what is shipped, what is run, and what figures get of it."""
+"""Experiments: what is experiment_files, what is run, and what figures get of it."""
 
 from contextlib import nullcontext
 from types import SimpleNamespace
@@ -11,7 +11,12 @@ from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
-from khr_studies.measuring.experiments import folder_of, runs_of, shipped, specification_of
+from khr_studies.measuring.experiments import (
+    experiment_files,
+    folder_of,
+    runs_of,
+    specification_of,
+)
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES
 from khr_sweeps.results.folder import ROWS
@@ -36,8 +41,8 @@ fast:
 
 
 def test_shipped_experiments_are_accepted_and_have_a_title():
-    assert shipped()
-    for name in shipped():
+    assert experiment_files()
+    for name in experiment_files():
         whole, fast = (specification_of(name, fast) for fast in (False, True))
         assert whole.name == name and whole.title
         assert 0 < fast.count <= whole.count
@@ -46,7 +51,7 @@ def test_shipped_experiments_are_accepted_and_have_a_title():
 
 def test_figures_and_experiments_belong_together():
     needed = {name for drawing in FIGURES.values() for name in drawing.experiments}
-    assert needed <= set(shipped())
+    assert needed <= set(experiment_files())
 
 
 def run(name, fast, workers):
@@ -142,8 +147,8 @@ def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
         head, _ = read_store(file, dict)
         file.unlink()
         Store(file, head | {name: value}, dict).close()
-        with experiments.opened(experiments.sweeps_of(['small'], True)) as sweeps:
-            assert experiments.missing(sweeps) == 2
+        with experiments.open_sweeps(experiments.sweeps_of(['small'], True)) as sweeps:
+            assert experiments.count_missing(sweeps) == 2
             assert read_store(file, dict)[1] == []
         run('small', fast=True, workers=1)
         again = runs_of(folder_of('small', True))
@@ -194,5 +199,5 @@ def test_progress_counts_runs_and_simulated_seconds(monkeypatch):
     monkeypatch.setattr(experiments, 'run_missing', lambda *_: iter(batches))
     told = []
     bar = SimpleNamespace(advance=lambda runs, text: told.append((runs, text)))
-    assert experiments.run_on(None, [], bar) == 1
+    assert experiments.run_open(None, [], bar) == 1
     assert told == [(2, '12 s simulated'), (1, '16 s simulated'), (1, '16 s simulated')]

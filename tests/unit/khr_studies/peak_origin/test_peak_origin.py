@@ -212,7 +212,7 @@ def test_any_walk_is_run_with_the_same_cases(monkeypatch, tmp_path):
 
     def ask(sweeps, workers, title):
         asked.update(sweeps)
-        with experiments.opened(sweeps):
+        with experiments.open_sweeps(sweeps):
             return 0
 
     monkeypatch.setattr(lines, 'run_sweeps', ask)

@@ -90,8 +90,8 @@ def sections(made):
     return {part.title: markdown(part.blocks) for part in parts}
 
 
-CONFIRMS, CONTRADICTS = 'What the simulation confirms', 'What it contradicts'
-ADDS = 'What it adds'
+CONFIRMS, CONTRADICTS = 'Confirmed by the simulation', 'Contradicted'
+ADDS = 'Beyond the thesis'
 
 
 def test_opposite_outcomes_give_opposite_findings():
