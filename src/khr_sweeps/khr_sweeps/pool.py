@@ -9,12 +9,12 @@ import pickle
 import signal
 import sys
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import CancelledError, Future, ProcessPoolExecutor
+from concurrent.futures import FIRST_COMPLETED, CancelledError, Future, ProcessPoolExecutor, wait
 from concurrent.futures.process import BrokenProcessPool
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass, field
+from contextlib import suppress
+from dataclasses import dataclass
 from multiprocessing import resource_tracker
-from queue import Empty, PriorityQueue, SimpleQueue
+from queue import PriorityQueue
 from threading import Lock, Thread
 from types import ModuleType
 from typing import Any, Protocol, TypeVar
@@ -30,6 +30,7 @@ PER_WORKER, LEAST_AHEAD = 4, 64  # jobs submitted ahead; the minimum is for work
 SINGLE_THREADED = ('OMP_NUM_THREADS', 'OPENBLAS_NUM_THREADS', 'MKL_NUM_THREADS')
 _starting = Lock()  # of a worker process
 
+Call = tuple[Any, ...]  # a function with its arguments
 Task = TypeVar('Task')
 Result = TypeVar('Result')
 
@@ -55,27 +56,6 @@ class Pool(Protocol):
             arguments: of the function.
             first: whether the job precedes the waiting jobs without this flag.
         """
-
-
-@contextmanager
-def local_pool(
-    workers: int | None, option: str = '--workers', quiet: bool = False
-) -> Iterator[Pool]:
-    """Open worker processes on this machine; kill them at the end, also during a job.
-
-    Args:
-        workers: their number; one per core by default.
-        option: name of the number in an error.
-        quiet: whether the workers' output on stderr is dropped.
-
-    Raises:
-        SweepError: if the number is not accepted.
-    """
-    pool = LocalPool(check_workers(workers, option), quiet)
-    try:
-        yield pool
-    finally:
-        pool.close()
 
 
 def check_workers(workers: int | None, option: str = '--workers') -> int:
@@ -110,26 +90,35 @@ def compute(
         RunError: if the function raised, or the pool ended.
     """
     remaining = iter(tasks)
-    finished: SimpleQueue[Future[Result]] = SimpleQueue()
     keys: dict[Future[Result], str] = {}
 
-    def submit(count: int) -> int:
-        some = list(itertools.islice(remaining, count))
-        for key, task in some:
-            future = pool.submit(function, task)
-            keys[future] = key
-            future.add_done_callback(finished.put)
-        return len(some)
+    def submit(count: int) -> None:
+        for key, task in itertools.islice(remaining, count):
+            keys[pool.submit(function, task)] = key
 
-    waiting = submit(max(LEAST_AHEAD, PER_WORKER * pool.workers))
-    while waiting:
-        batch = [finished.get(), *_at_hand(finished)]
-        waiting += submit(len(batch)) - len(batch)
-        yield [(keys.pop(future), _result(future)) for future in batch]
+    submit(max(LEAST_AHEAD, PER_WORKER * pool.workers))
+    while keys:
+        done = wait(keys, return_when=FIRST_COMPLETED).done
+        submit(len(done))
+        yield [(keys.pop(future), _result(future)) for future in done]
+
+
+def local_pool(workers: int | None, option: str = '--workers', quiet: bool = False) -> LocalPool:
+    """Return worker processes on this machine.
+
+    Args:
+        workers: their number; one per core by default.
+        option: name of the number in an error.
+        quiet: whether the workers' output on stderr is dropped.
+
+    Raises:
+        SweepError: if the number is not accepted.
+    """
+    return LocalPool(check_workers(workers, option), quiet)
 
 
 class LocalPool:
-    """Worker processes of this machine; see :func:`local_pool`.
+    """Worker processes on this machine, which end with their block, also during a job.
 
     Each worker is an executor of its own, started with its first job: a worker that is lost breaks
     its executor, and so the job over which it was lost is known.
@@ -138,60 +127,60 @@ class LocalPool:
     def __init__(self, workers: int, quiet: bool = False) -> None:
         self.workers = workers
         self._quiet = quiet
-        self._jobs: PriorityQueue[_Job] = PriorityQueue()
+        self._jobs: PriorityQueue[tuple[bool, int, Call, Future[Any]]] = PriorityQueue()
         self._numbers = itertools.count()
-        self._workers: set[_Worker] = set()
+        self._running: set[_Worker] = set()
         self._lock = Lock()
         self._closed = False
         self._threads = [Thread(target=self._serve, daemon=True) for _ in range(workers)]
         for thread in self._threads:
             thread.start()
 
+    def __enter__(self) -> LocalPool:
+        return self
+
+    def __exit__(self, *error: object) -> None:
+        """Kill the workers, and cancel the jobs that have not started."""
+        with self._lock:
+            self._closed = True
+            for worker in self._running:
+                worker.kill()
+        for _ in self._threads:
+            self._jobs.put((False, -next(self._numbers), (), Future()))  # wakes a thread
+        for thread in self._threads:
+            thread.join()
+        while not self._jobs.empty():
+            self._jobs.get()[-1].cancel()
+
     def submit(
         self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
     ) -> Future[Any]:
         """Submit a job; return its future. See :class:`Pool`."""
-        job = _Job((not first, next(self._numbers)), (function, *arguments))
-        self._jobs.put(job)
-        return job.future
-
-    def close(self) -> None:
-        """Kill the workers, and cancel the jobs that have not started."""
-        with self._lock:
-            self._closed = True
-            for worker in self._workers:
-                worker.kill()
-        for _ in self._threads:
-            self._jobs.put(_Job((False, -1), ()))  # wakes a thread
-        for thread in self._threads:
-            thread.join()
-        for job in _at_hand(self._jobs):
-            job.future.cancel()
+        future: Future[Any] = Future()
+        self._jobs.put((not first, next(self._numbers), (function, *arguments), future))
+        return future
 
     def _serve(self) -> None:
         """Compute one job after another on a worker, until the pool is closed."""
         worker: _Worker | None = None
         while not self._closed:
-            job = self._jobs.get()
-            if not job.call or not job.future.set_running_or_notify_cancel():
+            *_, call, future = self._jobs.get()
+            if not call or not future.set_running_or_notify_cancel():
                 continue
             try:
                 for _ in range(ATTEMPTS):
                     try:
                         worker = worker or self._start()
-                        result = worker.executor.submit(_guarded, *job.call).result()
-                        job.future.set_result(result)
+                        future.set_result(worker.executor.submit(_guarded, *call).result())
                         break
                     except BrokenProcessPool:
-                        if worker is not None:
-                            self._discard(worker)
+                        self._discard(worker)
                         worker = None
                 else:
                     raise LostWorkerError(f'lost {ATTEMPTS} workers over one job')
             except Exception as error:
-                job.future.set_exception(error)
-        if worker is not None:
-            self._discard(worker)
+                future.set_exception(error)
+        self._discard(worker)
 
     def _start(self) -> _Worker:
         if self._closed:
@@ -201,24 +190,16 @@ class LocalPool:
         except OSError as error:
             raise RunError(f'no worker process can be started: {error.strerror}') from error
         with self._lock:
-            self._workers.add(worker)
+            self._running.add(worker)
             if self._closed:
                 worker.kill()
         return worker
 
-    def _discard(self, worker: _Worker) -> None:
-        with self._lock:
-            self._workers.discard(worker)
-        worker.executor.shutdown()
-
-
-@dataclass(frozen=True, order=True)
-class _Job:
-    """A function with its arguments; the job with the least place is done first."""
-
-    place: tuple[bool, int]
-    call: tuple[Any, ...] = field(compare=False)
-    future: Future[Any] = field(default_factory=Future, compare=False)
+    def _discard(self, worker: _Worker | None) -> None:
+        if worker is not None:
+            with self._lock:
+                self._running.discard(worker)
+            worker.executor.shutdown()
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,15 +255,6 @@ def _guarded(function: Callable[..., Any], *arguments: Any) -> Any:
         except Exception:
             raise RuntimeError(f'{type(error).__name__}: {error}') from None
         raise
-
-
-def _at_hand(queue: Any) -> Iterator[Any]:
-    """Yield what a queue holds now."""
-    while True:
-        try:
-            yield queue.get_nowait()
-        except Empty:
-            return
 
 
 def _result(future: Future[Result]) -> Result | None:

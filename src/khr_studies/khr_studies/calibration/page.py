@@ -3,23 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from math import degrees
 from pathlib import Path
 
 import numpy as np
 
 from khr_balance.board_units import VOLTS_PER_RATE, rate_gain
-from khr_bringup.node_registry import table_of
+from khr_bringup.node_registry import table_of as table_of_node
 from khr_common import specifications
 from khr_common.files import write_text
-from khr_report.page.document import Columns, Table, table
+from khr_common.text.markdown import table, table_of
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
 from khr_studies.calibration.ensemble import (
     LEAST,
     OPEN,
-    ConstantSpread,
     RowInConflict,
     constant_spreads,
     gains,
@@ -29,58 +27,13 @@ from khr_studies.calibration.figure import correlation_figure, frontier_figure
 from khr_studies.calibration.objective import FALL, Candidate
 from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.result import Calibration, Constant, fixed_constants, parameter_file
-from khr_studies.calibration.rows import WantedLimit
 from khr_studies.calibration.study import CONFIRM_DEG, CONFIRM_SEEDS, LEAN_AT
 from khr_studies.measuring.json_file import write_json
 
-
-@dataclass(frozen=True)
-class _Row:
-    """A wanted limit, and the limits of the members, deg, the best first."""
-
-    wanted: WantedLimit
-    of_members: list[float]
-
-
-ROW_COLUMNS: Columns[_Row] = {
-    'condition': lambda row: row.wanted.condition.title,
-    'use': lambda row: row.wanted.use,
-    'thesis, deg': lambda row: f'{row.wanted.thesis_deg:g}',
-    'aim': lambda row: f'{row.wanted.aim:g}',
-    'best, deg': lambda row: f'{row.of_members[0]:.2f}',
-    'difference': lambda row: f'{row.of_members[0] - row.wanted.thesis_deg:+.2f}',
-    'lowest': lambda row: f'{min(row.of_members):.2f}',
-    'highest': lambda row: f'{max(row.of_members):.2f}',
-}
-FREE_COLUMNS: Columns[ConstantSpread] = {
-    'constant': lambda one: ', '.join(f'`{name}`' for name in one.constant.parameters),
-    'value': lambda one: f'{one.best:g} {one.constant.unit}'.strip(),
-    'in the ensemble': lambda one: f'{one.low:g} to {one.high:g}',
-    'searched': lambda one: '{:g} to {:g}'.format(*one.constant.range),
-    'taken': lambda one: f'{one.share:.0%}',
-    'rows': lambda one: 'leave it open' if one.is_open else 'determine it',
-    'published or derived': lambda one: _published(one.constant, one.best),
-    'source': lambda one: one.constant.source,
-}
-FREE_COLUMNS_OF_FEW: Columns[ConstantSpread] = {
-    **FREE_COLUMNS,
-    'rows': lambda one: 'too few robots to say',
-}
-RESISTING_COLUMNS: Columns[RowInConflict] = {
-    'row missed': lambda row: row.row,
-    'candidates that meet it': lambda row: f'{row.meeting} of {row.candidates}',
-    'the best of these misses instead': lambda row: '; '.join(row.missed) or '-',
-}
 KIND_WORDS = {
     'none': 'no offset',
     'before': 'offset before the amplifier',
     'behind': 'offset behind the amplifier',
-}
-CONSTANT_COLUMNS: Columns[Constant] = {
-    'constant': lambda one: f'`{one.node}.{one.key}`',
-    'value': lambda one: _default(one),
-    'kind': lambda one: one.kind,
-    'source': lambda one: one.source,
 }
 
 
@@ -114,7 +67,7 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
     """Return the page of a calibration; its files have this stem."""
     plan, found, constants = calibration.plan, calibration.found, calibration.best.constants
     enough = len(found.robots) >= LEAST  # to distinguish determined constants from open ones
-    moved = {parameter for parameter, _ in plan.changes(constants)}
+    moved = {f'{node}.{key}' for (node, key), _ in plan.changes(constants)}
     offset = constants.get('reference_offset', 0.0)
     cheapest = min(found.robots, key=lambda robot: robot.cost)
     return page_text(
@@ -126,27 +79,24 @@ def page(calibration: Calibration, stem: str = 'calibration') -> str:
         enough=enough,
         least=LEAST,
         open=OPEN,
-        rows=table(_rows(calibration), ROW_COLUMNS),
-        free=table(constant_spreads(plan, found), FREE_COLUMNS if enough else FREE_COLUMNS_OF_FEW),
+        rows=_limit_rows(calibration),
+        free=_constant_rows(calibration, enough),
         gaps=_gaps(calibration),
         missed=missed_rows(plan, found.best),
         cheapest=cheapest if cheapest != found.best else None,
         missed_by_cheapest=missed_rows(plan, cheapest),
         kinds=_kinds_table(calibration),
-        resisting=table(calibration.resisting, RESISTING_COLUMNS),
+        resisting=_conflicts(calibration.resisting),
         steady=LEAN_AT[1],
         confirm=(CONFIRM_SEEDS, CONFIRM_DEG),
         offset=offset,
         offset_mv=abs(1e3 * VOLTS_PER_RATE * offset),
         leans=[degrees(-rate_gain(gain) * offset) for gain in (12.0, 18.0)],
-        others=table(
-            [one for one in fixed_constants() if (one.node, one.key) not in moved],
-            CONSTANT_COLUMNS,
-        ),
+        others=table_of([_fixed(one) for one in fixed_constants() if one.name not in moved]),
     )
 
 
-def _kinds_table(calibration: Calibration) -> Table:
+def _kinds_table(calibration: Calibration) -> str:
     """Return the best robot with each kind of offset beside the thesis, on each engine."""
     plan, kinds = calibration.plan, calibration.kinds
     engines = [*kinds[0].engines] or ['']
@@ -173,21 +123,64 @@ def _kinds_table(calibration: Calibration) -> Table:
         ', '.join(filter(None, (KIND_WORDS[plan.kind(robot.constants)], engine)))
         for robot, engine in columns
     ]
-    return Table(('row', 'thesis', *heads), tuple(lines))
+    return table(['row', 'thesis', *heads], lines)
 
 
 def _walked(costs: Sequence[float]) -> str:
     return f'{sum(cost < FALL for cost in costs)} of {len(costs)}'
 
 
-def _rows(calibration: Calibration) -> list[_Row]:
-    """Return the limits that were measured."""
+def _limit_rows(calibration: Calibration) -> str:
+    """Return a table of the limits that were measured."""
     rows = []
     for wanted in calibration.plan.limits:
         values = calibration.found.limits(wanted.condition.title)
-        if not np.isnan(values).all():
-            rows.append(_Row(wanted, values[~np.isnan(values)].tolist()))
-    return rows
+        known = values[~np.isnan(values)].tolist()  # the best robot first
+        if known:
+            row = {
+                'condition': wanted.condition.title,
+                'use': wanted.use,
+                'thesis, deg': f'{wanted.thesis_deg:g}',
+                'aim': f'{wanted.aim:g}',
+                'best, deg': f'{known[0]:.2f}',
+                'difference': f'{known[0] - wanted.thesis_deg:+.2f}',
+                'lowest': f'{min(known):.2f}',
+                'highest': f'{max(known):.2f}',
+            }
+            rows.append(row)
+    return table_of(rows)
+
+
+def _constant_rows(calibration: Calibration, enough: bool) -> str:
+    """Return a table of the searched constants."""
+    rows = [
+        {
+            'constant': ', '.join(f'`{name}`' for name in one.constant.parameters),
+            'value': f'{one.best:g} {one.constant.unit}'.strip(),
+            'in the ensemble': f'{one.low:g} to {one.high:g}',
+            'searched': '{:g} to {:g}'.format(*one.constant.range),
+            'taken': f'{one.share:.0%}',
+            'rows': ('leave it open' if one.is_open else 'determine it')
+            if enough
+            else 'too few robots to say',
+            'published or derived': _published(one.constant, one.best),
+            'source': one.constant.source,
+        }
+        for one in constant_spreads(calibration.plan, calibration.found)
+    ]
+    return table_of(rows)
+
+
+def _conflicts(rows: Sequence[RowInConflict]) -> str:
+    cells = [
+        {
+            'row missed': row.row,
+            'candidates that meet it': f'{row.meeting} of {row.candidates}',
+            'the best of these misses instead': '; '.join(row.missed) or '-',
+        }
+        for row in rows
+    ]
+    return table_of(cells) if cells else ''
 
 
 def _gaps(calibration: Calibration) -> list[tuple[str, float, float, float, float]]:
@@ -209,6 +202,12 @@ def _published(constant: FreeConstant, value: float) -> str:
     return f'{constant.origin}: {text}' + (', away' if constant.away(value) else '')
 
 
-def _default(one: Constant) -> str:
-    specification = specifications(table_of(one.node))[one.key]
-    return f'{specification.default} {specification.unit}'.strip()
+def _fixed(one: Constant) -> dict[str, str]:
+    node, _, key = one.name.partition('.')
+    specification = specifications(table_of_node(node))[key]
+    return {
+        'constant': f'`{one.name}`',
+        'value': f'{specification.default} {specification.unit}'.strip(),
+        'kind': one.kind,
+        'source': one.source,
+    }

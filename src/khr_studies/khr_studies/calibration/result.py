@@ -66,13 +66,12 @@ class Constant:
     """A constant that matters to the results but is not searched, and its source.
 
     Attributes:
-        node, key: the parameter, whose default is the value.
+        name: of the parameter, ``node.key``; its default is the value.
         kind: measured | published | derived | assumed.
         source: in words.
     """
 
-    node: str
-    key: str
+    name: str
     kind: str
     source: str
 
@@ -80,11 +79,7 @@ class Constant:
 def fixed_constants() -> list[Constant]:
     """Return the constants that are not searched."""
     text = files(__package__).joinpath('constants.yaml').read_text(encoding='utf-8')
-    found = []
-    for name, one in yaml.safe_load(text).items():
-        node, _, key = name.partition('.')
-        found.append(Constant(node, key, one['kind'], one['source']))
-    return found
+    return [Constant(name, **one) for name, one in yaml.safe_load(text).items()]
 
 
 def parameter_file(plan: CalibrationPlan, robot: Candidate) -> str:
