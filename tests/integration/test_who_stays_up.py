@@ -132,7 +132,7 @@ def test_sweep_bisection_and_maps_say_so(asked, tmp_path):
 def test_third_stage_and_engines_say_so(asked, slide, monkeypatch):
     lifted = {'stayed_up': slide[0].outcome.stayed_up, 'overshoot_rad_s': 0.1}
     monkeypatch.setattr(third_stage, 'lift', lambda *_: lifted)
-    assert third_stage.climb(third_stage.Setting(0.0, 0.5, 0.0), 'bullet', 0).limit_deg == 0.0
+    assert third_stage.climb(third_stage.Setting(0.0, 0.5, 0.0), 'bullet', 0)['limit_deg'] == 0.0
     changes = ((('gait', 'cycles'), 3),)
     assert engines.measure_scenario('walk_6.99deg_ka12', changes)['verdict'] == 'rode down'
 

@@ -31,6 +31,7 @@ from khr_studies.calibration.plan import read_plan
 from khr_studies.measuring.ensemble_file import SHIPPED_ENSEMBLE, read_ensemble
 from khr_studies.measuring.experiments import experiment_files
 from khr_studies.measuring.json_file import read_json
+from khr_studies.reproduction.findings import Findings
 from khr_studies.third_stage.study import Plane
 from khr_sweeps.cluster import Scheduler, security_of
 from khr_sweeps.reading import load_sweep
@@ -145,7 +146,8 @@ READERS: dict[str, Callable[[Path], object]] = {
     'sweep': load_sweep,
     'calibration': read_plan,
     'ensemble': read_ensemble,
-    'study': lambda path: read_json(path, Plane),
+    'study': lambda path: read_json(path, Findings),
+    'run table': Plane.read,
     'joint map': lambda path: JointMap.load(str(path)),
     'description': lambda path: Robot(path.read_text(errors='replace')),
     'results': _results,
@@ -166,7 +168,8 @@ def seeds() -> dict[str, list[bytes]]:
         'sweep': [path.read_bytes() for path in experiment_files().values()],
         'calibration': [(config / 'calibration.yaml').read_bytes()],
         'ensemble': [SHIPPED_ENSEMBLE.read_bytes()],
-        'study': [(ROOT / 'docs' / 'stage3.json').read_bytes()],
+        'study': [(ROOT / 'docs' / 'findings.json').read_bytes()],
+        'run table': [(ROOT / 'docs' / 'stage3.csv').read_bytes()],
         'joint map': [(maps / 'khr3hv.yaml').read_bytes()],
         'description': [(files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_bytes()],
         'results': [_written(_write_results)],

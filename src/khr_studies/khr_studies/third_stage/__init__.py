@@ -1,1 +1,1 @@
-"""What the hip's damping adds to the ankle's force control."""
+"""The contribution of the hip's damping to the ankle's force control."""

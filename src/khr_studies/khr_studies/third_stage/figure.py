@@ -1,100 +1,100 @@
-"""The third stage of standing: limits, overshoot and damping over the plane of the force loop."""
+"""Plots of the third stage: limits, overshoot and growth over the plane of the force loop."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import WIDTH, head, styled
-from khr_studies.third_stage.comparison import Edge, ModelComparison
+from khr_studies.third_stage.comparison import ModelComparison
 from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, Array, Plane
 
 HIPS = {0.0: f'K_A {ANKLE_GAIN:g}', HIP_GAIN: f'K_A {ANKLE_GAIN:g}, K_H {HIP_GAIN:g}'}
-LARGEST_RATE = 60.0  # deg/s, end of the colours
+LARGEST_RATE = 60.0  # deg/s, end of the colour scale
+HIP_COLOR = '#D55E00'
+EDGES = (
+    ('without_hip', 'falls on the flat beyond', 'black', '-'),
+    ('with_hip', "the same with the hip's rate", HIP_COLOR, '-'),
+    ('predicted', 'with the hip, predicted', HIP_COLOR, ':'),
+)
+Panel = tuple[str, Array, tuple[float, float], str, str]  # title, values, range, colours, format
 
 
-def limits_picture(plane: Plane, compared: ModelComparison) -> Figure:
-    """Draw the limits over the plane, and what the hip adds to them, each number in its place."""
-    with styled():
-        figure, axes = _page()
-        limits = [plane.limits(hip) for hip in HIPS]
-        top = float(np.max(limits))
-        for axis, title, values in zip(axes[0], HIPS.values(), limits, strict=True):
-            _cells(axis, plane, values, (0.0, top), 'viridis', '.1f')
-            axis.set_title(f'limit in °: {title}')
-        for axis, title, values in zip(
-            axes[1],
-            ("what the hip's rate is worth, °", 'what its offset adds, °'),
-            (plane.worth, plane.worth_of_offset),
-            strict=True,
-        ):
-            reach = float(np.abs(values).max()) or 1.0
-            _cells(axis, plane, values, (-reach, reach), 'RdBu', '+.1f')
-            axis.set_title(title)
-        title = 'Standing on one leg: what the force loop holds, what the hip adds'
-        return _finished(figure, axes, plane, compared.edges, title)
+def limits_figure(plane: Plane, compared: ModelComparison) -> Figure:
+    """Draw the limits over the plane, and the contribution of the hip, with the numbers."""
+    limits = {title: plane.limits(hip) for hip, title in HIPS.items()}
+    top = float(np.max([*limits.values()]))
+    worth = {
+        "what the hip's rate is worth, °": plane.worth,
+        'what its offset adds, °': plane.worth_of_offset,
+    }
+    panels: list[Panel] = [
+        *(
+            (f'limit in °: {title}', each, (0.0, top), 'viridis', '.1f')
+            for title, each in limits.items()
+        ),
+        *((title, each, _symmetric(each), 'RdBu', '+.1f') for title, each in worth.items()),
+    ]
+    title = 'Standing on one leg: what the force loop holds, what the hip adds'
+    return _figure(title, panels, plane, compared)
 
 
-def swing_picture(plane: Plane, compared: ModelComparison) -> Figure:
-    """Draw how far the robot swings over the plane, and how fast the model's swing grows."""
-    with styled():
-        figure, axes = _page()
-        rates = [plane.grid(hip, lambda point: np.degrees(point.overshoot)) for hip in HIPS]
-        for axis, title, values in zip(axes[0], HIPS.values(), rates, strict=True):
-            _cells(axis, plane, values, (0.0, LARGEST_RATE), 'cividis', '.0f')
-            axis.set_title(f'overshoot at 3.8° in °/s: {title}')
-        for axis, (hip, title) in zip(axes[1], HIPS.items(), strict=True):
-            reach = float(np.abs(compared.growth[hip]).max())
-            _cells(axis, plane, compared.growth[hip], (-reach, reach), 'PuOr_r', '+.1f')
-            axis.set_title(f"growth of the model's swing, 1/s: {title}")
-        title = 'Standing on one leg: how the force loop swings, with and without hip'
-        return _finished(figure, axes, plane, compared.edges, title)
+def swing_figure(plane: Plane, compared: ModelComparison) -> Figure:
+    """Draw the overshoot of the robot over the plane, and the growth of the model's swing."""
+    overshoot, grown = 'overshoot at 3.8° in °/s', "growth of the model's swing, 1/s"
+    panels: list[Panel] = []
+    for hip, title in HIPS.items():
+        rates = np.degrees(plane.grid('overshoot_rad_s', hip).to_numpy())
+        panels += [(f'{overshoot}: {title}', rates, (0.0, LARGEST_RATE), 'cividis', '.0f')]
+    for hip, title in HIPS.items():
+        values = compared.growth[hip]
+        panels += [(f'{grown}: {title}', values, _symmetric(values), 'PuOr_r', '+.1f')]
+    title = 'Standing on one leg: how the force loop swings, with and without hip'
+    return _figure(title, panels, plane, compared)
 
 
-def _page() -> tuple[Figure, Any]:
-    figure = Figure(figsize=(WIDTH, 6.6), layout='constrained')
-    return figure, figure.subplots(2, 2, sharex=True, sharey=True)
+def _symmetric(values: Array) -> tuple[float, float]:
+    reach = float(np.abs(values).max()) or 1.0
+    return -reach, reach
 
 
-def _finished(
-    figure: Figure, axes: Any, plane: Plane, found: Sequence[Edge], title: str
+def _figure(
+    title: str, panels: Sequence[Panel], plane: Plane, compared: ModelComparison
 ) -> Figure:
-    """Draw the edges into each panel, and name the axes."""
-    nearest = plane.nearest
-    for axis in axes.flat:
-        _edges(axis, plane, found)
-        axis.plot(
-            *_place(plane, nearest.force_scale, nearest.time_constant),
-            marker='s',
-            markersize=13,
-            markerfacecolor='none',
-            markeredgecolor='black',
-            linestyle='none',
-        )
-    lines, names = axes[0][0].get_legend_handles_labels()
-    figure.legend(lines, names, loc='outside lower center', ncols=3)
-    for axis in axes[-1]:
-        axis.set_xlabel('force scale (mV/N)')
-    for axis in axes[:, 0]:
-        axis.set_ylabel('time constant (s)')
-    head(figure, title, "the square is where both limits come nearest to the thesis's")
-    return figure
+    """Draw four panels with the edges and the point nearest to the thesis in each."""
+    with styled():
+        figure = Figure(figsize=(WIDTH, 6.6), layout='constrained')
+        axes = figure.subplots(2, 2, sharex=True, sharey=True)
+        for axis, (name, values, ends, colors, form) in zip(axes.flat, panels, strict=True):
+            _draw_cells(axis, plane, values, ends, colors, form)
+            axis.set_title(name)
+        square = {'marker': 's', 'markersize': 13, 'markerfacecolor': 'none'}
+        near = _place(plane, plane.nearest.force_scale, plane.nearest.time_constant)
+        for axis in axes.flat:
+            _draw_edges(axis, plane, compared)
+            axis.plot(*near, markeredgecolor='black', linestyle='none', **square)
+        lines, names = axes[0][0].get_legend_handles_labels()
+        figure.legend(lines, names, loc='outside lower center', ncols=3)
+        for axis in axes[-1]:
+            axis.set_xlabel('force scale (mV/N)')
+        for axis in axes[:, 0]:
+            axis.set_ylabel('time constant (s)')
+        head(figure, title, "the square is where both limits come nearest to the thesis's")
+        return figure
 
 
-def _cells(
+def _draw_cells(
     axis: Axes, plane: Plane, values: Array, ends: tuple[float, float], colors: str, form: str
 ) -> None:
-    image = axis.imshow(
-        values, origin='lower', aspect='auto', vmin=ends[0], vmax=ends[1], cmap=colors
-    )
+    """Draw a coloured cell with its number for each point of the plane."""
+    low, high = ends
+    image = axis.imshow(values, origin='lower', aspect='auto', vmin=low, vmax=high, cmap=colors)
     axis.grid(visible=False)
-    axis.figure.colorbar(image, ax=axis, location='bottom', aspect=40, pad=0.02).ax.tick_params(
-        labelsize=6
-    )
+    bar = axis.figure.colorbar(image, ax=axis, location='bottom', aspect=40, pad=0.02)
+    bar.ax.tick_params(labelsize=6)
     axis.set_xticks(range(len(plane.scales)), [f'{1e3 * scale:g}' for scale in plane.scales])
     axis.set_yticks(range(len(plane.times)), [f'{time:g}' for time in plane.times])
     axis.tick_params(labelsize=7)
@@ -102,24 +102,18 @@ def _cells(
         if np.isnan(value):
             continue
         red, green, blue, _ = image.to_rgba(values)[row, column]
-        dark = 0.3 * red + 0.6 * green + 0.1 * blue < 0.5
-        color = 'white' if dark else 'black'
-        axis.text(
-            column, row, format(value, form), ha='center', va='center', size=5.5, color=color
-        )
+        color = 'white' if 0.3 * red + 0.6 * green + 0.1 * blue < 0.5 else 'black'
+        text = format(value, form)
+        axis.text(column, row, text, ha='center', va='center', size=5.5, color=color)
 
 
-def _edges(axis: Axes, plane: Plane, found: Sequence[Edge]) -> None:
-    """Draw what was measured along the borders of the cells, the prediction through them."""
-    for name, color, line, scales in (
-        ('falls on the flat beyond', 'black', '-', [edge.without_hip for edge in found]),
-        ("the same with the hip's rate", '#D55E00', '-', [edge.with_hip for edge in found]),
-        ('with the hip, predicted', '#D55E00', ':', [edge.predicted for edge in found]),
-    ):
+def _draw_edges(axis: Axes, plane: Plane, compared: ModelComparison) -> None:
+    """Draw the measured edges along the borders of the cells, the prediction through them."""
+    for column, name, color, line in EDGES:
+        known = compared.edges[compared.edges[column].notna()]
         places = [
-            _place(plane, scale, edge.time_constant)
-            for scale, edge in zip(scales, found, strict=True)
-            if scale is not None
+            _place(plane, scale, time)
+            for scale, time in zip(known[column], known['time_constant'], strict=True)
         ]
         if line == '-':
             places = [(x, y + half) for x, y in places for half in (-0.5, 0.5)]

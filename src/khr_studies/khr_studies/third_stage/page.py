@@ -1,9 +1,10 @@
-"""What the hip's damping is worth to a standing robot: page, data and picture."""
+"""The third stage of standing: page, data and plots."""
 
 from __future__ import annotations
 
 from math import degrees, isfinite, isnan, nan
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,37 +12,34 @@ from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, number, table
 from khr_report.page.template import page_text
 from khr_report.plots.plot_style import save
-from khr_studies.measuring.json_file import write_json
-from khr_studies.third_stage.comparison import Edge, ModelComparison, ModelLoop
-from khr_studies.third_stage.figure import limits_picture, swing_picture
-from khr_studies.third_stage.study import (
-    ANKLE_GAIN,
-    HIP_GAIN,
-    THESIS,
-    WITHIN,
-    WORTH,
-    Plane,
-    Point,
-    Setting,
-)
+from khr_studies.measuring.run_table import write_table
+from khr_studies.third_stage.comparison import ModelComparison, ModelLoop
+from khr_studies.third_stage.figure import limits_figure, swing_figure
+from khr_studies.third_stage.study import ANKLE_GAIN, HIP_GAIN, THESIS, WITHIN, WORTH, Plane
+
+GRIDS = {
+    'K_H 0': (0.0, True),
+    f'K_H {HIP_GAIN:g}, the rate alone': (HIP_GAIN, False),
+    f'K_H {HIP_GAIN:g}, with the offset': (HIP_GAIN, True),
+}
 
 
 def write(plane: Plane, compared: ModelComparison, out: Path) -> str:
-    """Write page, picture and data beside one another; return a summary of one line.
+    """Write the page, with its plots and data in the same folder; return a summary of one line.
 
     Raises:
         KhrError, RunError, OSError: if a file cannot be written.
     """
-    pictures = out.with_suffix('.png'), out.with_name(f'{out.stem}_swing.png')
-    write_json(out.with_suffix('.json'), plane)
-    for draw, picture in zip((limits_picture, swing_picture), pictures, strict=True):
-        save(draw(plane, compared), picture, dpi=200)
-    write_text(out, page(plane, compared, *(picture.name for picture in pictures)))
+    plots = out.with_suffix('.png'), out.with_name(f'{out.stem}_swing.png')
+    write_table(plane.climbs, out.with_suffix('.csv'))
+    for draw, path in zip((limits_figure, swing_figure), plots, strict=True):
+        save(draw(plane, compared), path, dpi=200)
+    write_text(out, page(plane, compared, *(path.name for path in plots)))
     return summary(plane)
 
 
 def summary(plane: Plane) -> str:
-    """Say where the hip is worth most."""
+    """Return where the hip's rate raises the limit most, in one line."""
     worth = plane.worth
     time, scale = np.unravel_index(int(np.argmax(worth)), worth.shape)
     near = plane.nearest
@@ -51,27 +49,23 @@ def summary(plane: Plane) -> str:
     )
 
 
-def page(plane: Plane, compared: ModelComparison, limits_picture: str, swing_picture: str) -> str:
-    """Return the page; the pictures are files beside it."""
-    found = compared.edges
-    near, worth, without = plane.nearest, plane.worth, plane.limits(0.0)
-    held = worth >= WORTH
-    pair = [Setting(near.force_scale, near.time_constant, hip) for hip in (0.0, HIP_GAIN)]
-    limits = (plane.without.limit_deg, *(plane.at(each).limit_deg for each in pair))
-    moved = [
-        (e.with_hip - e.without_hip, e.predicted - e.without_hip)
-        for e in found
-        if e.with_hip and e.predicted and e.without_hip
-    ]
-    distances = [
-        plane.columns_off(plane.times[row], plane.scales[column])
-        for row, column in np.argwhere(held)
-    ]
+def page(plane: Plane, compared: ModelComparison, limits_plot: str, swing_plot: str) -> str:
+    """Return the page; the plots are names of files in its folder."""
+    worth, without, edges = plane.worth, plane.limits(0.0), compared.edges
+    held, near = worth >= WORTH, plane.nearest
+    row, column = plane.times.index(near.time_constant), plane.scales.index(near.force_scale)
+    limits = (plane.uncontrolled_deg, without[row, column], plane.limits(HIP_GAIN)[row, column])
+    checks = plane.checks
+    at_near = (checks['force_scale'] == near.force_scale) & (
+        checks['time_constant'] == near.time_constant
+    )
+    moved = edges[['with_hip', 'predicted']].sub(edges['without_hip'], axis=0).dropna()
+    distances = [plane.columns_off(plane.times[i], plane.scales[j]) for i, j in np.argwhere(held)]
     return page_text(
         __name__,
         plane=plane,
-        limits_picture=limits_picture,
-        swing_picture=swing_picture,
+        limits_plot=limits_plot,
+        swing_plot=swing_plot,
         thesis=THESIS,
         ankle_gain=ANKLE_GAIN,
         least=WORTH,
@@ -86,14 +80,15 @@ def page(plane: Plane, compared: ModelComparison, limits_picture: str, swing_pic
         nearest=_place(near.force_scale, near.time_constant),
         limits=limits,
         met=all(abs(limit - own) <= WITHIN for limit, own in zip(limits, THESIS, strict=True)),
-        checked=[point.limit_deg for point in plane.checks if point.setting in pair],
-        edges=table(found, EDGES),
-        rates=[edge.growth for edge in found if edge.growth is not None],
-        moved=np.mean(moved, axis=0) if moved else (nan, nan),
-        misses=[abs(e.with_hip - e.predicted) for e in found if e.with_hip and e.predicted],
-        grids=_grids(plane),
+        checked=checks[at_near & checks['offset']]['other_deg'].tolist(),
+        edges=table(edges.to_dict('records'), EDGES),
+        rates=edges['growth'].dropna().tolist(),
+        moved=moved.mean().tolist() if len(moved) else (nan, nan),
+        misses=(edges['with_hip'] - edges['predicted']).abs().dropna().tolist(),
+        grids=[(name, _grid(plane, *hip)) for name, hip in GRIDS.items()],
         loops=table(compared.loops, LOOPS),
-        checks=table(plane.checks, _checks(plane)),
+        checks=table(checks.to_dict('records'), _checks(plane)),
+        seeds=plane.points['seed'].nunique(),
     )
 
 
@@ -101,38 +96,17 @@ def _place(scale: float, time: float) -> str:
     return f'{1e3 * scale:g} mV/N and {time:g} s'
 
 
-def _scale(value: float | None) -> str:
-    return number(None if value is None else 1e3 * value, 2)
+def _number(value: float) -> str:
+    return number(None if isnan(value) else value, 2)
 
 
-EDGES: Columns[Edge] = {
-    'time constant, s': lambda row: f'{row.time_constant:g}',
-    'edge without the hip, mV/N': lambda row: _scale(row.without_hip),
-    "model's growth there, 1/s": lambda row: number(row.growth, 2),
-    'edge with the hip, mV/N': lambda row: _scale(row.with_hip),
-    'predicted, mV/N': lambda row: _scale(row.predicted),
+EDGES: Columns[dict[str, Any]] = {
+    'time constant, s': lambda row: f'{row["time_constant"]:g}',
+    'edge without the hip, mV/N': lambda row: _number(1e3 * row['without_hip']),
+    "model's growth there, 1/s": lambda row: _number(row['growth']),
+    'edge with the hip, mV/N': lambda row: _number(1e3 * row['with_hip']),
+    'predicted, mV/N': lambda row: _number(1e3 * row['predicted']),
 }
-
-
-def _grids(plane: Plane) -> list[tuple[str, Table]]:
-    """Return the limits over the plane, by the part of the hip in them."""
-
-    def cell(point: Point) -> str:
-        rate = '-' if isnan(point.overshoot) else f'{degrees(point.overshoot):.0f}'
-        return f'{point.limit_deg:.1f} ({rate})'
-
-    def grid(hip: float, offset: bool) -> Table:
-        cells = zip(plane.times, plane.grid(hip, cell, offset), strict=True)
-        head = ('', *(f'{1e3 * scale:g}' for scale in plane.scales))
-        return Table(head, tuple((f'{time:g}', *row) for time, row in cells))
-
-    return [
-        ('K_H 0', grid(0.0, True)),
-        (f'K_H {HIP_GAIN:g}, the rate alone', grid(HIP_GAIN, False)),
-        (f'K_H {HIP_GAIN:g}, with the offset', grid(HIP_GAIN, True)),
-    ]
-
-
 LOOPS: Columns[ModelLoop] = {
     'feet': lambda row: str(row.feet),
     'K_H': lambda row: f'{row.hip_gain:g}',
@@ -142,13 +116,28 @@ LOOPS: Columns[ModelLoop] = {
 }
 
 
-def _checks(plane: Plane) -> Columns[Point]:
+def _checks(plane: Plane) -> Columns[dict[str, Any]]:
     return {
-        'force scale, mV/N': lambda row: f'{1e3 * row.setting.force_scale:g}',
-        'time constant, s': lambda row: f'{row.setting.time_constant:g}',
-        'K_H': lambda row: (
-            f'{row.setting.hip_gain:g}' + ('' if row.setting.offset else ', the rate alone')
-        ),
-        f'limit, deg ({plane.engine})': lambda row: f'{plane.at(row.setting).limit_deg:.1f}',
-        'limit, deg (the other)': lambda row: f'{row.limit_deg:.1f}',
+        'force scale, mV/N': lambda row: f'{1e3 * row["force_scale"]:g}',
+        'time constant, s': lambda row: f'{row["time_constant"]:g}',
+        'K_H': lambda row: f'{row["hip_gain"]:g}' + ', the rate alone' * (not row['offset']),
+        f'limit, deg ({plane.engine})': lambda row: f'{row["limit_deg"]:.1f}',
+        'limit, deg (the other)': lambda row: f'{row["other_deg"]:.1f}',
     }
+
+
+def _grid(plane: Plane, hip_gain: float, offset: bool) -> Table:
+    """Return limits and overshoots over the plane for one form of the hip loop."""
+    limits = plane.limits(hip_gain, offset)
+    rates = plane.grid('overshoot_rad_s', hip_gain, offset).to_numpy()
+
+    def cell(limit: float, rate: float) -> str:
+        return f'{limit:.1f} ({"-" if isnan(rate) else f"{degrees(rate):.0f}"})'
+
+    return Table(
+        ('', *(f'{1e3 * scale:g}' for scale in plane.scales)),
+        tuple(
+            (f'{time:g}', *map(cell, *values))
+            for time, *values in zip(plane.times, limits, rates, strict=True)
+        ),
+    )

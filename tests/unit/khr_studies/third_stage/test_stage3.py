@@ -1,6 +1,6 @@
 """The third stage: the climb, the plane, the linear robot, and the page on invented planes."""
 
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -11,17 +11,16 @@ from khr_common import KhrError
 from khr_sim.physics.world import Array
 from khr_sim.robot import JOINTS, Robot
 from khr_sim.run_parameters import RunParameters
-from khr_studies.measuring.json_file import read_json
+from khr_studies.measuring.run_table import run_table
 from khr_studies.third_stage import study as stage3
 from khr_studies.third_stage.comparison import compare_with_model, edges, growth
 from khr_studies.third_stage.page import page, summary, write
 from khr_studies.third_stage.standing_model import chain_of, standing_loop
 from khr_studies.third_stage.study import (
     HIP_GAIN,
+    HIPS,
     STEP,
-    Climb,
     Plane,
-    Point,
     Setting,
     climb,
     measure_plane,
@@ -30,7 +29,6 @@ from khr_sweeps.results.store import read_store
 from tests.support.mechanics import PLAIN_SERVOS
 
 POINT = Setting(0.002, 0.5, 0.0)
-HIPS = ((0.0,), (HIP_GAIN, False), (HIP_GAIN, True))
 
 
 def standing_up_to(limit, monkeypatch):
@@ -49,73 +47,79 @@ def standing_up_to(limit, monkeypatch):
 def test_a_climb_finds_the_limit_from_below(limit, monkeypatch):
     tried = standing_up_to(limit, monkeypatch)
     found = climb(POINT, 'mujoco', 0)
-    assert found.limit_deg == pytest.approx(limit, abs=STEP / 16.0 + 1e-9)
-    assert found.runs == len(tried) == len(set(tried))
-    assert found.overshoot == (pytest.approx(3.9) if limit >= 3.8 else None)
+    assert found['limit_deg'] == pytest.approx(limit, abs=STEP / 16.0 + 1e-9)
+    assert found['lifts'] == len(tried) == len(set(tried))
+    assert found['overshoot_rad_s'] == (pytest.approx(3.9) if limit >= 3.8 else None)
 
 
-def test_a_robot_that_falls_on_the_flat_has_no_limit(monkeypatch):
+def test_a_climb_ends_on_the_flat_or_at_the_end(monkeypatch):
     tried = standing_up_to(-1.0, monkeypatch)
-    assert climb(POINT, 'mujoco', 0) == Climb(0.0, None, 1) and tried == [0.0]
-
-
-def test_a_climb_ends_at_the_end(monkeypatch):
+    fallen = {'limit_deg': 0.0, 'overshoot_rad_s': None, 'lifts': 1}
+    assert climb(POINT, 'mujoco', 0) == fallen and tried == [0.0]
     standing_up_to(90.0, monkeypatch)
-    assert climb(POINT, 'mujoco', 0).limit_deg == pytest.approx(stage3.HIGHEST_DEG)
+    assert climb(POINT, 'mujoco', 0)['limit_deg'] == pytest.approx(stage3.HIGHEST_DEG)
 
 
-def plane(edge_without=0.0045, edge_with=0.0055):
+def rows(setting, *climbs, engine='mujoco'):
+    """Rows of climbs, each a limit in deg and an overshoot in rad/s."""
+    return [
+        setting._asdict()
+        | {'engine': engine, 'seed': seed, 'limit_deg': limit, 'overshoot_rad_s': rate, 'lifts': 9}
+        for seed, (limit, rate) in enumerate(climbs)
+    ]
+
+
+def plane(climbs=None, scales=(*np.arange(0.001, 0.0081, 0.001).round(4),), times=(0.3, 0.5, 0.7)):
+    """A plane of climbs, by default with an edge without the hip and a later one with it."""
+    table = rows(Setting(0.0, 0.3, 0.0), (6.4, 0.1))
+    for scale in scales:
+        for time in times:
+            for hip in HIPS:
+                setting = Setting(scale, time, *hip)
+                table += rows(setting, *(climbs or edged)(setting))
+    return Plane(run_table([*table, *rows(Setting(0.001, 0.3, 0.0), (6.0, 0.1), engine='bullet')]))
+
+
+def edged(setting, without=0.0045):
     """Limits that grow with the scale up to an edge, and are 0 beyond it."""
-
-    def point(setting):
-        edge = edge_with if setting.hip_gain else edge_without
-        stands = setting.force_scale < edge * setting.time_constant / 0.5
-        lean = 0.5 if setting.hip_gain and setting.offset else 0.0
-        limit = 6.4 + 300.0 * setting.force_scale + lean if stands else 0.0
-        return Point(setting, (Climb(limit, 0.2 if stands else None, 9),) * 2)
-
-    scales, times = np.arange(0.001, 0.0081, 0.001).round(4).tolist(), [0.3, 0.5, 0.7]
-    points = [point(Setting(s, t, *h)) for s in scales for t in times for h in HIPS]
-    without = Point(Setting(0.0, 0.3, 0.0), (Climb(6.4, 0.1, 8),))
-    check = replace(points[0], climbs=(Climb(6.0, 0.1, 5),))
-    return Plane('mujoco', tuple(points), without, (check,))
+    edge = 0.0055 if setting.hip_gain else without
+    stands = setting.force_scale < edge * setting.time_constant / 0.5
+    lean = 0.5 if setting.hip_gain and setting.offset else 0.0
+    return [(6.4 + 300.0 * setting.force_scale + lean, 0.2) if stands else (0.0, None)] * 2
 
 
-def test_the_edge_lies_between_what_holds_and_what_does_not():
+def test_the_edge_lies_between_standing_and_falling_on_the_flat():
     found = plane()
     assert found.edge(0.5, 0.0) == pytest.approx(0.0045)
     assert found.edge(0.5, HIP_GAIN) == pytest.approx(0.0055)
-    assert plane(edge_without=1.0).edge(0.5, 0.0) is None
-    assert plane(edge_without=0.0).edge(0.5, 0.0) is None
+    for nowhere in (0.0, 1.0):
+        assert plane(partial(edged, without=nowhere)).edge(0.5, 0.0) is None
     assert found.worth.shape == (3, 8)
     row = found.worth[found.times.index(0.5)]
     assert np.flatnonzero(row > stage3.WORTH).tolist() == [found.scales.index(0.005)]
+    one_seed = plane(lambda setting: [(7.0, 0.2), (setting.force_scale < 0.003, 0.2)])
+    assert one_seed.edge(0.5, 0.0) == pytest.approx(0.0025), 'a fall of one seed is enough'
 
 
 def test_the_nearest_point_has_both_limits_of_the_thesis():
-    aim = Setting(0.004, 0.5, HIP_GAIN)
-    points = [
-        replace(point, climbs=(Climb(9.6 if point.setting.hip_gain else 7.6, None, 1),))
-        if (point.setting.force_scale, point.setting.time_constant) == (0.004, 0.5)
-        else point
-        for point in plane().points
-    ]
-    assert replace(plane(), points=tuple(points)).nearest == aim
+    def climbs(setting):
+        met = setting[:2] == (0.004, 0.5)
+        return [(9.6 if setting.hip_gain else 7.6, None)] if met else edged(setting)
+
+    assert plane(climbs).nearest == Setting(0.004, 0.5, HIP_GAIN)
 
 
 def test_the_model_predicts_its_own_edge():
     """A robot that falls where the model grows at one rate: the prediction must find that rate."""
-    borne = -0.5
-    scales, times = np.arange(0.001, 0.0101, 0.0005).round(4).tolist(), [0.4, 0.6]
+    rate = -0.5
 
-    def point(setting):
-        stands = growth(setting.force_scale, setting.time_constant, setting.hip_gain) < borne
-        return Point(setting, (Climb(8.0 if stands else 0.0, None, 1),))
+    def climbs(setting):
+        stands = growth(setting.force_scale, setting.time_constant, setting.hip_gain) < rate
+        return [(8.0 if stands else 0.0, None)]
 
-    points = [point(Setting(s, t, *h)) for s in scales for t in times for h in HIPS]
-    found = edges(replace(plane(), points=tuple(points)))
-    for edge in found:
-        assert edge.growth == pytest.approx(borne, abs=0.25)
+    scales = np.arange(0.001, 0.0101, 0.0005).round(4).tolist()
+    for edge in edges(plane(climbs, scales, (0.4, 0.6))).itertuples():
+        assert edge.growth == pytest.approx(rate, abs=0.25)
         assert edge.predicted == pytest.approx(edge.with_hip, abs=0.0005)
         assert edge.with_hip > edge.without_hip
 
@@ -175,25 +179,27 @@ def test_two_legs_are_twice_as_stiff_and_the_scenario_sets_the_loop():
 def test_page_says_where_a_loop_has_no_edge_in_the_plane():
     """With 0.7 s the ankles alone hold everywhere, and the hip's rate adds a degree."""
 
-    def slow(point):
-        limit = 7.0 if point.setting.hip_gain else 6.0
-        return replace(point, climbs=(Climb(limit, 0.2, 9),) * 2)
+    def climbs(setting):
+        slow = [(7.0 if setting.hip_gain else 6.0, 0.2)] * 2
+        return slow if setting.time_constant == 0.7 else edged(setting)
 
-    points = [slow(each) if each.setting.time_constant == 0.7 else each for each in plane().points]
-    found = replace(plane(), points=tuple(points))
+    found = plane(climbs)
     text = page(found, compare_with_model(found), 'limits.png', 'swing.png')
-    assert 'for the others it lies beyond the plane' in text and 'inf' not in text.split()
+    assert 'for the others the edge lies beyond the plane' in text and 'inf' not in text.split()
     whole = page(plane(), compare_with_model(plane()), 'limits.png', 'swing.png')
     assert 'beyond the plane' not in whole
 
 
 @pytest.mark.slow
-def test_page_picture_and_data_are_written(tmp_path):
-    out = tmp_path / 'stage3.md'
-    assert write(plane(), compare_with_model(plane()), out) == summary(plane())
-    assert read_json(out.with_suffix('.json'), Plane) == plane()
-    text = out.read_text(encoding='utf-8')
+def test_page_plots_and_data_are_written(tmp_path):
+    out, found = tmp_path / 'stage3.md', plane()
+    assert write(found, compare_with_model(found), out) == summary(found)
+    kept = Plane.read(out.with_suffix('.csv'))
+    assert (
+        page(kept, compare_with_model(kept), 'stage3.png', 'stage3_swing.png') == out.read_text()
+    )
     assert (tmp_path / 'stage3.png').stat().st_size > 10_000
+    text = out.read_text(encoding='utf-8')
     assert "At 3 of 24 points the hip's rate raises the limit by 0.7 deg or more" in text
     assert 'the rate adds +0.00 deg on average' in text
     assert 'the offset adds +0.50 deg, +0.5 to +0.5' in text
@@ -201,9 +207,9 @@ def test_page_picture_and_data_are_written(tmp_path):
 
 
 def test_a_seed_that_fell_before_leaves_no_overshoot():
-    point = Point(POINT, (Climb(8.0, 0.2, 9), Climb(1.0, None, 5)))
-    assert np.isnan(point.overshoot) and point.limit_deg == 4.5
-    assert np.isnan(Point(POINT, (Climb(0.0, None, 1),)).overshoot)
+    found = plane(lambda setting: [(8.0, 0.2), (1.0, None)])
+    assert found.grid('overshoot_rad_s', 0.0).isna().all(axis=None)
+    assert (found.limits(0.0) == 4.5).all()
 
 
 @pytest.mark.slow
@@ -211,11 +217,11 @@ def test_a_plane_is_measured_once(tmp_path):
     """Far beyond the edge, so that few leg lifts are needed."""
     found = measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,))
     assert found.limits(0.0).tolist() == found.limits(HIP_GAIN).tolist() == [[0.0]]
-    assert 4.0 < found.without.limit_deg < 9.0
-    assert [check.limit_deg for check in found.checks] == [0.0] * 3, 'on the other engine as well'
+    assert 4.0 < found.uncontrolled_deg < 9.0
+    assert found.checks['other_deg'].tolist() == [0.0] * 3, 'on the other engine as well'
     kept = (tmp_path / 'jobs.sqlite').read_bytes()
     assert len(read_store(tmp_path / 'jobs.sqlite', lambda data: data)[1]) == 7
-    assert measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,)) == found
+    assert measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,)).climbs.equals(found.climbs)
     assert (tmp_path / 'jobs.sqlite').read_bytes() == kept
 
 

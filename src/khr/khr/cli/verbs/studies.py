@@ -185,9 +185,9 @@ def tune(
 
 
 def stage3(
-    out: Annotated[
-        Path, typer.Option(help='The page to write; data and picture beside it.')
-    ] = Path('docs/stage3.md'),
+    out: Annotated[Path, typer.Option(help='The page to write; data and plots beside it.')] = Path(
+        'docs/stage3.md'
+    ),
     seeds: SeedsOption = 2,
     engine: EngineOption = 'mujoco',
     jobs: ProcessesOption = None,
@@ -197,15 +197,12 @@ def stage3(
     ] = False,
 ) -> None:
     """Explain the third stage of standing: what the hip's damping is worth, and where."""
-    from khr_studies.measuring.json_file import read_json
     from khr_studies.third_stage import page
     from khr_studies.third_stage.comparison import compare_with_model
     from khr_studies.third_stage.study import Plane, measure_plane
 
-    if measured:
-        plane = read_json(out.with_suffix('.json'), Plane)
-    else:
-        plane = measure_plane(seeds, engine, jobs)
+    kept = out.with_suffix('.csv')
+    plane = Plane.read(kept) if measured else measure_plane(seeds, engine, jobs)
     print(page.write(plane, compare_with_model(plane), out))
 
 
