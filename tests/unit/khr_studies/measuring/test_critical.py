@@ -3,10 +3,8 @@
 import numpy as np
 import pytest
 
-from khr_analysis.outcome import Outcome
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
-from khr_bringup.offline import run_offline
 from khr_bringup.scenario.derived import start_of_lift
 from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
@@ -15,12 +13,8 @@ from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit, run_condition
 from khr_studies.measuring.limit import ONE_SEED_DEG, RAGGED, VIBRATES, Limit, limit_text
 from khr_studies.measuring.run_table import run_table
-from tests.fakes.benches import outcome as bench_outcome
+from tests.fakes.benches import full_outcome, outcome
 from tests.fakes.pools import HerePool
-
-
-def outcome(verdict='walked', slip=0.0, vibration=0.1):
-    return Outcome(verdict, 1.0, None, 0.5, 0.0, 0.1, slip, slip, vibration)
 
 
 def test_interval_is_students_over_what_bisection_and_raggedness_leave():
@@ -34,7 +28,7 @@ def test_interval_is_students_over_what_bisection_and_raggedness_leave():
 
 def test_seeds_search_on_lattices_of_their_own(monkeypatch):
     def run(condition, inclination_deg, seed):
-        return outcome('walked' if inclination_deg < 7 else 'fell')
+        return full_outcome('walked' if inclination_deg < 7 else 'fell')
 
     monkeypatch.setattr(critical, 'run_condition', run)
     limit = measure_limit(Condition(), 6, 0.2, HerePool())
@@ -45,7 +39,7 @@ def test_seeds_search_on_lattices_of_their_own(monkeypatch):
 
 def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
     runs = run_table(
-        {'inclination_deg': phi, 'seed': seed, **bench_outcome(verdict, vibration=vibration)}
+        {'inclination_deg': phi, 'seed': seed, **outcome(verdict, vibration=vibration)}
         for phi, seed, verdict, vibration in (
             (5.0, 0, 'slipped', 0.1),
             (5.5, 0, 'walked', 0.1),
@@ -81,11 +75,6 @@ def test_condition_uphill_is_the_same_ground_the_other_way():
     assert Condition(uphill=True).title == 'walk, uphill, no control'
 
 
-def test_walk_of_a_trial_is_the_offline_run():
-    condition = Condition(changes=((('simulator', 'duration'), 0.3),))
-    assert run_condition(condition, 3.0, 1) == run_offline(condition.scenario(3.0, 1)).outcome
-
-
 def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
     condition = Condition(
         'leg_lift',
@@ -115,17 +104,17 @@ def test_board_is_tilted_under_the_standing_robot_before_it_lifts_a_leg():
 
 
 @pytest.mark.parametrize(
-    ('seeds', 'tolerance', 'word'), [(0, 0.1, '--seeds'), (1, 0.0, '--tolerance')]
+    ('condition', 'seeds', 'tolerance', 'word'),
+    [
+        (Condition(), 0, 0.1, '--seeds'),
+        (Condition(), 1, 0.0, '--tolerance'),
+        (Condition(surface='ice'), 1, 0.1, 'surface'),
+    ],
 )
-def test_arguments_are_refused_in_one_line(seeds, tolerance, word):
+def test_mistakes_are_one_line_before_anything_starts(condition, seeds, tolerance, word):
     with pytest.raises(KhrError, match=word) as refusal:
-        measure_limit(Condition(), seeds, tolerance, HerePool())
+        measure_limit(condition, seeds, tolerance, HerePool())
     assert '\n' not in str(refusal.value)
-
-
-def test_unknown_surface_is_refused_before_anything_starts():
-    with pytest.raises(KhrError, match='surface'):
-        measure_limit(Condition(surface='ice'), 1, 0.1, HerePool())
 
 
 def test_an_inclination_has_no_more_digits_than_a_page_shows_of_it():

@@ -249,15 +249,3 @@ def test_a_gait_that_the_legs_do_not_reach_is_a_fall_from_the_start():
     out_of_reach = {('gait', 'com_lifted'): 0.025, ('gait', 'com_touchdown'): 0.04}
     run = study.attempt(WALK.changed(out_of_reach))
     assert not run['stayed_up'] and run['lasted'] == 0.0
-
-
-@pytest.mark.slow
-def test_real_runs_are_tuned(tmp_path):
-    changed = ['simulator.duration=0.3', 'gait.start_delay=0.0']
-    answer = tune(
-        study.ask(scenarios.load_scenario('stand_0deg').set_to(changed), seeds=1, candidates=8),
-        1,
-        tmp_path / 'jobs',
-    )
-    text = tune_page.write(answer, tmp_path)
-    assert '100% up' in text and (tmp_path / 'stand_0deg_tuned.yaml').is_file()
