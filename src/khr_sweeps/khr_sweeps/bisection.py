@@ -25,7 +25,7 @@ def due(trials: Iterable[Trial], axis: str, finished: Finished) -> list[Trial]:
     return [line[len(line) // 2] for line in _open(trials, axis, finished)]
 
 
-def left(trials: Iterable[Trial], axis: str, finished: Finished) -> int:
+def largest_count(trials: Iterable[Trial], axis: str, finished: Finished) -> int:
     """Return the largest number of runs that the bisections still take."""
     return sum(len(line).bit_length() for line in _open(trials, axis, finished))
 

@@ -65,7 +65,7 @@ class Scheduler:
         return tuple(self.tls / name for name in CREDENTIALS) if self.tls else ()
 
     @property
-    def place(self) -> tuple[str, int]:
+    def host_and_port(self) -> tuple[str, int]:
         """Return host and port."""
         place = urlsplit(self.address)
         return str(place.hostname), int(place.port or 0)
@@ -195,7 +195,7 @@ def _probe(scheduler: Scheduler, security: Any) -> None:
 
     Dask's client has no timeout for a server that sends nothing.
     """
-    with socket.create_connection(scheduler.place, CONNECT_TIMEOUT) as plain:
+    with socket.create_connection(scheduler.host_and_port, CONNECT_TIMEOUT) as plain:
         if security is None:
             answer = plain.recv(1)
         else:

@@ -24,7 +24,7 @@ from khr_sweeps.axes import (
     refuse,
 )
 from khr_sweeps.errors import SweepError
-from khr_sweeps.specification import Cases, Sweep, keyed
+from khr_sweeps.specification import Cases, Sweep, by_parameter
 
 FAST = 'fast'
 INITIAL_ERROR = 'simulator.initial_tilt_deg'
@@ -167,7 +167,7 @@ def _scenarios(where: str, form: SweepForm) -> dict[str, Scenario]:
     found: dict[str, Scenario] = {}
     for name in names:
         try:
-            scenario = scenarios.load_scenario(name).changed(keyed(changes))
+            scenario = scenarios.load_scenario(name).changed(by_parameter(changes))
         except KhrError as error:
             raise SweepError(f'{where}: scenario: {error}') from error
         if scenario.name in found:

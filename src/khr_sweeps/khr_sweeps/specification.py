@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from itertools import product
 from math import prod
 from typing import Any
 
 import numpy as np
 
-from khr_bringup.node_registry import table_of
-from khr_bringup.scenario.derived import derived
-from khr_bringup.scenario.scenario import Scenario, Values
-from khr_common import ParameterError
+from khr_bringup.scenario.scenario import Scenario
+from khr_common import KhrError
 from khr_sweeps import bisection
 from khr_sweeps.axes import CASE, LABELS, SCENARIO, Axis
 from khr_sweeps.bisection import Finished
@@ -78,22 +76,18 @@ class Sweep:
             SweepError: if values contradict each other.
         """
         _, axes = self._split()
-        starts = [
-            (labels, _Variant(self.file, scenario, axes)) for labels, scenario in self.starts()
-        ]
+        starts = list(self.starts())
         seen: set[str] = set()
         for seed in [None] if self.seeds is None else range(self.seeds):
             for labels, start in starts:
                 for point in self._draws(axes):
-                    changes = _by_node({**point, **seeds_of(seed)})
-                    run = identity(start.complete_with(changes), version)
+                    scenario = self._changed(start, point | seeds_of(seed))
+                    run = identity(complete(scenario), version)
                     key = identity([run, *labels.values()], version) if labels else run
                     if key in seen:
                         continue  # an equal draw
                     seen.add(key)
-                    yield Trial(
-                        run, key, labels | point, seed, start.changed(changes), version, self.keep
-                    )
+                    yield Trial(run, key, labels | point, seed, scenario, version, self.keep)
 
     def due(self, version: str, finished: Finished) -> Iterator[Trial]:
         """Yield the runs to do next; those of a bisection depend on the finished runs.
@@ -107,10 +101,10 @@ class Sweep:
         else:
             yield from (trial for trial in self.trials(version) if trial.id not in finished)
 
-    def left(self, version: str, finished: Finished) -> int:
+    def count_missing(self, version: str, finished: Finished) -> int:
         """Return the number of missing runs; for a bisection, the largest possible number."""
         if self.bisect:
-            return bisection.left(self.trials(version), self.bisect, finished)
+            return bisection.largest_count(self.trials(version), self.bisect, finished)
         return sum(1 for _ in self.due(version, finished))
 
     def record(self) -> dict[str, Any]:
@@ -132,6 +126,12 @@ class Sweep:
             {name: axis for name, axis in self.axes.items() if name not in LABELS},
         )
 
+    def _changed(self, scenario: Scenario, values: Mapping[str, Any]) -> Scenario:
+        try:
+            return scenario.changed(by_parameter(values))
+        except KhrError as error:
+            raise SweepError(f'{self.file}: {error}') from error
+
     def _draws(self, axes: dict[str, Axis]) -> Iterator[dict[str, Any]]:
         """Yield the parameters of each point; draw i is equal in every sweep of these axes."""
         if self.samples is None:
@@ -143,53 +143,13 @@ class Sweep:
                 yield {name: axis.draw(generator) for name, axis in axes.items()}
 
 
-class _Variant:
-    """The common values of the runs of one scenario and case."""
-
-    def __init__(self, file: str, scenario: Scenario, axes: dict[str, Axis]) -> None:
-        self._file = file
-        self._scenario = scenario
-        self._defaults = complete(Scenario('', {}))
-        self._tables = {
-            node: scenario.table(table_of(node))
-            for node in sorted({name.split('.')[0] for name in axes})
-        }
-
-    def complete_with(self, changes: Values) -> Values:
-        """Return all values, with defaults; refuse contradicting values."""
-        for node, table in self._tables.items():
-            try:
-                replace(
-                    table,
-                    **{
-                        key: tuple(value) if isinstance(value, list) else value
-                        for key, value in changes[node].items()
-                    },
-                )
-            except ParameterError as error:
-                raise SweepError(f'{self._file}: {node}: {error}') from error
-        stated = self._stated(changes)
-        return {
-            node: table | derived(stated, node) | stated.get(node, {})
-            for node, table in self._defaults.items()
-        }
-
-    def _stated(self, changes: Values) -> dict[str, dict[str, Any]]:
-        values = self._scenario.values
-        return {
-            node: values.get(node, {}) | changes.get(node, {}) for node in {**values, **changes}
-        }
-
-    def changed(self, changes: Values) -> Scenario:
-        """Return the scenario with changed values, which were checked before."""
-        return replace(self._scenario, values=self._stated(changes))
-
-
 def scenario_at(record: Mapping[str, Any], point: Mapping[str, Any], seed: int | None) -> Scenario:
     """Return the scenario of one run of the sweep with the given :meth:`Sweep.record`."""
     stored = {name: Scenario(name, values) for name, values in record['scenario'].items()}
     parameters = {name: value for name, value in point.items() if name not in LABELS}
-    return _start(stored, record['cases'], point).changed(keyed(parameters | seeds_of(seed)))
+    return _start(stored, record['cases'], point).changed(
+        by_parameter(parameters | seeds_of(seed))
+    )
 
 
 def seeds_of(seed: int | None) -> dict[str, int]:
@@ -197,18 +157,15 @@ def seeds_of(seed: int | None) -> dict[str, int]:
     return {} if seed is None else {'simulator.seed': seed}
 
 
-def keyed(values: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
+def by_parameter(values: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
     """Convert keys from ``node.parameter`` to (node, key)."""
-    return {(name.split('.')[0], name.split('.')[1]): value for name, value in values.items()}
+    found = {}
+    for name, value in values.items():
+        node, _, key = name.partition('.')
+        found[node, key] = value
+    return found
 
 
 def _start(among: Mapping[str, Scenario], cases: Cases, labels: Mapping[str, Any]) -> Scenario:
     scenario = among[labels[SCENARIO]] if SCENARIO in labels else next(iter(among.values()))
-    return scenario.changed(keyed(cases[labels[CASE]])) if CASE in labels else scenario
-
-
-def _by_node(values: Mapping[str, Any]) -> Values:
-    nodes: Values = {}
-    for (node, key), value in keyed(values).items():
-        nodes.setdefault(node, {})[key] = value
-    return nodes
+    return scenario.changed(by_parameter(cases[labels[CASE]])) if CASE in labels else scenario

@@ -44,9 +44,9 @@ def run_sweep(
     if workers is not None and scheduler is not None:
         raise SweepError('--workers: not accepted beside --scheduler; accepted: one of them')
     version = code_version()
-    specification.left(version, {})  # refuses contradicting values
+    specification.count_missing(version, {})  # refuses contradicting values
     with Folder(out, {'version': version, **specification.record()}) as folder:
-        left = specification.left(version, folder.finished())
+        left = specification.count_missing(version, folder.finished())
         total = left + len(folder.finished())
         lost, stopped = 0, False
         if left:
@@ -105,7 +105,7 @@ def _summarise(specification: Sweep, folder: Folder) -> None:
     summary = Table(title=specification.name, show_header=False, title_justify='left')
     columns = (rows.column(name).to_pylist() for name in ('id', 'stayed_up'))
     finished = dict(zip(*columns, strict=True))  # from the file: Ctrl-C may have come in between
-    total = rows.num_rows + specification.left(code_version(), finished)
+    total = rows.num_rows + specification.count_missing(code_version(), finished)
     summary.add_row('runs', f'{rows.num_rows} of {total}')
     for verdict, count in sorted(verdicts.items(), key=lambda item: str(item[0])):
         summary.add_row(verdict or 'refused', str(count))

@@ -35,13 +35,13 @@ def test_each_line_is_bisected_to_its_limit(limits):
     )
     finished, stayed, lost = {}, {}, {}
     while due := list(SWEEP.due('v', finished)):
-        assert SWEEP.left('v', finished) >= len(due)
+        assert SWEEP.count_missing('v', finished) >= len(due)
         assert len({line_of(trial) for trial in due}) == len(due)
         for trial in due:
             here = trial.point[INCLINATION]
             up = finished[trial.id] = here <= limit[line_of(trial)]
             (stayed if up else lost).setdefault(line_of(trial), []).append(here)
-    assert SWEEP.left('v', finished) == 0
+    assert SWEEP.count_missing('v', finished) == 0
     assert len(finished) <= LARGEST * len(limit)
     for line, edge in limit.items():
         assert max(stayed.get(line, [VALUES[0]])) == max(
@@ -56,7 +56,7 @@ def test_without_a_bisection_all_is_due_at_once():
     whole = parse_sweep(TEXT.replace('bisect: simulator.inclination_deg\n', ''), 'mine.yaml')
     every = list(whole.trials('v'))
     assert [trial.id for trial in whole.due('v', {})] == [trial.id for trial in every]
-    assert whole.left('v', {every[0].id: False}) == len(every) - 1
+    assert whole.count_missing('v', {every[0].id: False}) == len(every) - 1
 
 
 def results(trial):

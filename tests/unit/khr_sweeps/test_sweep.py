@@ -259,7 +259,7 @@ def test_mutated_data_is_a_sweep_or_one_line(data):
 def test_values_that_do_not_go_together_are_refused_before_anything_runs(tmp_path):
     file = tmp_path / 'mine.yaml'
     file.write_text(HEAD + 'grid:\n  simulator.physics_step: [0.001, 0.0007]\n')
-    with pytest.raises(KhrError, match=r'mine.yaml: simulator: physics_step: 0.0007'):
+    with pytest.raises(KhrError, match=r'mine.yaml: stand_0deg: simulator: physics_step: 0.0007'):
         run_sweep(load_sweep(file), tmp_path / 'out')
     assert not (tmp_path / 'out').exists()
 

@@ -199,7 +199,7 @@ def _published(constant: FreeConstant, value: float) -> str:
         return ''
     low, high = constant.value
     text = f'{low:g}' if low == high else f'{low:g} to {high:g}'
-    return f'{constant.origin}: {text}' + (', away' if constant.away(value) else '')
+    return f'{constant.origin}: {text}' + (', away' if constant.is_outside(value) else '')
 
 
 def _fixed(one: Constant) -> dict[str, str]:

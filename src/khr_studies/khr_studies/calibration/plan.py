@@ -78,7 +78,7 @@ class FreeConstant:
             return (log(value) - log(low)) / (log(high) - log(low))
         return (value - low) / (high - low)
 
-    def away(self, value: float) -> bool:
+    def is_outside(self, value: float) -> bool:
         """Return whether a value is outside the published or derived range."""
         return self.value is not None and not self.value[0] <= value <= self.value[1]
 
@@ -131,7 +131,7 @@ class CalibrationPlan:
         known = {constant.offset for constant in self.constants.values()}
         return tuple(kind for kind in KINDS if kind == 'none' or kind in known)
 
-    def searched(self, kind: Kind) -> dict[str, FreeConstant]:
+    def constants_of(self, kind: Kind) -> dict[str, FreeConstant]:
         """Return the constants that the search of a kind of offset moves."""
         return {
             name: constant

@@ -90,7 +90,7 @@ class KindSearch:
 
     def __init__(self, search: Search, kind: Kind) -> None:
         self.kind, self.prune_above = kind, PRUNE_ABOVE
-        self._search, self._searched = search, search.plan.searched(kind)
+        self._search, self._searched = search, search.plan.constants_of(kind)
         self._wanted = search.candidates // len(search.plan.kinds)
         self._asked = self._restart = self.generation = 0
         self._optimiser: Any = None
@@ -114,7 +114,7 @@ class KindSearch:
             self._shares = self._latin_hypercube()
         else:
             if self._optimiser is None or self._optimiser.stop():
-                self._optimiser = self._restarted()
+                self._optimiser = self._new_optimiser()
             self._shares = self._optimiser.ask()
         self._asked += len(self._shares)
         self.generation += 1
@@ -145,7 +145,7 @@ class KindSearch:
         )
         return list(sampler.random(FIRST * self._search.population))
 
-    def _restarted(self) -> Any:
+    def _new_optimiser(self) -> Any:
         assert self._best is not None
         seed = 1 + self._search.seed + 1000 * self._restart
         population = self._search.population * 2**self._restart

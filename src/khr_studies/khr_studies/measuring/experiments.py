@@ -222,7 +222,9 @@ def open_sweeps(sweeps: Mapping[Path, Sweep]) -> Iterator[list[OpenSweep]]:
 def count_missing(sweeps: Sequence[OpenSweep]) -> int:
     """Count the missing runs of open sweeps."""
     version = code_version()
-    return sum(specification.left(version, folder.finished()) for specification, folder in sweeps)
+    return sum(
+        specification.count_missing(version, folder.finished()) for specification, folder in sweeps
+    )
 
 
 def run_open(pool: Pool, sweeps: Sequence[OpenSweep], bar: ProgressBar) -> int:
