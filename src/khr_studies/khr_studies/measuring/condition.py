@@ -12,7 +12,7 @@ from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
 from khr_sweeps.trial import Row
 
-INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on its board by hand
+INITIAL_TILT_DEG = 0.3  # assumed: error of placing a robot on the slope by hand
 
 Changes = tuple[tuple[tuple[str, str], object], ...]  # values by (node, key)
 ENGINE = ('simulator', 'engine')

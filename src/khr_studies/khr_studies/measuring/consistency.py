@@ -39,11 +39,11 @@ def experiment_runs(runs: Mapping[str, Runs]) -> pd.DataFrame:
         for name, some in runs.items()
         for run in some
         if run.row.get('verdict') is not None
-        for condition, inclination_deg, seed in [named(run.scenario)]
+        for condition, inclination_deg, seed in [page_condition(run.scenario)]
     )
 
 
-def named(scenario: Scenario) -> tuple[Condition, float, int]:
+def page_condition(scenario: Scenario) -> tuple[Condition, float, int]:
     """Return condition, inclination in deg and seed of a scenario as pages name them."""
     condition, inclination_deg = Condition.of(scenario)
     seed = scenario.table(RunParameters).seed
@@ -90,7 +90,7 @@ def check(runs: pd.DataFrame, folder: Path) -> None:
         )
 
 
-def ragged(runs: pd.DataFrame) -> list[str]:
+def ragged_limits(runs: pd.DataFrame) -> list[str]:
     """Return a line for each condition and seed that is lost below an inclination it survives."""
     found = []
     for (condition, _, seed), same in runs.groupby(SAME_SEARCH):

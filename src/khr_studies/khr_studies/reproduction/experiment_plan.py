@@ -63,11 +63,11 @@ def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> E
         'khr reproduce'
         + (f' --only {only}' if only else '')
         + ' --fast' * fast
-        + on_engine(engine),
+        + engine_option(engine),
         engine,
     )
 
 
-def on_engine(engine: str) -> str:
+def engine_option(engine: str) -> str:
     """Return the option of a command for a physics engine; empty for the default one."""
     return f' --engine {engine}' if engine != engines.DEFAULT else ''

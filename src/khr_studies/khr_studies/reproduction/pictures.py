@@ -9,7 +9,7 @@ from typing import Any
 
 from khr_common import KhrError
 from khr_studies.measuring.experiments import folder_of, root_of, runs_by_name
-from khr_studies.reproduction.experiment_plan import ExperimentPlan, on_engine
+from khr_studies.reproduction.experiment_plan import ExperimentPlan, engine_option
 from khr_studies.reproduction.results import FigureResult
 from khr_studies.stability_map.files import draw_map
 from khr_studies.thesis_figures.registry import FIGURES, draw, paths
@@ -44,7 +44,7 @@ class Pictures:
             number,
             drawing.title,
             *paths(number, self.out, engine),
-            f'khr figure {number}' + ' --fast' * fast + on_engine(engine),
+            f'khr figure {number}' + ' --fast' * fast + engine_option(engine),
             drawing.experiments,
         )
         self._submit(result, _draw_figure, number, self.out.absolute(), fast, engine)
@@ -82,11 +82,11 @@ class Pictures:
         try:
             future.result()
         except Exception as failure:  # of the drawing or its worker
-            return replace(result, error=reason(failure))
+            return replace(result, error=error_line(failure))
         return result
 
 
-def reason(error: Exception) -> str:
+def error_line(error: Exception) -> str:
     """Format an error as one line; user errors are shown without their type."""
     text = ' '.join(str(error).split())
     return text if isinstance(error, KhrError) else f'{type(error).__name__}: {text}'

@@ -18,7 +18,7 @@ from khr_sim.physics import engines
 from khr_studies.measuring import experiments
 from khr_studies.measuring.bench import Bench
 from khr_studies.measuring.condition import with_engine
-from khr_studies.measuring.consistency import check, experiment_runs, ragged
+from khr_studies.measuring.consistency import check, experiment_runs, ragged_limits
 from khr_studies.measuring.critical import limit_of_seed
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.experiments import OpenSweep, Runs, runs_by_name
@@ -37,7 +37,7 @@ from khr_studies.reproduction.findings import (
     distinct,
     experiment_table,
 )
-from khr_studies.reproduction.pictures import Pictures, reason
+from khr_studies.reproduction.pictures import Pictures, error_line
 from khr_studies.reproduction.results import FigureResult, Reproduction
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
@@ -103,7 +103,7 @@ class Computed:
         try:
             return evaluate()
         except Exception as error:  # the page is written nevertheless
-            self.failed.append(f'{name}: {reason(error)}')
+            self.failed.append(f'{name}: {error_line(error)}')
             return None
 
 
@@ -162,7 +162,7 @@ def _results(
         time.monotonic() - began,
         _findings(plan, sweeps, computed, runs, peaks),
         peaks,
-        ragged(every),
+        ragged_limits(every),
         computed.failed,
         computed.lost,
     )

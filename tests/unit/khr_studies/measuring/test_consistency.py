@@ -12,7 +12,13 @@ from khr_common import RunError
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.bench import Bench, limit_of_seed, walk
 from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.consistency import check, contradictions, experiment_runs, named, ragged
+from khr_studies.measuring.consistency import (
+    check,
+    contradictions,
+    experiment_runs,
+    page_condition,
+    ragged_limits,
+)
 from khr_studies.measuring.critical import START
 from khr_studies.measuring.experiments import Run, experiment_files, specification_of, sweeps_of
 from khr_studies.measuring.run_table import run_table
@@ -28,7 +34,7 @@ TRIED = [name for name in experiment_files() if name.startswith(('lift', 'walk',
 @pytest.mark.parametrize('name', TRIED)
 def test_an_experiment_tries_a_condition_as_the_scoreboard_does(name, fast):
     for trial in specification_of(name, fast).trials('v'):
-        condition, inclination_deg, seed = named(trial.scenario)
+        condition, inclination_deg, seed = page_condition(trial.scenario)
         again = condition.scenario(inclination_deg, seed)
         assert seed == trial.seed and complete(again) == complete(trial.scenario)
 
@@ -36,7 +42,7 @@ def test_an_experiment_tries_a_condition_as_the_scoreboard_does(name, fast):
 @pytest.mark.parametrize('name', SHIPPED)
 def test_a_shipped_scenario_is_its_condition_without_an_error_of_posture(name):
     scenario = scenarios.load_scenario(name)
-    condition, inclination_deg, _ = named(scenario)
+    condition, inclination_deg, _ = page_condition(scenario)
     assert complete(condition.scenario(inclination_deg)) == complete(scenario)
 
 
@@ -44,7 +50,7 @@ def test_a_condition_is_found_again_in_its_scenario():
     for condition in (STAGE_2, walking(12.0, 13.0, 'rubber'), replace(walking(), uphill=True)):
         assert Condition.of(condition.scenario(5.0, 3)) == (condition, 5.0)
         slick = replace(condition, changes=((('simulator', 'friction'), 0.3),))
-        assert named(slick.scenario(5.0, 3)) == (slick, 5.0, 3)
+        assert page_condition(slick.scenario(5.0, 3)) == (slick, 5.0, 3)
 
 
 def run(condition, inclination_deg, seed, verdict, **changes):
@@ -86,10 +92,10 @@ def test_a_run_that_contradicts_the_scoreboard_is_found(verdict, changes, pairs)
 def test_another_seed_or_ground_is_no_contradiction_but_may_be_ragged():
     others = [{**FALLS, 'seed': 2}, {**FALLS, 'inclination_deg': 7.5}, {**FALLS, 'engine': 'x'}]
     assert not contradictions(run_table([STANDS, *others]))
-    assert ragged(run_table([STANDS, {**FALLS, 'inclination_deg': 7.5}])) == [
+    assert ragged_limits(run_table([STANDS, {**FALLS, 'inclination_deg': 7.5}])) == [
         'stand, K_A 12, seed 1: lost at 7.5 deg, stays up at 7.6 deg'
     ]
-    assert ragged(run_table([STANDS, {**FALLS, 'inclination_deg': 7.7}])) == []
+    assert ragged_limits(run_table([STANDS, {**FALLS, 'inclination_deg': 7.7}])) == []
 
 
 def test_a_contradiction_is_refused_by_one_line_each_and_an_error(capsys):
