@@ -2,7 +2,6 @@
 
 import json
 
-import numpy as np
 from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.recording import Recording
@@ -17,28 +16,6 @@ def state(message='finished', **values):
     pairs = [TYPES['KeyValue'](key=key, value=value) for key, value in values.items()]
     return TYPES['DiagnosticStatus'](
         level=0, name='simulator', message=message, hardware_id='', values=pairs
-    )
-
-
-def change(node, name, value):
-    held = TYPES['ParameterValue'](
-        type=3,
-        bool_value=False,
-        integer_value=0,
-        double_value=value,
-        string_value='',
-        byte_array_value=np.zeros(0, np.uint8),
-        bool_array_value=np.zeros(0, bool),
-        integer_array_value=np.zeros(0, np.int64),
-        double_array_value=np.zeros(0),
-        string_array_value=[],
-    )
-    return TYPES['ParameterEvent'](
-        stamp=TYPES['Time'](sec=0, nanosec=0),
-        node=node,
-        new_parameters=[],
-        changed_parameters=[TYPES['Parameter'](name=name, value=held)],
-        deleted_parameters=[],
     )
 
 

@@ -14,15 +14,12 @@ LATCHED = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 class PatientPendulum(Pendulum):
     def __init__(self):
         super().__init__()
+        self.measured = None
         self.answers = self.declare_parameter('answers', ['']).value
         self.missing = set(self.declare_parameter('listeners', ['']).value)
         self.create_subscription(
             String, 'ready', lambda m: self.missing.discard(m.data.split()[0]), LATCHED
         )
-
-    def restart(self):
-        super().restart()
-        self.measured = None
 
     def on_period(self):
         if self.measured is None:

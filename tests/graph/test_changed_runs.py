@@ -60,27 +60,3 @@ def test_a_run_with_changes_and_pushes_verifies(in_background, tmp_path, mode):
     for of, name, value in CHANGES:
         assert any(line.startswith(f'changed {of}.{name} to {value} after t = ') for line in lines)
     assert sum(line.startswith('pushed t=') for line in lines) == pushes > 0
-
-
-def test_a_change_of_the_run_before_a_reset_is_not_forgotten(in_background, tmp_path):
-    from std_srvs.srv import Trigger
-
-    folder = tmp_path / 'run'
-    process = in_background(
-        *('run', 'stand_0deg', '--one-process', *LONG, '--out', folder),
-        *('--set', 'ankle_controller.enabled=true'),
-    )
-    with joined(folder) as node:
-        wait_until(node, seconds=0.3)
-        set_to(node, 'ankle_controller', 'gain', 9.0)
-        assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
-        wait_for((folder / 'bag_2').is_dir, 'the next run')
-        wait_until(node, seconds=0.3)
-    process.send_signal(signal.SIGINT)
-    ended = finish(process, folder)
-    assert ended.code == 130, ended.err
-    verified = khr('verify', folder / 'bag')
-    assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
-    verified = khr('verify', folder)
-    assert verified.code == 2
-    assert 'not in the bag: ankle_controller.gain was set to 9.0' in verified.err

@@ -114,3 +114,12 @@ def test_a_second_clock_begins_no_other_bag(sources):
     assert [path.name for path in sources.folder.parent.glob('bag*')] == ['bag']
     times = [time_ns for time_ns, _ in Bag(sources.folder)['/clock']]
     assert times == [10**9, 2 * 10**9]
+
+
+def test_a_clock_that_goes_back_ends_the_run_by_name(sources):
+    sources.publish(2.0)
+    sources.until(lambda: sources.recorder.now_ns == 2 * 10**9, 'the clock')
+    sources.publish(0.0, sources.clock)
+    sources.until(lambda: sources.recorder.failure, 'the failure')
+    assert sources.recorder.failure == 'clock: time went back from 2.000 s to 0.000 s'
+    sources.recorder.close()

@@ -22,39 +22,6 @@ from tests.support.runs import (
 pytestmark = pytest.mark.slow
 
 
-def test_reset_is_a_fresh_run(in_background, tmp_path):
-    from std_srvs.srv import Trigger
-
-    duration = ('--duration', '6')
-    process = in_background(
-        'run', 'stand_0deg', '--one-process', *duration, '--out', tmp_path / 'run', measured=True
-    )
-    with joined(tmp_path / 'run') as node:
-        wait_until(node, seconds=0.5)
-        assert call(node, Trigger, 'simulator/reset', Trigger.Request()).success
-    ended = finish(process, tmp_path / 'run')
-    assert ended.code == 0, ended.err
-    fresh = khr('run', 'stand_0deg', '--offline', *duration, '--out', tmp_path / 'fresh')
-    assert ended.hash == fresh.hash
-    check_bags_of_both_runs(tmp_path / 'run', fresh.hash)
-
-
-def check_bags_of_both_runs(folder, fresh_hash):
-    """Each run has a bag of its own, whole, with its verdict and the robot's description."""
-    for name, end in (('bag', 'reset'), ('bag_2', 'duration')):
-        bag = Bag(folder / name)
-        states = [message for _, message in bag['/simulator/state']]
-        last = {pair.key: pair.value for pair in states[-1].values}
-        assert last['end'] == end
-        assert (last['trajectory_hash'] == fresh_hash) == (name == 'bag_2')
-        for topic in ('/clock', '/joint_states', '/ground_truth/odom', '/imu/data_raw'):
-            instants = list(range(0, int(last['time_ns']) + 1, 15_000_000))
-            assert [stamp_ns(message) for _, message in bag[topic]] == instants
-        verdict = {pair.key: pair.value for pair in bag['/outcome'][-1][1].values}
-        assert verdict['final'] == 'true'
-        assert bag['/robot_description'] and bag['/scenario']
-
-
 def test_pause_halts_time_and_a_push_on_the_topic_moves_the_robot(in_background, tmp_path):
     from geometry_msgs.msg import WrenchStamped
     from std_srvs.srv import SetBool

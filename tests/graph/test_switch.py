@@ -1,96 +1,75 @@
-"""Another scenario on a live graph: as a whole, or not at all."""
+"""Restart and another scenario while a page stays open: each is a run with a folder of its own."""
+
+import json
+import signal
 
 import pytest
-import yaml
 
+from khr_bringup.graph.run_registry import running
 from khr_bringup.recorded.bags import read_messages
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.interfaces import SCENARIO
-from tests.support.runs import LONG, call, finish, joined, khr, wait_until, wait_until_running
+from tests.support.browser import free_port, viewer
+from tests.support.runs import finish, khr, start_khr, wait_for, wait_until_running
 
-pytestmark = pytest.mark.slow
+pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
+OTHER = 'lift_2.7deg'
 
 
 @pytest.fixture
-def run(in_background, tmp_path):
-    folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
-    process.folder, process.domain = folder, wait_until_running(folder)
-    return process
-
-
-@pytest.fixture(params=['walk_8.88deg_ka12', 'by force, at another period'])
-def other(request, tmp_path):
-    """A scenario that falls soon, and one whose controllers need other signals than before."""
-    if not request.param.startswith('by'):
-        return request.param
-    file = tmp_path / 'other.yaml'
-    scenario = load_scenario('lift_7.6deg_ka12').changed(
-        {('simulator', 'control_period'): 0.02, ('simulator', 'duration'): 3.0}
+def viewed(tmp_path):
+    port = free_port()
+    process = start_khr(
+        'view', 'stand_0deg', '--no-browser', '--port', port, '--out', tmp_path / 'run'
     )
-    file.write_text(scenario.to_yaml())
-    return file
+    process.folder, process.port = tmp_path / 'run', port
+    process.domain = wait_until_running(process.folder)
+    yield process
+    if process.poll() is None:
+        process.send_signal(signal.SIGTERM)
+        process.communicate(timeout=60)
 
 
-def test_the_run_after_a_switch_is_that_of_the_scenario_from_its_start(run, tmp_path, other):
-    done = khr('switch', other, '--domain', run.domain)
-    assert done.code == 0, done.err
-    ended = finish(run, run.folder)
+def test_each_scenario_is_a_run_of_its_own_that_verifies(viewed, tmp_path):
+    with viewer(viewed.port) as got:
+        wait_for(lambda: sum(got) > 10_000, 'the page')
+        changed = khr('set', 'ankle_controller', 'gain', '7', '--domain', viewed.domain)
+        assert changed.code == 0, changed.err
+        switched = khr('switch', OTHER, '--domain', viewed.domain)
+        assert switched.code == 0 and 'stand_0deg' in switched.out, switched.err
+        following = tmp_path / 'run-2'
+        assert wait_until_running(following) == viewed.domain
+        (entry,) = (each for each in running() if each.folder == str(following))
+        assert entry.scenario == OTHER
+        before = sum(got)
+        wait_for(lambda: sum(got) > before + 10_000, 'the page of the next run')
+    viewed.send_signal(signal.SIGINT)
+    ended = finish(viewed, viewed.folder)
     assert ended.code == 0, ended.err
-    fresh = khr('run', other, '--offline', '--out', tmp_path / 'fresh')
-    assert ended.hash == fresh.hash
-    for bag, motion in (
-        ('bag', 'stand'),
-        ('bag_2', load_scenario(str(other)).values['gait']['motion']),
+    for folder, name, motion in (
+        (viewed.folder, 'stand_0deg', 'stand'),
+        (following, OTHER, load_scenario(OTHER).values['gait']['motion']),
     ):
-        (text,) = read_messages(run.folder / bag, [SCENARIO])[SCENARIO]
+        verified = khr('verify', folder)
+        assert (verified.code, verified.out.splitlines()[-1]) == (0, 'same'), verified.out
+        assert json.loads((folder / 'outcome.json').read_text())['scenario'] == name
+        (text,) = read_messages(folder, [SCENARIO])[SCENARIO]
         assert f'motion: {motion}' in text.data
+    assert 'ankle_controller.gain=7' in text.data.splitlines()[0], 'the gain is kept'
 
 
-@pytest.mark.parametrize(
-    ('text', 'says'),
-    [
-        ('/**/stage:\n  ros__parameters:\n    mode: auto\n', 'needs stage'),
-        ('/**/gait:\n  ros__parameters:\n    stride: 1.0e+9\n', 'stride'),
-    ],
-)
-def test_a_refused_scenario_changes_nothing(run, tmp_path, text, says):
+def test_a_refused_scenario_changes_nothing(viewed, tmp_path):
     scenario = tmp_path / 'other.yaml'
-    scenario.write_text(text)
-    before = parameters(run)
-    done = khr('switch', scenario, '--domain', run.domain)
-    assert done.code == 2
-    assert says in done.err and len(done.err.strip().splitlines()) == 1
-    assert parameters(run) == before
-    with joined(run.folder) as node:
-        wait_until(node, seconds=1.0)
-    assert not (run.folder / 'bag_2').exists()
-    assert not (run.folder / 'scenario_2.yaml').exists()
+    scenario.write_text('/**/gait:\n  ros__parameters:\n    stride: 1.0e+9\n')
+    refused = khr('switch', scenario, '--domain', viewed.domain)
+    assert refused.code == 2 and 'stride' in refused.err
+    assert viewed.poll() is None and not (tmp_path / 'run-2').exists()
 
 
-def test_one_node_that_refuses_keeps_all_from_switching(run):
-    """Whoever prepares for another run by hand finds the same checks."""
-    from rcl_interfaces.srv import SetParametersAtomically
-    from rclpy.parameter import Parameter
-
-    with joined(run.folder) as node:
-
-        def prepare(target, **values):
-            parameters = [Parameter(k, value=v).to_parameter_msg() for k, v in values.items()]
-            request = SetParametersAtomically.Request(parameters=parameters)
-            return call(node, SetParametersAtomically, f'{target}/prepare', request).result
-
-        assert prepare('gait', motion='walk').successful
-        refused = prepare('gait', motion='fly')
-        assert not refused.successful and 'walk' in refused.reason
-        assert not prepare('simulator', answers=['gait']).successful
-        assert prepare('gait').successful  # forgets
-    shown = khr('get', 'gait', 'motion', '--domain', run.domain).out
-    assert yaml.safe_load(shown) == {'motion': 'stand'}
-
-
-def parameters(run):
-    return [
-        khr('get', node, '--domain', run.domain).out
-        for node in ('simulator', 'gait', 'ankle_controller')
-    ]
+def test_an_ordinary_run_has_no_successor(in_background, tmp_path):
+    folder = tmp_path / 'run'
+    process = in_background('run', 'stand_0deg', '--duration', 600, '--out', folder)
+    refused = khr('switch', OTHER, '--domain', wait_until_running(folder))
+    assert refused.code == 2 and 'accepted: a run of khr view' in refused.err
+    process.send_signal(signal.SIGINT)
+    assert finish(process, folder).code == 130

@@ -25,7 +25,7 @@ from khr_common import KhrError
 from khr_common.interfaces import PUSHED
 from khr_report.run.contents import contents_of
 from khr_report.run.page import OUTCOME, report
-from tests.fakes.bags import change, make_bag, push, state
+from tests.fakes.bags import make_bag, push, reported, state
 from tests.support.pages import check_alone
 from tests.support.runs import khr
 
@@ -143,12 +143,11 @@ def test_the_bag_alone_will_do(recorded, tmp_path):
 
 def test_changes_while_it_ran_are_listed(tmp_path):
     scenario = load_scenario('stand_0deg').changed({('simulator', 'duration'): 0.3})
-    event = change('/ankle_controller', 'gain', 18.0)
-    event.stamp.sec = 1_800_000_000  # of the system's clock: the bag has the simulated time
+    event = reported('/ankle_controller', 'gain', 18.0, after_ns=2_000_000_000)
     folder = make_bag(
         tmp_path / 'run',
         scenario.to_yaml(),
-        ('/parameter_events', event, 2_000_000_000),
+        ('/diagnostics', event, 2_000_000_000),
         ('/simulator/push', push()),
         ('/simulator/state', state(end='duration')),
     )

@@ -16,7 +16,7 @@ from khr_bringup.code_version import MADE_WITH, MARK, code_version
 from khr_bringup.errors import BringupError
 from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.recorded.verify import read_recorded, verify
-from tests.fakes.bags import STORE, change, make_bag, push, reported, state
+from tests.fakes.bags import STORE, make_bag, push, reported, state
 from tests.support.runs import khr
 
 CHANGED = '/ankle_controller', 'gain', 18.0
@@ -116,9 +116,6 @@ def test_a_run_is_repeated_with_what_was_changed_and_pushed(run, tmp_path, capsy
     folder = retold(
         run,
         tmp_path,
-        ('/parameter_events', change(*CHANGED)),
-        ('/parameter_events', change('/gyro', 'use_sim_time', 1.0)),
-        ('/parameter_events', change('/other_node', 'gain', 1.0)),
         ('/diagnostics', reported(*CHANGED, after_ns=300_000_000)),
         ('/simulator/push', push(at=0.3)),
     )
@@ -130,12 +127,7 @@ def test_a_run_is_repeated_with_what_was_changed_and_pushed(run, tmp_path, capsy
 
 @pytest.mark.parametrize('after_ns', [-1, 0, 150_000_000])
 def test_a_change_acts_from_the_instant_that_its_node_reports(run, tmp_path, capsys, after_ns):
-    folder = retold(
-        run,
-        tmp_path,
-        ('/parameter_events', change(*CHANGED)),
-        ('/diagnostics', reported(*CHANGED, after_ns=after_ns)),
-    )
+    folder = retold(run, tmp_path, ('/diagnostics', reported(*CHANGED, after_ns=after_ns)))
     assert verify(folder) == 1
     first = (after_ns + 15_000_000) // 15_000_000 * 0.015
     assert (
@@ -235,22 +227,11 @@ def refused(folder):
     return text
 
 
-def test_a_change_whose_instant_is_not_in_the_bag_is_not_repeated(run, tmp_path):
-    event = '/parameter_events', change(*CHANGED)
-    for number, more in enumerate(
-        [(), [('/diagnostics', reported('/ankle_controller', 'gain', 3.0, after_ns=0))]]
-    ):
-        found = refused(retold(run, tmp_path / str(number), event, *more))
-        assert 'when this acted is not in the bag' in found
-        assert 'ankle_controller.gain was set to 18.0' in found
-
-
 def test_pushes_while_what_they_act_on_was_changed_are_not_repeated(run, tmp_path):
     changed = '/simulator', 'push_duration', 0.2
     folder = retold(
         run,
         tmp_path,
-        ('/parameter_events', change(*changed)),
         ('/diagnostics', reported(*changed, after_ns=0)),
         ('/simulator/push', push()),
     )

@@ -4,7 +4,7 @@ import json
 import os
 import subprocess
 import sys
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from importlib.resources import files
 
 import pytest
@@ -12,14 +12,13 @@ import pytest
 from khr_bringup.graph.run_registry import running
 from khr_common.interfaces import CLOCK, JOINT_REFERENCE
 from tests import ROOT
-from tests.support.runs import LONG, finish, khr, wait_for, wait_until_running
+from tests.support.runs import LONG, finish, khr, wait_until_running
 
 pytestmark = [
     pytest.mark.slow,
     pytest.mark.timeout(400),
     pytest.mark.skipif(os.getuid() != 0, reason='to act as another user takes root'),
 ]
-SECRET = 'what only its owner may read'
 FIXED = {'folder', 'scenario_file', 'topics', 'extra_topics'}
 
 
@@ -67,37 +66,6 @@ def tries(folder, *words):
     found = json.loads(out)
     assert found.pop('user') != 0
     return found
-
-
-def test_no_path_of_a_message_is_read_or_written(in_background, tmp_path):
-    secret, place, folder = tmp_path / 'secret', tmp_path / 'place', tmp_path / 'run'
-    secret.write_text(SECRET)
-    process = in_background('run', 'stand_0deg', *LONG, '--out', folder)
-    wait_until_running(folder)
-    found = tries(folder, 'paths', place, secret)
-    for name, parameter in (
-        ('reads', 'scenario_file'),
-        ('writes', 'folder'),
-        ('imports', 'topics'),
-    ):
-        accepted, reason = found[name]
-        assert not accepted and reason.startswith(f'{parameter}: fixed'), found
-    assert found['text'][0] and found['reset'], 'what names no place may be asked for'
-
-    def next_bag():
-        with suppress(OSError):
-            return b'in its own words' in b''.join(
-                file.read_bytes() for file in (folder / 'bag_2').iterdir()
-            )
-
-    wait_for(next_bag, 'the bag of the next run')
-    process.terminate()
-    ended = finish(process, folder)
-    assert 'Traceback' not in ended.err
-    assert {path.name for path in tmp_path.iterdir()} == {'secret', 'run', 'profile.xml'}
-    for path in folder.glob('bag*/*'):
-        assert SECRET.encode() not in path.read_bytes()
-        assert path.stat().st_mode & 0o777 == 0o600
 
 
 def test_what_another_user_changes_is_kept_and_repeated(in_background, tmp_path):

@@ -13,7 +13,6 @@ from rclpy.node import Node
 from rclpy.time import Time
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu, JointState
-from std_srvs.srv import Trigger
 
 WEIGHT, HEIGHT, ARM = 14.7, 0.2, 0.023  # N, m, m from the ankle to toe and heel sensor
 STIFFNESS, DAMPING = 10.0, 0.15  # of the ankles, N m/rad and N m s/rad
@@ -46,21 +45,8 @@ class Pendulum(Node):
                 lambda m, n=name: self.corrections.update({n: m}),
                 10,
             )
-        self.create_service(Trigger, 'simulator/reset', self.on_reset)
-        self.restart()
-        self.create_timer(self.period_ns / 1e9, self.on_period)
-
-    def restart(self) -> None:
-        """Stand still at time 0."""
         self.now_ns, self.lean, self.rate, self.upright = 0, 0.0, 0.0, None
-        self.references.clear()
-        self.corrections.clear()
-
-    def on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        """Begin another run."""
-        self.restart()
-        response.success = True
-        return response
+        self.create_timer(self.period_ns / 1e9, self.on_period)
 
     def on_period(self) -> None:
         """Take what has been answered, and go on by a period; ask for time 0 until it has been."""

@@ -8,7 +8,6 @@ from typing import cast, get_args
 from khr_common import ParameterError, parameter
 from khr_common import interfaces as topics
 from khr_common.interfaces import Flow, Topic
-from khr_common.text.strict_yaml import LARGEST_FILE
 
 # What every run has, whatever nodes take part; the topics of further nodes come with them.
 OF_EVERY_RUN = (
@@ -35,12 +34,8 @@ OF_EVERY_RUN = (
     topics.PUSH,
     topics.PUSHED,
     topics.DIAGNOSTICS,
-    topics.PARAMETER_EVENTS,
     topics.LOG,
 )
-
-# What its own command line alone sets: no message makes it read or write another place.
-OF_ITS_START = ('folder', 'scenario_file', 'topics', 'extra_topics')
 
 
 @dataclass(frozen=True)
@@ -52,11 +47,6 @@ class RecorderParameters:
     )
     scenario_file: str = parameter(
         '', 'Parameter file of the run, stored in the bag on /scenario.', wiring=True
-    )
-    scenario: str = parameter(
-        '',
-        'Scenario of the run as the text of a parameter file; that of scenario_file if empty.',
-        wiring=True,
     )
     topics: tuple[str, ...] = parameter(
         ('',),
@@ -70,11 +60,6 @@ class RecorderParameters:
 
     def __post_init__(self) -> None:
         self.recorded()
-        if len(self.scenario) > LARGEST_FILE:
-            raise ParameterError(
-                f'scenario: {len(self.scenario)} characters are not accepted; accepted: at most '
-                f'{LARGEST_FILE}'
-            )
 
     def recorded(self) -> tuple[Topic, ...]:
         """Return the topics to record.

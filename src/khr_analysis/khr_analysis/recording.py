@@ -27,11 +27,6 @@ WRITER, DISTRIBUTION = 'ros_distro: rosbags', 'ros_distro: jazzy'
 FLUSH_PERIOD = 1_000_000_000  # ns of simulated time that a recorder which is killed may lose
 
 
-def numbered(folder: str, run: int) -> Path:
-    """Return the bag of a run that follows others in one graph: ``bag``, ``bag_2``, ``bag_3``."""
-    return Path(folder if run == 1 else f'{folder}_{run}')
-
-
 class Recording:
     """One bag that is being written; what it holds is on the disk after each simulated second.
 

@@ -14,7 +14,7 @@ from typing import Any
 from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.changes import Applied
+from khr_bringup.changes import Change
 from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Result
@@ -132,7 +132,7 @@ class ControlLoop:
 
 
 def run_offline(
-    scenario: Scenario, watch: Watch | None = None, changes: Sequence[Applied] = ()
+    scenario: Scenario, watch: Watch | None = None, changes: Sequence[Change] = ()
 ) -> Result:
     """Run a scenario as fast as the physics goes; it is always judged.
 
@@ -155,7 +155,7 @@ def _run(
     plant: Plant,
     loop: ControlLoop,
     watch: Watch | None,
-    changes: Sequence[Applied],
+    changes: Sequence[Change],
     began: float,
 ) -> Result:
     due = {

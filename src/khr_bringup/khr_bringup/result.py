@@ -36,7 +36,6 @@ class Progress:
         factor: simulated by wall time; None before it is known.
         pitch_rate: of the torso, rad/s; None likewise.
         peak: the strongest of its spectrum, in words.
-        scenario: name of the one that the graph was switched to; empty if it was not.
     """
 
     time: float
@@ -44,7 +43,6 @@ class Progress:
     factor: float | None = None
     pitch_rate: float | None = None
     peak: str = ''
-    scenario: str = ''
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -52,15 +50,14 @@ class Result:
     """What a run comes to.
 
     Attributes:
-        scenario: as it ran; the last one, if the graph was switched to another.
+        scenario: as it ran.
         judged: what became of the robot; None if the graph did not report it.
         trajectory_hash: SHA-256 over the state at every control period, in hex; empty if the run
             did not start. Equal hashes are bit-equal trajectories.
         end: why it ended: duration, tilted, stopped.
         time: simulated time at the end, s.
         startup: wall time until the first control period began, s.
-        wall_time: wall time from there to the end of the last, pauses left out, s; of the last
-            run, if it was started anew.
+        wall_time: wall time from there to the end of the last, without pauses, s.
         realtime: how it kept to the wall clock; None in lockstep.
         changes: of parameters, made from outside while it ran.
         warnings: what nodes complained of.
@@ -239,4 +236,5 @@ def _change(values: Any) -> Change:
     if not isinstance(values, dict):
         raise MalformedError('changes: not a list of mappings')
     node, _, parameter = _text(values, 'parameter').partition('.')
-    return Change(real(values, 'time_s'), node, parameter, values.get('value'))
+    after_ns = round(1e9 * real(values, 'time_s'))
+    return Change(node, parameter, values.get('value'), after_ns)

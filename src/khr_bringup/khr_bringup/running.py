@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from khr_bringup.code_version import as_run
-from khr_bringup.graph.graph import Callbacks, RunOptions, run_graph
+from khr_bringup.graph.following import Callbacks
+from khr_bringup.graph.graph import RunOptions, run_graph
 from khr_bringup.graph.run_registry import RunEntry, check_domain, note, registered
 from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
@@ -23,16 +25,21 @@ if TYPE_CHECKING:
 
 
 def run_to_end(
-    scenario: Scenario, folder: Path, options: RunOptions, callbacks: Callbacks
+    scenario: Scenario,
+    folder: Path,
+    options: RunOptions,
+    callbacks: Callbacks,
+    session: RunEntry | None = None,
 ) -> Result:
     """Run a scenario to its end.
 
     Args:
         scenario: what to run.
-        folder: that is claimed for it; the scenario as run is written to it, and by a graph its
-            recording and what its processes print.
+        folder: claimed for the run; it receives the scenario, and of a graph the recording and the
+            logs of its processes.
         options: how to run it.
         callbacks: to call meanwhile.
+        session: registered, in whose ROS domain the run takes place; one of its own by default.
 
     Raises:
         KhrError: if an option is not accepted.
@@ -41,22 +48,26 @@ def run_to_end(
     check_domain(options.domain)
     if options.offline:
         write_text(folder / SCENARIO, as_run(scenario))
-        return run_offline(scenario, showing(callbacks.show))
-    with registered(scenario.name, folder, options.domain, options.network) as entry:
-        callbacks.begun(entry)
-        noted = replace(callbacks, show=noting(entry, callbacks.show))
+        return run_offline(scenario, showing(callbacks.progress))
+    with (
+        registered(scenario.name, folder, options.domain, options.network)
+        if session is None
+        else nullcontext(session.next_run(scenario.name, folder))
+    ) as entry:
+        note(entry)
+        callbacks.started(entry)
+        noted = replace(callbacks, progress=note_progress(entry, callbacks.progress))
         return run_graph(scenario, folder, entry, options, noted)
 
 
-def noting(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
-    """Return what shows progress, and keeps the run's state and scenario in the register."""
+def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable[[Progress], None]:
+    """Return a callback that shows progress, and keeps the state of the run in the register."""
     noted = entry
 
     def show_and_note(progress: Progress) -> None:
         nonlocal noted
-        now = replace(entry, state=progress.state, scenario=progress.scenario or entry.scenario)
-        if now != noted:
-            noted = now
+        if progress.state != noted.state:
+            noted = replace(entry, state=progress.state)
             note(noted)
         show(progress)
 

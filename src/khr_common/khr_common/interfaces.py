@@ -180,11 +180,10 @@ OUTCOME = Topic('outcome', STATUS, 'Verdict and quantities of the run so far.', 
 
 # How the run goes.
 STATE = Topic('simulator/state', STATUS, 'State of the run, and why it ended.', 'latched')
-OVER = ('finished', 'resetting')  # the states in which a run has had its last instant
+FINISHED = 'finished'  # the state of a run after its last sample
 READY = Topic('ready', TEXT, 'How far each listener has received the run.', 'latched')
-DIAGNOSTICS = Topic('diagnostics', STATUS_ARRAY, 'Health of the nodes.', 'event')
-PARAMETER_EVENTS = Topic(
-    '/parameter_events', 'rcl_interfaces/msg/ParameterEvent', 'Changes of parameters.', 'event'
+DIAGNOSTICS = Topic(
+    'diagnostics', STATUS_ARRAY, 'Health of the nodes, and their parameter changes.', 'event'
 )
 LOG = Topic('/rosout', 'rcl_interfaces/msg/Log', 'What nodes log.', 'event')
 SCENARIO = Topic('/scenario', TEXT, 'The scenario as it ran; only in a bag.', 'latched')

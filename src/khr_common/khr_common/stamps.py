@@ -1,68 +1,93 @@
-"""What belongs to one instant, put together by stamp."""
+"""Stamps of samples: repeated ones, and samples of several topics joined by stamp."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, Generic, TypeVar
 
+from khr_common.errors import KhrError
+
 Name = TypeVar('Name')
-HISTORY = 500  # messages that the middleware keeps of a topic for a listener that is behind
+HISTORY = 500  # messages of a topic that the middleware keeps for a slow subscriber
+SYSTEM_TIME = 10**17  # ns: later stamps are system time, since no run lasts three years
 
 
-class StampJudge:
-    """Distinguish new stamps from repeated ones and from those of a restarted run.
+class TimeJumpError(KhrError):
+    """A stamp that goes back: a clock has been restarted, which no run survives."""
 
-    A simulator that misses an answer asks again with the same stamp: a node then sends its last
-    answer once more and its core does not step. A stamp that goes back is a run that starts anew.
+    def __init__(self, before_ns: int, after_ns: int) -> None:
+        super().__init__(f'time went back from {before_ns / 1e9:.3f} s to {after_ns / 1e9:.3f} s')
+
+
+class StampSequence:
+    """Distinguish new stamps from repeated ones.
+
+    A simulator that misses an answer publishes the same sample again: a node then sends its last
+    answer again, and its core does not step.
 
     Attributes:
-        last: the newest stamp of the run, ns; negative before the first.
+        last: the newest stamp, ns; negative before the first.
     """
 
-    def __init__(self, restart: Callable[[], None]) -> None:
+    def __init__(self) -> None:
         self.last = -1
-        self._restart = restart
 
     def is_new(self, stamp_ns: int) -> bool:
-        """Return whether the core should step; restart it first if time went back."""
-        if stamp_ns == self.last:
-            return False
+        """Take a stamp; return whether it is new.
+
+        Raises:
+            TimeJumpError: if it is older than the last.
+        """
         if stamp_ns < self.last:
-            self._restart()
+            raise TimeJumpError(self.last, stamp_ns)
+        new = stamp_ns > self.last
         self.last = stamp_ns
-        return True
+        return new
+
+
+class RunTime:
+    """Convert stamps to the time of the run: system time counts from its first stamp."""
+
+    def __init__(self) -> None:
+        self._first = 0
+
+    def since_start(self, stamp_ns: int) -> int:
+        """Return the time of a stamp since the start of the run, ns."""
+        if stamp_ns >= SYSTEM_TIME and not self._first:
+            self._first = stamp_ns
+        return stamp_ns - self._first
 
 
 class ExactTimeSynchronizer(Generic[Name]):
-    """Gather the messages of several topics until all of one stamp are there.
+    """Join the messages of several topics by stamp.
 
-    Each topic arrives whole and in order, but none waits for another: what the middleware has to
-    send again can be hundreds of instants behind the rest. So whatever is begun is kept until it
-    is complete, and instants are complete in their order.
+    Each topic arrives complete and in order, but topics do not wait for one another: messages that
+    the middleware sends again can be hundreds of samples late. Incomplete samples are therefore
+    kept, and samples become complete in their order.
 
     Args:
-        names: of the topics of which an instant needs a message.
-
-    Attributes:
-        rewinds: how often a topic went back in time, as all do when a run starts anew.
+        names: of the topics that a complete sample needs.
     """
 
     def __init__(self, names: Sequence[Name]) -> None:
         self._names = tuple(names)
-        self.rewinds = 0
         self._newest: dict[Name, int] = {}
         self._values: dict[int, dict[Name, Any]] = {}  # by stamp, the newest at the end
 
     def put(self, name: Name, stamp_ns: int, value: Any) -> dict[Name, Any] | None:
-        """Take one message; return all of its instant by name once those needed are there."""
-        if stamp_ns < self._newest.get(name, stamp_ns):
-            self.rewinds += 1
-            self._forget(name)
+        """Take one message; return all messages of its stamp once the sample is complete.
+
+        Raises:
+            TimeJumpError: if the topic goes back in time.
+        """
+        newest = self._newest.get(name, stamp_ns)
+        if stamp_ns < newest:
+            raise TimeJumpError(newest, stamp_ns)
         self._newest[name] = stamp_ns
         values = self._values.setdefault(stamp_ns, {})
         values[name] = value
         if self._complete(values):
-            # What is older is an incomplete repeat, or from before we subscribed.
+            # Older samples are incomplete repetitions, or were sent before we subscribed.
             self._values = {
                 stamp: begun for stamp, begun in self._values.items() if stamp > stamp_ns
             }
@@ -72,7 +97,7 @@ class ExactTimeSynchronizer(Generic[Name]):
         return None
 
     def require(self, names: Sequence[Name]) -> list[tuple[int, dict[Name, Any]]]:
-        """Need other topics from now on; return the instants that are complete with these."""
+        """Need other topics from now on; return the samples that are complete with these."""
         self._names = tuple(names)
         complete = sorted(
             (stamp, begun) for stamp, begun in self._values.items() if self._complete(begun)
@@ -82,10 +107,5 @@ class ExactTimeSynchronizer(Generic[Name]):
         return complete
 
     def _complete(self, values: dict[Name, Any]) -> bool:
-        # The lengths say so at once of most: only the last signal of an instant makes it complete.
+        # The lengths differ until the last message of a sample: a cheap test first.
         return len(values) >= len(self._names) and all(name in values for name in self._names)
-
-    def _forget(self, name: Name) -> None:
-        """Drop what a topic sent in the run before: it has begun another."""
-        for values in self._values.values():
-            values.pop(name, None)

@@ -88,12 +88,8 @@ class Receipts:
         self._listeners = [name for name in listeners if name]
         self._up_to: dict[str, int] = {}
 
-    def begin(self) -> None:
-        """Begin a run at time 0; who has reported is still there."""
-        self._up_to = dict.fromkeys(self._up_to, 0)
-
     def take(self, name: str, stamp_ns: int, now_ns: int) -> bool:
-        """Take a report; return whether it is a listener's, and not from before a reset."""
+        """Take a report; return whether it comes from a listener, about a sample already sent."""
         wanted = name in self._listeners and stamp_ns <= now_ns
         if wanted:
             self._up_to[name] = stamp_ns
@@ -130,13 +126,8 @@ class Lockstep(Generic[Answer]):
     ) -> None:
         self._sources, self._clock = sources, clock
         self.receipts = Receipts(listeners)
-        self.begin()
-
-    def begin(self) -> None:
-        """Begin a run at time 0."""
         self.barrier: Barrier[Answer] = Barrier(self._sources)
         self.barrier.open(0)
-        self.receipts.begin()
         self._born = self._reported = self._clock()
 
     def reported(self) -> None:

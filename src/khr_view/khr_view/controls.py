@@ -1,4 +1,4 @@
-"""What can be changed on the page: parameters of the running nodes, as their descriptors say."""
+"""The parameters that the page can change, with the ranges of their descriptors."""
 
 from __future__ import annotations
 
@@ -49,11 +49,10 @@ _OF_SIMULATOR = (
     Tunable('Time', 'simulator', 'realtime_factor', SPEED, 0.05, 5.0),
 )
 
-# What the page has to know to draw, and does not let the reader change.
+# Parameters that the page needs to draw and does not change.
 WATCHED = (
     Tunable('', 'simulator', 'surface', ''),
     Tunable('', 'simulator', 'pad_distance', ''),
-    Tunable('', 'recorder', 'scenario', ''),
     *(Tunable('', GAIT, name, '') for name in specifications(GaitParameters)),
 )
 
@@ -119,11 +118,11 @@ def control(tunable: Tunable, descriptor: Any, value: Any) -> Control | None:
     return Control(tunable, value, hint, unit, accepted.from_value, most)
 
 
-class Pending:
-    """What has been asked of the nodes: one request per parameter at a time, the newest value next.
+class PendingChanges:
+    """Requested changes: one request per parameter at a time, then its newest value.
 
-    A slider that is dragged asks faster than a node answers. What it asked for on the way does not
-    come back to it as a change by someone else, or it would jump under the reader's hand.
+    A dragged slider requests faster than a node answers. Its own earlier values must not return
+    to it as changes by others, or it would jump while being dragged.
     """
 
     def __init__(self) -> None:

@@ -18,8 +18,6 @@ from khr_view.errors import ViewError
 
 COOKIE = 'khr_view'
 KEY = 'token'
-# In the environment of a page whose door another process has opened: descriptor and token.
-SOCKET, TOKEN = 'KHR_VIEW_SOCKET', 'KHR_VIEW_TOKEN'
 FREE = 100  # ports that are tried from the default one on
 # What the browser may load and connect to: this page alone, so no request leaves the machine.
 HEADERS = {
@@ -31,8 +29,8 @@ HEADERS = {
 
 
 @dataclass(frozen=True)
-class Door:
-    """A socket that listens, and what one must know to come in.
+class AccessGuard:
+    """A listening socket, and the check of every request to it.
 
     Attributes:
         socket: bound and listening.
@@ -96,7 +94,7 @@ class Door:
         return (parse_qs(urlsplit(path).query).get(KEY) or [''])[0]
 
 
-def open_door(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> Door:
+def listen(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> AccessGuard:
     """Listen on an address; one that others can reach gets a token.
 
     Args:
@@ -120,23 +118,8 @@ def open_door(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> Door
                 continue
             raise ViewError(_why(host, port, error)) from error
         token = '' if _local(listening) else secrets.token_urlsafe(24)
-        return Door(listening, host, listening.getsockname()[1], token)
+        return AccessGuard(listening, host, listening.getsockname()[1], token)
     raise ViewError(f'--port: no free port on {host}')
-
-
-def inherited(descriptor: int, host: str, token: str) -> Door:
-    """Return the door that another process has opened and passed on.
-
-    Raises:
-        ViewError: if the descriptor is no socket.
-    """
-    try:
-        listening = socket.socket(fileno=descriptor)
-    except OSError as error:
-        raise ViewError(
-            f'descriptor {descriptor}: {error.strerror}; accepted: a socket'
-        ) from error
-    return Door(listening, host, listening.getsockname()[1], token)
 
 
 def _local(listening: socket.socket) -> bool:

@@ -10,7 +10,6 @@ from khr_common.interfaces import (
     GYRO,
     HIP_CORRECTION,
     JOINT_STATES,
-    PARAMETER_EVENTS,
     PEAKS,
     PUSHED,
     ROBOT_DESCRIPTION,
@@ -42,10 +41,9 @@ PAGE = NodeSpec(
         DIAGNOSTICS,
         SPECTRUM,
         PEAKS,
-        PARAMETER_EVENTS,
         PUSHED,
     ),
-    # What it sends on the topic push is its reader's, as that topic is the user's.
+    # It publishes pushes on behalf of its reader; the topic belongs to users.
     node='khr_view.nodes.page:PageNode',
-    joins=lambda _: False,  # it looks on at a run, and is no part of it
+    joins=lambda _: False,  # it observes a run, and is no part of it
 )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from khr_common import parameter
-from khr_view.model.again import HOW
 
 
 @dataclass(frozen=True)
@@ -27,16 +26,9 @@ class PageParameters:
     )
     rate: float = parameter(
         30.0,
-        'Pictures per second of wall time while somebody looks.',
+        'Frames per second of wall time while a browser is connected.',
         unit='Hz',
         minimum=1.0,
         maximum=60.0,
-        read_only=True,
-    )
-    again: str = parameter(
-        'never',
-        'How a run begins again whose motion has ended or whose robot fell, while somebody looks: '
-        'with the same seed, with the next one, or not.',
-        choices=HOW,
         read_only=True,
     )

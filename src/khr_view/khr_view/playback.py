@@ -12,9 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
-from khr_view.guard import Door
-from khr_view.model.again import PAUSE
+from khr_view.guard import AccessGuard
 from khr_view.model.recorded import Timeline
+from khr_view.model.restart import PAUSE
 
 RATE = 30.0  # pictures per s
 CHARTS_EVERY = 5  # pictures
@@ -109,12 +109,12 @@ class PlayedRuns:
         )
 
 
-def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> int:
+def play(paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = True) -> int:
     """Play runs back, side by side, until interrupted.
 
     Args:
         paths: folders of runs, or bags.
-        door: opens the page's; called once the runs have been read.
+        guard: opens the page's; called once the runs have been read.
         loop: whether they begin again at their end.
 
     Raises:
@@ -130,7 +130,7 @@ def play(paths: Sequence[Path], door: Callable[[], Door], loop: bool = True) -> 
     player = Player(max(run.end for run in runs), min(run.period for run in runs), loop=loop)
     played = PlayedRuns(runs)
     names = [run.name for run in runs] if len(runs) > 1 else ['']
-    display = Display(door(), played.charts, names)
+    display = Display(guard(), played.charts, names)
     for number, (run, name) in enumerate(zip(runs, names, strict=True)):
         display.add_robot(run.robot, (0.0, -number * SIDE, 0.0), name)
     panel = PlaybackPanel(display.server, display.later, player, runs)

@@ -116,7 +116,7 @@ def test_a_driver_runs_in_a_namespace(with_example, tmp_path, monkeypatch):
     assert code == 0, err
     assert 'upright, ended by duration' in out
     bag = Bag(robot.folder / 'bag')
-    check_corrections(bag, scenario, above='/lab/one')
+    check_corrections(bag, scenario, above='/lab/one', start=0)
     assert bag['/lab/one/spectrum']
 
 

@@ -1,7 +1,7 @@
 """What another local user tries on a run: each of its services, parameters and topics.
 
 python -m tests.reliability.strangers.other_user ACT, of
-paths PLACE SECRET | services | topics | look | TOPIC
+services | topics | look | TOPIC
 prints a mapping as JSON; with the name of a topic it publishes there until it is killed, and as
 long it looks on
 """
@@ -24,7 +24,7 @@ from rclpy._rclpy_pybind11 import RCLError
 from rclpy.parameter import Parameter, parameter_value_to_python
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import JointState
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
 from khr_bringup.node_registry import registry
 from khr_common.interfaces import DIAGNOSTICS, JOINT_REFERENCE
@@ -34,14 +34,7 @@ from tests.reliability.strangers.traffic import messages, read, shared, topics
 
 SECONDS = 60.0  # of wall time, for an answer
 REFUSED = f'{JOINT_REFERENCE.name}: refused'
-SERVICES = (
-    GetParameters,
-    ListParameters,
-    SetBool,
-    SetParameters,
-    SetParametersAtomically,
-    Trigger,
-)
+SERVICES = (GetParameters, ListParameters, SetBool, SetParameters, SetParametersAtomically)
 
 
 def become_nobody():
@@ -97,16 +90,6 @@ class Intruder:
         made = self.node.create_publisher(message_class(topic.kind), topic.name, qos)
         self.wait(made.get_subscription_count)
         return made
-
-    def paths(self, place, secret):
-        """Have the run read and write places that a message names."""
-        return {
-            'reads': self.set('recorder/prepare', scenario_file=secret),
-            'writes': self.set('recorder/prepare', folder=place),
-            'imports': self.set('recorder/prepare', topics=['x foreign/msg/Kind latched']),
-            'text': self.set('recorder/prepare', scenario='# in its own words'),
-            'reset': self.call(Trigger, 'simulator/reset').success,
-        }
 
     def services(self):
         """Try every parameter of every node, then the services that steer the run."""
@@ -172,7 +155,7 @@ def main(act, *words):
     intruder = Intruder(readable)
     if act == 'look':
         rclpy.spin(intruder.node)
-    acts = {'paths': intruder.paths, 'services': intruder.services, 'topics': intruder.topics}
+    acts = {'services': intruder.services, 'topics': intruder.topics}
     found = acts[act](*words) if act in acts else intruder.publish(act)
     json.dump({'user': os.getuid(), **found}, sys.stdout)
 

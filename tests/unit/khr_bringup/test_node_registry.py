@@ -163,11 +163,7 @@ def test_tables_and_names_find_each_other():
 
 def test_every_topic_of_a_run_has_an_owner_or_is_the_user_s():
     published = {topic for node in registry().values() for topic in node.spec.publishes}
-    assert {topic.name for topic in set(OF_EVERY_RUN) - published} == {
-        'push',
-        '/parameter_events',
-        '/rosout',
-    }
+    assert {topic.name for topic in set(OF_EVERY_RUN) - published} == {'push', '/rosout'}
 
 
 def test_every_region_of_the_feet_has_a_true_force_and_a_sensor():

@@ -1,4 +1,4 @@
-"""Which instants a block answers when its parameters change and a run starts anew."""
+"""The samples that a block answers when its parameters change."""
 
 from types import SimpleNamespace as Made
 
@@ -6,11 +6,11 @@ import pytest
 
 from khr_common.nodes.block_node import BlockNode
 from khr_common.nodes.node import KhrNode
-from khr_common.stamps import ExactTimeSynchronizer, StampJudge
+from khr_common.stamps import TimeJumpError
 
 
 class Block:
-    """A block that notes what it answers."""
+    """A block that notes the samples that it answers."""
 
     needs = ('rate',)
 
@@ -26,28 +26,23 @@ class Block:
 
 
 @pytest.fixture
-def node():
-    """A node without ROS."""
-    node = object.__new__(BlockNode)
-    node._block = Block()
-    node._judge = StampJudge(lambda: node._block.answered.append('restart'))
-    node._epoch = Made(since=lambda stamp_ns: stamp_ns)
-    node._instants = ExactTimeSynchronizer(Block.needs)
-    node._newest, node._rewinds, node._outputs = -1, 0, []
-    return node
+def received(monkeypatch):
+    """The topics that the node subscribes to, without ROS."""
+    topics = []
+    monkeypatch.setattr(KhrNode, '__init__', lambda node, _: setattr(node, 'parameters', None))
+    monkeypatch.setattr(
+        KhrNode, 'subscribe_numbers', lambda _node, topic, _taken: topics.append(topic)
+    )
+    return topics
 
 
-def test_a_run_that_starts_after_a_change_of_parameters_is_answered(node):
-    """As when a reader of the page sets a gain once the robot fell, and resets the run."""
-    for stamp in (0, 15, 30):
-        node._on_numbers('rate', stamp, (0.0,))
-    node.configure(None)
-    for stamp in (0, 15):
-        node._on_numbers('rate', stamp, (0.0,))
-    assert node._block.answered == [0, 15, 30, 'restart', 0, 15]
+@pytest.fixture
+def node(received):
+    spec = Made(name='x', block=lambda _: Block(), subscribes=('rate', 'force'), publishes=())
+    return BlockNode(spec)
 
 
-def test_what_is_needed_since_a_change_and_lags_is_the_same_run(node):
+def test_a_topic_that_is_newly_needed_and_lags_leaves_no_gap(node):
     for stamp in (0, 15, 30):
         node._on_numbers('rate', stamp, (0.0,))
     node._block.needs = ('force',)
@@ -57,12 +52,13 @@ def test_what_is_needed_since_a_change_and_lags_is_the_same_run(node):
     assert node._block.answered == [0, 15, 30, 45]
 
 
-def test_all_that_a_block_may_need_is_received_from_the_start(monkeypatch):
-    """What is subscribed to later misses the instants that have been sent by then."""
-    received = []
-    monkeypatch.setattr(KhrNode, '__init__', lambda node, _: setattr(node, 'parameters', None))
-    monkeypatch.setattr(
-        KhrNode, 'subscribe_numbers', lambda _node, topic, _taken: received.append(topic)
-    )
-    BlockNode(Made(name='x', block=lambda _: Block(), subscribes=('rate', 'force'), publishes=()))
+def test_a_topic_that_goes_back_in_time_is_refused(node):
+    for stamp in (0, 15):
+        node._on_numbers('rate', stamp, (0.0,))
+    with pytest.raises(TimeJumpError, match=r'time went back from 0\.000 s to 0\.000 s'):
+        node._on_numbers('rate', 0, (0.0,))
+
+
+def test_all_that_a_block_may_need_is_received_from_the_start(node, received):
+    """A later subscription misses the samples that have been sent by then."""
     assert received == ['rate', 'force']

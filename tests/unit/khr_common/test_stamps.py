@@ -1,11 +1,18 @@
-"""Stamps: exact conversion; new, repeated and restarted are distinguished."""
+"""Stamps: exact conversion; new and repeated ones are distinguished."""
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from rclpy.time import Time
 
 from khr_common.nodes.messages import to_nanoseconds
-from khr_common.stamps import ExactTimeSynchronizer, StampJudge
+from khr_common.stamps import (
+    SYSTEM_TIME,
+    ExactTimeSynchronizer,
+    RunTime,
+    StampSequence,
+    TimeJumpError,
+)
 
 
 @given(st.integers(0, 2**31 * 10**9 - 1))
@@ -13,13 +20,17 @@ def test_stamps_are_exact(nanoseconds):
     assert to_nanoseconds(Time(nanoseconds=nanoseconds).to_msg()) == nanoseconds
 
 
-def test_judge_steps_once_per_stamp_and_restarts_when_time_goes_back():
-    restarts = []
-    judge = StampJudge(lambda: restarts.append(True))
-    assert [judge.is_new(t) for t in (0, 0, 15, 30, 30)] == [True, False, True, True, False]
-    assert not restarts
-    assert judge.is_new(0)
-    assert restarts == [True]
+def test_a_stamp_is_new_once_and_none_goes_back():
+    stamps = StampSequence()
+    assert [stamps.is_new(t) for t in (0, 0, 15, 30, 30)] == [True, False, True, True, False]
+    with pytest.raises(TimeJumpError):
+        stamps.is_new(0)
+
+
+def test_system_time_counts_from_its_first_stamp():
+    simulated, system = RunTime(), RunTime()
+    assert [simulated.since_start(stamp) for stamp in (0, 15)] == [0, 15]
+    assert [system.since_start(SYSTEM_TIME + stamp) for stamp in (7, 22)] == [0, 15]
 
 
 def test_set_is_complete_only_with_every_name_of_one_stamp():
@@ -46,15 +57,12 @@ def test_a_topic_far_behind_the_others_loses_no_instant():
     ]
 
 
-def test_an_incomplete_repeat_does_not_reach_into_the_next_run():
+def test_a_topic_that_goes_back_in_time_is_refused():
     gathered = ExactTimeSynchronizer(('a', 'b'))
     gathered.put('a', 5, 'old')
-    gathered.put('b', 5, 'old')
-    gathered.put('b', 5, 'old')  # once more, and then the run is restarted
-    gathered.put('b', 0, 'new')
-    assert gathered.put('a', 0, 'new') == {'a': 'new', 'b': 'new'}
-    assert gathered.put('a', 5, 'new') is None
-    assert gathered.put('b', 5, 'new') == {'a': 'new', 'b': 'new'}
+    gathered.put('b', 0, 'behind, not back')
+    with pytest.raises(TimeJumpError):
+        gathered.put('a', 0, 'old')
 
 
 def test_a_topic_that_never_comes_does_not_grow_for_ever():

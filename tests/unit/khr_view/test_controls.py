@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from khr_bringup.node_registry import table_of
 from khr_common.nodes.ros_parameters import describe
 from khr_common.parameters import specifications
-from khr_view.controls import WATCHED, Pending, Tunable, control, tunables
+from khr_view.controls import WATCHED, PendingChanges, Tunable, control, tunables
 
 
 @pytest.mark.parametrize('tunable', tunables(), ids=lambda each: f'{each.node}.{each.name}')
@@ -61,7 +61,7 @@ def test_what_is_fixed_or_no_number_has_no_control():
 
 @given(st.lists(st.one_of(st.floats(0, 1), st.sampled_from(['send', 'answer'])), max_size=40))
 def test_the_newest_value_always_arrives_and_one_request_is_under_way_at_a_time(steps):
-    pending, key = Pending(), ('node', 'name')
+    pending, key = PendingChanges(), ('node', 'name')
     under_way, asked, arrived = False, None, None
     for step in [*steps, 'answer', 'send', 'answer']:
         if step == 'send':

@@ -15,7 +15,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import charts
 from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
 from khr_view.charts.traces import Traces
-from khr_view.guard import open_door
+from khr_view.guard import listen
 from khr_view.model.snapshot import SnapshotBuilder
 from khr_view.page.display import CAMERA, CAMERA_NARROW, Display, Note, _frame
 from khr_view.page.live_panel import LivePanel
@@ -28,7 +28,7 @@ PERIOD = 15_000_000
 
 @pytest.fixture(scope='module')
 def display():
-    display = Display(open_door(), charts())
+    display = Display(listen(), charts())
     yield display
     display.close()
 
@@ -36,7 +36,7 @@ def display():
 @pytest.fixture(scope='module')
 def panel(display):
     scenarios = ['walk_3deg', 'walk_0deg']
-    return LivePanel(display.server, display.later, SimpleNamespace(), scenarios, 'same')
+    return LivePanel(display.server, display.later, scenarios, 'same')
 
 
 def button(panel, name):
@@ -53,9 +53,8 @@ def test_only_what_runs_or_is_paused_can_be_halted(panel):
         'finished': ('Pause', False),
     }.items():
         panel.show_state(state)
-        panel.show_offers(True, True, True)
+        panel.show_offers(True, True)
         assert button(panel, 'pause') == shown
-    assert button(panel, 'reset') == ('Reset to time 0', True)
 
 
 @pytest.mark.parametrize('playing', [False, True])
@@ -78,12 +77,12 @@ def test_a_time_that_a_reader_chooses_is_not_lost_while_the_page_shows_others(di
 
 
 def test_what_a_driver_does_not_offer_is_disabled_and_says_so_in_every_state(panel):
-    panel.show_offers(False, True, False)
+    panel.show_offers(False, False)
     for state in ('running', 'finished'):
         panel.show_state(state)
         assert button(panel, 'pause') == ('No pause: the driver has none', False)
     assert button(panel, 'push') == ('No push: the driver takes none', False)
-    panel.show_offers(True, True, True)
+    panel.show_offers(True, True)
     panel.show_state('running')
     assert button(panel, 'pause') == ('Pause', True)
 

@@ -5,57 +5,57 @@ import socket
 import pytest
 
 from khr_view.errors import ViewError
-from khr_view.guard import Door, inherited, open_door
+from khr_view.guard import AccessGuard, listen
 
 SOCKET = {'Upgrade': 'websocket'}
 
 
 @pytest.fixture
-def door():
-    found = open_door()
+def guard():
+    found = listen()
     yield found
     found.socket.close()
 
 
 def locked():
-    return Door(socket.socket(), '192.0.2.1', 8090, 'secret')
+    return AccessGuard(socket.socket(), '192.0.2.1', 8090, 'secret')
 
 
-def test_the_page_s_own_requests_are_accepted(door):
+def test_the_page_s_own_requests_are_accepted(guard):
     for name in ('127.0.0.1', 'localhost'):
-        host = f'{name}:{door.port}'
-        assert not door.refusal({'Host': host}, '/')
-        assert not door.refusal({'Host': host, 'Origin': f'http://{host}', **SOCKET}, '/')
+        host = f'{name}:{guard.port}'
+        assert not guard.refusal({'Host': host}, '/')
+        assert not guard.refusal({'Host': host, 'Origin': f'http://{host}', **SOCKET}, '/')
 
 
 @pytest.mark.parametrize(
     'origin', ['http://evil.example', 'null', '', 'http://127.0.0.1:1', 'http://localhost']
 )
-def test_a_socket_for_another_origin_is_refused_by_name(door, origin):
-    host = f'127.0.0.1:{door.port}'
-    reason = door.refusal({'Host': host, 'Origin': origin, **SOCKET}, '/')
+def test_a_socket_for_another_origin_is_refused_by_name(guard, origin):
+    host = f'127.0.0.1:{guard.port}'
+    reason = guard.refusal({'Host': host, 'Origin': origin, **SOCKET}, '/')
     assert repr(origin) in reason and f'http://{host}' in reason
 
 
 @pytest.mark.parametrize('host', ['evil.example', 'evil.example:8090', '', '127.0.0.1'])
-def test_a_name_that_was_made_to_point_here_is_refused(door, host):
-    assert 'host' in door.refusal({'Host': host}, '/')
-    assert door.refusal({'Host': host, 'Origin': f'http://{host}', **SOCKET}, '/')
+def test_a_name_that_was_made_to_point_here_is_refused(guard, host):
+    assert 'host' in guard.refusal({'Host': host}, '/')
+    assert guard.refusal({'Host': host, 'Origin': f'http://{host}', **SOCKET}, '/')
 
 
-def test_a_door_for_others_needs_its_token_once_and_a_cookie_then():
-    door = locked()
-    assert 'token' in door.refusal({'Host': '192.0.2.1:8090'}, '/')
-    assert 'token' in door.refusal({'Host': '192.0.2.1:8090'}, '/?token=secre')
-    assert 'token' in door.refusal({'Host': 'x', 'Cookie': 'khr_view=other'}, '/')
-    assert 'token' in door.refusal({'Host': 'x', 'Cookie': '\x00=;;;"'}, '/')
-    assert not door.refusal({'Host': '192.0.2.1:8090'}, '/?token=secret')
-    cookie = door.headers('/?token=secret')['Set-Cookie']
+def test_a_guard_for_others_needs_its_token_once_and_a_cookie_then():
+    guard = locked()
+    assert 'token' in guard.refusal({'Host': '192.0.2.1:8090'}, '/')
+    assert 'token' in guard.refusal({'Host': '192.0.2.1:8090'}, '/?token=secre')
+    assert 'token' in guard.refusal({'Host': 'x', 'Cookie': 'khr_view=other'}, '/')
+    assert 'token' in guard.refusal({'Host': 'x', 'Cookie': '\x00=;;;"'}, '/')
+    assert not guard.refusal({'Host': '192.0.2.1:8090'}, '/?token=secret')
+    cookie = guard.headers('/?token=secret')['Set-Cookie']
     assert 'HttpOnly' in cookie and 'SameSite=Strict' in cookie
-    assert 'Set-Cookie' not in door.headers('/')
+    assert 'Set-Cookie' not in guard.headers('/')
     host = {'Host': '192.0.2.1:8090', 'Cookie': cookie.split(';')[0]}
-    assert not door.refusal({**host, 'Origin': 'http://192.0.2.1:8090', **SOCKET}, '/')
-    assert door.refusal({**host, 'Origin': 'http://evil.example', **SOCKET}, '/')
+    assert not guard.refusal({**host, 'Origin': 'http://192.0.2.1:8090', **SOCKET}, '/')
+    assert guard.refusal({**host, 'Origin': 'http://evil.example', **SOCKET}, '/')
 
 
 @pytest.mark.parametrize(
@@ -71,25 +71,25 @@ def test_a_token_of_other_bytes_is_none(headers, path):
     assert 'token' in locked().refusal({'Host': '192.0.2.1:8090', **headers}, path)
 
 
-def test_the_browser_is_told_to_load_nothing_from_elsewhere(door):
-    policy = door.headers('/')['Content-Security-Policy']
+def test_the_browser_is_told_to_load_nothing_from_elsewhere(guard):
+    policy = guard.headers('/')['Content-Security-Policy']
     assert "default-src 'self'" in policy and "frame-ancestors 'none'" in policy
     assert '*' not in policy and 'http' not in policy
 
 
 def test_only_what_others_reach_has_a_token():
-    near, far = open_door('localhost'), open_door('0.0.0.0')
+    near, far = listen('localhost'), listen('0.0.0.0')
     assert not near.token and len(far.token) >= 32
     assert far.token in far.address and near.address == f'http://localhost:{near.port}/'
     near.socket.close()
     far.socket.close()
 
 
-def test_a_port_that_is_taken_is_refused_and_a_free_one_found(door):
-    with pytest.raises(ViewError, match=f'--port: {door.port} .*accepted: a free port'):
-        open_door(port=door.port)
-    other = open_door(first=door.port)
-    assert other.port != door.port
+def test_a_port_that_is_taken_is_refused_and_a_free_one_found(guard):
+    with pytest.raises(ViewError, match=f'--port: {guard.port} .*accepted: a free port'):
+        listen(port=guard.port)
+    other = listen(first=guard.port)
+    assert other.port != guard.port
     other.socket.close()
 
 
@@ -104,13 +104,5 @@ def test_a_port_that_is_taken_is_refused_and_a_free_one_found(door):
 )
 def test_an_address_that_cannot_be_had_is_one_line(host, port, says):
     with pytest.raises(ViewError, match=says) as caught:
-        open_door(host, port)
+        listen(host, port)
     assert '\n' not in str(caught.value) and 'accepted' in str(caught.value)
-
-
-def test_a_door_is_handed_on(door):
-    again = inherited(socket.dup(door.socket.fileno()), door.host, door.token)
-    assert again == door
-    again.socket.close()
-    with pytest.raises(ViewError, match='accepted: a socket'):
-        inherited(0, 'x', '')

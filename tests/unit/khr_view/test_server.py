@@ -13,13 +13,13 @@ from viser._messages import ResetGuiMessage
 from viser.infra import _infra
 from websockets.sync.client import connect
 
-from khr_view.guard import open_door
+from khr_view.guard import listen
 from khr_view.page.server import PageServer
 
 
 def test_only_the_loop_wakes_those_who_wait_for_a_change():
     """What wakes a viewer of asyncio in another thread breaks, now and then, with ten of them."""
-    server = PageServer(open_door(), 'khr')
+    server = PageServer(listen(), 'khr')
     server.stop()
     loop = asyncio.new_event_loop()
     buffer = _infra.AsyncMessageBuffer(loop, persistent_messages=True)
@@ -31,8 +31,8 @@ def test_only_the_loop_wakes_those_who_wait_for_a_change():
 
 def test_a_viewer_that_comes_before_the_page_is_built_sees_it(monkeypatch):
     """viser serves from its start on, and builds what it serves afterwards."""
-    door, came, start = open_door(), [], _infra.WebsockServer.start
-    origin, version = f'127.0.0.1:{door.port}', f'viser-v{viser.__version__}'
+    guard, came, start = listen(), [], _infra.WebsockServer.start
+    origin, version = f'127.0.0.1:{guard.port}', f'viser-v{viser.__version__}'
 
     def start_and_come(server):
         start(server)
@@ -41,7 +41,7 @@ def test_a_viewer_that_comes_before_the_page_is_built_sees_it(monkeypatch):
         came.append(early)
 
     monkeypatch.setattr(_infra.WebsockServer, 'start', start_and_come)
-    server = PageServer(door, 'khr')
+    server = PageServer(guard, 'khr')
     with came[0] as early:
         assert early.recv(timeout=20)
     server.stop()
@@ -49,10 +49,10 @@ def test_a_viewer_that_comes_before_the_page_is_built_sees_it(monkeypatch):
 
 @pytest.fixture(scope='module')
 def served():
-    door = open_door()
-    server = PageServer(door, 'khr')
+    guard = listen()
+    server = PageServer(guard, 'khr')
     server.tables['signals.csv'] = lambda: '"time, s"\n0.0\n'
-    yield door.address
+    yield guard.address
     server.stop()
 
 
@@ -96,9 +96,9 @@ def test_nothing_else_is(served, path):
     ('path', 'header'), [(b'/?token=\xff', b''), (b'/', b'Cookie: khr_view=\xff'), (b'//[', b'')]
 )
 def test_bytes_of_whoever_sends_them_are_refused(path, header):
-    door = replace(open_door(), token='secret')
-    server = PageServer(door, 'khr')
-    with socket.create_connection((door.host, door.port), timeout=60) as raw:
+    guard = replace(listen(), token='secret')
+    server = PageServer(guard, 'khr')
+    with socket.create_connection((guard.host, guard.port), timeout=60) as raw:
         lines = [
             b'GET ' + path + b' HTTP/1.1',
             b'Host: x',

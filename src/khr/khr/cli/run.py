@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 from rich.console import Console
 
 from khr.cli.progress import show_run
 from khr.cli.summary import print_line, summarise
-from khr_bringup.graph.graph import Callbacks, RunOptions
-from khr_bringup.graph.run_registry import RunEntry, check_domain
+from khr_bringup.graph.following import Callbacks
+from khr_bringup.graph.graph import RunOptions
+from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
 from khr_bringup.offline import duration
 from khr_bringup.result import Result, write_outcome
 from khr_bringup.run_folder import claimed
@@ -22,7 +24,8 @@ from khr_common import KhrError
 from khr_common.errors import INTERRUPTED
 from khr_sim.run_parameters import RunParameters
 from khr_sweeps.progress import ProgressBar
-from khr_view.beside import Viewing, page
+from khr_view.session import Session
+from khr_view.viewing import Viewing, live_page
 
 NETWORK = (
     '--network: every machine that reaches this one may see all topics, publish on them and '
@@ -32,9 +35,9 @@ NETWORK = (
 
 @dataclass(frozen=True)
 class Options:
-    """How to run a scenario, and what to make of it; see ``khr run --help``."""
+    """How to run a scenario, and what to do with its results; see ``khr run --help``."""
 
-    way: RunOptions = field(default_factory=RunOptions)
+    run: RunOptions = field(default_factory=RunOptions)
     draw: bool = True
     out: Path | None = None
     expect: str = ''
@@ -42,8 +45,8 @@ class Options:
 
     @property
     def recorded(self) -> bool:
-        """Return whether the run leaves a bag."""
-        return self.way.record and not self.way.offline
+        """Return whether the run has a bag."""
+        return self.run.record and not self.run.offline
 
 
 def run_scenario(scenario: Scenario, options: Options) -> int:
@@ -53,29 +56,73 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
         KhrError: if an option is not accepted.
         RunError: if the run could not go on.
     """
-    way = options.way
-    expected = Expectation.parse(options.expect, '--expect', scenario, way.offline)
+    expected = Expectation.parse(options.expect, '--expect', scenario, options.run.offline)
     console = Console(stderr=True)
+    check_domain(options.run.domain)  # before a folder is made or the page is opened
+    with live_page(options.view, partial(print_line, console)) as observed:
+        return _run(scenario, options, expected, console, Callbacks(observed=observed))
+
+
+def view_scenario(scenario: Scenario, options: Options) -> int:
+    """Run a scenario, then those that the reader of its page asks for; return the exit code.
+
+    Raises:
+        KhrError: if an option is not accepted.
+        RunError: if a run could not go on.
+    """
+    console, session = Console(stderr=True), Session(scenario)
+    domain = registered(scenario.name, Path(), options.run.domain)
     report = partial(print_line, console)
-    check_domain(way.domain)  # refused before a folder is made, and so is the page
-    beside = page(options.view, report)
+    with live_page(options.view, report, session) as observed, domain as entry:
+        callbacks = Callbacks(
+            observed=observed,
+            finish=lambda: session.next is not None,
+            interrupted=session.end,
+            switch=session.switch,
+        )
+        for number in count(1):
+            out = options.out if number == 1 else _numbered(options.out, number)
+            attempt = replace(options, out=out)
+            code = _run(
+                session.scenario, attempt, Expectation(), console, callbacks, entry, session
+            )
+            if code or not session.advance():
+                return code
+    return 0
+
+
+def _numbered(out: Path | None, number: int) -> Path | None:
+    return out and out.with_name(f'{out.name}-{number}')
+
+
+def _run(
+    scenario: Scenario,
+    options: Options,
+    expected: Expectation,
+    console: Console,
+    callbacks: Callbacks,
+    entry: RunEntry | None = None,
+    session: Session | None = None,
+) -> int:
+    """Run a scenario in a folder of its own; return the exit code."""
+    way, report = options.run, partial(print_line, console)
     lasts = scenario.table(RunParameters).duration if way.stay else duration(scenario)
     bar = ProgressBar(total=lasts, unit='s', console=console)
 
     with claimed(options.out, scenario.name) as folder, bar:
 
-        def begun(entry: RunEntry) -> None:
+        def started(entry: RunEntry) -> None:
             report(f'{scenario.name}: {entry.to_join}  folder {folder}')
             if entry.network:
                 report(f'khr: {NETWORK}')
             bar.show('starting', 0.0)
 
-        result = run_to_end(
-            scenario, folder, way, Callbacks(begun, partial(show_run, bar), beside)
-        )
+        hooks = replace(callbacks, started=started, progress=partial(show_run, bar))
+        result = run_to_end(scenario, folder, way, hooks, entry)
     for warning in result.warnings:
         report(f'khr: {warning}')
-    failures = _kept(folder, result, options, console)
+    last = session is None or session.next is None  # a plot would delay the next run
+    failures = _kept(folder, result, replace(options, draw=options.draw and last), console)
     summarise(result, folder, options.recorded)
     for failure in failures:
         report(f'khr: {failure}')

@@ -7,11 +7,11 @@ import time
 from khr_analysis.course import Course, CourseParameters
 from khr_common import cdr
 from khr_common.block import NodeSpec
-from khr_common.interfaces import CLOCK, OVER, STATE
+from khr_common.interfaces import CLOCK, FINISHED, STATE
 from khr_common.nodes.messages import status
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import KEY
-from khr_common.stamps import StampJudge
+from khr_common.stamps import StampSequence
 
 REPORT_PERIOD = 1.0  # s of wall time between reports that the driver is there
 
@@ -24,7 +24,7 @@ class CourseNode(KhrNode):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._course = Course(self.parameters)
-        self._judge = StampJudge(self._restart)
+        self._stamps = StampSequence()
         self._reported = float('-inf')  # s of wall time
         self._state = self.publisher(STATE)
         self._publish()
@@ -38,15 +38,10 @@ class CourseNode(KhrNode):
         if self._course.state != before:
             self._publish()
 
-    def _restart(self) -> None:
-        """Begin another run: the clock has gone back."""
-        self.begin()
-        self._course = Course(self.parameters)
-        self._publish()
-
     def _on_clock(self, stamp_ns: int) -> None:
         self._reported = time.monotonic()
-        self._judge.is_new(stamp_ns)
+        if self._course.state != FINISHED:
+            self._stamps.is_new(stamp_ns)  # a clock that goes back ends the run
         if self._course.take(stamp_ns):
             self._publish()
         self.now_ns = self._course.now_ns
@@ -60,7 +55,7 @@ class CourseNode(KhrNode):
             'waiting_for': 'the clock of the driver' if course.state == 'waiting' else '',
             KEY: self.run,
         }
-        if course.state in OVER:
+        if course.state == FINISHED:
             values['trajectory_hash'] = ''  # nothing was simulated
         self._state.publish(status('course', course.state, values))
 

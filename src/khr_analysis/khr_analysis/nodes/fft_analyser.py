@@ -9,10 +9,9 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnaly
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import GYRO, PEAKS, SPECTRUM, Topic
-from khr_common.nodes.epoch import Epoch
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import restamp, status
-from khr_common.stamps import StampJudge
+from khr_common.stamps import RunTime, StampSequence
 
 QUIET = 10.0  # s of wall time between warnings
 
@@ -28,8 +27,7 @@ class FftAnalyserNode(Listener):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._analyser = SpectrumAnalyser(self.parameters)
-        self._judge = StampJudge(self._restart)
-        self._epoch = Epoch(self, self._restart)
+        self._stamps, self._time = StampSequence(), RunTime()
         self._spectrum = self.publisher(SPECTRUM)
         self._peaks = self.publisher(PEAKS)
         self.subscribe_numbers(GYRO, self._on_gyro)
@@ -38,17 +36,13 @@ class FftAnalyserNode(Listener):
         """Pass changed parameters to the analyser."""
         self._analyser.configure(parameters)
 
-    def _restart(self) -> None:
-        self.begin()
-        self._analyser = SpectrumAnalyser(self.parameters)
-
     def _on_gyro(self, _: Topic, stamp_ns: int, rates: Floats) -> None:
         self.now_ns = stamp_ns
         self.received(stamp_ns)
-        if not self._judge.is_new(stamp_ns):
+        if not self._stamps.is_new(stamp_ns):
             return
         before = self._analyser.reason
-        spectrum = self._analyser.add(self._epoch.since(stamp_ns) / 1e9, rates[1])
+        spectrum = self._analyser.add(self._time.since_start(stamp_ns) / 1e9, rates[1])
         if self._analyser.reason != before:
             self.get_logger().warning(
                 f'window emptied: {self._analyser.reason}', throttle_duration_sec=QUIET

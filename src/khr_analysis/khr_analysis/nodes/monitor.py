@@ -19,11 +19,10 @@ from khr_analysis.sensed_outcome import SensedMonitor
 from khr_common.block import NodeSpec
 from khr_common.cdr import Floats
 from khr_common.interfaces import GYRO, OUTCOME, PEAKS, TRUE_RATE, Topic
-from khr_common.nodes.epoch import Epoch
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import status
 from khr_common.run_identity import KEY
-from khr_common.stamps import ExactTimeSynchronizer, StampJudge
+from khr_common.stamps import ExactTimeSynchronizer, RunTime, StampSequence
 
 REPORT_PERIOD = 0.5  # s of wall time
 LEVELS: dict[str, bytes] = {'fell': DiagnosticStatus.ERROR, 'slipped': DiagnosticStatus.WARN}
@@ -38,13 +37,16 @@ class MonitorNode(Listener):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         sensed = self.parameters.judge_by == 'sensors'
-        self._make = SensedMonitor if sensed else OutcomeMonitor
         self._rate, looks_at = (GYRO, SENSED) if sensed else (TRUE_RATE, OBSERVED)
-        self._judge = StampJudge(self._restart)
-        self._epoch = Epoch(self, self._restart)
+        self._stamps, self._time = StampSequence(), RunTime()
         self._inputs = ExactTimeSynchronizer(looks_at)
         self._outcome_out = self.publisher(OUTCOME)
-        self._restart()
+        judge = SensedMonitor if sensed else OutcomeMonitor
+        self._monitor: OutcomeMonitor | SensedMonitor = judge(self.parameters)
+        self._outcome: Outcome | SensedOutcome | None = None
+        self._pitch_rate = 0.0
+        self._peak = ''
+        self._mark = (time.monotonic(), 0)
         for topic in looks_at:
             self.subscribe_numbers(topic, self._on_numbers)
         self.subscribe(PEAKS, self._on_peaks)
@@ -54,26 +56,17 @@ class MonitorNode(Listener):
         """Pass changed parameters to the judge."""
         self._monitor.configure(parameters)
 
-    def _restart(self) -> None:
-        self.begin()
-        self._monitor: OutcomeMonitor | SensedMonitor = self._make(self.parameters)
-        self._outcome: Outcome | SensedOutcome | None = None
-        self.now_ns = 0
-        self._pitch_rate = 0.0
-        self._peak = ''
-        self._mark = (time.monotonic(), 0)
-
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
         signals = self._inputs.put(topic, stamp_ns, numbers)
         if signals is None:
             return
         self.received(stamp_ns)
-        if not self._judge.is_new(stamp_ns):
+        if not self._stamps.is_new(stamp_ns):
             return
         before = self._outcome
         self._pitch_rate = signals[self._rate][1]
-        self._outcome = self._monitor.update(self._epoch.since(stamp_ns), signals)
-        self.now_ns = self._epoch.since(stamp_ns)
+        self.now_ns = self._time.since_start(stamp_ns)
+        self._outcome = self._monitor.update(self.now_ns, signals)
         if self.received_all or before is None or before.verdict != self._outcome.verdict:
             self._publish(self._outcome)
 

@@ -1,4 +1,4 @@
-"""The stage node: which of the controls may act, by the inclination read back from the feet."""
+"""The stage node: which controllers may act, by the inclination measured at the feet."""
 
 from __future__ import annotations
 
@@ -17,8 +17,7 @@ MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 class StageNode(BlockNode):
     """Answer with ``stage``, and publish each stage that is entered on ``stage/changes``.
 
-    ``stage/changes`` is latched: the stage that a run starts in, and every other one from when it
-    is entered.
+    ``stage/changes`` is latched: the stage at the start of the run, then each stage entered.
     """
 
     def __init__(self, spec: NodeSpec) -> None:
@@ -26,13 +25,8 @@ class StageNode(BlockNode):
         self._number = 0
         self._changes = self.publisher(STAGE_CHANGES)
 
-    def restart(self) -> None:
-        """Begin again in the first stage."""
-        super().restart()
-        self._number = 0
-
-    def answered(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
-        """Publish the stage if it is another one."""
+    def on_answer(self, stamp_ns: int, answer: tuple[Numbers, ...]) -> None:
+        """Publish the stage if it has changed."""
         number = int(answer[0][0])
         if number != self._number:
             self._publish_change(number, answer[0][1], stamp_ns)

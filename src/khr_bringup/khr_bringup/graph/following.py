@@ -5,12 +5,12 @@ from __future__ import annotations
 import signal
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from typing import Any
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from math import inf
+from typing import TYPE_CHECKING
 
 from khr_analysis.node_specs import MONITOR, RECORDER
-from khr_bringup.changes import effective
 from khr_bringup.graph.wiring import START_TIMEOUT, nodes_of
 from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Progress, Result
@@ -21,41 +21,60 @@ from khr_common.punctuality import RealTime
 from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 
+if TYPE_CHECKING:
+    from khr_bringup.graph.run_monitor import View
+    from khr_bringup.graph.run_registry import RunEntry
+
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
 SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
 LAST_WORDS = 4.0  # s of wall time for the outcome of a run that was interrupted; launch waits 5
+
+
+@dataclass(frozen=True)
+class Callbacks:
+    """Functions that a run calls.
+
+    Attributes:
+        started: called with the entry of a graph before its nodes start.
+        progress: called many times a second.
+        observed: holds what observes a graph, as long as ROS is up in this process.
+        finish: returns whether the graph is to end now.
+        interrupted: called at the end of a graph that a signal has ended.
+        switch: ends the graph for another scenario; None if this run has no successor.
+    """
+
+    started: Callable[[RunEntry], None] = lambda _: None
+    progress: Callable[[Progress], None] = lambda _: None
+    observed: Callable[[], AbstractContextManager[object]] = nullcontext
+    finish: Callable[[], bool] = lambda: False
+    interrupted: Callable[[], None] = lambda: None
+    switch: Callable[[str, str], None] | None = None
 
 
 def follow(
     scenario: Scenario,
     listeners: Sequence[str],
     run: str,
-    interrupted: Sequence[int],
+    callbacks: Callbacks,
     *,
-    show: Callable[[Progress], None] = lambda _: None,
-    ended: Callable[[], str | None] = lambda: None,
-    left: Callable[[], list[str]] = list,
-    stay: bool = False,
-    interrupt: Callable[[], None] = lambda: None,
+    failed: Callable[[], str | None] = lambda: None,
+    stop: Callable[[], None] = lambda: None,
+    endless: bool = False,
     simulator: str = 'simulator',
     arguments: Sequence[str] = (),
-    folder: Path | None = None,
 ) -> Result:
-    """Follow a run until it is over, received by all and judged.
+    """Follow a run until it is over, received by all listeners and judged.
 
     Args:
         scenario: of the run.
         listeners: the nodes that must receive the whole run.
         run: its identity.
-        interrupted: the signals that were caught so far.
-        show: called some times a second.
-        ended: describes a process of the run that has ended, if one has.
-        left: describes processes beside the run that have ended since it was asked last.
-        stay: whether to go on after the end of the run, until a signal.
-        interrupt: called once, at the first signal.
+        callbacks: to call meanwhile.
+        failed: describes a process of the run that has ended, if one has.
+        stop: called once, when the run is to end.
+        endless: whether to go on after the end of the run, until asked to finish.
         simulator: the process that has the simulator.
         arguments: of ROS, such as the namespace.
-        folder: of the run, for the scenarios that it is switched to.
 
     Raises:
         RunError: if a node has ended, or does not appear or answer in time; it is named.
@@ -68,29 +87,27 @@ def follow(
 
     began = time.monotonic()
     rclpy.init(args=arguments, signal_handler_options=SignalHandlerOptions.NO)
-    table = scenario.table(RunParameters)
-    # In realtime a node may fall silent and the run goes on, so not all can receive all of it.
-    awaited = listeners if table.sync == 'lockstep' else ()
-    watcher = Watcher(
-        awaited, run, _owners(scenario, RECORDER.name in listeners), folder, scenario.driver
-    )
-    watcher.view.judges = MONITOR.name in scenario.nodes
+    # In realtime mode the run goes on without a silent node, so not all can receive the whole run.
+    lockstep = scenario.table(RunParameters).sync == 'lockstep'
+    owners = _owners(scenario, RECORDER.name in listeners)
+    watcher = Watcher(listeners if lockstep else (), run, owners, callbacks.switch)
+    view, deadline = watcher.view, inf
+    view.judges = MONITOR.name in scenario.nodes
     executor = EventsExecutor()
     executor.add_node(watcher)
-    view, deadline = watcher.view, float('inf')
     try:
-        while (not view.over or (stay and not interrupted)) and time.monotonic() < deadline:
-            executor.spin_once(0.1)
-            view.warnings += left()
-            show(view.progress)
-            if interrupted and deadline == float('inf'):
-                deadline = time.monotonic() + LAST_WORDS
-                interrupt()
-            trouble = watcher.stranger()
-            if not (interrupted or view.over):
-                trouble = trouble or ended() or _silent(view, simulator) or _unfinished(view)
-            if trouble is not None:
-                raise RunError(f'{trouble}; the run was stopped')
+        with callbacks.observed():
+            while (not view.over or (endless and deadline == inf)) and time.monotonic() < deadline:
+                executor.spin_once(0.1)
+                callbacks.progress(view.progress)
+                if deadline == inf and callbacks.finish():
+                    deadline = time.monotonic() + LAST_WORDS
+                    stop()
+                trouble = watcher.stranger()
+                if not (deadline < inf or view.over):
+                    trouble = trouble or failed() or _silent(view, simulator) or _unfinished(view)
+                if trouble is not None:
+                    raise RunError(f'{trouble}; the run was stopped')
     finally:
         executor.remove_node(watcher)
         watcher.destroy_node()
@@ -98,14 +115,13 @@ def follow(
     return _result(view, scenario, began)
 
 
-def _result(view: Any, scenario: Scenario, began: float) -> Result:
+def _result(view: View, scenario: Scenario, began: float) -> Result:
     values = view.state_values
     if values.get('end') == 'error':
         raise RunError(f'{one_line(values.get("reason", ""))}; the run was stopped')
     now = time.monotonic()
-    ran = view.scenario or scenario
     return Result(
-        scenario=ran,
+        scenario=scenario,
         judged=view.judged,
         trajectory_hash=values.get('trajectory_hash', ''),
         end=values.get('end') or 'stopped',  # stopped: interrupted before it began
@@ -113,7 +129,7 @@ def _result(view: Any, scenario: Scenario, began: float) -> Result:
         startup=(view.started or now) - began,
         wall_time=view.ran + (now - view.entered if view.state == 'running' else 0.0),
         realtime=RealTime.read(values),
-        changes=effective(view.changes, ran),
+        changes=tuple(view.changes),
         warnings=tuple(view.complaints),
     )
 
@@ -134,7 +150,7 @@ def _owners(scenario: Scenario, record: bool) -> dict[str, str]:
     }
 
 
-def _silent(view: Any, simulator: str) -> str | None:
+def _silent(view: View, simulator: str) -> str | None:
     """Describe the process of a simulator that has not reported for long: it keeps the clock."""
     silent = time.monotonic() - view.alive
     if (
@@ -145,7 +161,7 @@ def _silent(view: Any, simulator: str) -> str | None:
     return f'{simulator} has not reported for {silent:.0f} s'
 
 
-def _unfinished(view: Any) -> str | None:
+def _unfinished(view: View) -> str | None:
     """Return what is missing of a finished run if nothing has come for long."""
     if view.state != 'finished' or time.monotonic() - view.news < START_TIMEOUT:
         return None

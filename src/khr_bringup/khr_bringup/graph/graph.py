@@ -6,20 +6,20 @@ import json
 import os
 import resource
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 from khr_bringup.code_version import as_run
-from khr_bringup.graph.following import follow, interrupts
+from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.intruders import Intruders
 from khr_bringup.graph.processes import Processes, unhurried
 from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry
 from khr_bringup.graph.wiring import Wiring, nodes_of
 from khr_bringup.node_registry import registry
-from khr_bringup.result import Progress, Result
+from khr_bringup.result import Result
 from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
@@ -39,7 +39,7 @@ class RunOptions:
         record: whether to write a bag.
         domain: of ROS; a free one by default.
         network: whether other machines may join.
-        stay: whether the graph stays until it is interrupted, and may be started anew.
+        stay: whether the graph stays until it is interrupted.
         driver_parameters: file for the executable that drives, if one does.
     """
 
@@ -50,21 +50,6 @@ class RunOptions:
     network: bool = False
     stay: bool = False
     driver_parameters: Path | None = None
-
-
-@dataclass(frozen=True)
-class Callbacks:
-    """Functions that a run calls.
-
-    Attributes:
-        begun: called with the entry of a graph before its nodes start.
-        show: called many times a second.
-        beside: starts what looks on at a graph, which goes on without it.
-    """
-
-    begun: Callable[[RunEntry], None] = lambda _: None
-    show: Callable[[Progress], None] = lambda _: None
-    beside: Callable[[Processes], None] = lambda _: None
 
 
 def run_graph(
@@ -107,25 +92,24 @@ def run_graph(
                     scenario.driver.path,
                     _arguments(wiring.driver_parameters(scenario), options.driver_parameters),
                 )
-            callbacks.beside(processes)
             keeper = 'graph' if options.one_process else first
             launched = time.monotonic() - began
+            ending = replace(callbacks, finish=lambda: bool(interrupted) or callbacks.finish())
             result = follow(
                 scenario,
                 wiring.listeners,
                 entry.run,
-                interrupted,
-                show=callbacks.show,
-                ended=lambda: processes.ended() or intruders.found(),
-                left=processes.left,
-                stay=options.stay,
-                interrupt=lambda: processes.interrupt(keeper),
+                ending,
+                failed=lambda: processes.ended() or intruders.found(),
+                stop=lambda: processes.interrupt(keeper),
+                endless=options.stay,
                 simulator=scenario.driver.label if scenario.driver else keeper,
                 arguments=WITHOUT_LOG,
-                folder=folder,
             )
         finally:
             failure = processes.stop()
+            if interrupted:
+                callbacks.interrupted()
     return replace(result, failure=failure or '', startup=launched + result.startup)
 
 

@@ -20,7 +20,6 @@ from khr_common.text.quoting import quoted
 from khr_common.text.strict_yaml import read_file
 
 PATIENCE = 5.0  # s of wall time for a node to appear, and again to answer
-SWITCHING = 60.0  # s of wall time for all nodes to prepare for another scenario
 
 
 @dataclass(frozen=True)
@@ -98,12 +97,9 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
     """
     name = parameter.name
     if parameter.fixed:
-        from khr_bringup.graph.switching import KEPT  # takes long to load
-
-        switch = '' if name in KEPT.get(node, ()) else ', or khr switch'
         raise BringupError(
             f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.shown} while it '
-            f'runs; accepted: khr run --set {node}.{name}=VALUE{switch}'
+            f'runs; accepted: khr run --set {node}.{name}=VALUE'
         )
     if node in registry() and name in specifications(table_of(node)):
         try:
@@ -113,10 +109,10 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
 
 
 def switch_scenario(scenario: Path, domain: int | None = None) -> str:
-    """Have a running graph take another scenario as a whole; return the run's folder.
+    """Have ``khr view`` end its run and start another scenario; return the title of the run.
 
     Raises:
-        BringupError: if there is no run, or it refuses; then all is as before.
+        BringupError: if there is no such run, or the scenario is refused; then the run goes on.
     """
     from rcl_interfaces.srv import SetParametersAtomically
 
@@ -125,12 +121,12 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
     text = read_file(scenario)
     entry = choose(domain)
     request = to_set({'name': scenario.stem, 'scenario': text})
-    answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, SWITCHING)
+    answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, PATIENCE)
     if answer is None:
         raise BringupError('khr: no answer; is the run still there?')
     if not answer.result.successful:
         raise BringupError(answer.result.reason)
-    return entry.folder
+    return entry.title
 
 
 def call_trigger(service: str, domain: int | None = None) -> str:

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
 from functools import partial
 from pathlib import Path
@@ -54,7 +54,6 @@ class Processes:
         self._log = log
         self._locks = locks
         self._children: dict[str, subprocess.Popen[bytes]] = {}
-        self._beside: set[str] = set()
         self._first, self._foreign = first, set[str]()
         self._moved: dict[str, float] = {}  # when each was last seen not to be frozen
         log.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -78,38 +77,24 @@ class Processes:
         self._foreign.add(name)
         self.start_module(name, EXECUTABLE, [str(path), *arguments])
 
-    def start_module(
-        self,
-        name: str,
-        module: str,
-        arguments: list[str],
-        environment: Mapping[str, str] | None = None,
-        descriptor: int = -1,
-        beside: bool = False,
-    ) -> None:
+    def start_module(self, name: str, module: str, arguments: list[str]) -> None:
         """Start a module with its output in ``name.log``; it ends with this process.
 
         Args:
             name: of the process.
             module: to run.
             arguments: of its command line.
-            environment: added to that of all.
-            descriptor: of a file that it inherits; negative if there is none.
-            beside: whether the run goes on without it.
         """
-        if beside:
-            self._beside.add(name)
-        inherited = (*self._locks, *([descriptor] if descriptor >= 0 else []))
         path, for_this_user = self._log / f'{name}.log', partial(os.open, mode=0o600)
         with open(path, 'wb', opener=for_this_user) as log, _sigint_blocked():
             self._children[name] = subprocess.Popen(
                 [sys.executable, '-m', 'khr_bringup.graph.child', module, *arguments],
-                env={**self._environment, **(environment or {})},
+                env=self._environment,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=subprocess.STDOUT,
                 start_new_session=True,
-                pass_fds=inherited,
+                pass_fds=self._locks,
                 preexec_fn=tied_to_parent(),
             )
 
@@ -117,8 +102,6 @@ class Processes:
         """Describe a process that has ended or is frozen, of those that the run needs."""
         now = time.monotonic()
         for name, child in self._children.items():
-            if name in self._beside:
-                continue
             code = child.poll()
             if code is not None:
                 return self._obituary(name, code)
@@ -128,15 +111,6 @@ class Processes:
             elif now - since > FROZEN:
                 return f'{name} has been stopped by a signal for {FROZEN:g} s'
         return None
-
-    def left(self) -> list[str]:
-        """Describe those that were beside the run and have ended; forget them."""
-        gone = {name: self._children[name].poll() for name in self._beside}
-        ended = {name: code for name, code in gone.items() if code is not None}
-        self._beside -= set(ended)
-        for name in ended:
-            del self._children[name]
-        return [self._obituary(name, code) for name, code in ended.items()]
 
     def _obituary(self, name: str, code: int) -> str:
         how = f'was killed by {signal.Signals(-code).name}' if code < 0 else f'ended with {code}'

@@ -6,10 +6,8 @@ import time
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from pathlib import Path
 from typing import Any
 
-import rclpy
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
 from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.node import Node
@@ -18,13 +16,10 @@ from rclpy.serialization import deserialize_message
 
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_values import outcome_of
-from khr_bringup.changes import Change, changes
-from khr_bringup.graph.switching import switch
+from khr_bringup.changes import Change, changes_in
 from khr_bringup.result import Progress
-from khr_bringup.scenario.driver import Driver
-from khr_bringup.scenario.scenario import Scenario, parse
-from khr_common import KhrError, cdr
-from khr_common.interfaces import DIAGNOSTICS, OUTCOME, PARAMETER_EVENTS, READY, STATE, Topic
+from khr_common import KhrError, RunError, cdr
+from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
 from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
 from khr_common.punctuality import RealTime
@@ -36,6 +31,9 @@ UNNAMED = '_NODE_NAME_UNKNOWN_'  # what ROS calls a node whose name has not come
 NAMING = 2.0  # s of wall time for it to come
 MOST_WARNINGS, MOST_CHANGES = 50, 200  # that are kept
 POLL = 0.02  # s of wall time between looks whether it has
+
+# Ends the run and starts another scenario, given by name and text; raises KhrError if refused.
+Switch = Callable[[str, str], None]
 
 
 def pairs(status: DiagnosticStatus) -> dict[str, str]:
@@ -60,7 +58,6 @@ class View:
     changes: list[Change] = field(default_factory=list)
     received: dict[str, int] = field(default_factory=dict)  # by listener, up to when, ns
     listeners: tuple[str, ...] = ()
-    scenario: Scenario | None = None  # that was switched to
     judges: bool = True  # whether a monitor is there
     news: float = 0.0  # of the last report of state, outcome or listeners
     alive: float = field(default_factory=time.monotonic)  # of the simulator's last report
@@ -79,9 +76,7 @@ class View:
             else self.state_values.get('waiting_for')
         )
         return replace(
-            self.pace,
-            state=one_line(f'waiting for {waiting}' if waiting else self.state),
-            scenario=one_line(self.scenario.name) if self.scenario else '',
+            self.pace, state=one_line(f'waiting for {waiting}' if waiting else self.state)
         )
 
     @property
@@ -113,9 +108,7 @@ class View:
         check_status(values, run)
         RealTime.read(values)
         self.news = self.alive = now = time.monotonic()
-        if status.message == 'waiting':  # a run begins
-            self.ran = 0.0
-        elif self.state == 'running':
+        if self.state == 'running':
             self.ran += now - self.entered
         if status.message == 'running':
             self.started = self.started or now
@@ -137,6 +130,7 @@ class View:
 
     def take_diagnostics(self, array: DiagnosticArray) -> None:
         """Take how the nodes do; an ERROR is kept as a warning."""
+        self.changes = (self.changes + changes_in([array]))[:MOST_CHANGES]
         for status in array.status:
             values = pairs(status)
             if status.name == 'monitor' and 'real_time_factor' in values:
@@ -152,12 +146,6 @@ class View:
                 self.alive = time.monotonic()
             if status.level == DiagnosticStatus.ERROR:
                 self._warn(one_line(f'{status.name}: {status.message}'))
-
-    def take_change(self, event: Any, namespace: str) -> None:
-        """Take a change of parameters of a node in this namespace, at the time last reported."""
-        if event.node.rpartition('/')[0] == namespace:
-            found = [replace(each, time=self.pace.time) for each in changes([event])]
-            self.changes = (self.changes + found)[:MOST_CHANGES]
 
     def refuse(self, what: str) -> None:
         """Count a message that is not accepted, by its topic and the reason."""
@@ -176,8 +164,7 @@ class Watcher(Node):  # type: ignore[misc]
         listeners: who must have received the run whole before it is over.
         run: identity of the run; messages of another one are left out.
         owners: the one node that may publish each of these topics.
-        folder: of the run; none if it is not known.
-        driver: that the graph runs on; None for the simulator.
+        switch: ends the run for another scenario; None if this run has no successor.
     """
 
     def __init__(
@@ -185,20 +172,18 @@ class Watcher(Node):  # type: ignore[misc]
         listeners: Sequence[str],
         run: str = '',
         owners: Mapping[str, str] | None = None,
-        folder: Path | None = None,
-        driver: Driver | None = None,
+        switch: Switch | None = None,
     ) -> None:
         super().__init__('khr', start_parameter_services=False, enable_rosout=False)
         self.view = View(listeners=tuple(listeners))
-        self._owners, self._folder = owners or {}, folder
-        self._driver = driver
+        self._owners = owners or {}
+        self._switch = switch
         self.create_service(SetParametersAtomically, '~/switch', self._on_switch)
-        view, namespace = self.view, self.get_namespace().rstrip('/')
+        view = self.view
         self._follow(STATE, lambda status: view.take_state(status, run), LATCHED_FROM_ALL)
         self._follow(OUTCOME, lambda status: view.take_outcome(status, run), LATCHED_FROM_ALL)
         self._follow(READY, lambda text: view.take_ready(text, run), LATCHED_FROM_ALL)
         self._follow(DIAGNOSTICS, view.take_diagnostics, DATA)
-        self._follow(PARAMETER_EVENTS, lambda event: view.take_change(event, namespace), DATA)
 
     def stranger(self) -> str | None:
         """Describe a second source of a topic that has an owner, if there is one."""
@@ -222,23 +207,15 @@ class Watcher(Node):  # type: ignore[misc]
     def _on_switch(
         self, request: SetParametersAtomically.Request, response: SetParametersAtomically.Response
     ) -> SetParametersAtomically.Response:
-        """Take the text of a scenario, and its name, for the graph."""
+        """Ask for another run, of a scenario given by name and text."""
         given = {each.name: each.value.string_value for each in request.parameters}
-        own = rclpy.create_node(
-            '_khr_switch', context=self.context, namespace=self.get_namespace()
-        )
         response.result.successful = True
         try:
-            name = given.get('name', 'scenario')
-            scenario = parse(given.get('scenario', ''), name, name)
-            if self._driver is not None:
-                scenario = scenario.driven_by(self._driver)
-            self.view.scenario = switch(scenario, own, self._folder)
-            self.view.changes = []  # this run's are to come
+            if self._switch is None:
+                raise RunError('this run has no successor; accepted: a run of khr view')
+            self._switch(given.get('name', 'scenario'), given.get('scenario', ''))
         except KhrError as error:
             response.result.successful, response.result.reason = False, str(error)
-        finally:
-            own.destroy_node()
         return response
 
     def _follow(self, topic: Topic, callback: Callable[[Any], None], qos: QoSProfile) -> None:

@@ -12,7 +12,7 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from stat import S_ISDIR
@@ -70,6 +70,12 @@ class RunEntry:
     def title(self) -> str:
         """Return what names it to a person: scenario, domain and folder of its results."""
         return f'{self.scenario} (domain {self.domain}, {Path(self.place, self.folder)})'
+
+    def next_run(self, scenario: str, folder: Path) -> RunEntry:
+        """Return the entry of another run in the same domain."""
+        return replace(
+            self, scenario=scenario, folder=str(folder), run=uuid4().hex, since=time.time()
+        )
 
     def environment(self) -> dict[str, str]:
         """Return what a process must have in its environment to take part in the run."""

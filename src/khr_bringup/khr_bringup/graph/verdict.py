@@ -8,7 +8,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from khr_analysis.outcome_values import labelled
-from khr_bringup.graph.following import follow, interrupts
+from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.wiring import WIRING, Wiring
 from khr_bringup.result import NO_HASH, Result, write_outcome
 from khr_bringup.scenario import scenario as scenarios
@@ -47,14 +47,8 @@ def main() -> int:
         wiring = Wiring.read(options.parameters.with_name(WIRING))
         expected = Expectation.parse(options.expect, '--expect', scenario)
         with interrupts() as interrupted:
-            result = follow(
-                scenario,
-                wiring.listeners,
-                own_run(),
-                interrupted,
-                arguments=sys.argv,
-                folder=options.out,
-            )
+            callbacks = Callbacks(finish=lambda: bool(interrupted))
+            result = follow(scenario, wiring.listeners, own_run(), callbacks, arguments=sys.argv)
         _show(result)
         if options.out:
             write_outcome(options.out, result)

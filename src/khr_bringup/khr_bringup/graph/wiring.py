@@ -18,7 +18,7 @@ from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import ANYWHERE, Scenario, Values
 from khr_common import specifications
 from khr_common.files import write_text
-from khr_common.interfaces import CLOCK, LOG, PARAMETER_EVENTS, PUSH, Topic
+from khr_common.interfaces import CLOCK, LOG, PUSH, Topic
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_sim.run_parameters import RunParameters
 
@@ -134,7 +134,7 @@ def _topics(scenario: Scenario, nodes: list[str]) -> list[Topic]:
         *(driver.publishes if driver else ()),
         *(topic for spec in specs if not spec.drives for topic in spec.publishes),
     ]
-    topics = {topic.name: topic for topic in (*published, PUSH, PARAMETER_EVENTS, LOG)}
+    topics = {topic.name: topic for topic in (*published, PUSH, LOG)}
     if driver and scenario.table(RunParameters).sync == 'realtime':
         # Other publishers may skip samples, or stamp them by another clock than the driver's.
         return [

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 import struct
 from array import array
 from collections import Counter
@@ -19,7 +18,7 @@ from rosbags.typesys import Stores, get_typestore
 from khr_bringup.errors import BringupError
 from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
-from khr_common.interfaces import OVER, PARAMETER_EVENTS, Topic
+from khr_common.interfaces import FINISHED, Topic
 
 # By topic: (stamp in ns, numbers) of what flows in every period, whole messages of the rest.
 Messages = dict[Topic, Any]  # a list of messages, or Samples of what flows in every period
@@ -62,9 +61,8 @@ class Samples:
 
 
 def bag_of(path: Path) -> Path:
-    """Return the bag in a run's folder, the newest after a reset; or the bag that is given."""
-    bags = [each for each in path.glob('bag*') if re.fullmatch(r'bag(_\d+)?', each.name)]
-    return max(bags, key=lambda each: int(each.name[4:] or 1), default=path)
+    """Return the bag in a run's folder; or the bag that is given."""
+    return path / 'bag' if (path / 'bag').exists() else path
 
 
 def there(bag: Path) -> Path:
@@ -92,7 +90,7 @@ def read_messages(
     """Return the messages of some topics in the order they were recorded.
 
     Args:
-        bag: the bag, or the folder of the run that holds it (then its newest bag).
+        bag: the bag, or the folder of the run that holds it.
         topics: in whatever namespace; one that is not in the bag has no messages.
         numbers_of: returns what reads the numbers of a topic that flows in every period.
 
@@ -142,7 +140,7 @@ def final_state(states: Sequence[Any]) -> dict[str, str]:
     Args:
         states: the messages on ``simulator/state``.
     """
-    finished = [message for message in states if message.message in OVER]
+    finished = [message for message in states if message.message == FINISHED]
     return {pair.key: pair.value for pair in finished[-1].values} if finished else {}
 
 
@@ -167,12 +165,10 @@ def _collect(bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_
                 else partial(whole, typename=connection.msgtype),
             )
         counts: Counter[str] = Counter()
-        for connection, time_ns, data in reader.messages(chosen) if chosen else ():
+        for connection, _, data in reader.messages(chosen) if chosen else ():
             counts[connection.topic] += 1
             keep, decode = read[connection.topic]
             message: Any = decode(bytes(data))
-            if connection.topic == PARAMETER_EVENTS.name:  # nodes stamp them by the wall clock
-                message.stamp.sec, message.stamp.nanosec = divmod(time_ns, 1_000_000_000)
             keep(message)
         for connection in chosen:
             if counts[connection.topic] != connection.msgcount:

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import outcome_of
-from khr_bringup.changes import Change, changes, effective
+from khr_bringup.changes import Change, changes_in
 from khr_bringup.code_version import stated_in, version_in
 from khr_bringup.errors import BringupError
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
@@ -26,19 +26,11 @@ from khr_bringup.result import FILE, RunRecord, read_outcome
 from khr_bringup.run_folder import SCENARIO as SCENARIO_FILE
 from khr_bringup.scenario.scenario import Scenario, parse
 from khr_common import KhrError, cdr
-from khr_common.interfaces import (
-    DIAGNOSTICS,
-    OUTCOME,
-    PARAMETER_EVENTS,
-    PUSHED,
-    SCENARIO,
-    STATE,
-    Topic,
-)
+from khr_common.interfaces import DIAGNOSTICS, OUTCOME, PUSHED, SCENARIO, STATE, Topic
 from khr_common.run_identity import MalformedError
 from khr_common.text.strict_yaml import read_file
 
-ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, PARAMETER_EVENTS, DIAGNOSTICS, PUSHED)
+ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, DIAGNOSTICS, PUSHED)
 ACCEPTED = 'accepted: the folder of a khr run, or its bag'
 
 
@@ -179,7 +171,7 @@ class RecordedRun:
     @cached_property
     def changes(self) -> tuple[Change, ...]:
         """Return the parameters that were set while the run went on."""
-        return effective(changes(self.messages[PARAMETER_EVENTS]), self.parameters)
+        return tuple(changes_in(self.messages[DIAGNOSTICS]))
 
     @cached_property
     def signals(self) -> tuple[Series, Outcome | None]:

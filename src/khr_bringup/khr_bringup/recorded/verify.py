@@ -10,7 +10,7 @@ from typing import Any
 from rich.console import Console
 from rich.progress import Progress
 
-from khr_bringup.changes import Applied, applied, changes, effective
+from khr_bringup.changes import Change
 from khr_bringup.code_version import differences, stated_of, surroundings, version_in, version_of
 from khr_bringup.errors import BringupError
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
@@ -22,15 +22,7 @@ from khr_bringup.result import Result
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.interfaces import (
-    DIAGNOSTICS,
-    JOINT_STATES,
-    PARAMETER_EVENTS,
-    PUSHED,
-    SCENARIO,
-    TRUE_POSE,
-    WORLD,
-)
+from khr_common.interfaces import JOINT_STATES, PUSHED, SCENARIO, TRUE_POSE, WORLD
 from khr_common.run_identity import is_integer
 from khr_sim.physics.truth import Truth
 from khr_sim.run_parameters import RunParameters
@@ -59,7 +51,7 @@ class Recorded:
     trajectory_hash: str
     time_ns: int
     end: str
-    changes: tuple[Applied, ...]
+    changes: tuple[Change, ...]
     pushes: tuple[str, ...]
     signals: Messages
     elsewhere: str
@@ -143,7 +135,7 @@ def read_recorded(bag: Path) -> Recorded:
             f'{bag}: neither poses nor joints to compare in it; accepted: a bag with '
             f'{TRUE_POSE.name} and {JOINT_STATES.name}'
         )
-    made = _changes(bag, messages, scenario)
+    made = run.changes
     pushes = tuple(_pushes(bag, messages[PUSHED], scenario, made))
     return Recorded(
         scenario,
@@ -158,24 +150,8 @@ def read_recorded(bag: Path) -> Recorded:
     )
 
 
-def _changes(bag: Path, messages: Messages, scenario: Scenario) -> tuple[Applied, ...]:
-    """Return the changes of parameters, each with the instant that its node reports."""
-    made = effective(changes(messages[PARAMETER_EVENTS]), scenario)
-    reported = effective(applied(messages[DIAGNOSTICS]), scenario)
-    texts = [
-        sorted(f'{each.node}.{each.parameter} was set to {each.value}' for each in found)
-        for found in (made, reported)
-    ]
-    if texts[0] != texts[1]:
-        raise BringupError(
-            f'{bag}: the run cannot be repeated: when this acted is not in the bag: '
-            f'{"; ".join(set(texts[0]) ^ set(texts[1]))}'
-        )
-    return reported
-
-
 def _pushes(
-    bag: Path, pushed: Iterable[Any], scenario: Scenario, made: Iterable[Applied]
+    bag: Path, pushed: Iterable[Any], scenario: Scenario, made: Iterable[Change]
 ) -> Iterable[str]:
     """Yield the pushes that came over their topic as a scenario has them."""
     p = scenario.table(RunParameters)

@@ -23,6 +23,7 @@ from khr_common.text.quoting import LONGEST, named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 from khr_sim.run_parameters import GAIT
 
+RETIRED = {('recorder', 'scenario')}  # wiring of earlier versions
 SHORTEST_PREFIX, MOST_OFFERED = 3, 5  # letters, and names of scenarios
 ANYWHERE = '/**/'  # in a parameter file, before the name of a node in whatever namespace
 CONFIG = Path(str(files('khr_bringup') / 'config'))
@@ -316,7 +317,7 @@ def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
 
 def _is_wiring(node: str, key: Any) -> bool:
     known = specifications(table_of(node)).get(key)
-    return known is not None and known.wiring
+    return (node, key) in RETIRED or (known is not None and known.wiring)
 
 
 def _checked(file: str, node: str, key: str, value: Any) -> Any:

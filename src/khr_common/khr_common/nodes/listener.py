@@ -6,7 +6,7 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from std_msgs.msg import String
 
 from khr_common.block import NodeSpec
-from khr_common.interfaces import OVER, READY, STATE
+from khr_common.interfaces import FINISHED, READY, STATE
 from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import check_status, ready_text
 
@@ -36,7 +36,7 @@ class Listener(KhrNode):
     def received(self, stamp_ns: int) -> None:
         """Note that everything up to an instant has arrived; report it first, last and at times."""
         self._received = stamp_ns
-        near = 0 <= stamp_ns - self._reported < REPORT_PERIOD  # and in the same run
+        near = stamp_ns - self._reported < REPORT_PERIOD
         if not near or (self.received_all and self._reported < self.end):
             self._report_progress()
 
@@ -60,7 +60,7 @@ class Listener(KhrNode):
         """
         values = {pair.key: pair.value for pair in state.values}
         check_status(values, self.run)
-        self.end = int(values['time_ns']) if state.message in OVER else -1
+        self.end = int(values['time_ns']) if state.message == FINISHED else -1
         if self.received_all:
             self._report_progress()
 

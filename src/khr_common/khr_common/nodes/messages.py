@@ -44,13 +44,13 @@ def status(
     )
 
 
-def changed(node: str, after_ns: int, values: Mapping[str, Any]) -> DiagnosticStatus:
-    """Return what a node says of a change of its parameters.
+def parameter_change(node: str, after_ns: int, values: Mapping[str, Any]) -> DiagnosticStatus:
+    """Return the status by which a node reports a change of its parameters.
 
     Args:
         node: its name.
-        after_ns: the last instant that it comes too late for, ns; -1 if it holds from the first.
-        values: the new ones, by parameter.
+        after_ns: stamp of the last sample without the change, ns; -1 if all samples have it.
+        values: the new values by parameter.
     """
     texts = {name: json.dumps(value) for name, value in values.items()}
     return status(f'{node}{CHANGED}', 'changed', {AFTER: str(after_ns), **texts})

@@ -1,17 +1,16 @@
-"""Base classes of khr nodes: parameters from a table, topics, the beginning and end of a run."""
+"""Base classes of khr nodes: parameters from a table, topics, and how they end."""
 
 from __future__ import annotations
 
 import sys
 from collections import Counter
 from collections.abc import Callable, Mapping
-from copy import copy
 from functools import cached_property
 from math import isfinite
 from typing import Any, TypeVar
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus
-from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
+from rcl_interfaces.msg import SetParametersResult
 from rclpy.clock import Clock, ClockType
 from rclpy.exceptions import ParameterException
 from rclpy.node import Node
@@ -30,14 +29,13 @@ from khr_common.interfaces import DIAGNOSTICS, Topic
 from khr_common.nodes.messages import (
     Output,
     blank_message,
-    changed,
     little_endian,
     message_class,
+    parameter_change,
     restamp,
     serialized,
     status,
 )
-from khr_common.nodes.next_run import NextRun
 from khr_common.nodes.ros_parameters import describe, plain
 from khr_common.parameter_files import check_blocks, files_in, read_blocks
 from khr_common.parameters import ParameterError, Specification, build, check, specifications
@@ -90,38 +88,13 @@ class KhrNode(Node):  # type: ignore[misc]
         self._check_given()
         self.add_on_set_parameters_callback(self._validate)
         self.add_post_set_parameters_callback(self._apply)
-        self._next = NextRun(self, self.table, lambda values: self.check_next(self._build(values)))
-        self._beginning = False
 
     def configure(self, parameters: Any) -> None:
         """Take changed parameters; a core acts on them from the next control period."""
 
-    def check_next(self, parameters: Any) -> None:
-        """Check parameters for another run, which may change what is fixed during one.
-
-        Raises:
-            KhrError: if the node cannot take them as it is.
-        """
-
-    def prepare(self, values: dict[str, Any]) -> None:
-        """Hold parameters for the run that begins next, also those that are fixed during one."""
-        self._next.hold(values)
-
-    def begin(self) -> bool:
-        """Begin another run with the parameters that were prepared for it.
-
-        Returns:
-            Whether there were any: then the core is to be made anew.
-        """
-        self._beginning = True
-        try:
-            return self._next.take()
-        finally:
-            self._beginning = False
-
     @property
     def answered_ns(self) -> int:
-        """The last instant that a change of parameters comes too late for, ns; -1 if none."""
+        """The stamp of the last sample without a parameter change made now, ns; -1 if none."""
         return self.now_ns
 
     def finish(self) -> None:
@@ -266,16 +239,6 @@ class KhrNode(Node):  # type: ignore[misc]
         infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
         return ' or '.join(sorted({info.node_name for info in infos})) or 'one that has left'
 
-    def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return the descriptor of a parameter, which is read-only if it is fixed during a run.
-
-        It is not declared so: then ROS would refuse it between two runs as well.
-        """
-        found = copy(super().describe_parameter(name))
-        own = specifications(self.table).get(name)
-        found.read_only = own is not None and own.read_only
-        return found
-
     def _declare(self, specification: Specification) -> None:
         try:
             self.declare_parameter(
@@ -311,12 +274,6 @@ class KhrNode(Node):  # type: ignore[misc]
         own = specifications(self.table)
         try:
             changes = {p.name: plain(p.value) for p in parameters if p.name in own}
-            fixed = [name for name in changes if own[name].read_only]
-            if fixed and not self._beginning:
-                raise ParameterError(
-                    f'{fixed[0]}: fixed during a run; accepted: for the next one, by '
-                    f'{self.get_name()}/prepare'
-                )
             self._build(changes)
         except ParameterError as error:
             return SetParametersResult(successful=False, reason=str(error))
@@ -324,10 +281,16 @@ class KhrNode(Node):  # type: ignore[misc]
 
     def _apply(self, parameters: list[Parameter]) -> None:
         own = specifications(self.table)
-        changes = {p.name: plain(p.value) for p in parameters if p.name in own}
-        if changes:
-            self.parameters = self._build(changes)
-            if not (self._beginning or self.closed):
-                after_ns = self.answered_ns
-                self.configure(self.parameters)
-                self._publish_health([changed(self.get_name(), after_ns, changes)])
+        before = self.parameters
+        self.parameters = self._build(
+            {p.name: plain(p.value) for p in parameters if p.name in own}
+        )
+        changes = {
+            name: plain(value)
+            for name, value in vars(self.parameters).items()
+            if value != getattr(before, name)
+        }
+        if changes and not self.closed:
+            after_ns = self.answered_ns
+            self.configure(self.parameters)
+            self._publish_health([parameter_change(self.get_name(), after_ns, changes)])

@@ -43,6 +43,7 @@ def describe(specification: Specification) -> ParameterDescriptor:
         name=specification.name,
         description=text,
         additional_constraints=f'accepted: {specification.accepted}',
+        read_only=specification.read_only,
     )
     low, high = specification.minimum, specification.maximum
     if specification.element is not None or (low is None and high is None):

@@ -27,7 +27,7 @@ class Metronome:
         self._timer: Timer | None = None
         self._tick = 0.0  # s of wall time; 0 is never
         self._paced = 0.0  # s of wall time that a period takes at least
-        self.restart()
+        self._pace = Pace()
 
     def configure(self, parameters: RunParameters) -> None:
         """Take changed parameters."""
@@ -42,10 +42,6 @@ class Metronome:
         self._tick, self._timer = tick, None
         if tick:
             self._timer = self._node.by_wall_clock(tick, self._on_tick)
-
-    def restart(self) -> None:
-        """Keep the pace of another run."""
-        self._pace = Pace()
 
     def begins(self) -> bool:
         """Return whether the pace, if there is one, lets the coming period begin."""

@@ -9,14 +9,14 @@ from functools import partial
 from diagnostic_msgs.msg import DiagnosticStatus
 from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import String
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
-from khr_common import KhrError, ParameterError
+from khr_common import KhrError
 from khr_common.block import NodeSpec
 from khr_common.interfaces import (
+    FINISHED,
     JOINT_REFERENCE,
     JOINTS,
-    OVER,
     PUSH,
     PUSHED,
     READY,
@@ -44,8 +44,7 @@ class SimulatorNode(KhrNode):
     """Publish the truth of each control period, take the answers, step the physics.
 
     States: ``waiting`` (for the first reference, the first answers and the listeners),
-    ``running``, ``paused``, ``finished``, and ``resetting`` until the listeners have received all
-    of a run that another is to follow.
+    ``running``, ``paused``, ``finished``.
     """
 
     parameters: RunParameters
@@ -66,13 +65,20 @@ class SimulatorNode(KhrNode):
         self.subscribe(READY, self._on_ready)
         self._pushes_out = self.publisher(PUSHED)
         self.subscribe(PUSH, self._on_push)
-        self.create_service(Trigger, '~/reset', self._on_reset)
         self.create_service(SetBool, '~/pause', self._on_pause)
         self.by_wall_clock(ASK_AGAIN, self._on_watch)
         on_tick = self._pump if self._in_lockstep else self._on_tick
         self._metronome = Metronome(self, on_tick)
-        self._restart()
         self._metronome.configure(self.parameters)
+        self._started = False
+        self._published = self._reported = time.monotonic()
+        self._punctuality = Punctuality()
+        self._enter('waiting')
+        self._output.describe()
+        if GAIT not in self._sources:
+            self._begin(AT_REST)
+        else:
+            self._output.tick(0)
 
     @property
     def _in_lockstep(self) -> bool:
@@ -87,12 +93,6 @@ class SimulatorNode(KhrNode):
     def answered_ns(self) -> int:
         """The instant that the physics has reached; the coming period is simulated with changes."""
         return self.now_ns if self._started else -1
-
-    def check_next(self, parameters: RunParameters) -> None:
-        """Refuse what is settled when the node starts."""
-        for name in ('answers', 'listeners', 'sync'):
-            if getattr(parameters, name) != getattr(self.parameters, name):
-                raise ParameterError(f'{name}: cannot change while the graph runs')
 
     def finish(self) -> None:
         """Publish how far the run got."""
@@ -109,24 +109,6 @@ class SimulatorNode(KhrNode):
         self.plant.close()
 
     # ---- the course of a run ----
-
-    def _restart(self) -> None:
-        if self.begin():
-            self.plant.close()
-            self.plant = Plant(self.parameters)
-            self._metronome.configure(self.parameters)
-        self._lockstep.begin()
-        self.now_ns = 0
-        self._started = False
-        self._published = self._reported = time.monotonic()
-        self._punctuality = Punctuality()
-        self._metronome.restart()
-        self._enter('waiting')
-        self._output.describe()
-        if GAIT not in self._sources:
-            self._begin(AT_REST)
-        else:
-            self._output.tick(0)
 
     def _begin(self, posture: Sequence[float]) -> None:
         self._started = True
@@ -218,15 +200,6 @@ class SimulatorNode(KhrNode):
         restamp(message.header.stamp, round(push.start * 1e9))
         self._pushes_out.publish(message)  # who asks once may be unknown to a recorder
 
-    def _on_reset(self, _: Trigger.Request, response: Trigger.Response) -> Trigger.Response:
-        if self._started:
-            self._lockstep.reported()
-            self._enter('resetting', end='reset')
-        else:
-            self._restart()
-        response.success, response.message = True, 'a new run begins at time 0'
-        return response
-
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         able = self.state in ('running', 'paused')
         if able:
@@ -263,11 +236,8 @@ class SimulatorNode(KhrNode):
         """Ask again for what is missing, and give up on it after its time."""
         if self.state == 'waiting':
             self._wait()
-        elif self._lockstep.asks():
-            if self.state == 'resetting' and self.settled():
-                self._restart()
-            elif self.state == 'running' and self._in_lockstep:
-                self._ask_again()
+        elif self._lockstep.asks() and self.state == 'running' and self._in_lockstep:
+            self._ask_again()
         now = time.monotonic()
         if now - self._reported > REPORT_PERIOD:
             self._reported = now
@@ -310,7 +280,7 @@ class SimulatorNode(KhrNode):
             'waiting_for': ', '.join(self._absent),
             KEY: self.run,
         }
-        if state in OVER:
+        if state == FINISHED:
             values['trajectory_hash'] = self.plant.trajectory_hash if self._started else ''
             values |= {} if self._in_lockstep else self._punctuality.result().texts()
         self._state_out.publish(

@@ -1,4 +1,4 @@
-"""The transforms node: where the robot's frames are, on ``tf`` and ``tf_static``."""
+"""The transforms node: the frames of the robot on ``tf`` and ``tf_static``."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from khr_common.cdr import Floats, MessageTemplate
 from khr_common.interfaces import BODY, JOINT_STATES, TF, TF_STATIC, TRUE_POSE, WORLD, Topic
 from khr_common.nodes.messages import Output
 from khr_common.nodes.node import KhrNode
-from khr_common.stamps import StampJudge
+from khr_common.stamps import StampSequence
 from khr_sim.robot import Robot
 from khr_sim.transforms import Frames, JointTree, TransformsParameters
 
@@ -16,8 +16,8 @@ from khr_sim.transforms import Frames, JointTree, TransformsParameters
 class TransformsNode(KhrNode):
     """Publish ``odom`` to ``base_link``, and the frames below it, in simulated time.
 
-    No run waits for it. An instant that is asked for again is published once: a listener of ``tf``
-    takes no stamp twice.
+    No run waits for it. A repeated sample is published once: listeners of ``tf`` reject a
+    repeated stamp.
     """
 
     parameters: TransformsParameters
@@ -25,25 +25,25 @@ class TransformsNode(KhrNode):
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
         self._tree = JointTree(Robot.load())
-        publisher, self._still = self.publisher(TF), self.publisher(TF_STATIC)
+        publisher, self._static = self.publisher(TF), self.publisher(TF_STATIC)
         self._outputs = {
             TRUE_POSE: Output(publisher, _template(((WORLD, BODY),))),
             JOINT_STATES: Output(publisher, _template(self._tree.moving)),
         }
-        self._judges = {TRUE_POSE: StampJudge(self._begin), JOINT_STATES: StampJudge(_ignore)}
+        self._stamps = {topic: StampSequence() for topic in self._outputs}
         self._counts = dict.fromkeys(self._outputs, 0)
-        self._begin()
+        if self.parameters.joints:
+            self._publish_static()
         self.subscribe_numbers(TRUE_POSE, self._on_numbers)
         if self.parameters.joints:
             self.subscribe_numbers(JOINT_STATES, self._on_numbers)
 
-    def _begin(self) -> None:
-        """Publish what does not move, once in every run."""
-        if self.parameters.joints:
-            self._still.publish(_template(self._tree.fixed).filled(0, self._tree.still))
+    def _publish_static(self) -> None:
+        """Publish the static transforms."""
+        self._static.publish(_template(self._tree.fixed).filled(0, self._tree.still))
 
     def _on_numbers(self, topic: Topic, stamp_ns: int, numbers: Floats) -> None:
-        if not self._judges[topic].is_new(stamp_ns):
+        if not self._stamps[topic].is_new(stamp_ns):
             return
         self.now_ns = stamp_ns
         self._counts[topic] += 1
@@ -56,7 +56,3 @@ class TransformsNode(KhrNode):
 
 def _template(frames: Frames) -> MessageTemplate:
     return MessageTemplate(*cdr.transforms(frames))
-
-
-def _ignore() -> None:
-    """Do nothing at the start of a run: the other topic's judge does it."""

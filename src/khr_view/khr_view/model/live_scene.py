@@ -1,4 +1,4 @@
-"""The robot as the graph shows it: described once, posed by the signals of one instant."""
+"""The robot of a live run: described once, posed by the newest complete sample."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 from khr_common.block import Numbers
 from khr_common.interfaces import JOINT_STATES, Topic
-from khr_common.stamps import ExactTimeSynchronizer
+from khr_common.stamps import ExactTimeSynchronizer, TimeJumpError
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
@@ -17,24 +17,24 @@ OF_SOLES = ('surface', 'pad_distance')  # parameters of the simulator that say h
 
 
 class LiveScene:
-    """Keep the newest signals, and make scenes of those of one instant.
+    """Keep the newest signals, and build scenes of complete samples.
 
-    What comes is not what one instant has: a message may be lost, or come between two looks. Arrows
-    of one instant at the soles of another would be forces on the air.
+    Messages may be lost, or arrive between two polls: the forces of one sample at the soles of
+    another would act on the air.
 
     Attributes:
         signals: the newest of each topic.
         snapshot: the newest scene; None before there is one.
-        truth: whether somebody publishes where the robot is.
-        pushable: whether somebody takes pushes.
+        truth: whether the true pose of the robot is published.
+        pushable: whether the driver takes pushes.
     """
 
     def __init__(self) -> None:
         self.signals: dict[Topic, Numbers] = {}
         self.snapshot: Snapshot | None = None
         self.truth = self.pushable = True
-        self._instants = ExactTimeSynchronizer[Topic](NEEDED)
-        self._whole: Mapping[Topic, Numbers] | None = None  # the newest instant that has all
+        self._samples = ExactTimeSynchronizer[Topic](NEEDED)
+        self._complete: Mapping[Topic, Numbers] | None = None  # the newest complete sample
         self._robot: Robot | None = None
         self._builder: SnapshotBuilder | None = None
 
@@ -57,19 +57,24 @@ class LiveScene:
             self._builder = SnapshotBuilder(self._robot, replace(RunParameters(), **own))
 
     def take(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
-        """Take what a topic carried at an instant."""
+        """Take a sample of a topic."""
         self.signals[topic] = numbers
         if topic in NEEDED:
-            self._whole = self._instants.put(topic, stamp_ns, numbers) or self._whole
+            try:
+                complete = self._samples.put(topic, stamp_ns, numbers)
+            except TimeJumpError:  # another run, for a page that was started by hand
+                self._samples = ExactTimeSynchronizer[Topic](NEEDED)
+                complete = self._samples.put(topic, stamp_ns, numbers)
+            self._complete = complete or self._complete
 
     def build(self) -> Snapshot | None:
-        """Return the scene of the newest instant that has all; None if there is none yet.
+        """Return the scene of the newest complete sample; None before there is one.
 
-        Without a true pose it is that of the newest signals.
+        Without a true pose it shows the newest signals.
         """
         if self._builder is None:
             return None
-        signals = self._whole
+        signals = self._complete
         if not self.truth and JOINT_STATES in self.signals:
             signals = self._builder.completed(self.signals)
         if signals is None:

@@ -1,4 +1,4 @@
-"""What the graph reports of the run, passed on to the page."""
+"""Reports of the graph, passed on to the page."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ from geometry_msgs.msg import WrenchStamped
 from std_msgs.msg import Float64MultiArray, String
 
 from khr_analysis.outcome import Outcome
+from khr_bringup.changes import changes_in
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
     DIAGNOSTICS,
@@ -31,20 +32,20 @@ from khr_view.charts.spectrum_lines import PlacedPeak, bins_in, peaks_in, spectr
 from khr_view.charts.traces import Traces
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
-from khr_view.nodes.remote import Remote
+from khr_view.nodes.run_client import RunClient
 from khr_view.page.display import Display
 from khr_view.page.live_panel import LivePanel
 from khr_view.page.robot_view import Push
 
 
 class Reports:
-    """Take the messages that come now and then.
+    """Take the messages of the topics that are not periodic.
 
     Args:
         node: that subscribes.
         run, scene, traces: receive what is in them.
         display, panel: show it.
-        remote: looks for the parameters of a run that begins.
+        client: takes reported parameter changes.
         push: called when the torso is dragged.
     """
 
@@ -56,12 +57,12 @@ class Reports:
         traces: Traces,
         display: Display,
         panel: LivePanel,
-        remote: Remote,
+        client: RunClient,
         push: Push,
     ) -> None:
         self._identity, self._push = node.run, push
         self._run, self._scene, self._traces = run, scene, traces
-        self._display, self._panel, self._remote = display, panel, remote
+        self._display, self._panel, self._client = display, panel, client
         self._tones: list[PlacedPeak] = []
         callbacks: dict[Any, Any] = {
             ROBOT_DESCRIPTION: self.on_description,
@@ -89,15 +90,13 @@ class Reports:
     def _on_state(self, status: DiagnosticStatus) -> None:
         values = {pair.key: pair.value for pair in status.values}
         check_status(values, self._identity)
-        if status.message == 'waiting' != self._run.status.state:
-            self._remote.forget()
-            self._display.show_spectrum(None)
         self._run.reported = time.monotonic()
         self._run.status.state = one_line(status.message)
         self._run.trouble = one_line(values.get('reason', ''))
         self._panel.show_state(status.message)
 
     def _on_diagnostics(self, array: DiagnosticArray) -> None:
+        self._client.on_changes(changes_in([array]))
         for status in array.status:
             values = {pair.key: pair.value for pair in status.values}
             if status.name == 'monitor' and 'time' in values:

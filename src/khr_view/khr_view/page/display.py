@@ -19,7 +19,7 @@ from khr_view.charts.charts import Chart
 from khr_view.charts.export import signals_csv
 from khr_view.charts.spectrum_lines import SpectrumLines
 from khr_view.charts.traces import Columns
-from khr_view.guard import Door
+from khr_view.guard import AccessGuard
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.board_view import BoardView
 from khr_view.page.charts import SpectrumChart, TimeCharts
@@ -69,7 +69,7 @@ class Display:
     """Show frames to whoever has the page open.
 
     Args:
-        door: where it is served.
+        guard: where it is served.
         charts: to show beside the scene.
         names: of the runs whose spectra are shown, if there are several.
 
@@ -78,10 +78,10 @@ class Display:
     """
 
     def __init__(
-        self, door: Door, charts: tuple[Chart, ...], names: Sequence[str] = ('',)
+        self, guard: AccessGuard, charts: tuple[Chart, ...], names: Sequence[str] = ('',)
     ) -> None:
         self._acts: SimpleQueue[Callable[[], object]] = SimpleQueue()
-        self.server = PageServer(door, TITLE)
+        self.server = PageServer(guard, TITLE)
         server = self.server
         server.scene.configure_environment_map(hdri=None)
         # Shadows need a scene of metres: on a robot of 0.4 m they are all noise.
@@ -138,6 +138,12 @@ class Display:
         self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
         if push is not None:
             self._robots[-1].on_drag(partial(self.later, push))
+
+    def restart(self) -> None:
+        """Prepare for another run: its robot and spectra replace those shown."""
+        self._robots.clear()
+        for spectrum in self._spectra:
+            spectrum.forget()
 
     def later(self, act: Callable[..., object], *values: Any) -> None:
         """Keep what a reader wants for the one who owns the window; called by viser's threads."""

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any
 
+from khr_bringup.scenario.scenario import Scenario
 from khr_view.controls import Control, Tunable, Value, tunables
-from khr_view.model.again import HOW, How
+from khr_view.model.restart import END_ACTIONS, EndAction
 from khr_view.page.reader import Later, by_reader, give_value
 
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
@@ -17,43 +17,71 @@ DIRECTIONS = {
     'to its left': (0.0, 1.0),
     'to its right': (0.0, -1.0),
 }
+SIMULATOR = 'simulator'
 LARGEST_PUSH = 30.0  # N that the page offers
-GROUPS = ('Feedback', 'Ground', 'Push', 'Time', 'Scenario')
-AT_THE_END = ('begin again, same seed', 'begin again, next seed', 'stay')
-PAUSE, RESET, PUSH = ('Pause', 'Go on'), 'Reset to time 0', 'Push'  # what the buttons say
+GROUPS = ('Feedback', 'Ground', 'Push', 'Time')
+AT_THE_END = ('restart, same seed', 'restart, next seed', 'stay')
+PAUSE, RESTART, PUSH = ('Pause', 'Go on'), 'Restart', 'Push'  # labels of the buttons
 OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # what sets the speed
 
 
 class LivePanel:
-    """Pause, reset, scenario, sliders of parameters, pushes.
+    """Pause, restart, scenario, sliders of parameters, pushes.
 
     Args:
         server: viser's.
-        later: has the owner of the run do what the reader wants.
-        owner: whose methods change, pause, reset, repeat, switch and push do so.
-        scenarios: names of those that can be switched to.
-        again: how a run that is over begins again.
+        later: queues a call for the thread of the run.
+        scenarios: names of the scenarios that can be started; without any the panel restarts none.
+        at_the_end: the action that follows the end of a run.
     """
 
+    _owner: Any  # of the present run
+
     def __init__(
-        self, server: Any, later: Later, owner: Any, scenarios: Sequence[str], again: How
+        self, server: Any, later: Later, scenarios: Sequence[str], at_the_end: EndAction
     ) -> None:
-        self._server, self._later, self._owner = server, later, owner
+        self._server, self._later = server, later
         self._gui = gui = server.gui
         self._handles: dict[tuple[str, str], Any] = {}
         self._folders: dict[str, Any] = {}
         self._paused, self._going, self._pausable = False, False, True
         self._pause = gui.add_button(PAUSE[False], icon='player-pause', disabled=True)
-        self._pause.on_click(lambda _: later(owner.pause, not self._paused))
-        self._reset = gui.add_button(RESET, icon='rotate', color='gray')
-        self._reset.on_click(lambda _: later(owner.reset))
-        words = dict(zip(HOW, AT_THE_END, strict=True))
-        end = gui.add_dropdown('At the end', AT_THE_END, initial_value=words[again])
-        end.on_update(lambda _: later(owner.repeat, HOW[AT_THE_END.index(end.value)]))
+        self._pause.on_click(lambda _: later(lambda: self._owner.pause(not self._paused)))
+        if scenarios:
+            self._add_restart(at_the_end)
         for group in GROUPS:
             self._folders[group] = gui.add_folder(group)
         self._add_push()
-        self._add_scenarios(scenarios)
+        if scenarios:
+            self._add_scenarios(scenarios)
+
+    def begin(self, owner: Any, scenario: Scenario | None) -> None:
+        """Serve another run; controls of nodes that it does not have disappear.
+
+        Args:
+            owner: has the methods that the controls call: change, pause, push, and for pages
+                that restart runs also restart, at_the_end and switch.
+            scenario: of the run, if it is known.
+        """
+        self._owner = owner
+        if scenario is None:
+            return
+        for (node, _), handle in self._handles.items():
+            if node != SIMULATOR:
+                handle.visible = node in scenario.nodes
+        if scenario.name in self._scenario.options:
+            give_value(self._server, self._scenario, scenario.name)
+
+    def _add_restart(self, at_the_end: EndAction) -> None:
+        button = self._gui.add_button(RESTART, icon='rotate', color='gray')
+        button.on_click(lambda _: self._later(lambda: self._owner.restart()))
+        labels = dict(zip(END_ACTIONS, AT_THE_END, strict=True))
+        end = self._gui.add_dropdown('At the end', AT_THE_END, initial_value=labels[at_the_end])
+        end.on_update(
+            lambda _: self._later(
+                lambda: self._owner.at_the_end(END_ACTIONS[AT_THE_END.index(end.value)])
+            )
+        )
 
     def show_state(self, state: str) -> None:
         """Name the button after what it does; only what runs or is paused can be halted."""
@@ -62,11 +90,10 @@ class LivePanel:
         self._pause.icon = 'player-play' if self._paused else 'player-pause'
         self._show_pause()
 
-    def show_offers(self, pause: bool, reset: bool, push: bool) -> None:
-        """Disable the buttons of what the run's driver does not offer, which say so then."""
+    def show_offers(self, pause: bool, push: bool) -> None:
+        """Disable the buttons that the driver of the run does not support, and label them so."""
         self._pausable = pause
         self._show_pause()
-        self._show(self._reset, reset, RESET if reset else 'No reset: the driver has none')
         self._show(self._push, push, PUSH if push else 'No push: the driver takes none')
 
     def _show_pause(self) -> None:
@@ -89,12 +116,11 @@ class LivePanel:
         with self._folders[control.tunable.group]:
             handle = self._make(control)
         self._handles[key] = handle
-        handle.on_update(by_reader(partial(self._later, self._owner.change, control.tunable)))
-
-    def show_scenario(self, name: str) -> None:
-        """Choose the scenario that runs, if it is one that can be switched to."""
-        if name in self._scenario.options:
-            give_value(self._server, self._scenario, name)
+        handle.on_update(
+            by_reader(
+                lambda value: self._later(lambda: self._owner.change(control.tunable, value))
+            )
+        )
 
     def show_sync(self, sync: str) -> None:
         """Show the control of the speed that acts in this mode."""
@@ -135,12 +161,12 @@ class LivePanel:
 
         def on_click(_: Any) -> None:
             x, y = DIRECTIONS[where.value]
-            self._later(self._owner.push, (force.value * x, force.value * y, 0.0), True)
+            self._later(lambda: self._owner.push((force.value * x, force.value * y, 0.0), True))
 
         self._push.on_click(on_click)
 
     def _add_scenarios(self, scenarios: Sequence[str]) -> None:
-        with self._folders['Scenario']:
+        with self._gui.add_folder('Scenario'):
             self._scenario = self._gui.add_dropdown('Scenario', tuple(scenarios))
             button = self._gui.add_button('Switch', icon='switch-horizontal', color='gray')
-        button.on_click(lambda _: self._later(self._owner.switch, self._scenario.value))
+        button.on_click(lambda _: self._later(lambda: self._owner.switch(self._scenario.value)))

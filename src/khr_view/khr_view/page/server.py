@@ -17,7 +17,7 @@ import viser.infra._infra
 import websockets.asyncio.server
 from viser.infra._async_message_buffer import AsyncMessageBuffer
 
-from khr_view.guard import Door
+from khr_view.guard import AccessGuard
 from khr_view.page.additions import Tables, add_to, addition, prepare
 
 _infra: Any = viser.infra._infra
@@ -49,21 +49,21 @@ _infra.AsyncMessageBuffer = LoopBuffer
 
 
 class PageServer(viser.ViserServer):
-    """Serve the page on a door's socket; nothing of it is ever shared with the outside.
+    """Serve the page on a guard's socket; nothing of it is ever shared with the outside.
 
     Args:
-        door: where, and for whom.
+        guard: where, and for whom.
         title: of the page.
 
     Attributes:
         tables: functions that return a table as text, by the name under which it is served.
     """
 
-    def __init__(self, door: Door, title: str) -> None:
+    def __init__(self, guard: AccessGuard, title: str) -> None:
         self.tables: dict[str, Callable[[], str]] = {}
-        guarded = _guarded(door, self.tables)
+        guarded = _guarded(guard, self.tables)
         with guarded, redirect_stdout(io.StringIO()):  # viser prints a banner
-            super().__init__(door.host, door.port, label=title, verbose=False)
+            super().__init__(guard.host, guard.port, label=title, verbose=False)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
         """Refuse: viser would open a tunnel to its makers' server for whoever asks."""
@@ -76,8 +76,8 @@ class PageServer(viser.ViserServer):
 
 
 @contextmanager
-def _guarded(door: Door, tables: Tables) -> Iterator[None]:
-    """Let viser start its server on the door's socket, every request checked first.
+def _guarded(guard: AccessGuard, tables: Tables) -> Iterator[None]:
+    """Let viser start its server on the guard's socket, every request checked first.
 
     viser has no setting for that, and takes another port if its own is not free. It also begins to
     serve before it has built what it serves: who comes that early waits until the context ends.
@@ -91,7 +91,7 @@ def _guarded(door: Door, tables: Tables) -> Iterator[None]:
         def check(connection: Any, request: Any) -> Any:
             try:
                 urlsplit(request.path)
-                reason = door.refusal(request.headers, request.path)
+                reason = guard.refusal(request.headers, request.path)
             except LookupError:  # as websockets says that a header is there twice
                 reason = 'a header is given twice'
             except ValueError:
@@ -102,7 +102,7 @@ def _guarded(door: Door, tables: Tables) -> Iterator[None]:
             response = addition(request.path, tables) or process_request(connection, request)
             if response is not None:
                 add_to(response, request.path)
-                for name, value in door.headers(request.path).items():
+                for name, value in guard.headers(request.path).items():
                     response.headers[name] = value
             return response
 
@@ -110,7 +110,7 @@ def _guarded(door: Door, tables: Tables) -> Iterator[None]:
             await asyncio.to_thread(built.wait)
             await handler(connection)
 
-        return real(handle, sock=door.socket, process_request=check, **options)
+        return real(handle, sock=guard.socket, process_request=check, **options)
 
     module.serve = serve
     try:

@@ -182,7 +182,8 @@ def test_a_page_that_cannot_be_served_is_refused_before_there_is_a_folder(
     ],
 )
 def test_a_gain_of_a_controller_that_is_off_is_pointed_out(monkeypatch, capsys, settings, warning):
-    monkeypatch.setattr('khr.cli.run.run_scenario', lambda *_: 0)
+    for name in ('run_scenario', 'view_scenario'):
+        monkeypatch.setattr(f'khr.cli.run.{name}', lambda *_: 0)
     changes = [word for text in settings for word in ('--set', text)]
     for verb in ('run', 'view'):
         code, _, err = khr(monkeypatch, capsys, verb, 'walk_8.88deg_ka12', *changes)

@@ -15,7 +15,7 @@ from khr_bringup.errors import BringupError
 from khr_bringup.graph import run_registry
 from khr_bringup.graph.run_registry import choose, ports_of, register, registered, running
 from khr_bringup.result import Progress
-from khr_bringup.running import noting
+from khr_bringup.running import note_progress
 from khr_common import RunError
 
 
@@ -47,12 +47,13 @@ def test_state_and_scenario_of_a_run_are_in_the_register(tmp_path):
     shown = []
     with registered('walk', tmp_path) as entry:
         assert [(each.scenario, each.state) for each in running()] == [('walk', 'starting')]
-        show = noting(entry, shown.append)
-        for scenario, state in (('', 'running'), ('stand', 'running'), ('stand', 'finished')):
-            show(Progress(1.0, state, scenario=scenario))
-            assert [(each.scenario, each.state) for each in running()] == [
-                (scenario or 'walk', state)
-            ]
+        show = note_progress(entry, shown.append)
+        for state in ('running', 'running', 'finished'):
+            show(Progress(1.0, state))
+            assert [(each.scenario, each.state) for each in running()] == [('walk', state)]
+        following = entry.next_run('stand', tmp_path / 'next')
+        assert (following.domain, following.locks) == (entry.domain, entry.locks)
+        assert following.run != entry.run
     assert len(shown) == 3
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 
-from khr_analysis.recording import FLUSH_PERIOD, Recording, numbered
+from khr_analysis.recording import FLUSH_PERIOD, Recording
 from khr_bringup.errors import BringupError
 from khr_bringup.recorded.bags import bag_of
 from khr_bringup.recorded.recover import recover
@@ -112,11 +112,8 @@ def test_what_is_no_bag_is_one_line(tmp_path, name):
     assert [path.name for path in tmp_path.iterdir()] == ['bag']
 
 
-def test_the_bag_of_a_run_is_the_newest(tmp_path):
+def test_the_bag_of_a_run_is_found_in_its_folder(tmp_path):
     assert bag_of(tmp_path) == tmp_path
-    for run in (1, 2, 10):
-        numbered(str(tmp_path / 'bag'), run).mkdir()
-        assert bag_of(tmp_path) == numbered(str(tmp_path / 'bag'), run)
+    (tmp_path / 'bag').mkdir()
     (tmp_path / 'bag.cut').mkdir()
-    assert bag_of(tmp_path).name == 'bag_10'
-    assert bag_of(tmp_path / 'bag_2').name == 'bag_2'
+    assert bag_of(tmp_path) == tmp_path / 'bag' == bag_of(tmp_path / 'bag')

@@ -62,12 +62,11 @@ def switch_scenario(
     scenario: Annotated[str, typer.Argument(help='A scenario file or name.')],
     domain: RunningDomainOption = None,
 ) -> None:
-    """Start a running graph anew with another scenario, taken as a whole or not at all."""
+    """Have khr view end its run and start another scenario on the same page."""
     path = scenarios.find_scenario(scenario)
     scenarios.load_scenario(str(path))
     entry = choose(domain)
-    print(f'{path.stem}: {switch(path, entry.domain)}')
-    _name(entry)
+    print(f'{path.stem}: takes the place of {switch(path, entry.domain)}')
 
 
 def list_runs() -> None:

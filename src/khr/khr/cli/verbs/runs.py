@@ -80,7 +80,7 @@ def start_run(
     """Run a scenario and keep its recording, outcome and trajectory hash."""
     from khr.cli.run import Options, run_scenario
     from khr_bringup.graph.graph import RunOptions
-    from khr_view.beside import Viewing
+    from khr_view.viewing import Viewing
 
     if scenario is None:
         list_scenarios()
@@ -142,8 +142,8 @@ def view(
     again: Annotated[
         Literal['same', 'next', 'never'],
         typer.Option(
-            help='How it begins again at the end of its motion, or after a fall, while somebody '
-            'looks: with the same seed, with the next one, or never.'
+            help='Restart after the end of the motion or a fall, while a browser is connected: '
+            'with the same seed, with the next one, or never.'
         ),
     ] = 'same',
     record: RecordOption = True,
@@ -152,10 +152,10 @@ def view(
     domain: DomainOption = None,
 ) -> None:
     """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
-    from khr.cli.run import Options, run_scenario
+    from khr.cli.run import Options, view_scenario
     from khr.cli.summary import print_line
     from khr_bringup.graph.graph import RunOptions
-    from khr_view.beside import Viewing, play
+    from khr_view.viewing import Viewing, play
 
     if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
         both = [Path(what), *([against] if against else [])]
@@ -166,7 +166,7 @@ def view(
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
     chosen = scenarios.load_scenario(what, 'run or scenario').set_to(set_ or [], changes)
     warn_of_switched_off(chosen, set_ or [])
-    raise typer.Exit(run_scenario(chosen, options))
+    raise typer.Exit(view_scenario(chosen, options))
 
 
 def list_scenarios() -> None:

@@ -1,38 +1,36 @@
-"""The nodes of the run, as their services let the page change them."""
+"""Parameters and services of the nodes of the run."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, cast
 
-from rcl_interfaces.msg import ParameterEvent
-from rcl_interfaces.srv import SetParametersAtomically
 from rclpy.client import Client
 from rclpy.parameter import Parameter
 from rclpy.parameter_client import AsyncParameterClient
-from std_srvs.srv import SetBool, Trigger
+from std_srvs.srv import SetBool
 
+from khr_bringup.changes import Change
 from khr_bringup.node_registry import table_of
 from khr_common.errors import KhrError
-from khr_common.interfaces import PARAMETER_EVENTS
-from khr_common.nodes.ros_parameters import to_set, value_of
+from khr_common.nodes.ros_parameters import value_of
 from khr_common.parameters import check
 from khr_common.run_identity import MalformedError
-from khr_view.controls import Control, Pending, Tunable, Value, control
+from khr_view.controls import Control, PendingChanges, Tunable, Value, control
 
 GONE = 'the simulator does not answer; is the run still there?'
 
 
-class Remote:
-    """Describe, read and change parameters of the run's nodes, and pause and reset it.
+class RunClient:
+    """Describe, read and change parameters of the nodes of the run, and pause it.
 
-    Nothing waits: answers come to the callbacks, or not at all.
+    No call blocks: answers arrive at the callbacks, or not at all.
 
     Args:
         node: that asks; its executor brings the answers.
         tunables: the parameters.
         found: called with the control of each parameter that can change.
-        changed: called with a parameter and its value whenever it has been set.
+        changed: called with a parameter and its value once read, and when another client sets it.
         refused: called with a node's reason, and the parameter that keeps its value.
     """
 
@@ -49,12 +47,9 @@ class Remote:
         names = dict.fromkeys(each.node for each in tunables)
         self._clients = {name: AsyncParameterClient(node, name) for name in names}
         self._asked: set[str] = set()
-        self._pending = Pending()
+        self._pending = PendingChanges()
         self._by_key = {each.key: each for each in tunables}
-        self._reset: Client = node.create_client(Trigger, 'simulator/reset')
         self._pause: Client = node.create_client(SetBool, 'simulator/pause')
-        self._switch: Client = node.create_client(SetParametersAtomically, 'khr/switch')
-        node.subscribe(PARAMETER_EVENTS, self._on_event)
 
     def discover(self) -> None:
         """Ask the nodes that have appeared what can be changed; called now and then."""
@@ -62,10 +57,6 @@ class Remote:
             if name not in self._asked and client.services_are_ready():
                 self._asked.add(name)
                 self._describe(name, client)
-
-    def forget(self) -> None:
-        """Ask all nodes anew: another run may have taken the place of the last."""
-        self._asked.clear()
 
     def ask(self, tunable: Tunable, value: Value) -> None:
         """Have a parameter changed; of several values the newest counts."""
@@ -76,25 +67,14 @@ class Remote:
         for key, value in self._pending.due().items():
             self._send(self._by_key[key], value)
 
-    def offers(self) -> tuple[bool, bool]:
-        """Return whether the time of the run can be halted, and the run started anew."""
-        return self._pause.service_is_ready(), self._reset.service_is_ready()
+    @property
+    def pausable(self) -> bool:
+        """Return whether the run offers to be paused."""
+        return bool(self._pause.service_is_ready())
 
     def pause(self, halt: bool) -> None:
         """Halt the time of the run, or let it go on."""
         self._call(self._pause, SetBool.Request(data=halt))
-
-    def reset(self) -> None:
-        """Start the run anew."""
-        self._call(self._reset, Trigger.Request())
-
-    def switch(self, name: str, text: str) -> None:
-        """Start the run anew with another scenario, given by name and text."""
-        if not self._switch.service_is_ready():
-            self._refused('scenarios are switched by the command that started the run: it is gone')
-            return
-        answer = self._switch.call_async(to_set({'name': name, 'scenario': text}))
-        answer.add_done_callback(lambda future: self._refused(future.result().result.reason))
 
     def _describe(self, node: str, client: AsyncParameterClient) -> None:
         def listed(future: Any) -> None:
@@ -154,24 +134,21 @@ class Remote:
 
         client.call_async(request).add_done_callback(answered)
 
-    def _on_event(self, event: ParameterEvent) -> None:
-        namespace, _, node = event.node.rpartition('/')
-        if namespace != self._node.get_namespace().rstrip('/'):
-            return
-        for parameter in event.changed_parameters:
-            tunable = self._by_key.get((node, parameter.name))
+    def on_changes(self, changes: Iterable[Change]) -> None:
+        """Take the changes that nodes report.
+
+        Raises:
+            MalformedError: if a parameter does not accept its value.
+        """
+        for change in changes:
+            tunable = self._by_key.get((change.node, change.parameter))
             if tunable is not None and tunable.key not in self._pending:
-                self._changed(tunable, _checked(tunable, parameter.value))
+                self._changed(tunable, _checked(tunable, change.value))
 
 
-def _checked(tunable: Tunable, message: Any) -> Value:
-    """Return the value of a parameter that somebody says has changed.
-
-    Raises:
-        MalformedError: if the parameter does not accept it.
-    """
+def _checked(tunable: Tunable, value: Any) -> Value:
     try:
-        value: Any = check(table_of(tunable.node), tunable.name, value_of(message))
-    except (KhrError, TypeError, ValueError) as error:
+        accepted: Any = check(table_of(tunable.node), tunable.name, value)
+    except KhrError as error:
         raise MalformedError(f'no value of {tunable.node}.{tunable.name}') from error
-    return cast(Value, value)
+    return cast(Value, accepted)

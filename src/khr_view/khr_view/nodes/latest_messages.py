@@ -1,4 +1,4 @@
-"""What flows in every period, looked at now and then."""
+"""The newest samples of periodic topics, polled now and then."""
 
 from __future__ import annotations
 
@@ -16,23 +16,23 @@ from khr_common.nodes.node import KhrNode
 from khr_common.run_identity import MalformedError, check_run
 
 
-class Taps:
-    """Subscriptions without callbacks: the middleware keeps the last messages until they are taken.
+class LatestMessages:
+    """Subscriptions without callbacks: the middleware keeps the last messages until polled.
 
-    They are best effort, so that no publisher keeps anything for them or waits, and the node that
-    holds them is on no executor: what is not looked at costs nothing but its transport.
+    They are best effort, so that no publisher waits for them or keeps messages, and their node is
+    on no executor: a message that is not polled costs its transport alone.
 
     Args:
-        node: whose run and namespace they are in.
-        topics: to look at.
-        depth: messages of each that are kept.
+        node: of the run and namespace.
+        topics: to subscribe to.
+        depth: messages of each topic that are kept.
     """
 
     def __init__(self, node: KhrNode, topics: Sequence[Topic], depth: int) -> None:
         self._run = node.run
         # Its name begins with an underscore: ROS 2 tools do not list it.
         self._node: Node = rclpy.create_node(
-            f'_{node.get_name()}_taps',
+            f'_{node.get_name()}_poll',
             namespace=node.get_namespace(),
             context=node.context,
             start_parameter_services=False,
@@ -40,7 +40,7 @@ class Taps:
             use_global_arguments=False,
         )
         qos = QoSProfile(depth=depth, reliability=ReliabilityPolicy.BEST_EFFORT)
-        self._taps = [
+        self._subscriptions = [
             (
                 topic,
                 self._node.create_subscription(
@@ -51,8 +51,8 @@ class Taps:
         ]
 
     def take(self) -> Iterator[tuple[Topic, int, Floats]]:
-        """Yield topic, stamp in ns and numbers of what has come; what is not readable is left."""
-        for topic, subscription in self._taps:
+        """Yield topic, stamp in ns and numbers of each new message; unreadable ones are skipped."""
+        for topic, subscription in self._subscriptions:
             kind, read = message_class(topic.kind), cdr.numbers_of(topic)
             while True:
                 with subscription.handle:

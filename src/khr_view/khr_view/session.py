@@ -1,0 +1,100 @@
+"""The successive runs of one page: each is a run of its own, with its own folder."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from khr_bringup.scenario.scenario import Scenario, find_scenario, parse
+from khr_common.text.quoting import LONGEST
+from khr_common.text.strict_yaml import read_file
+from khr_sim.run_parameters import RunParameters
+
+SIMULATOR = 'simulator'
+OF_VIEW = ('pace', 'duration')  # parameters of the simulator that the command sets for every run
+LASTING = ('gain', 'pace', 'realtime_factor')  # changes that also hold in another scenario
+
+
+class Session:
+    """Hold the scenario of the present run, and of the next once a reader asks for one.
+
+    Parameters that the reader has changed hold in the next run as well: all of them if the scenario
+    stays the same, gains and speed in another scenario.
+
+    Args:
+        scenario: of the first run.
+
+    Attributes:
+        scenario: of the present run.
+        next: of the next run; None until the present one is to end.
+    """
+
+    def __init__(self, scenario: Scenario) -> None:
+        self.scenario = scenario
+        self.next: Scenario | None = None
+        self._base = scenario  # without the reader's changes
+        self._changes: dict[tuple[str, str], Any] = {}
+
+    def advance(self) -> bool:
+        """Make the next scenario the present one; return whether there is one."""
+        if self.next is None:
+            return False
+        self.scenario, self.next = self.next, None
+        return True
+
+    def end(self) -> None:
+        """Drop the next scenario: the present run is the last."""
+        self.next = None
+
+    def keep(self, node: str, name: str, value: Any) -> None:
+        """Keep a parameter that the reader has changed for the runs to come."""
+        self._changes[node, name] = value
+
+    def restart(self) -> None:
+        """End the present run and start the same scenario again.
+
+        Raises:
+            KhrError: here and below, if the scenario is not accepted; then the run goes on.
+        """
+        self._start(self._base, self._changes)
+
+    def next_seed(self) -> None:
+        """End the present run and start the same scenario with the next seed."""
+        seed = self.scenario.table(RunParameters).seed + 1
+        seeds = {
+            (node, 'seed'): seed for node, keys in self._base.values.items() if 'seed' in keys
+        }
+        self._start(self._base.changed(seeds | {(SIMULATOR, 'seed'): seed}), self._changes)
+
+    def switch(self, name: str, text: str | None = None) -> None:
+        """End the present run and start another scenario.
+
+        Args:
+            name: of the scenario.
+            text: of its file; by default that of the shipped scenario, or of the file, ``name``.
+        """
+        path = find_scenario(name) if text is None else None
+        stem = path.stem if path else name
+        scenario = parse(read_file(path) if path else text or '', stem, stem)
+        own = self.scenario.whole(SIMULATOR)
+        base = scenario.changed({(SIMULATOR, key): own[key] for key in OF_VIEW})
+        nodes = [SIMULATOR, *base.nodes]
+        self._start(
+            base,
+            {
+                (node, key): value
+                for (node, key), value in self._changes.items()
+                if key in LASTING and node in nodes
+            },
+        )
+
+    def _start(self, base: Scenario, changes: dict[tuple[str, str], Any]) -> None:
+        made = {
+            (node, name): value
+            for (node, name), value in changes.items()
+            if value != base.whole(node)[name]
+        }
+        shown = [f'{node}.{name}={value:g}' for (node, name), value in made.items()]
+        title = ', '.join([base.title or base.name, *shown])[:LONGEST]
+        self.next = replace(base.changed(made), title=title)
+        self._base, self._changes = base, dict(changes)

@@ -1,0 +1,127 @@
+"""Runs in a browser: the page of live runs, and the playback of recorded ones."""
+
+from __future__ import annotations
+
+import os
+import sys
+import webbrowser
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import AbstractContextManager, contextmanager, nullcontext
+from dataclasses import dataclass
+from pathlib import Path
+from pkgutil import resolve_name
+from threading import Event, Thread
+from typing import TYPE_CHECKING
+
+from khr_view.guard import AccessGuard, listen
+from khr_view.model.restart import EndAction
+
+if TYPE_CHECKING:
+    from khr_view.live_page import LivePage
+    from khr_view.session import Session
+
+Report = Callable[[str], None]
+OBSERVE = 'khr_view.nodes.observer:observe'  # by name: nodes need ROS
+Observed = Callable[[], AbstractContextManager[object]]
+OPENED = (
+    '--host: whoever reaches {host} and has this address may look on, change parameters and push; '
+    'it is not encrypted'
+)
+
+
+@dataclass(frozen=True)
+class Viewing:
+    """How a run is shown in a browser; see ``khr view --help``.
+
+    Attributes:
+        host, port: that the page is served on.
+        browser: whether to open it.
+        again: the action that follows the end of a run.
+    """
+
+    host: str = '127.0.0.1'
+    port: int = 0
+    browser: bool = True
+    again: EndAction = 'never'
+
+
+def play(paths: Sequence[Path], viewing: Viewing, report: Report) -> int:
+    """Play recorded runs back in a browser until interrupted; return the exit code."""
+    from khr_view import playback
+
+    def guard() -> AccessGuard:
+        opened = listen(viewing.host, viewing.port)
+        _announce(opened, viewing.browser, report)
+        return opened
+
+    return playback.play(paths, guard, viewing.again != 'never')
+
+
+@contextmanager
+def live_page(
+    viewing: Viewing | None, report: Report, session: Session | None = None
+) -> Iterator[Observed]:
+    """Open the page of live runs, if there is to be one; yield what shows a run on it.
+
+    A browser that connects before the page has been built waits.
+
+    Args:
+        viewing: how the page is shown; None for no page.
+        report: prints a line.
+        session: of the runs.
+    """
+    if viewing is None:
+        yield nullcontext
+        return
+    guard = listen(viewing.host, viewing.port)
+    _announce(guard, viewing.browser, report)
+    made: list[LivePage] = []
+
+    def show(stop: Event) -> None:
+        from khr_view.live_page import LivePage  # viser takes long to load
+
+        if not made:
+            made.append(LivePage(guard, session, viewing.again))
+        resolve_name(OBSERVE)(made[0], stop)
+
+    try:
+        yield lambda: in_thread(show, report)
+    finally:
+        for page in made:
+            page.close()
+
+
+@contextmanager
+def in_thread(work: Callable[[Event], None], report: Report) -> Iterator[None]:
+    """Run ``work`` in a thread; an error in it is reported, and the run goes on."""
+    stop = Event()
+
+    def guarded() -> None:
+        try:
+            work(stop)
+        except Exception as error:
+            report(f'khr: the page has stopped: {type(error).__name__}: {error}')
+
+    thread = Thread(target=guarded, name='page')
+    thread.start()
+    try:
+        yield
+    finally:
+        stop.set()
+        thread.join()
+
+
+def _announce(guard: AccessGuard, browser: bool, report: Report) -> None:
+    """Report the address of the page, and open it if there is a graphical browser."""
+    report(f'page: {guard.address}')
+    if guard.token:
+        report(f'khr: {OPENED.format(host=guard.host)}')
+    if browser and _screen():
+        webbrowser.open(guard.address)
+
+
+def _screen() -> bool:
+    """Return whether a browser would have a window: one of text alone cannot show the page."""
+    if sys.platform != 'linux':
+        return True
+    return bool(os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY'))

@@ -1,0 +1,75 @@
+"""The state of a run as text, and when it restarts."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_analysis.outcome import SensedOutcome
+from khr_balance.gaits.gait import gait_of
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_view.model.motion import STANDING, GaitMotion, motion_in, motion_of
+from khr_view.model.restart import PAUSE, RestartTimer
+from khr_view.model.state_text import NO_RUN, THEN, over, state_text
+from khr_view.model.status import Status
+
+WALK = GaitMotion('walking', 11.6, 2.31)
+
+
+def status(state='running', verdict='walked', fell_at=None):
+    return Status(state=state, outcome=SensedOutcome(verdict, 13.6, fell_at, 0.0, 0.0))
+
+
+@pytest.mark.parametrize(
+    ('told', 'time', 'words'),
+    [
+        (status('waiting'), 0.0, 'starting'),
+        (status(), 4.2, 'walking, 4.2 of 11.6 s'),
+        (status('paused'), 4.2, 'paused at 4.2 s'),
+        (status(fell_at=6.21), 6.3, 'fell at 6.2 s: press Restart to run it again'),
+        (
+            status('finished', 'fell', fell_at=6.21),
+            8.0,
+            'fell at 6.2 s: press Restart to run it again',
+        ),
+        (status(fell_at=6.21), 0.4, 'walking, 0.4 of 11.6 s'),
+        (status(), 12.0, 'finished, walked: press Restart to run it again'),
+        (status('finished'), 5.0, 'finished, walked: press Restart to run it again'),
+        (status(NO_RUN), 5.0, 'no run is going on: the page waits for one'),
+    ],
+)
+def test_the_state_is_told_state_text(told, time, words):
+    assert state_text(told, WALK, time, 'never') == words
+
+
+def test_what_stands_is_never_over_and_what_comes_next_is_said():
+    assert state_text(status(), STANDING, 99.0, 'same') == 'standing, 99.0 s'
+    assert state_text(status(), GaitMotion(), 1.0, 'same') == 'running, 1.0 s'
+    for how, words in THEN.items():
+        assert state_text(status(), WALK, 12.0, how).endswith(words)
+    assert state_text(status(), WALK, 12.0, None) == 'finished, walked'
+
+
+@given(st.sampled_from(['running', 'paused', 'waiting', NO_RUN]), st.floats(0, 30))
+def test_only_what_runs_or_has_finished_is_over(state, time):
+    assert over(status('finished'), WALK, time)
+    assert over(status(state), WALK, time) == (state == 'running' and time >= WALK.end)
+
+
+def test_a_motion_ends_with_its_gait():
+    for motion in ('walk', 'leg_lift'):
+        parameters = GaitParameters(motion=motion)
+        assert motion_of(parameters).end == gait_of(parameters).duration
+    assert motion_of(GaitParameters()).cycle == GaitParameters().cycle_period
+    assert motion_of(GaitParameters(motion='leg_lift')).cycle == 0.0
+    assert motion_in({'motion': 'stand'}) == STANDING
+    assert motion_in({'cycles': 3}) == GaitMotion()
+
+
+def test_a_finished_run_restarts_after_a_pause():
+    timer = RestartTimer()
+    assert not timer.due(over=False, now=0.0)
+    assert not timer.due(over=True, now=10.0)
+    assert not timer.due(over=True, now=10.0 + PAUSE / 2)
+    assert timer.due(over=True, now=10.0 + PAUSE)
+    assert not timer.due(over=False, now=100.0)
+    assert not timer.due(over=True, now=101.0)

@@ -1,0 +1,66 @@
+"""The successive runs of a page: what the reader has changed holds in the next one."""
+
+import pytest
+
+from khr_bringup.errors import BringupError
+from khr_bringup.scenario.scenario import load_scenario
+from khr_view.session import Session
+
+
+@pytest.fixture
+def session():
+    chosen = load_scenario('walk_8.88deg_ka12')
+    return Session(chosen.changed({('simulator', 'pace'): 1.0, ('simulator', 'duration'): 0.0}))
+
+
+def test_a_restart_keeps_all_changes_and_names_them(session):
+    first = session.scenario
+    session.keep('ankle_controller', 'gain', 18.0)
+    session.keep('simulator', 'inclination_deg', 5.0)
+    session.keep('simulator', 'pace', 1.0)  # as it was
+    session.restart()
+    assert session.advance() and session.next is None
+    assert session.scenario.of('ankle_controller')['gain'] == 18.0
+    assert session.scenario.of('simulator')['inclination_deg'] == 5.0
+    assert session.scenario.title == (
+        f'{first.title}, ankle_controller.gain=18, simulator.inclination_deg=5'
+    )
+    session.restart()
+    assert session.next.title == session.scenario.title and not session.next.driver
+
+
+def test_the_next_seed_is_that_of_every_node(session):
+    for seed in (1, 2):
+        session.next_seed()
+        session.advance()
+        for node in ('simulator', 'gyro', 'foot_force'):
+            assert session.scenario.of(node)['seed'] == seed
+
+
+def test_another_scenario_keeps_gains_and_speed_alone(session):
+    session.keep('ankle_controller', 'gain', 18.0)
+    session.keep('roll_controller', 'gain', 3.0)  # which does not take part there
+    session.keep('simulator', 'inclination_deg', 5.0)
+    session.keep('simulator', 'pace', 2.0)
+    session.switch('walk_6.99deg_ka12')
+    chosen = session.next
+    assert (chosen.name, chosen.of('ankle_controller')['gain']) == ('walk_6.99deg_ka12', 18.0)
+    assert chosen.of('simulator')['inclination_deg'] == 6.99
+    assert chosen.of('simulator')['pace'] == 2.0
+    assert chosen.title.endswith(', ankle_controller.gain=18, simulator.pace=2')
+
+
+def test_a_refused_scenario_changes_nothing(session):
+    for name, text in (
+        ('nowhere', None),
+        ('mine', '/**/gait: {ros__parameters: {stride: 1.0e+9}}'),
+    ):
+        with pytest.raises(BringupError):
+            session.switch(name, text)
+    assert session.next is None and not session.advance()
+
+
+def test_no_run_follows_an_interruption(session):
+    session.restart()
+    session.end()
+    assert not session.advance()
