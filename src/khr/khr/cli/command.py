@@ -1,31 +1,38 @@
-"""The ``khr`` command: a mistake, or an interruption at whatever moment, is one line."""
+"""The ``khr`` command: an error or an interruption is one line on stderr."""
 
 from __future__ import annotations
 
+import os
+import signal
 import sys
 import warnings
+from collections.abc import Callable
 from io import TextIOWrapper
+from threading import Timer
 from typing import Any, NoReturn
 
-from khr.cli.interruption import interrupt, keep_interruptions, leave_at_once, on_signals
 from khr_common.arithmetic import enter
 from khr_common.errors import INTERRUPTED
 
 
 def main() -> None:
-    """Run the command; a user's mistake is one line on stderr and exit code 2."""
+    """Run the command and exit.
+
+    Exit codes: 2 for a user's mistake, 1 for a run or a system that failed, 130 after SIGINT,
+    SIGTERM or SIGHUP.
+    """
     enter()
-    on_signals(leave_at_once)  # imports take longer than a finger takes to Ctrl-C
+    _handle_signals(_exit_at_once)  # nothing has started yet
     try:
         from typer.exceptions import TyperException
 
         from khr.cli.app import app
         from khr_common import KhrError, RunError
     except (ImportError, MemoryError) as error:
-        _leave(_of_library(error), 1)
+        _leave_for_library(error)
 
-    keep_interruptions()
-    on_signals(interrupt)
+    _handle_signals(_interrupt)
+    sys.unraisablehook = _unraisable
     warnings.formatwarning = lambda message, *_: f'khr: {message}\n'
     if isinstance(sys.stdout, TextIOWrapper):  # a path may hold what the terminal cannot show
         sys.stdout.reconfigure(errors='backslashreplace')
@@ -46,18 +53,50 @@ def main() -> None:
     except KeyboardInterrupt:
         _leave('interrupted', INTERRUPTED)
     except (ImportError, MemoryError) as error:
-        _leave(_of_library(error), 1)
+        _leave_for_library(error)
 
 
-def _of_library(error: Exception) -> str:
-    """Report a library that cannot be loaded, or has no room to work in."""
+_interrupted: list[int] = []  # signals received
+
+
+def _handle_signals(handler: Callable[..., None]) -> None:
+    """Install a handler of the signals that end a process; SIGINT and SIGHUP may be ignored."""
+    for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
+        if number == signal.SIGTERM or signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, handler)
+
+
+def _exit_at_once(*_: object) -> NoReturn:
+    os.write(2, b'khr: interrupted\n')
+    os._exit(INTERRUPTED)
+
+
+def _interrupt(number: int, _: object) -> None:
+    _interrupted.append(number)
+    raise KeyboardInterrupt
+
+
+def _unraisable(dropped: Any) -> None:
+    """Raise an interruption again that a destructor has dropped."""
+    if issubclass(dropped.exc_type, KeyboardInterrupt):
+        again = Timer(0.02, os.kill, (os.getpid(), _interrupted[-1]))
+        again.daemon = True
+        again.start()
+    else:
+        sys.__unraisablehook__(dropped)
+
+
+def _leave_for_library(error: Exception) -> NoReturn:
+    """Exit after a failed import or allocation."""
+    if _interrupted:  # an extension that was being imported replaced the KeyboardInterrupt
+        _leave('interrupted', INTERRUPTED)
     if isinstance(error, MemoryError):
-        return 'out of memory; accepted: a larger limit (ulimit -v)'
-    return f'{type(error).__name__}: {" ".join(str(error).split())}'
+        _leave('out of memory; accepted: a larger limit (ulimit -v)', 1)
+    _leave(f'{type(error).__name__}: {" ".join(str(error).split())}', 1)
 
 
 def _usage(error: Any) -> str:
-    """Return one line about a mistake on the command line; empty after the help was printed."""
+    """Return one line about a usage error; empty where the help was printed."""
     text = ' '.join(error.format_message().split()).rstrip('.')
     context = getattr(error, 'ctx', None)
     return f'{text}; see {context.command_path} --help' if text and context else text
