@@ -42,6 +42,7 @@ ROSDEP_KEYS = {  # in rosdep/python.yaml of rosdistro
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',
     'numpy': 'python3-numpy',
+    'pandas': 'python3-pandas',
     'pillow': 'python3-pil',
     'psutil': 'python3-psutil',
     'pybullet': 'python3-pybullet-pip',
