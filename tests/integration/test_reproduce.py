@@ -68,7 +68,7 @@ def test_every_figure_is_a_picture_with_its_numbers(done, place, number):
     image, table = paths(number, place / 'report' / 'figures', ENGINE)
     assert image.stat().st_size > 10_000
     content = rows(table)
-    assert len(content) > 2
+    assert len(content) > 1  # the quick form may have one walk and its median
     assert all(math.isfinite(float(row['x'])) and row['curve'] for row in content)
     assert any(math.isfinite(float(row['y'])) for row in content)
 

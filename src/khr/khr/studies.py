@@ -114,7 +114,8 @@ def critical(
         progress: whether to print each attempt on stderr.
 
     Returns:
-        The limit of each seed in deg, with mean and confidence interval, and all attempts.
+        The limit of each seed in deg, with mean and confidence interval; ``runs`` is the table of
+        all runs.
 
     Raises:
         KhrError: if a value is not accepted.

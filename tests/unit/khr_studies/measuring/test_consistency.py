@@ -109,19 +109,16 @@ def test_a_contradiction_is_refused_by_one_line_each_and_an_error(capsys):
 
 
 class Pool:
-    """Measures at once: all walks end so, all limits are one run that walks, or rides."""
-
-    def __init__(self, walks='fell', slip=0.0):
-        self.walks, self.slip = walks, slip
+    """Measures at once: all walks fall, all limits are one run that walks."""
 
     def submit(self, function, condition, *arguments):
         done = Future()
         if function is limit_of_seed:
             seed, start, _ = arguments
-            run = {**condition.columns(start, seed), **outcome('walked', self.slip)}
+            run = {**condition.columns(start, seed), **outcome('walked')}
             done.set_result([run | {'limit_deg': start}])
         else:
-            done.set_result({**condition.columns(*arguments), **outcome(self.walks)})
+            done.set_result({**condition.columns(*arguments), **outcome('fell')})
         return done
 
 
@@ -132,13 +129,6 @@ def test_the_table_of_a_bench_holds_all_its_runs():
     runs = bench.runs()
     assert len(runs) == 4 and set(runs['seed']) == {0, 1}
     assert len(contradictions(runs)) == 2
-
-
-def test_a_robot_that_rides_down_the_slope_does_not_stay_up():
-    bench = Bench(Pool('slipped', slip=1.0), 1, 0.2)
-    bench.start_limit(walking(12.0))
-    bench.start(walk, walking(12.0), 8.0)
-    assert bench.runs()['stayed_up'].tolist() == [False, True]  # the walk slid no step
 
 
 def test_a_bench_on_another_engine_measures_and_says_so():
