@@ -10,11 +10,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 from numpy.typing import NDArray
 from scipy import stats
 
 from khr_studies.calibration.objective import FALL, Candidate, row_costs
-from khr_studies.calibration.plan import CalibrationPlan, FreeConstant
+from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit
 from khr_studies.measuring.ensemble_file import Member
 
@@ -170,40 +171,20 @@ def diverse(plan: CalibrationPlan, robots: Sequence[Candidate], most: int) -> li
     return [robots[index] for index in sorted(kept)]
 
 
-@dataclass(frozen=True)
-class ConstantSpread:
-    """The spread of a constant over the ensemble.
+def constant_spreads(plan: CalibrationPlan, found: Ensemble) -> pd.DataFrame:
+    """Return the spread of each constant over the ensemble.
 
-    Attributes:
-        name, constant: the constant.
-        best: its value in the best robot.
-        low, high: smallest and largest value in the ensemble.
-        share: of the searched range that the middle 80 % of the ensemble takes.
+    Returns:
+        A row for each constant, by its name: the value ``best`` in the best robot, the smallest and
+        the largest value ``low`` and ``high``, the ``share`` of the searched range that the middle
+        80 % of the ensemble takes, and whether the rows leave the constant ``open``.
     """
-
-    name: str
-    constant: FreeConstant
-    best: float
-    low: float
-    high: float
-    share: float
-
-    @property
-    def is_open(self) -> bool:
-        """Return whether the rows leave the constant open."""
-        return self.share > OPEN
-
-
-def constant_spreads(plan: CalibrationPlan, found: Ensemble) -> list[ConstantSpread]:
-    """Return the spread of each constant."""
-    rows = []
+    rows = {}
     for name, constant in plan.constants.items():
-        values = found.values(name).tolist()
+        values = found.values(name)
         low, high = np.quantile([constant.share(value) for value in values], [0.1, 0.9])
-        rows.append(
-            ConstantSpread(name, constant, values[0], min(values), max(values), float(high - low))
-        )
-    return rows
+        rows[name] = (values[0], min(values), max(values), high - low, high - low > OPEN)
+    return pd.DataFrame.from_dict(rows, 'index', columns=['best', 'low', 'high', 'share', 'open'])
 
 
 def correlations(plan: CalibrationPlan, found: Ensemble) -> Array:

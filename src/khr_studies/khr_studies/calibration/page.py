@@ -153,21 +153,22 @@ def _limit_rows(calibration: Calibration) -> str:
 
 def _constant_rows(calibration: Calibration, enough: bool) -> str:
     """Return a table of the searched constants."""
-    rows = [
-        {
-            'constant': ', '.join(f'`{name}`' for name in one.constant.parameters),
-            'value': f'{one.best:g} {one.constant.unit}'.strip(),
-            'in the ensemble': f'{one.low:g} to {one.high:g}',
-            'searched': '{:g} to {:g}'.format(*one.constant.range),
-            'taken': f'{one.share:.0%}',
-            'rows': ('leave it open' if one.is_open else 'determine it')
-            if enough
-            else 'too few robots to say',
-            'published or derived': _published(one.constant, one.best),
-            'source': one.constant.source,
-        }
-        for one in constant_spreads(calibration.plan, calibration.found)
-    ]
+    rows = []
+    for name, one in constant_spreads(calibration.plan, calibration.found).iterrows():
+        constant = calibration.plan.constants[str(name)]
+        answer = 'leave it open' if one['open'] else 'determine it'
+        rows.append(
+            {
+                'constant': ', '.join(f'`{parameter}`' for parameter in constant.parameters),
+                'value': f'{one["best"]:g} {constant.unit}'.strip(),
+                'in the ensemble': f'{one["low"]:g} to {one["high"]:g}',
+                'searched': '{:g} to {:g}'.format(*constant.range),
+                'taken': f'{one["share"]:.0%}',
+                'rows': answer if enough else 'too few robots to say',
+                'published or derived': _published(constant, one['best']),
+                'source': constant.source,
+            }
+        )
     return table_of(rows)
 
 

@@ -182,8 +182,8 @@ def test_ensemble_holds_what_fits_and_tells_open_constants_from_determined_ones(
     assert found.tolerances == 1.0 and found.fitting == 30 == len(found.robots)
     assert (found.candidates, found.complete) == (33, 31)
     assert found.best.cost == min(one.cost for one in found.robots)
-    said = {one.name: one for one in constant_spreads(PLAN, found)}
-    assert said['lift'].is_open and not said['sway'].is_open
+    spreads = constant_spreads(PLAN, found)
+    assert spreads['open']['lift'] and not spreads['open']['sway']
 
 
 def test_ensemble_of_few_that_fit_states_the_tolerance_it_needs():
