@@ -77,7 +77,7 @@ lint: tools
 docs: install
 	$(BIN)/python -m khr_studies.documents.docs_generator
 	$(BIN)/python -m khr_models.report docs/models.md
-	$(BIN)/python -m khr_sim.sensors.gyro_circuit.report docs/gyro.md
+	$(BIN)/python -m khr_models.gyro_circuit.report docs/gyro.md
 
 # the documents as pages, in site/; a link that leads nowhere is an error
 site: tools

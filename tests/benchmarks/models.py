@@ -5,6 +5,8 @@ import math
 import numpy as np
 
 from khr_common.published import GAIT_FREQUENCY
+from khr_models.gyro_circuit.baseband import Baseband
+from khr_models.gyro_circuit.carrier import simulate as simulate_carrier
 from khr_models.harmonics import integrated_harmonics, series_harmonics
 from khr_models.pendulum import Pendulum, critical_inclination, simulate
 from khr_models.servo.identification import identify
@@ -19,8 +21,6 @@ from khr_models.standing.friction import SlidingFoot, simulate_sliding
 from khr_models.standing.push import largest_push, simulate_push
 from khr_models.standing.tipping import ForcePulse, PushLoop
 from khr_models.thesis import GAINS, PEAKS, identified_servo
-from khr_sim.sensors.gyro_circuit.baseband import Baseband
-from khr_sim.sensors.gyro_circuit.carrier import simulate as simulate_carrier
 from tests.benchmarks.clock import computing_time
 
 ROBOT, TIME = Pendulum(), np.linspace(0.0, 5.0, 5001)

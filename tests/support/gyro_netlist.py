@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import math
 
-from khr_sim.sensors.gyro_circuit.checks import check_positive
-from khr_sim.sensors.gyro_circuit.circuit import KRG4, Circuit
+from khr_models.checks import positive
+from khr_models.gyro_circuit.circuit import KRG4, Circuit
 
 DRIVE_FORCE_UNIT = 1e-6  # N per V of the drive axis' analogue
 SENSE_FORCE_UNIT = 1e-11  # N per V of the sense axis' analogue
@@ -33,10 +33,10 @@ def netlist(
         steps_per_cycle: ngspice's largest time step is this part of a carrier's cycle.
 
     Raises:
-        SimError: if the duration or the number of steps is not positive.
+        ModelError: if the duration or the number of steps is not positive.
     """
-    check_positive('duration', duration, 's')
-    check_positive('steps_per_cycle', steps_per_cycle)
+    positive('duration', duration, 's')
+    positive('steps_per_cycle', steps_per_cycle)
     step = 1.0 / (circuit.carrier_frequency * steps_per_cycle)
     return '\n'.join(
         [

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from khr_sim.errors import SimError
-from khr_sim.sensors.gyro_circuit.checks import check_positive
+from khr_models.checks import positive
+from khr_models.errors import ModelError
 
 
 class Noise:
@@ -34,15 +34,15 @@ class Noise:
             seed: of the generator.
 
         Raises:
-            SimError: if the sample period is not positive or a noise is negative.
+            ModelError: if the sample period is not positive or a noise is negative.
         """
-        check_positive('sample_period', sample_period, 's')
+        positive('sample_period', sample_period, 's')
         for name, value in (
             ('angle_random_walk', angle_random_walk),
             ('rate_random_walk', rate_random_walk),
         ):
             if not (math.isfinite(value) and value >= 0.0):
-                raise SimError(f'{name}: {value!r} is not accepted; accepted: [0, inf)')
+                raise ModelError(f'{name}: {value!r} is not accepted; accepted: [0, inf)')
         self._white = angle_random_walk / math.sqrt(sample_period)
         self._walk = rate_random_walk * math.sqrt(sample_period)
         self._seed = seed
@@ -73,12 +73,12 @@ def allan_deviation(
         One deviation for each of ``averages``, rad/s.
 
     Raises:
-        SimError: if an argument is out of its range.
+        ModelError: if an argument is out of its range.
     """
-    check_positive('sample_period', sample_period, 's')
+    positive('sample_period', sample_period, 's')
     samples = np.asarray(rate, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 3:
-        raise SimError(f'rate: shape {samples.shape} is not accepted; accepted: (n,), n >= 3')
+        raise ModelError(f'rate: shape {samples.shape} is not accepted; accepted: (n,), n >= 3')
     longest = (samples.size - 1) // 2
     angle = np.concatenate(([0.0], np.cumsum(samples))) * sample_period
     return np.array([_deviation(angle, size, sample_period, longest) for size in averages])
@@ -86,6 +86,8 @@ def allan_deviation(
 
 def _deviation(angle: NDArray[np.float64], size: int, sample_period: float, longest: int) -> float:
     if not 1 <= size <= longest:
-        raise SimError(f'averages: {size!r} is not accepted; accepted: integer in [1, {longest}]')
+        raise ModelError(
+            f'averages: {size!r} is not accepted; accepted: integer in [1, {longest}]'
+        )
     turn = angle[2 * size :] - 2.0 * angle[size:-size] + angle[: -2 * size]
     return math.sqrt(float(np.mean(turn**2)) / 2.0) / (size * sample_period)

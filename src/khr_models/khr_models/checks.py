@@ -17,10 +17,21 @@ FORMS: tuple[Form, ...] = ('published', 'physical')
 RIGHT_ANGLE = math.pi / 2.0
 
 
-def positive(name: str, value: float) -> None:
+def between(name: str, value: float, low: float, high: float, unit: str = '') -> None:
+    """Refuse a value that is not finite and strictly between two bounds.
+
+    Raises:
+        ModelError: with the name, the value and the accepted range, in one line.
+    """
+    if not (math.isfinite(value) and low < value < high):
+        raise ModelError(
+            f'{name}: {value!r} is not accepted; accepted: ({low:g}, {high:g}) {unit}'.rstrip()
+        )
+
+
+def positive(name: str, value: float, unit: str = '') -> None:
     """Refuse a value that is not finite and above 0."""
-    if not (math.isfinite(value) and value > 0.0):
-        raise ModelError(f'{name}: {value!r} is not accepted; accepted: (0, inf)')
+    between(name, value, 0.0, math.inf, unit)
 
 
 def non_negative(name: str, value: float) -> None:

@@ -18,9 +18,9 @@ from khr_common import parameter, sample_period
 from khr_common.maths.low_pass import LowPass
 from khr_common.maths.seeding import generator
 from khr_common.published import AD_STEP
+from khr_models.gyro_circuit.baseband import Baseband
+from khr_models.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
 from khr_sim.errors import SimError
-from khr_sim.sensors.gyro_circuit.baseband import Baseband
-from khr_sim.sensors.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
 
 AD_HALF_RANGE = 512  # steps between the voltage at rest, taken at mid-range, and the rails
 

@@ -9,12 +9,12 @@ import numpy as np
 
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_models.checks import FORMS, Array, Form
+from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.push import DIRECTIONS, Direction, Gyro, simulate_push
 from khr_models.standing.push import largest_push as largest_of_model
 from khr_models.standing.tipping import ForcePulse, PushLoop, tipping_force
 from khr_sim.physics import engines
-from khr_sim.sensors.gyro_circuit.baseband import Baseband
 from khr_studies.measuring.condition import with_engine
 from khr_studies.push.model import model_gyro, model_loop, model_push
 from khr_studies.push.study import GYROS, START, PushCondition, push_robot, stance

@@ -23,6 +23,7 @@ from khr_common.interfaces import ANKLE_CORRECTION, GYRO
 from khr_common.maths.limit import bracket_limit
 from khr_common.maths.rotation import matrix
 from khr_models.checks import Array, non_negative, one_of, within
+from khr_models.gyro_circuit.circuit import KRG4
 from khr_models.pendulum import Pendulum
 from khr_models.standing.push import DIRECTIONS, Direction, capture_force
 from khr_sim.parameters import SimulatorParameters
@@ -31,7 +32,6 @@ from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant, mix
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
-from khr_sim.sensors.gyro_circuit.circuit import KRG4
 from khr_studies.measuring.condition import Changes
 
 START = 2.1  # s, start of the push: the robot is at rest, leant by its whole correction

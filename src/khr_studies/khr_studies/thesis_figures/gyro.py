@@ -10,9 +10,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from khr_common.published import GYRO_SENSITIVITY
+from khr_models.gyro_circuit import carrier
+from khr_models.gyro_circuit.circuit import KRG4
 from khr_report.plots.plot_style import legend_above, panels
-from khr_sim.sensors.gyro_circuit import carrier
-from khr_sim.sensors.gyro_circuit.circuit import KRG4
 
 RATE_DEG = 100.0  # deg/s, amplitude
 FREQUENCY = 20.0  # Hz, fast for a robot, to keep the carrier visible beside it

@@ -9,8 +9,8 @@ import math
 from typing import Any
 
 from khr_common.published import GYRO_SENSITIVITY
-from khr_sim.sensors.gyro_circuit.checks import check_positive, check_range
-from khr_sim.sensors.gyro_circuit.resonator import Resonator
+from khr_models.checks import between, positive
+from khr_models.gyro_circuit.resonator import Resonator
 
 BOLTZMANN = 1.380649e-23  # J/K
 PACKAGED_SENSITIVITY = math.degrees(GYRO_SENSITIVITY)  # V per rad/s, measured
@@ -26,7 +26,7 @@ class Circuit:
     """One vibratory gyro: two mechanical axes, two capacitances, amplifier and demodulator.
 
     Raises:
-        SimError: if a value is not positive, an axis is overdamped, or the bandwidth reaches a
+        ModelError: if a value is not positive, an axis is overdamped, or the bandwidth reaches a
             tenth of the carrier (then the low-pass would no longer remove it).
     """
 
@@ -51,13 +51,11 @@ class Circuit:
 
     def __post_init__(self) -> None:
         for field in dataclasses.fields(self):
-            check_positive(field.name, getattr(self, field.name), field.metadata['unit'])
+            positive(field.name, getattr(self, field.name), field.metadata['unit'])
         for axis in ('drive', 'sense'):
             critical = 2.0 * math.sqrt(self.mass * getattr(self, f'{axis}_stiffness'))
-            check_range(
-                f'{axis}_damping', getattr(self, f'{axis}_damping'), 0.0, critical, 'N s/m'
-            )
-        check_range('bandwidth', self.bandwidth, 0.0, self.carrier_frequency / 10.0, 'Hz')
+            between(f'{axis}_damping', getattr(self, f'{axis}_damping'), 0.0, critical, 'N s/m')
+        between('bandwidth', self.bandwidth, 0.0, self.carrier_frequency / 10.0, 'Hz')
 
     @functools.cached_property
     def drive(self) -> Resonator:
@@ -156,9 +154,9 @@ class Circuit:
             temperature: K.
 
         Raises:
-            SimError: if the temperature is not positive.
+            ModelError: if the temperature is not positive.
         """
-        check_positive('temperature', temperature, 'K')
+        positive('temperature', temperature, 'K')
         force = math.sqrt(4.0 * BOLTZMANN * temperature * self.sense_damping)
         return force / self.coriolis_gain
 
@@ -171,12 +169,12 @@ def fit_sense_stiffness(circuit: Circuit, sensitivity: float) -> Circuit:
         sensitivity: V per rad/s.
 
     Raises:
-        SimError: if it is not positive, or above what matched resonances would give.
+        ModelError: if it is not positive, or above what matched resonances would give.
     """
     inertia = circuit.mass * circuit.carrier**2
     resistance = circuit.carrier * circuit.sense_damping
     scale = circuit.gain * circuit.pickoff * circuit.coriolis_gain
-    check_range('sensitivity', sensitivity, 0.0, scale / resistance, 'V per rad/s')
+    between('sensitivity', sensitivity, 0.0, scale / resistance, 'V per rad/s')
     stiffness = inertia + math.sqrt((scale / sensitivity) ** 2 - resistance**2)
     return dataclasses.replace(circuit, sense_stiffness=stiffness)
 

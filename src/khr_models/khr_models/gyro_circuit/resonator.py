@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from khr_sim.sensors.gyro_circuit.checks import check_positive, check_range
+from khr_models.checks import between, positive
 
 
 @dataclass(frozen=True)
@@ -13,7 +13,7 @@ class Resonator:
     """Mass (kg), damping (N s/m) and stiffness (N/m) of one axis; it must be underdamped.
 
     Raises:
-        SimError: if one of them is not positive or the damping is not below critical.
+        ModelError: if one of them is not positive or the damping is not below critical.
     """
 
     mass: float
@@ -21,10 +21,10 @@ class Resonator:
     stiffness: float
 
     def __post_init__(self) -> None:
-        check_positive('mass', self.mass, 'kg')
-        check_positive('stiffness', self.stiffness, 'N/m')
+        positive('mass', self.mass, 'kg')
+        positive('stiffness', self.stiffness, 'N/m')
         critical = 2.0 * math.sqrt(self.stiffness * self.mass)
-        check_range('damping', self.damping, 0.0, critical, 'N s/m')
+        between('damping', self.damping, 0.0, critical, 'N s/m')
 
     @property
     def natural_frequency(self) -> float:

@@ -13,10 +13,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
-from khr_sim.errors import SimError
-from khr_sim.sensors.gyro_circuit.checks import check_positive
-from khr_sim.sensors.gyro_circuit.circuit import BOLTZMANN, KRG4, Circuit
-from khr_sim.sensors.gyro_circuit.motion import Array, move
+from khr_models.checks import positive
+from khr_models.errors import ModelError
+from khr_models.gyro_circuit.circuit import BOLTZMANN, KRG4, Circuit
+from khr_models.gyro_circuit.motion import Array, move
 
 STEPS_PER_CYCLE = 16
 SETTLING = 20.0  # time constants: the rest is 2e-9
@@ -55,11 +55,11 @@ def simulate(
         seed: of that noise.
 
     Raises:
-        SimError: if an argument is out of its range or the rate is not finite.
+        ModelError: if an argument is out of its range or the rate is not finite.
     """
-    check_positive('duration', duration, 's')
+    positive('duration', duration, 's')
     if not (isinstance(steps_per_cycle, int) and steps_per_cycle > 4):
-        raise SimError(
+        raise ModelError(
             f'steps_per_cycle: {steps_per_cycle!r} is not accepted; accepted: integer '
             f'in [5, inf) (the Nyquist rate of twice the carrier is 4)'
         )
@@ -68,7 +68,7 @@ def simulate(
     time = np.arange(count, dtype=np.float64) * step
     turning: Array = np.broadcast_to(np.asarray(rate(time), dtype=np.float64), time.shape)
     if not np.isfinite(turning).all():
-        raise SimError(
+        raise ModelError(
             'rate: a value that is not finite is not accepted; accepted: (-inf, inf) rad/s'
         )
     tone = circuit.carrier
@@ -128,7 +128,7 @@ def _thermal_force(
     circuit: Circuit, temperature: float, step: float, count: int, seed: int
 ) -> Array | float:
     if temperature < 0.0 or not math.isfinite(temperature):
-        raise SimError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
+        raise ModelError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
     if temperature == 0.0:
         return 0.0
     deviation = math.sqrt(2.0 * BOLTZMANN * temperature * circuit.sense_damping / step)

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from khr_sim.errors import SimError
-from khr_sim.sensors.gyro_circuit.checks import check_positive, check_range
-from khr_sim.sensors.gyro_circuit.resonator import Resonator
+from khr_models.checks import between, positive
+from khr_models.errors import ModelError
+from khr_models.gyro_circuit.resonator import Resonator
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ def move(
         velocity: at t = 0, m/s.
 
     Raises:
-        SimError: if ``step`` or ``tone`` is out of its range.
+        ModelError: if ``step`` or ``tone`` is out of its range.
     """
     pole = resonator.pole
     decay, growth = hold_tone(pole, step, tone)
@@ -73,15 +73,15 @@ def hold_tone(pole: complex, step: float, tone: float) -> tuple[complex, list[co
         e and [b_0, b_1].
 
     Raises:
-        SimError: if the recurrence would be unstable, or the tone sampled too slowly.
+        ModelError: if the recurrence would be unstable, or the tone sampled too slowly.
     """
     if not pole.real < 0.0:
-        raise SimError(
+        raise ModelError(
             f'pole: {pole!r} makes an unstable recurrence; '
             f'accepted: a real part in (-inf, 0) rad/s'
         )
-    check_positive('step', step, 's')
-    check_range('tone', tone, 0.0, math.pi / step, 'rad/s')
+    positive('step', step, 's')
+    between('tone', tone, 0.0, math.pi / step, 'rad/s')
     decay = cmath.exp(pole * step)
     turn = cmath.exp(1j * tone * step)
     forward = (1.0 - decay / turn) / (1j * tone - pole)

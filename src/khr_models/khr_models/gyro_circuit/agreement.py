@@ -6,11 +6,11 @@ import math
 
 import numpy as np
 
-from khr_sim.sensors.gyro_circuit.baseband import Baseband
-from khr_sim.sensors.gyro_circuit.carrier import simulate
-from khr_sim.sensors.gyro_circuit.checks import check_positive
-from khr_sim.sensors.gyro_circuit.circuit import KRG4, Circuit
-from khr_sim.sensors.gyro_circuit.motion import Array
+from khr_models.checks import positive
+from khr_models.gyro_circuit.baseband import Baseband
+from khr_models.gyro_circuit.carrier import simulate
+from khr_models.gyro_circuit.circuit import KRG4, Circuit
+from khr_models.gyro_circuit.motion import Array
 
 POWER_UP = 0.03  # s, not compared: the drive starts only in the full model
 DURATION = 0.4  # s
@@ -30,9 +30,9 @@ def disagreement(
         circuit: the constants.
 
     Raises:
-        SimError: if the sample period is not positive.
+        ModelError: if the sample period is not positive.
     """
-    check_positive('sample_period', sample_period, 's')
+    positive('sample_period', sample_period, 's')
     count = math.ceil(DURATION / sample_period)
     ends = np.arange(1, count + 1, dtype=np.float64) * sample_period
     omega = math.tau * frequency

@@ -8,9 +8,9 @@ import math
 import numpy as np
 
 from khr_common.text.markdown import WrittenPart, table
-from khr_sim.sensors.gyro_circuit.agreement import disagreement
-from khr_sim.sensors.gyro_circuit.carrier import static_characteristic
-from khr_sim.sensors.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY, TABLE_III, Circuit
+from khr_models.gyro_circuit.agreement import disagreement
+from khr_models.gyro_circuit.carrier import static_characteristic
+from khr_models.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY, TABLE_III, Circuit
 
 ROOM_TEMPERATURE = 300.0  # K
 FREQUENCIES = (0.0, 1.0, 5.0, 20.0, 50.0)  # Hz
@@ -152,7 +152,7 @@ def _agreement() -> str:
     return table(['rate, Hz', *(heading(*column) for column in columns)], rows)
 
 
-PART = WrittenPart('khr_sim.sensors.gyro_circuit.report docs/gyro.md', figures)
+PART = WrittenPart('khr_models.gyro_circuit.report docs/gyro.md', figures)
 
 if __name__ == '__main__':
     PART.main()

@@ -12,9 +12,9 @@ from __future__ import annotations
 import cmath
 import math
 
-from khr_sim.errors import SimError
-from khr_sim.sensors.gyro_circuit.checks import check_positive
-from khr_sim.sensors.gyro_circuit.circuit import KRG4, Circuit
+from khr_models.checks import positive
+from khr_models.errors import ModelError
+from khr_models.gyro_circuit.circuit import KRG4, Circuit
 
 
 class Baseband:
@@ -28,9 +28,9 @@ class Baseband:
             circuit: the constants.
 
         Raises:
-            SimError: if the sample period is not positive.
+            ModelError: if the sample period is not positive.
         """
-        check_positive('sample_period', sample_period, 's')
+        positive('sample_period', sample_period, 's')
         self.sample_period = sample_period
         self.configure(circuit)
         self._upper = 0j  # the envelope's two modes
@@ -63,10 +63,10 @@ class Baseband:
             rad/s: the output voltage over the static sensitivity.
 
         Raises:
-            SimError: if the rate is not finite.
+            ModelError: if the rate is not finite.
         """
         if not math.isfinite(rate):
-            raise SimError(f'rate: {rate!r} is not accepted; accepted: (-inf, inf) rad/s')
+            raise ModelError(f'rate: {rate!r} is not accepted; accepted: (-inf, inf) rad/s')
         (decay_1, drive_1, read_1, _), (decay_2, drive_2, read_2, _) = self._modes
         envelope = read_1 * self._upper + read_2 * self._lower
         self._output = self._fade * self._output + envelope.real + self._direct * rate
