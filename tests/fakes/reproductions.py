@@ -9,7 +9,6 @@ from matplotlib.figure import Figure
 from khr_analysis.outcome import RIDES
 from khr_bringup.scenario.scenario import load_scenario
 from khr_studies.measuring.experiments import Run
-from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.results import FigureResult, Reproduction
 from khr_studies.scoreboard.study import compare
@@ -44,7 +43,7 @@ SOLES = MapResult(
         {'value': 0.8, 'deg': None, 'low_deg': None, 'high_deg': None},
     ),
 )
-EMPTY = Findings(None, (), (), (), (), (), {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
+EMPTY = Findings(None, (), (), (), [], [], {}, 0, 0, 0.0, True, 'khr reproduce --fast', {})
 
 
 def figure(folder, number, experiments=(), error=''):
@@ -90,7 +89,14 @@ def run(name, seed, verdict='walked', slip=0.01, **changes):
 def findings(bench=None, **changes):
     made = {
         'scoreboard': compare(bench or Thesis()),
-        'peaks': (PeakOrigin(2.58, 'K_A 12', 'gait line 6: the gait', 'high'),),
+        'peaks': [
+            {
+                'frequency': 2.58,
+                'gains': 'K_A 12',
+                'verdict': 'gait line 6: the gait',
+                'sure': 'high',
+            }
+        ],
         'maps': {'map_a': MapResult(GAIN, BEST, (9.0,)), 'map_b': SOLES},
         'figures': 3,
         'runs': 2,

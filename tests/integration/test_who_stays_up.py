@@ -23,7 +23,7 @@ from khr_studies.measuring.experiments import Run, table_of
 from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.run_table import run_table, tally
 from khr_studies.measuring.thesis_values import ThesisWalk
-from khr_studies.peak_origin.study import lost_of, walks_of
+from khr_studies.peak_origin.study import lost_runs, walks_of
 from khr_studies.reproduction.findings import compare_tilting, experiment_table
 from khr_studies.scoreboard.walk_rows import walk_row
 from khr_studies.stability_map.best_gain import INCLINATION
@@ -145,7 +145,7 @@ def test_pages_and_figures_say_so(asked):
     (compared,) = compare_tilting(table)
     assert not compared['stays']
     assert spectrum_of(run) is None
-    assert lost_of([run]) == ' (1 of 1)'
+    assert lost_runs([run]) == ' (1 of 1)'
     with pytest.raises(StudyError, match='no walk stayed up'):
         walks_of([run])
 

@@ -1,1 +1,1 @@
-"""Which peaks of the spectrum come from the gait, and which from the control."""
+"""The origin of spectral peaks: gait, feedback or slipping."""

@@ -1,7 +1,7 @@
-"""Walks over whole gait cycles: what repeats every cycle, and what lies between the lines.
+"""Spectra of walks over whole gait cycles: lines of the gait, and the bins between them.
 
-Over C whole cycles every C-th bin of the spectrum is a line of the gait, n/T; the C - 1 bins
-between two lines hold what does not repeat.
+Over C whole cycles every C-th bin of the spectrum is a line of the gait, n/T. The C - 1 bins
+between two lines hold the part of the signal that does not repeat in every cycle.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ HIGHEST = 15.0  # Hz
 
 @dataclass(frozen=True)
 class Treatment:
-    """What a walk was made with.
+    """The condition of a walk.
 
     Attributes:
         cycle_period: of the gait, s.
@@ -39,18 +39,18 @@ class Treatment:
 
     @property
     def controlled(self) -> bool:
-        """Return whether there is feedback."""
+        """Return True if there is feedback."""
         return bool(self.ankle_gain or self.hip_gain)
 
 
 @dataclass(frozen=True, eq=False)
 class Record:
-    """The signals of one walk from the start of its first whole cycle on.
+    """The signals of one walk, from the start of its first whole cycle.
 
     Attributes:
-        time: since that start, s, (N,).
+        time: from that start, s, (N,).
         rate: pitch rate of the torso, rad/s, (N,).
-        slip: way that the soles have slid, m, (N,).
+        slip: distance that the soles have slid, m, (N,).
     """
 
     time: Array
@@ -60,15 +60,15 @@ class Record:
 
 @dataclass(frozen=True, eq=False)
 class Walks:
-    """Walks with one treatment, one per seed.
+    """Walks with one treatment, one per seed, over the same number of whole cycles.
 
     Attributes:
-        label: what people call the treatment.
-        records: over the same number of whole cycles.
-        control_period: of their samples, s.
+        label: name of the treatment.
+        records: one per seed.
+        control_period: period of the samples, s.
 
     Raises:
-        StudyError: if there is no record, or one does not span two whole cycles.
+        StudyError: if there is no record, or a record is shorter than two whole cycles.
     """
 
     label: str
@@ -86,7 +86,7 @@ class Walks:
 
     @cached_property
     def cycles(self) -> int:
-        """Count the whole cycles, those of the shortest record."""
+        """Return the number of whole cycles of the shortest record."""
         span = min(record.rate.size for record in self.records) * self.control_period
         return int(span / self.treatment.cycle_period + 0.01)
 
@@ -104,7 +104,7 @@ class Walks:
 
     @cached_property
     def frequency(self) -> Array:
-        """Return the bins, Hz, (n,)."""
+        """Return the frequencies of the bins, Hz, (n,)."""
         return self.spectra[0].frequency
 
     @cached_property
@@ -119,25 +119,25 @@ class Walks:
 
     @cached_property
     def between(self) -> NDArray[np.bool_]:
-        """Return which bins lie between the lines, (n,)."""
+        """Return the mask of the bins between the lines, (n,)."""
         return np.asarray(np.arange(self.frequency.size) % self.cycles != 0)
 
     def order(self, frequency: float) -> float:
-        """Return a frequency in lines of the gait cycle."""
+        """Return a frequency, Hz, in lines of the gait cycle, n = f T."""
         return frequency * self.treatment.cycle_period
 
     def at_line(self, number: int) -> Array:
-        """Return the amplitude of a line of the gait, rad/s, (seeds,); 0 above all bins."""
+        """Return the amplitude of a line of the gait, rad/s, (seeds,); 0 above the last bin."""
         place = number * self.cycles
         if place >= self.frequency.size:
             return np.zeros(len(self.records))
         return np.asarray(self.amplitudes[:, place])
 
     def strongest_between(self, low: float, high: float) -> tuple[float, Array]:
-        """Find the highest bin between the lines from ``low`` to ``high``, Hz.
+        """Return the highest bin between the lines from ``low`` to ``high``, Hz.
 
         Returns:
-            Its frequency, Hz, and its amplitudes, rad/s, (seeds,); nan and 0 without a bin.
+            Its frequency, Hz, and its amplitudes, rad/s, (seeds,); NaN and 0 without a bin.
         """
         inside = np.flatnonzero(self.between & (self.frequency >= low) & (self.frequency <= high))
         if not inside.size:
@@ -146,11 +146,11 @@ class Walks:
         return float(self.frequency[place]), np.asarray(self.amplitudes[:, place])
 
     def chance(self, place: int) -> float:
-        """Return how probably noise makes a bin as high as it is, 0 to 1.
+        """Return the probability that noise makes a bin as high as it is.
 
-        The noise is taken to be as strong as in the bins between the lines within a line and a
-        half, its two neighbours left out. Powers of noise are exponential, so the ratio of the
-        means has Fisher's distribution.
+        The level of the noise is the mean power of the bins between the lines within 1.5 lines,
+        without the two neighbours of the bin. Powers of noise have an exponential distribution,
+        so the ratio of two means has an F distribution.
         """
         reach = 3 * self.cycles // 2
         around = np.arange(max(1, place - reach), min(self.frequency.size, place + reach + 1))
@@ -164,11 +164,11 @@ class Walks:
         return float(stats.f.sf(ratio, 2 * seeds, 2 * seeds * around.size))
 
     def locked_share(self, frequency: float) -> float:
-        """Return how much of what one cycle shows at a frequency repeats in every one, 0 to 1.
+        """Return the share of the power at a frequency that repeats in every cycle, 0 to 1.
 
-        This is synchronous averaging, seen at the nearest line: the power of the mean of the
-        cycles over the mean of their powers, less what chance gives, 1/C for C cycles. A tone
-        between the lines has another phase in every cycle.
+        This is synchronous averaging at the nearest line: the power of the mean of the cycles over
+        the mean of their powers, corrected for the expected share of noise, 1/C for C cycles. A
+        tone between the lines has another phase in every cycle.
         """
         line = max(1, round(self.order(frequency))) / self.treatment.cycle_period
         parts = self._cycle_parts(line, [record.rate for record in self.records])
@@ -179,11 +179,10 @@ class Walks:
         return max(0.0, (self.cycles * share - 1.0) / (self.cycles - 1.0))
 
     def slip_coherence(self, frequency: float) -> tuple[float, float]:
-        """Return how coherent rate and slip speed are, and what chance exceeds once in 100 times.
+        """Return the coherence of rate and slip speed, and its 99 % limit for independent noise.
 
-        Both repeat with the gait, so they would agree at every line for that reason alone; the
-        mean of the cycles is therefore taken off, and what is compared is how they vary from
-        cycle to cycle.
+        Both signals repeat with the gait and are therefore coherent at every line. So the mean of
+        the cycles is subtracted, and the variations from cycle to cycle are compared.
         """
         speeds = [np.gradient(record.slip, self.control_period) for record in self.records]
         rate, slip = (
@@ -199,12 +198,12 @@ class Walks:
         return float(np.abs(np.vdot(slip, rate)) ** 2 / powers), limit
 
     def repeating_share(self) -> float:
-        """Return the share of the rate's variance that repeats in every cycle, over all seeds."""
+        """Return the share of the rate's variance on lines of the gait, over all seeds."""
         power = self.amplitudes[:, 1:] ** 2
         return float(power[:, ~self.between[1:]].sum() / power.sum())
 
     def _cycle_parts(self, frequency: float, signals: list[Array]) -> NDArray[np.complex128]:
-        """Return the Fourier coefficient in each cycle, from its start on, (seeds, cycles)."""
+        """Return the Fourier coefficient of each cycle, (seeds, cycles)."""
         parts = np.zeros((len(signals), self.cycles), dtype=np.complex128)
         for row, (record, signal) in enumerate(zip(self.records, signals, strict=True)):
             whole = np.floor(record.time / self.treatment.cycle_period + 1e-9)

@@ -1,8 +1,9 @@
-"""Origin of the spectral peaks: the spectra of the walks that show it, and line 11 alone."""
+"""Plots of the origin of spectral peaks, and of line 11 by cause."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -10,11 +11,12 @@ from matplotlib.figure import Figure
 
 from khr_report.plots.plot_style import panels
 from khr_studies.peak_origin.cycle_spectrum import Walks
-from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
+from khr_studies.peak_origin.line_11 import LISTED, NUMBER
 from khr_studies.peak_origin.origin import Line
-from khr_studies.peak_origin.published_peaks import PUBLISHED
 from khr_studies.peak_origin.study import ExplainedWalks
+from khr_studies.peak_origin.thesis_peaks import THESIS_PEAKS
 
+Look = dict[str, Any]  # keyword arguments of a line or text
 LARGEST_HZ = 11.0
 SHOWN = (
     'as it is',
@@ -33,7 +35,7 @@ MARKS = {'feedback': 'K', 'slipping': 's'}
 
 
 def origin_of_lines(found: Sequence[ExplainedWalks]) -> Figure:
-    """Draw the spectra of walks that separate lines of the gait from effects of control."""
+    """Draw the spectra of walks with their peaks labelled by origin."""
     shown = [each for each in found if each.walks.label in SHOWN] or found
     figure, axes = panels(
         *(_title(each.walks) for each in shown), columns=1, height=0.9 + 0.95 * len(shown)
@@ -49,7 +51,7 @@ def origin_of_lines(found: Sequence[ExplainedWalks]) -> Figure:
     axes[0].set_xlim(0.0, LARGEST_HZ)
     axes[-1].set_xlabel(
         "frequency (Hz); dotted: the thesis's "
-        + ', '.join(f'{peak.frequency:.2f}' for peak in PUBLISHED)
+        + ', '.join(f'{peak.frequency:.2f}' for peak in THESIS_PEAKS)
         + ' Hz'
     )
     figure.supylabel('amplitude of the true pitch rate (°/s)', fontsize=9)
@@ -74,25 +76,13 @@ def _draw(axis: Axes, walks: Walks) -> None:
     shown = walks.frequency <= LARGEST_HZ
     on, between = shown & ~walks.between, shown & walks.between
     height = np.degrees(walks.amplitude)
-    axis.semilogy(
-        walks.frequency[between],
-        height[between],
-        color='0.55',
-        linestyle='-',
-        linewidth=0.8,
-        label='between the lines',
-    )
-    axis.vlines(walks.frequency[on][1:], 0.01, height[on][1:], color=COLORS['gait'], linewidth=1.0)
-    axis.plot(
-        walks.frequency[on][1:],
-        height[on][1:],
-        color=COLORS['gait'],
-        linestyle='',
-        marker='o',
-        markersize=2.5,
-        label='lines of the gait',
-    )
-    for peak in PUBLISHED:
+    noise: Look = {'color': '0.55', 'linewidth': 0.8, 'label': 'between the lines'}
+    axis.semilogy(walks.frequency[between], height[between], '-', **noise)
+    lines, heights = walks.frequency[on][1:], height[on][1:]
+    axis.vlines(lines, 0.01, heights, color=COLORS['gait'], linewidth=1.0)
+    dots: Look = {'color': COLORS['gait'], 'markersize': 2.5, 'label': 'lines of the gait'}
+    axis.plot(lines, heights, 'o', **dots)
+    for peak in THESIS_PEAKS:
         axis.axvline(peak.frequency, color='0.3', linestyle=':', linewidth=0.8)
     axis.set_ylim(0.03, 60.0)
 
@@ -102,15 +92,9 @@ def _name(axis: Axes, lines: Sequence[Line]) -> None:
         if line.frequency > LARGEST_HZ:
             continue
         text, color = _mark(line)
-        axis.annotate(
-            text,
-            (line.frequency, np.degrees(line.amplitude)),
-            xytext=(0, 2),
-            textcoords='offset points',
-            ha='center',
-            fontsize=7,
-            color=color,
-        )
+        above: Look = {'xytext': (0, 2), 'textcoords': 'offset points', 'ha': 'center'}
+        place = (line.frequency, np.degrees(line.amplitude))
+        axis.annotate(text, place, fontsize=7, color=color, **above)
 
 
 def _mark(line: Line) -> tuple[str, str]:
@@ -122,37 +106,27 @@ def _mark(line: Line) -> tuple[str, str]:
     return MARKS[line.origin], COLORS[line.origin]
 
 
-def line_11(found: Sequence[OddLine]) -> Figure:
-    """Draw line 11 over the largest line of the same walk, for each case of its experiment."""
+def line_11(found: Sequence[Mapping[str, Any]]) -> Figure:
+    """Draw line 11 relative to the largest line of the same walk, for each case."""
     figure, (axis,) = panels('', height=1.4 + 0.22 * len(found))
+    dot: Look = {'color': COLORS['gait'], 'markersize': 3.0, 'alpha': 0.6}
+    bar: Look = {'color': COLORS['feedback'], 'markersize': 11.0}
     for row, each in enumerate(found):
-        axis.plot(
-            each.shares,
-            np.full(len(each.shares), row),
-            color=COLORS['gait'],
-            linestyle='',
-            marker='o',
-            markersize=3.0,
-            alpha=0.6,
-            label='a walk' if row == 0 else f'_{each.case}',
-        )
-        axis.plot(
-            np.median(each.shares),
-            row,
-            color=COLORS['feedback'],
-            linestyle='',
-            marker='|',
-            markersize=11.0,
-            label='median' if row == 0 else f'_median of {each.case}',
-        )
-    axis.set_yticks(range(len(found)), [each.case for each in found])
+        case, shares = each['case'], each['shares']
+        walk, median = (f'_{case}', f'_median of {case}') if row else ('a walk', 'median')
+        axis.plot(shares, np.full(len(shares), row), 'o', label=walk, **dot)
+        axis.plot(np.median(shares), row, '|', label=median, **bar)
+    axis.set_yticks(range(len(found)), [each['case'] for each in found])
     axis.invert_yaxis()
     axis.set_xlim(left=0.0)
     axis.set_xlabel(f'amplitude of line {NUMBER} over that of the largest line')
-    among, walks = sum(each.among for each in found), sum(len(each.shares) for each in found)
     axis.legend(loc='lower right')
+    among, walks = (
+        sum(each['among'] for each in found),
+        sum(len(each['shares']) for each in found),
+    )
     figure.suptitle(
-        f'What raises line {NUMBER}, {found[0].frequency:.2f} Hz; '
+        f'What raises line {NUMBER}, {found[0]["frequency"]:.2f} Hz; '
         f'among the {LISTED} largest in {among} of {walks} walks',
         fontsize=10,
     )

@@ -1,8 +1,8 @@
-"""Where a spectral line comes from: the gait, the feedback or slipping, as experiments show.
+"""The origin of spectral peaks: gait, feedback or slipping, labelled by experiments.
 
-A peak must stand out of what lies between the lines around it, and a label needs experiments of
-:mod:`khr_studies.peak_origin.evidence` that speak for it: what nothing speaks for is unexplained,
-not the gait's. :mod:`khr_studies.peak_origin.null_rates` says how often noise passes all the same.
+A peak must stand out of the bins between the lines around it, and a label needs experiments of
+:mod:`khr_studies.peak_origin.evidence` that speak for it; a peak without such experiments is
+unexplained. :mod:`khr_studies.peak_origin.false_labels` measures how often labels are wrong.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from khr_studies.peak_origin.evidence import EXPERIMENTS, ORIGINS, Evidence, Ori
 
 Sureness = Literal['high', 'medium', 'low']
 
-PEAK = 0.1  # smallest amplitude of a peak, over the largest one
+PEAK = 0.1  # smallest amplitude of a peak, relative to the largest
 PEAKS_PER_CYCLE = 4  # f_0 = 4/T
 SPEAKING = 2  # experiments that must speak for a label
 CHANCE = 0.05  # of one false peak or more in a spectrum of noise
@@ -42,15 +42,15 @@ class Line:
 
     Attributes:
         frequency: Hz.
-        order: frequency times the cycle: a line of the gait has a whole number.
+        order: n = f T, a whole number on a line of the gait.
         amplitude: mean over the seeds, rad/s.
-        low, high: its 95 % interval over the seeds; nan with one seed.
-        chance: that noise as strong as what lies around it between the lines is as high.
+        low, high: 95 % interval of the amplitude over the seeds; NaN with one seed.
+        chance: probability that the noise around it makes such a peak.
         stands: whether it stands out of that noise.
-        origin: what the experiments speak for; None if nothing, or if they tie.
-        label: the origin in words, with the number of the line.
+        origin: by the experiments; None if no origin has enough evidence, or several have.
+        label: origin as text, with the number of the line.
         sure: by ``RULE``.
-        locked: share of its power that repeats in every cycle, from averaging over cycles.
+        locked: share of its power that repeats in every cycle.
         evidence: by experiment.
     """
 
@@ -68,13 +68,13 @@ class Line:
     evidence: dict[str, Evidence]
 
 
-def origins(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tuple[Line, ...]:
-    """Label every peak of a walk's spectrum that stands out, from ``threshold`` of the largest on.
+def label_peaks(base: Walks, others: Sequence[Walks], threshold: float = PEAK) -> tuple[Line, ...]:
+    """Label the peaks of a walk's spectrum that stand out.
 
     Args:
-        base: the walks whose spectrum is explained.
-        others: walks that differ from it, or from one another, in one thing.
-        threshold: of the smallest peak, over the largest.
+        base: walks with the spectrum to explain.
+        others: walks that differ from the base, or from one another, in one parameter.
+        threshold: smallest amplitude of a peak, relative to the largest.
     """
     height = base.amplitude
     places, _ = find_peaks(height, height=threshold * height[1:].max())
@@ -85,8 +85,8 @@ def _stands(base: Walks, place: int) -> bool:
     return base.chance(place) <= CHANCE / base.frequency.size
 
 
-def strongest_near(base: Walks, others: Sequence[Walks], frequency: float, reach: float) -> Line:
-    """Label the highest bin within ``reach`` of a frequency, Hz, however low it is."""
+def label_strongest(base: Walks, others: Sequence[Walks], frequency: float, reach: float) -> Line:
+    """Label the highest bin within ``reach`` of a frequency, both in Hz."""
     inside = np.flatnonzero(np.abs(base.frequency - frequency) <= reach)
     place = inside[np.argmax(base.amplitude[inside])]
     return _label(int(place), base, others)
@@ -109,9 +109,9 @@ def _peak(base: Walks, place: int) -> TracedPeak:
 def _label(place: int, base: Walks, others: Sequence[Walks]) -> Line:
     peak = _peak(base, place)
     evidence = {
-        name: said
+        name: found
         for name, experiment in EXPERIMENTS.items()
-        if (said := experiment(peak, base, others))
+        if (found := experiment(peak, base, others))
     }
     stands = _stands(base, place)
     origin = _origin(evidence.values()) if stands else None
@@ -134,7 +134,7 @@ def _label(place: int, base: Walks, others: Sequence[Walks]) -> Line:
 
 
 def _origin(evidence: Collection[Evidence]) -> Origin | None:
-    """Return the origin that enough experiments speak for and that no other rivals."""
+    """Return the only origin with enough evidence."""
     speaking = Counter(origin for each in evidence for origin in each.speaks_for)
     against = Counter(origin for each in evidence for origin in each.speaks_against)
     found = [

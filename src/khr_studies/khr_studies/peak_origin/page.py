@@ -1,4 +1,4 @@
-"""The origin of the spectral peaks as a document."""
+"""The document on the origin of the spectral peaks."""
 
 from __future__ import annotations
 
@@ -13,19 +13,25 @@ from khr_report.page.document import Block, Bullets, Columns, Table, markdown, r
 from khr_report.page.template import page_blocks
 from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
-from khr_studies.peak_origin.line_chance import chance_within
 from khr_studies.peak_origin.origin import PEAK, RULE, Line
-from khr_studies.peak_origin.published_peaks import Band, Settled, published_places
 from khr_studies.peak_origin.recorded import RecordedPeaks
 from khr_studies.peak_origin.study import PeakStudy
+from khr_studies.peak_origin.thesis_peaks import (
+    THESIS_PEAKS,
+    Band,
+    JudgedPeak,
+    chance_of_distances,
+    distances_from_lines,
+)
 
-SPAN = 11.0  # Hz, in which a control frequency might lie
-NEAR = 0.05  # distance from a line, in lines, whose chance is given
+SPAN = 11.0  # Hz, range of possible control frequencies
+NEAR = 0.05  # distance from a line, in lines
 
 
 def blocks(found: PeakStudy) -> list[Block]:
     """Return the document on the origin of the peaks of a walk."""
-    bands = {band for each in found.published for band in each.bands}  # peaks of a loop share them
+    bands = {band for each in found.judged for band in each.bands}  # peaks of a loop share them
+    distances = distances_from_lines([peak.frequency for peak in THESIS_PEAKS], GAIT_PERIOD)
     widths = [band.found.high - band.found.low for band in bands if band.found]
     return [
         *page_blocks(
@@ -37,10 +43,11 @@ def blocks(found: PeakStudy) -> list[Block]:
             lines=table(found.lines, LINE_COLUMNS),
             bands=_bands(found.bands),
             without=[band.more.label for band in found.bands if band.found is None],
-            settled=table(found.published, SETTLED_COLUMNS),
+            judged=table(found.judged, JUDGED_COLUMNS),
             width=np.mean(widths) if widths else None,
-            places=published_places(),
-            chance_within=chance_within,
+            distances=distances,
+            chance=chance_of_distances(distances),
+            error=LINE_HZ * GAIT_PERIOD,
             evidence=_evidence(found.lines),
             peak=PEAK,
             highest=HIGHEST,
@@ -49,7 +56,7 @@ def blocks(found: PeakStudy) -> list[Block]:
             near=NEAR,
             line_hz=LINE_HZ,
         ),
-        f'Runs that did not stay up and are left out: {found.lost}.',
+        f'Dropped runs, in which the robot did not stay up: {found.lost}.',
     ]
 
 
@@ -58,7 +65,7 @@ def page(found: PeakStudy) -> str:
     return markdown(blocks(found)) + '\n'
 
 
-def recorded(found: RecordedPeaks) -> str:
+def recorded_page(found: RecordedPeaks) -> str:
     """Return the peaks of one recorded run as a table in Markdown."""
     part = f'{found.begin:.2f} s to {found.end:.2f} s'
     largest = max((peak.amplitude for peak in found.peaks), default=1.0)
@@ -68,16 +75,16 @@ def recorded(found: RecordedPeaks) -> str:
         'of the largest': lambda peak: f'{100.0 * peak.amplitude / largest:.0f} %',
         'place': found.place,
     }
-    said: list[Block] = [
+    texts: list[Block] = [
         f'{found.run}: pitch rate from {part}, by the {found.signal}.',
         table(found.peaks, columns),
     ]
     if found.cycle:
-        said.append(
+        texts.append(
             'One run does not show what makes a peak between the lines of its gait: `khr lines` '
             'with a scenario compares walks with other gains, cycles and friction in the simulator.'
         )
-    return markdown(said) + '\n'
+    return markdown(texts) + '\n'
 
 
 def _within(line: Line) -> str:
@@ -111,22 +118,21 @@ def _bands(bands: Sequence[Band]) -> Table:
     )
 
 
-def _strongest(settled: Settled) -> str:
-    if settled.line is None or settled.walks is None:
+def _strongest(judged: JudgedPeak) -> str:
+    if judged.line is None or judged.walks is None:
         return '-'
     return (
-        f'{settled.line.frequency:.2f} Hz, {settled.share:.0%} of the largest '
-        f'({settled.walks.label})'
+        f'{judged.line.frequency:.2f} Hz, {judged.share:.0%} of the largest ({judged.walks.label})'
     )
 
 
-SETTLED_COLUMNS: Columns[Settled] = {
+JUDGED_COLUMNS: Columns[JudgedPeak] = {
     'published, Hz': lambda row: f'{row.peak.frequency:.2f}',
     'with': lambda row: row.peak.gains,
     'n = f T': lambda row: f'{row.peak.frequency * GAIT_PERIOD:.2f}',
     f'strongest within {LINE_HZ:g} Hz here': _strongest,
     'comparisons with a ringing band around it': lambda row: (
-        f'{len(row.holding)} of {len(row.bands)}'
+        f'{len(row.ringing)} of {len(row.bands)}'
     ),
     'verdict on the simulated robot': lambda row: row.verdict,
     'how sure': lambda row: row.sure,

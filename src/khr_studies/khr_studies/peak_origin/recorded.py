@@ -18,7 +18,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.errors import StudyError
 from khr_studies.peak_origin.study import whole_cycles
 
-SYSTEM_TIME = 1e6  # s, that no run lasts
+SYSTEM_TIME = 1e6  # s, longer than any run: a larger timestamp is system time
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,9 @@ class RecordedPeaks:
     """The peaks of the pitch rate in one run.
 
     Attributes:
-        run: its title, or its name.
-        signal: what the rate was read from.
-        begin, end: of the part that was analysed, s.
+        run: title or name of the run.
+        signal: source of the rate.
+        begin, end: of the analysed part, s.
         cycle: of the gait, s; 0 if the robot did not walk.
         peaks: the largest first.
     """
@@ -41,35 +41,37 @@ class RecordedPeaks:
     peaks: tuple[Peak, ...]
 
     def place(self, peak: Peak) -> str:
-        """Return where a peak lies among the lines of the gait; empty without a gait."""
+        """Return the place of a peak among the lines of the gait; empty without a gait."""
         return place_in_gait(peak.frequency, self.cycle)
 
 
 def peaks_of_run(folder: Path) -> RecordedPeaks:
-    """Find the peaks of a recorded run, of one on a driver too.
+    """Return the peaks of a recorded run, of the simulator or a driver.
 
     Args:
         folder: of the run, or its bag.
 
     Raises:
-        BringupError: if it is no bag, or is damaged.
-        StudyError: as :func:`peaks_of` raises it.
+        BringupError: if there is no bag, or the bag is damaged.
+        StudyError: see :func:`peaks_of`.
     """
     run = RecordedRun(folder)
     return peaks_of(str(folder), run.parameters, run.series)
 
 
 def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
-    """Find the peaks of the pitch rate, over the whole cycles of a walk.
+    """Return the peaks of the pitch rate, over the whole cycles of a walk.
 
-    One run shows where its peaks lie; what makes those that are not the gait's, only runs with
-    another gain, cycle or friction show (:func:`khr_studies.peak_origin.study.run_variants`).
+    One run shows the places of its peaks only. The origin of peaks between the lines needs runs
+    with other gains, cycles or friction (:func:`khr_studies.peak_origin.study.run_variants`).
 
     Args:
         name: of the run, for messages.
+        scenario: parameters of the run.
+        series: signals of the run.
 
     Raises:
-        StudyError: if it holds less of a pitch rate than one spectrum takes.
+        StudyError: if the pitch rate is shorter than the window of a spectrum.
     """
     gait, period = scenario.table(GaitParameters), scenario.table(RunParameters).control_period
     walks = gait.motion == 'walk'
@@ -78,7 +80,7 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     known = np.isfinite(rate)
     if not known.any():
         raise StudyError(f'{name}: no pitch rate in it; accepted: a run with a gyro')
-    # A driver may stamp by the system's time, and lose a sample now and then.
+    # A driver may use system time and drop samples.
     own = series.time[known] - (series.time[known][0] if series.time[0] > SYSTEM_TIME else 0.0)
     times = np.arange(own[0], own[-1] + period / 2.0, period)
     begin, end = own[0], own[-1] + period

@@ -1,7 +1,7 @@
-"""What feedback adds between the lines of the gait: the band in which a loop rings.
+"""The band between the lines of the gait in which a feedback loop rings.
 
-A loop near its limit does not make a line. It rings at every disturbance, each time with another
-phase, and so fills a band between the lines that no other cause fills as its gain rises.
+A loop near its stability limit does not make a line. It rings after every disturbance, each time
+with another phase, and so fills a band between the lines that grows with its gain.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ import numpy as np
 
 from khr_studies.peak_origin.cycle_spectrum import Array, Walks
 
-LEAST = 2.0  # growth of the amplitude from which on it counts
-SMOOTHED = 3  # spacings of the lines that one value is the mean of
+LEAST = 2.0  # smallest growth of the amplitude that counts
+SMOOTHED = 3  # width of the moving average, in spacings of the lines
 
 
 @dataclass(frozen=True)
@@ -21,11 +21,11 @@ class Resonance:
     """A band that grew between the lines.
 
     Attributes:
-        frequency: where most was added, Hz.
-        low, high: where half of that was added, Hz.
+        frequency: of the largest growth, Hz.
+        low, high: where the growth is half as large, Hz.
         amplitude: root mean square of its bins, rad/s.
-        before: the same without what made it grow.
-        beyond: whether every seed exceeds every seed before.
+        before: amplitude in the reference walks, rad/s.
+        beyond: whether every seed exceeds every seed of the reference walks.
     """
 
     frequency: float
@@ -36,15 +36,15 @@ class Resonance:
     beyond: bool
 
     def holds(self, frequency: float) -> bool:
-        """Return whether a frequency, Hz, lies in the band."""
+        """Return True if a frequency, Hz, lies in the band."""
         return self.low <= frequency <= self.high
 
 
 def resonance(reference: Walks, changed: Walks) -> Resonance | None:
-    """Find the band in which walks have more between the lines than others of the same cycle.
+    """Return the band that is larger in changed walks than in reference walks, if there is one.
 
     Args:
-        reference, changed: of equal cycles.
+        reference, changed: walks with the same cycle period.
     """
     first, second = (_smooth(_between(walks)) for walks in (reference, changed))
     added = np.sqrt(np.mean(second, axis=0)) - np.sqrt(np.mean(first, axis=0))
@@ -67,7 +67,7 @@ def resonance(reference: Walks, changed: Walks) -> Resonance | None:
 
 
 def _between(walks: Walks) -> Array:
-    """Return the mean power from line n to line n + 1, both left out, (seeds, n)."""
+    """Return the mean power between line n and line n + 1, (seeds, n)."""
     count = walks.frequency.size // walks.cycles
     power = walks.amplitudes[:, : count * walks.cycles] ** 2
     return np.asarray(power.reshape(len(power), count, walks.cycles)[:, :, 1:].mean(axis=2))

@@ -1,4 +1,4 @@
-"""``khr lines``: attribute a walk's spectral peaks to gait, feedback or slipping."""
+"""``khr lines SCENARIO``: the origin of a walk's spectral peaks."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import radians
 from pathlib import Path
+from typing import NamedTuple
 
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -23,20 +24,19 @@ from khr_studies.measuring.experiments import (
     runs_of,
 )
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
-from khr_studies.peak_origin.null_rates import NullRates, null_rates
-from khr_studies.peak_origin.origin import PEAK, Line, origins
-from khr_studies.peak_origin.published_peaks import (
-    PUBLISHED,
+from khr_studies.peak_origin.false_labels import FalseLabels, count_false_labels
+from khr_studies.peak_origin.origin import PEAK, Line, label_peaks
+from khr_studies.peak_origin.thesis_peaks import (
+    THESIS_PEAKS,
     Band,
-    PeakOrigin,
-    Settled,
-    bands_of,
-    settle,
+    JudgedPeak,
+    compare_gains,
+    judge_peak,
 )
 from khr_sweeps.axes import CASE
 from khr_sweeps.pool import check_workers
 from khr_sweeps.reading import sweep_from
-from khr_sweeps.trial import identity
+from khr_sweeps.trial import Row, identity
 
 EXPERIMENT = 'lines'
 ROOT = Path('runs/lines')
@@ -44,37 +44,51 @@ ROOT = Path('runs/lines')
 
 @dataclass(frozen=True)
 class PeakStudy:
-    """The spectral peaks of a walk and their origin.
+    """The spectral peaks of a walk and their origins.
 
     Attributes:
-        scenario: the walk.
-        walks: its records, then those of its variants.
-        lines: the peaks of the first walks.
-        bands: between the lines.
-        published: the evidence on the published peaks.
-        lost: the runs that did not stay up and are left out, in words.
-        rates: how often such experiments are wrong.
+        scenario: name of the walk.
+        walks: the walk, then its variants.
+        lines: peaks of the first walks.
+        bands: comparisons of gains, between the lines.
+        judged: peaks of the thesis.
+        lost: dropped runs, in which the robot did not stay up, as text.
+        false_labels: error rate of the experiments.
     """
 
     scenario: str
     walks: tuple[Walks, ...]
     lines: tuple[Line, ...]
     bands: tuple[Band, ...]
-    published: tuple[Settled, ...]
+    judged: tuple[JudgedPeak, ...]
     lost: str
-    rates: NullRates
+    false_labels: FalseLabels
 
     @property
-    def origins(self) -> tuple[PeakOrigin, ...]:
-        """Return the origin of the published peaks."""
-        return tuple(each.origin for each in self.published)
+    def origins(self) -> list[Row]:
+        """Return the origins of the thesis's peaks."""
+        return [each.origin for each in self.judged]
+
+
+class ExplainedWalks(NamedTuple):
+    """The peaks of some walks, explained by comparison with all others.
+
+    Attributes:
+        walks: the walks.
+        band: comparison with walks with less gain; None if there are no such walks.
+        lines: the peaks.
+    """
+
+    walks: Walks
+    band: Band | None
+    lines: tuple[Line, ...]
 
 
 def walks_of(runs: Runs) -> tuple[Walks, ...]:
-    """Return the records of each case's runs that stayed up over the whole cycles of the gait.
+    """Return the records of the runs that stayed up, by case.
 
     Raises:
-        StudyError: if no run stayed up, or none kept its signals.
+        StudyError: if no run stayed up, or no run has its signals.
     """
     kept = group_by((run for run in runs if run.stayed_up and run.series), _case)
     if not kept:
@@ -82,8 +96,8 @@ def walks_of(runs: Runs) -> tuple[Walks, ...]:
     return tuple(_walks(label, some) for label, some in kept.items())
 
 
-def lost_of(runs: Runs) -> str:
-    """List how many runs of each case did not stay up and are left out."""
+def lost_runs(runs: Runs) -> str:
+    """Return the cases with runs that did not stay up, and their numbers, as text."""
     lost = [
         f'{label} ({count} of {len(some)})'
         for label, some in group_by(runs, _case).items()
@@ -114,7 +128,7 @@ def _walks(label: str, runs: Runs) -> Walks:
 
 
 def whole_cycles(gait: GaitParameters) -> tuple[float, float]:
-    """Return where the whole cycles of a walk begin and end, s."""
+    """Return start and end of the whole cycles of a walk, s."""
     planned = gait_of(gait)
     return planned.cycle(1)[0], planned.cycle(gait.cycles)[1]
 
@@ -127,7 +141,7 @@ def _record(run: Run, start: float, end: float) -> Record:
 
 
 def study(runs: Runs) -> PeakStudy:
-    """Find the origin of the peaks of a walk and of the published ones.
+    """Find the origin of the peaks of a walk and of the thesis's peaks.
 
     Args:
         runs: of the experiment ``lines``, or of its cases on another scenario.
@@ -136,16 +150,34 @@ def study(runs: Runs) -> PeakStudy:
         StudyError: if no walk stayed up.
     """
     walks = walks_of(runs)
-    bands = bands_of(walks)
+    bands = compare_gains(walks)
     return PeakStudy(
         runs[0].scenario.name,
         walks,
-        origins(walks[0], walks[1:], PEAK),
+        label_peaks(walks[0], walks[1:], PEAK),
         bands,
-        tuple(settle(peak, walks, bands) for peak in PUBLISHED),
-        lost_of(runs),
-        null_rates(walks, PEAK),
+        tuple(judge_peak(peak, walks, bands) for peak in THESIS_PEAKS),
+        lost_runs(runs),
+        count_false_labels(walks, PEAK),
     )
+
+
+def explain_all(runs: Mapping[str, Runs]) -> list[ExplainedWalks]:
+    """Find the origin of the peaks of every walk of the experiment ``lines``.
+
+    Raises:
+        StudyError: if no walk stayed up.
+    """
+    walks = walks_of(runs[EXPERIMENT])
+    bands = {band.more.label: band for band in compare_gains(walks)}
+    return [
+        ExplainedWalks(
+            each,
+            bands.get(each.label),
+            label_peaks(each, [other for other in walks if other is not each], PEAK),
+        )
+        for each in walks
+    ]
 
 
 def run_variants(
@@ -159,14 +191,14 @@ def run_variants(
 
     Args:
         scenario: file or name.
-        fast: one seed.
-        workers: processes; as many as there are cores by default.
-        root: folder of the runs; runs of the same code are not repeated.
+        fast: whether to run one seed only.
+        workers: processes; one per core by default.
+        root: folder of the runs; finished runs of the same code are not repeated.
         changed: parameters to change in all variants, each ``node.parameter=value``.
 
     Raises:
         StudyError: if the scenario is no walk, or is not accepted.
-        RunError: if the computation could not go on; what is finished is kept.
+        RunError: if the computation was aborted; finished runs are kept.
     """
     processes = check_workers(workers)
     walk = load_scenario(scenario)
@@ -181,35 +213,3 @@ def run_variants(
     path = root / (walk.name + other + ('-fast' if fast else ''))
     run_sweeps({path: specification}, processes, EXPERIMENT)
     return runs_of(path)
-
-
-@dataclass(frozen=True)
-class ExplainedWalks:
-    """The peaks of some walks, explained by comparison with all others.
-
-    Attributes:
-        band: where a loop rings that has less gain in other walks; None if there are no such.
-        lines: the peaks.
-    """
-
-    walks: Walks
-    band: Band | None
-    lines: tuple[Line, ...]
-
-
-def explain_all(runs: Mapping[str, Runs]) -> list[ExplainedWalks]:
-    """Find the origin of every walk's peaks, of the runs of the experiment ``lines`` by name.
-
-    Raises:
-        StudyError: if no walk stayed up.
-    """
-    walks = walks_of(runs[EXPERIMENT])
-    bands = {band.more.label: band for band in bands_of(walks)}
-    return [
-        ExplainedWalks(
-            each,
-            bands.get(each.label),
-            origins(each, [other for other in walks if other is not each], PEAK),
-        )
-        for each in walks
-    ]

@@ -15,8 +15,6 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.experiments import Runs, table_of
 from khr_studies.measuring.run_table import Records, records, tally
-from khr_studies.peak_origin.odd_line import OddLine
-from khr_studies.peak_origin.published_peaks import PeakOrigin
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.stability_map.best_gain import MapResult
 from khr_sweeps.trial import Row
@@ -47,8 +45,8 @@ class Findings:
     soles: Records
     friction: Records
     tilting: Records
-    peaks: tuple[PeakOrigin, ...]
-    odd_lines: tuple[OddLine, ...]
+    peaks: list[Row]
+    odd_lines: list[Row]
     maps: dict[str, MapResult]
     figures: int
     runs: int

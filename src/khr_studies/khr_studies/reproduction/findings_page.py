@@ -10,8 +10,7 @@ import pandas as pd
 from khr_report.page.document import Block, Columns, Passage, Table, markdown, number, rate, table
 from khr_report.page.text import duration
 from khr_studies.measuring.run_table import Records
-from khr_studies.peak_origin.odd_line import LISTED, NUMBER, OddLine
-from khr_studies.peak_origin.published_peaks import PeakOrigin
+from khr_studies.peak_origin.line_11 import LISTED, NUMBER
 from khr_studies.reproduction.findings import Findings
 from khr_studies.scoreboard import page as scoreboard
 from khr_studies.scoreboard.rows import Scoreboard
@@ -67,20 +66,22 @@ TILT_COLUMNS: Columns[Row] = {
     ),
     'vibration, deg/s': lambda row: rate(row['vibration_rad_s']),
 }
-PEAK_COLUMNS: Columns[PeakOrigin] = {
-    'published, Hz': lambda row: f'{row.frequency:.2f}',
-    'with': lambda row: row.gains,
-    'origin on the simulated robot': lambda row: row.verdict,
-    'how sure': lambda row: row.sure,
+PEAK_COLUMNS: Columns[Row] = {
+    'published, Hz': lambda row: f'{row["frequency"]:.2f}',
+    'with': lambda row: row['gains'],
+    'origin on the simulated robot': lambda row: row['verdict'],
+    'how sure': lambda row: row['sure'],
 }
-ODD_COLUMNS: Columns[OddLine] = {
-    'change': lambda row: row.case,
-    'walks': lambda row: f'{len(row.shares)} of {row.runs}',
-    'Hz': lambda row: f'{row.frequency:.2f}',
-    'amplitude, deg/s': lambda row: rate(median(row.amplitudes)),
-    'of the largest line': lambda row: f'{median(row.shares):.0%}, up to {max(row.shares):.0%}',
-    f'among the {LISTED} largest': lambda row: f'{row.among}',
-    'odd over even lines': lambda row: f'{row.odd:.2f}',
+ODD_COLUMNS: Columns[Row] = {
+    'change': lambda row: row['case'],
+    'walks': lambda row: f'{len(row["shares"])} of {row["runs"]}',
+    'Hz': lambda row: f'{row["frequency"]:.2f}',
+    'amplitude, deg/s': lambda row: rate(median(row['amplitudes'])),
+    'of the largest line': lambda row: (
+        f'{median(row["shares"]):.0%}, up to {max(row["shares"]):.0%}'
+    ),
+    f'among the {LISTED} largest': lambda row: f'{row["among"]}',
+    'odd over even lines': lambda row: f'{row["odd"]:.2f}',
 }
 SHIFT_COLUMNS: Columns[tuple[str, float]] = {
     'change': lambda row: row[0],
@@ -189,14 +190,14 @@ def _passages(parts: Iterable[tuple[str, str, Table]]) -> tuple[Block, ...]:
     return found or (NOTHING,)
 
 
-def _raised(found: Sequence[OddLine]) -> str:
+def _raised(found: Sequence[Row]) -> str:
     """Return the changes that raise the line most, and how often it is one of the largest."""
     if not found:
         return ''
-    heights = {each.case: median(each.amplitudes) for each in found}
+    heights = {each['case']: median(each['amplitudes']) for each in found}
     first = sorted(heights, key=lambda case: -heights[case])[:3]
-    own = heights[found[0].case]
-    among, walks = sum(each.among for each in found), sum(len(each.shares) for each in found)
+    own = heights[found[0]['case']]
+    among, walks = sum(each['among'] for each in found), sum(len(each['shares']) for each in found)
     return (
         'The largest rises: '
         + ', '.join(f'{case} ({heights[case] / own:.1f} times)' for case in first)

@@ -25,8 +25,8 @@ from khr_studies.measuring.experiments import OpenSweep, Runs, runs_by_name
 from khr_studies.measuring.run_table import run_table
 from khr_studies.measuring.study_version import version_of_study
 from khr_studies.measuring.thesis_values import STAGE_1_GRID
-from khr_studies.peak_origin.odd_line import EXPERIMENT as LINE_11
-from khr_studies.peak_origin.odd_line import odd_lines
+from khr_studies.peak_origin.line_11 import EXPERIMENT as LINE_11
+from khr_studies.peak_origin.line_11 import measure_line_11
 from khr_studies.peak_origin.study import PeakStudy, study
 from khr_studies.reproduction.experiment_plan import SCOREBOARD, ExperimentPlan
 from khr_studies.reproduction.findings import (
@@ -184,14 +184,14 @@ def _findings(
         for each in sweeps
         if each.name in plan.maps and runs[each.name]
     }
-    odd = computed.attempt(LINE_11, lambda: odd_lines(runs)) if LINE_11 in runs else None
+    odd = computed.attempt(LINE_11, lambda: measure_line_11(runs)) if LINE_11 in runs else None
     return Findings(
         computed.scoreboard,
         compare_soles(done),
         compare_friction(done),
         compare_tilting(done),
-        peaks.origins if peaks else (),
-        odd or (),
+        peaks.origins if peaks else [],
+        odd or [],
         {name: result for name, result in maps.items() if result is not None},
         len(computed.figures),
         len(made),

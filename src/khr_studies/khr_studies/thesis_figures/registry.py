@@ -23,7 +23,7 @@ from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin import figure as lines
-from khr_studies.peak_origin.odd_line import odd_lines
+from khr_studies.peak_origin.line_11 import measure_line_11
 from khr_studies.peak_origin.study import explain_all
 from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions
@@ -150,7 +150,10 @@ FIGURES: dict[str, Drawing] = {
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
     'line_11': Drawing(
-        'What raises line 11 of the gait, 4.74 Hz', lines.line_11, ('line_11',), measure=odd_lines
+        'What raises line 11 of the gait, 4.74 Hz',
+        lines.line_11,
+        ('line_11',),
+        measure=measure_line_11,
     ),
     'lines': Drawing(
         'Origin of the spectral lines', lines.origin_of_lines, ('lines',), measure=explain_all

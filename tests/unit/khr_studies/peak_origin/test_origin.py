@@ -9,10 +9,10 @@ import pytest
 from khr_studies.errors import StudyError
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.evidence import ratio
-from khr_studies.peak_origin.line_chance import chance_within, places
-from khr_studies.peak_origin.null_rates import null_rates
-from khr_studies.peak_origin.origin import origins, strongest_near
+from khr_studies.peak_origin.false_labels import count_false_labels
+from khr_studies.peak_origin.origin import label_peaks, label_strongest
 from khr_studies.peak_origin.resonance import resonance
+from khr_studies.peak_origin.thesis_peaks import chance_of_distances, distances_from_lines
 
 PERIOD, CYCLES, SEEDS = 0.015, 4, 3
 BASE = Treatment(2.31, 12.0, 0.0, 0.18, 0.1)
@@ -76,7 +76,7 @@ def others(loop=loop_frequency, slipping=0.1, without=()):
 
 def labelled(loop=loop_frequency, slipping=0.1, without=(), threshold=0.2):
     base = walks('as it is', BASE, loop, slipping)
-    return origins(base, others(loop, slipping, without), threshold)
+    return label_peaks(base, others(loop, slipping, without), threshold)
 
 
 def at(lines, frequency):
@@ -137,7 +137,7 @@ def test_a_cycle_whose_lines_coincide_says_nothing(only_the_loop_on_its_line):
     base, others_ = walks('as it is', BASE, loop), others(loop)
 
     def cycle(*compared):
-        return strongest_near(base, compared, 11 / 2.31, 0.1).evidence.get('cycle')
+        return label_strongest(base, compared, 11 / 2.31, 0.1).evidence.get('cycle')
 
     assert cycle(coinciding) is None
     assert cycle(coinciding, *others_).speaks_for == {'feedback', 'slipping'}
@@ -170,7 +170,7 @@ def gait_alone(treatment, time, draw):
 def test_noise_has_hardly_a_peak_and_no_label(seeds):
     """One peak in 20 spectra is the stated level; a label must be much rarer."""
     base = invented(lambda treatment, time, draw: draw.normal(size=time.size), seeds)
-    rates = null_rates(base, 0.0, repeats=60)
+    rates = count_false_labels(base, 0.0, repeats=60)
     assert sum(rates.noise.values()) <= 8  # 3 expected; more than 8 once in 300 times
     assert sum(rates.noise.values()) - rates.noise['unexplained'] <= 2
 
@@ -178,7 +178,7 @@ def test_noise_has_hardly_a_peak_and_no_label(seeds):
 def test_no_bin_of_noise_is_called_a_line_of_the_gait():
     """Whatever bin one asks for: what does not stand out has no origin."""
     base, *compared = invented(lambda treatment, time, draw: draw.normal(size=time.size))
-    asked = [strongest_near(base, compared, n / 2.31, 0.01) for n in range(1, 30)]
+    asked = [label_strongest(base, compared, n / 2.31, 0.01) for n in range(1, 30)]
     assert [line.label for line in asked] == ['no peak'] * 29
     assert {line.sure for line in asked} == {'low'}
 
@@ -187,11 +187,11 @@ def test_no_bin_of_noise_is_called_a_line_of_the_gait():
 @pytest.mark.parametrize('seeds', [1, 3])
 def test_a_gait_alone_has_lines_of_the_gait_alone(seeds):
     base = invented(gait_alone, seeds)
-    found = origins(base[0], base[1:], 0.1)
+    found = label_peaks(base[0], base[1:], 0.1)
     assert [round(line.order) for line in found] == [2, 4, 6, 10]
     assert {line.origin for line in found} == {'gait'}
     assert not {line.sure for line in found} & {'low'}
-    rates = null_rates(base, 0.1, repeats=20)
+    rates = count_false_labels(base, 0.1, repeats=20)
     assert rates.gait['gait'] >= 0.95 * 4 * 20
     assert rates.gait['feedback'] + rates.gait['slipping'] <= 1
 
@@ -203,7 +203,7 @@ def test_a_peak_between_the_lines_is_never_a_line():
         return gait_alone(treatment, time, draw) + 0.2 * np.cos(2 * np.pi * 2.42 * time)
 
     base = invented(tone)
-    line = at(origins(base[0], base[1:], 0.1), 2.42)
+    line = at(label_peaks(base[0], base[1:], 0.1), 2.42)
     assert line.frequency == pytest.approx(2.42, abs=0.02) and line.stands
     assert line.origin is None and line.label == 'unexplained' and line.sure == 'low'
 
@@ -217,7 +217,7 @@ def test_one_seed_makes_nothing_quite_sure():
     base, *changed = [
         replace(each, records=each.records[:1]) for each in (walks('as it is', BASE), *others())
     ]
-    found = origins(base, changed, 0.2)
+    found = label_peaks(base, changed, 0.2)
     assert found and not any(line.sure == 'high' for line in found)
     gains = [line.evidence['gain'] for line in found if 'gain' in line.evidence]
     assert not any(each.speaks_for for each in gains if 'does not matter' in each.words)
@@ -232,8 +232,8 @@ def test_wrong_evidence_changes_the_label():
         replace(base, label='K_A 18', treatment=replace(BASE, ankle_gain=18.0)),
     ]
     ringing = loop_frequency(12.0)
-    assert strongest_near(base, others(), ringing, 0.1).origin == 'feedback'
-    assert strongest_near(base, right + lying, ringing, 0.1).origin != 'feedback'
+    assert label_strongest(base, others(), ringing, 0.1).origin == 'feedback'
+    assert label_strongest(base, right + lying, ringing, 0.1).origin != 'feedback'
     silent = walks('no feedback', replace(BASE, ankle_gain=0.0))
     loud = replace(
         silent,
@@ -242,7 +242,7 @@ def test_wrong_evidence_changes_the_label():
             for record in silent.records
         ),
     )
-    evidence = strongest_near(base, [loud], 4 / 2.31, 0.1).evidence
+    evidence = label_strongest(base, [loud], 4 / 2.31, 0.1).evidence
     assert evidence['no feedback'].speaks_for == {'feedback'}
 
 
@@ -326,19 +326,13 @@ def test_too_short_records_are_refused():
         Walks('', BASE, (), PERIOD)
 
 
-def test_places_among_the_lines():
-    found = places([6 / 2.31, 11.5 / 2.31], 2.31, 0.22)
-    assert found.orders == pytest.approx((6.0, 11.5))
-    assert found.distances == pytest.approx((0.0, 0.5))
-    assert not found.decisive and places([2.0], 2.31, 0.02).decisive
-    assert chance_within(0.05) == pytest.approx(0.1) and chance_within(0.5) == 1.0
-    with pytest.raises(StudyError):
-        places([], 2.31, 0.1)
+def test_distances_from_the_lines():
+    assert distances_from_lines([6 / 2.31, 11.6 / 2.31], 2.31) == pytest.approx([0.0, 0.4])
 
 
 @pytest.mark.parametrize('count', [1, 2, 4, 7])
-def test_places_are_as_probable_as_those_of_frequencies_drawn_anywhere(count):
+def test_distances_are_as_probable_as_those_of_random_frequencies(count):
     sums = np.random.default_rng(3).uniform(0.0, 0.5, (200_000, count)).sum(axis=1)
     for distance in np.linspace(0.01, 0.49, 7):
-        found = places([1.0 + distance] * count, 1.0, 0.0).probability
+        found = chance_of_distances([distance] * count)
         assert found == pytest.approx(np.mean(sums <= count * distance), abs=0.005)

@@ -14,12 +14,17 @@ from khr_report.page.document import markdown
 from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Run, specification_of
-from khr_studies.peak_origin import published_peaks
 from khr_studies.peak_origin import study as lines
+from khr_studies.peak_origin import thesis_peaks
 from khr_studies.peak_origin.evidence import APART, MOVED
 from khr_studies.peak_origin.page import blocks
-from khr_studies.peak_origin.published_peaks import PUBLISHED, PublishedPeak, bands_of, settle
 from khr_studies.peak_origin.study import run_variants, walks_of
+from khr_studies.peak_origin.thesis_peaks import (
+    THESIS_PEAKS,
+    ThesisPeak,
+    compare_gains,
+    judge_peak,
+)
 from khr_sweeps.trial import RESULTS
 
 PERIOD = 0.015
@@ -101,7 +106,7 @@ def test_other_cycles_separate_every_line_from_a_fixed_frequency(ground):
 @pytest.mark.slow
 def test_walks_that_do_not_stay_up_are_left_out_and_named(runs):
     assert 'K_A 9' not in [each.label for each in walks_of(runs)]
-    assert 'left out: K_A 9 (2 of 2)' in markdown(blocks(lines.study(runs)))
+    assert 'did not stay up: K_A 9 (2 of 2)' in markdown(blocks(lines.study(runs)))
     with pytest.raises(StudyError, match='no walk stayed up'):
         walks_of([run for run in runs if run.point['case'] == 'K_A 9'])
 
@@ -117,57 +122,57 @@ def test_records_span_the_whole_cycles_alone(runs):
 
 def test_a_line_of_the_gait_is_one(runs):
     walks = walks_of(runs)
-    found = settle(PublishedPeak(2.58, 12.0), walks, bands_of(walks))
+    found = judge_peak(ThesisPeak(2.58, 12.0), walks, compare_gains(walks))
     assert found.verdict == 'gait line 6: the gait' and found.sure == 'high'
     assert found.share == pytest.approx(AMPLITUDES[6] / AMPLITUDES[2], rel=0.05)
 
 
 def test_a_frequency_of_a_loop_is_one(runs):
     walks = walks_of(runs)
-    bands = bands_of(walks)
+    bands = compare_gains(walks)
     assert [(band.less.label, band.more.label) for band in bands if band.loop == 'hip'] == [
         ('as it is', 'K_H 13'),
         ('as it is', 'K_H 14'),
     ]
-    found = settle(PublishedPeak(8.40, 12.0, 14.0), walks, bands)
+    found = judge_peak(ThesisPeak(8.40, 12.0, 14.0), walks, bands)
     assert found.verdict.startswith('control') and found.sure == 'medium'
-    assert len(found.holding) == 2
+    assert len(found.ringing) == 2
     silent = replace(bands[-1], found=None)  # a comparison without a band speaks against it
-    one = settle(PublishedPeak(8.40, 12.0, 14.0), walks, (*bands[:-1], silent))
+    one = judge_peak(ThesisPeak(8.40, 12.0, 14.0), walks, (*bands[:-1], silent))
     assert one.verdict.startswith('control') and one.sure == 'low'
 
 
 def test_what_no_run_shows_is_not_settled(runs):
     walks = walks_of(runs)
-    bands = bands_of(walks)
-    away = settle(PublishedPeak(10.6, 12.0, 14.0), walks, bands)
+    bands = compare_gains(walks)
+    away = judge_peak(ThesisPeak(10.6, 12.0, 14.0), walks, bands)
     assert away.verdict.startswith('not settled') and away.sure == 'low'
-    never = settle(PublishedPeak(4.74, 18.0), walks, bands)
+    never = judge_peak(ThesisPeak(4.74, 18.0), walks, bands)
     assert never.line is None and never.sure == 'low' and 'no walk' in never.verdict
 
 
 def test_a_peak_that_is_not_explained_stands_out_all_the_same(runs, monkeypatch):
-    near = published_peaks.strongest_near
+    near = thesis_peaks.label_strongest
     monkeypatch.setattr(
-        published_peaks,
-        'strongest_near',
+        thesis_peaks,
+        'label_strongest',
         lambda *given: replace(near(*given), origin=None, label='unexplained', sure='low'),
     )
     walks = walks_of(runs)
-    found = settle(PublishedPeak(2.58, 12.0), walks, bands_of(walks))
+    found = judge_peak(ThesisPeak(2.58, 12.0), walks, compare_gains(walks))
     assert found.share > lines.PEAK and found.sure == 'low'
     assert found.verdict == 'not settled: the experiments do not explain the peak there'
 
 
 @pytest.mark.slow
-def test_the_page_begins_with_the_published_peaks(runs):
+def test_the_page_begins_with_the_thesis_peaks(runs):
     text = markdown(blocks(lines.study(runs)))
     lead = text.split('\n\n')[0]
-    for peak in PUBLISHED:
+    for peak in THESIS_PEAKS:
         assert f'{peak.frequency:.2f} Hz ({peak.gains})' in lead
     assert 'gait line 6: the gait (high)' in lead
     assert '| 2.60 | 6.00 |' in text and 'f_0' in text
-    assert 'in 20 invented sets of walks like these' in text and ' 0 feedback, 0 slipping' in text
+    assert 'in 20 simulated sets of walks like these' in text and ' 0 feedback, 0 slipping' in text
     assert 'no power' in text and '7%' in text
     assert 'up to 15 Hz lies on lines of the gait (chance: 25%)' in text
     heads = [line for line in text.splitlines() if line.startswith('## ')]
@@ -195,7 +200,9 @@ def test_the_figure_shows_lines_bands_and_names(runs, tmp_path):
 def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, sure, mark):
     found = lines.explain_all({'lines': runs})[0].lines
     (line,) = (each for each in found if round(each.order) == 6)
-    monkeypatch.setattr(lines, 'origins', lambda *_: (replace(line, origin=origin, sure=sure),))
+    monkeypatch.setattr(
+        lines, 'label_peaks', lambda *_: (replace(line, origin=origin, sure=sure),)
+    )
     axis = figures.lines.origin_of_lines(lines.explain_all({'lines': runs})).axes[0]
     assert [text.get_text() for text in axis.texts] == [mark]
 

@@ -10,7 +10,7 @@ from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common.published import GAIT_PERIOD
 from khr_studies.errors import StudyError
-from khr_studies.peak_origin.page import recorded
+from khr_studies.peak_origin.page import recorded_page
 from khr_studies.peak_origin.recorded import peaks_of
 from khr_studies.peak_origin.study import whole_cycles
 
@@ -33,7 +33,7 @@ def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
     assert [peak.frequency for peak in found.peaks] == pytest.approx([ON_LINE, BETWEEN], abs=0.02)
     assert [peak.amplitude for peak in found.peaks] == pytest.approx([0.2, 0.1], rel=0.1)
     assert [found.place(peak) for peak in found.peaks] == ['gait, n = 6', 'loop or slip, n = 12.5']
-    text = recorded(found)
+    text = recorded_page(found)
     assert '| 2.60 | 11.46 | 100 % | gait, n = 6 |' in text
     assert '| loop or slip, n = 12.5 |' in text
 
@@ -51,7 +51,7 @@ def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
     lossy[::17] = np.nan
     found = peaks_of('run', load_scenario('stand_0deg'), replace(given, gyro_rate=lossy))
     assert found.peaks[0].frequency == pytest.approx(3.0, abs=0.02)
-    assert found.signal == 'gyro' and 'place' not in recorded(found)
+    assert found.signal == 'gyro' and 'place' not in recorded_page(found)
 
 
 @pytest.mark.parametrize(

@@ -101,7 +101,7 @@ def lines(
     from khr_studies.peak_origin import page, recorded, study
 
     if Path(scenario).is_dir():
-        text = page.recorded(recorded.peaks_of_run(Path(scenario)))
+        text = page.recorded_page(recorded.peaks_of_run(Path(scenario)))
     else:
         runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
         text = page.page(study.study(runs))

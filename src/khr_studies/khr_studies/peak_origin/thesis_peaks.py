@@ -1,0 +1,179 @@
+"""The peaks that the thesis publishes, and their origin on the simulated robot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+
+import numpy as np
+from scipy import stats
+
+from khr_common.published import GAIT_PERIOD
+from khr_studies.measuring.thesis_values import LINE_HZ
+from khr_studies.peak_origin.cycle_spectrum import Walks
+from khr_studies.peak_origin.origin import PEAK, Line, Sureness, label_strongest
+from khr_studies.peak_origin.resonance import Resonance, resonance
+from khr_sweeps.trial import Row
+
+NEAR = (0.9, 2.0)  # range of compared gains, relative to the published gain
+
+
+@dataclass(frozen=True)
+class ThesisPeak:
+    """A peak that Dutta (2021) calls a control frequency, Hz, and the gains of its walk."""
+
+    frequency: float
+    ankle_gain: float
+    hip_gain: float = 0.0
+
+    @property
+    def gains(self) -> str:
+        """Return the gains as text."""
+        return f'K_A {self.ankle_gain:g}' + (f', K_H {self.hip_gain:g}' if self.hip_gain else '')
+
+    @property
+    def loop(self) -> str:
+        """Return the loop that the thesis names as the origin, ``hip`` or ``ankle``."""
+        return 'hip' if self.hip_gain else 'ankle'
+
+
+THESIS_PEAKS = (
+    ThesisPeak(2.58, 12.0),
+    ThesisPeak(4.74, 18.0),
+    ThesisPeak(7.33, 12.0, 13.0),
+    ThesisPeak(8.40, 12.0, 14.0),
+)  # the thesis does not state the K_H of 7.33 Hz; 13 is our reading
+
+
+@dataclass(frozen=True)
+class Band:
+    """A comparison of walks on one slope, with less and with more gain of one loop.
+
+    Attributes:
+        less, more: the walks.
+        found: the band between the gait's lines that grows with the gain; None without a band.
+    """
+
+    less: Walks
+    more: Walks
+    found: Resonance | None
+
+    @property
+    def loop(self) -> str:
+        """Return the loop with the raised gain, ``hip`` or ``ankle``."""
+        return 'hip' if self.more.treatment.hip_gain > self.less.treatment.hip_gain else 'ankle'
+
+
+@dataclass(frozen=True)
+class JudgedPeak:
+    """A peak of the thesis with the evidence and the verdict on its origin.
+
+    Attributes:
+        peak: of the thesis.
+        walks: with its gains, on the steepest slope on which they stay up; None without such walks.
+        line: the strongest bin within the reading error of the peak.
+        share: amplitude of that bin over the largest amplitude.
+        bands: comparisons of the peak's loop at gains near the published gain.
+        verdict: as text.
+        sure: sureness of the verdict.
+    """
+
+    peak: ThesisPeak
+    walks: Walks | None
+    line: Line | None
+    share: float
+    bands: tuple[Band, ...]
+    verdict: str
+    sure: Sureness
+
+    @property
+    def origin(self) -> Row:
+        """Return frequency in Hz, gains, verdict and sureness, without the evidence."""
+        return {
+            'frequency': self.peak.frequency,
+            'gains': self.peak.gains,
+            'verdict': self.verdict,
+            'sure': self.sure,
+        }
+
+    @property
+    def ringing(self) -> tuple[Band, ...]:
+        """Return the bands that contain the published frequency."""
+        return tuple(
+            band for band in self.bands if band.found and band.found.holds(self.peak.frequency)
+        )
+
+
+def compare_gains(walks: Sequence[Walks]) -> tuple[Band, ...]:
+    """Compare each walk with the first walk that differs only by a lower gain of one loop.
+
+    The walk with less gain has ankle feedback. Walks are taken in the order of the experiment, so
+    the unchanged scenario is preferred.
+    """
+    found = []
+    for more, gain in product(walks, ('ankle_gain', 'hip_gain')):
+        below = [
+            less
+            for less in walks
+            if less.treatment.ankle_gain > 0.0
+            and getattr(less.treatment, gain) < getattr(more.treatment, gain)
+            and less.treatment == replace(more.treatment, **{gain: getattr(less.treatment, gain)})
+        ]
+        found += [Band(less, more, resonance(less, more)) for less in below[:1]]
+    return tuple(found)
+
+
+def judge_peak(peak: ThesisPeak, walks: Sequence[Walks], bands: Sequence[Band]) -> JudgedPeak:
+    """Return the origin of a peak of the thesis on the simulated robot."""
+    gain = f'{peak.loop}_gain'
+    near = tuple(
+        band
+        for band in bands
+        if band.loop == peak.loop
+        and NEAR[0] <= getattr(band.more.treatment, gain) / getattr(peak, gain) <= NEAR[1]
+    )
+    wanted = {
+        'cycle_period': GAIT_PERIOD,
+        'ankle_gain': peak.ankle_gain,
+        'hip_gain': peak.hip_gain,
+    }
+    alike = [each for each in walks if vars(each.treatment).items() >= wanted.items()]
+    own = max(alike, key=lambda each: each.treatment.inclination, default=None)
+    if own is None:
+        return JudgedPeak(peak, None, None, np.nan, near, 'no walk with these gains', 'low')
+    others = [each for each in walks if each is not own]
+    line = label_strongest(own, others, peak.frequency, LINE_HZ)
+    share = line.amplitude / float(own.amplitude[1:].max())
+    judged = JudgedPeak(peak, own, line, share, near, '', 'low')
+    verdict, sure = _verdict(line, share >= PEAK, len(judged.ringing), len(near))
+    return replace(judged, verdict=verdict, sure=sure)
+
+
+def _verdict(line: Line, is_large: bool, ringing: int, bands: int) -> tuple[str, Sureness]:
+    """Return verdict and sureness for a line at which some of the bands ring."""
+    if line.stands and is_large:
+        if line.origin == 'gait' and ringing:
+            return f'{line.label}: the gait, where the loop rings too', 'low'
+        if line.origin is not None:
+            return line.label + ': the gait' * (line.origin == 'gait'), line.sure
+        also = ', and the loop rings' if ringing else ''
+        return f'not settled: the experiments do not explain the peak there{also}', 'low'
+    if ringing:
+        most = ringing > 1 and 2 * ringing > bands
+        return 'control: no line stands out there, and the loop rings', 'medium' if most else 'low'
+    return 'not settled: nothing stands out there', 'low'
+
+
+def distances_from_lines(frequencies: Sequence[float], cycle_period: float) -> list[float]:
+    """Return the distances of frequencies, Hz, from the nearest line n/T, in lines, 0 to 1/2."""
+    orders = [frequency * cycle_period for frequency in frequencies]
+    return [abs(order - round(order)) for order in orders]
+
+
+def chance_of_distances(distances: Sequence[float]) -> float:
+    """Return the probability that random frequencies have at most this sum of distances.
+
+    Twice a distance is uniform on [0, 1], so the sum has an Irwin-Hall distribution.
+    """
+    return float(stats.irwinhall.cdf(2.0 * sum(distances), len(distances)))
