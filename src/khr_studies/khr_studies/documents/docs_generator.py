@@ -73,7 +73,7 @@ def generated(root: Path) -> dict[Path, str]:
 def _from_results(
     path: Path, kind: type[Result], render: Callable[[Result], str]
 ) -> dict[Path, str]:
-    """Render stored results beside their file; nothing if there are none."""
+    """Return the page of stored results, if there are any."""
     return {path.with_suffix('.md'): render(read_json(path, kind))} if path.is_file() else {}
 
 

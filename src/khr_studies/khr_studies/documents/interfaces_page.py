@@ -1,4 +1,4 @@
-"""The interfaces of the graph for other people's parts, from the node registry."""
+"""The interfaces of the graph for foreign nodes and drivers, from the node registry."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def interfaces_markdown() -> str:
     needed: Columns[Topic] = {
         'topic': lambda each: f'`{each.name}`',
         'type': lambda each: each.kind,
-        'for': lambda each: ', '.join(takers(each)) or 'whoever looks on',
+        'for': lambda each: ', '.join(takers(each)) or 'any subscriber',
         'needed': lambda each: _need(takers(each)),
     }
     return page_text(
@@ -29,9 +29,9 @@ def interfaces_markdown() -> str:
 
 
 def _need(takers: list[str]) -> str:
-    """Return by whom a topic of the simulator is needed on a real robot."""
+    """Return whether a driver must publish a topic of the simulator, as text."""
     if set(takers) & {'gait', 'stage'}:
         return 'needed'
     if set(takers) <= {'gyro', 'foot_force'} and takers:
-        return 'or what the sensors make of it'
+        return 'or the outputs of the sensors'
     return ''

@@ -12,7 +12,7 @@ from khr_common.parameters import Specification
 from khr_report.page.document import Columns, Passage, table
 from khr_report.page.template import page_text
 
-TAKE_ALL = ('recorder', 'page')  # they subscribe to nearly everything, and are left out
+OMITTED = ('recorder', 'page')  # they subscribe to nearly all topics
 PARAMETER_COLUMNS: Columns[Specification] = {
     'parameter': lambda each: f'`{each.name}`',
     'default': lambda each: f'`{each.default}`',
@@ -35,7 +35,7 @@ def nodes_markdown() -> str:
         'from': lambda each: (
             ', '.join(sources(each)) or ('every node' if each.name.startswith('/') else 'you')
         ),
-        'to': lambda each: ', '.join(takers(each)) or 'whoever looks on',
+        'to': lambda each: ', '.join(takers(each)) or 'any subscriber',
     }
     topics = {topic for spec in specs for topic in (*spec.publishes, *spec.subscribes)}
     return page_text(
@@ -47,7 +47,12 @@ def nodes_markdown() -> str:
 
 
 def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str]]:
-    """Return what lists the nodes that publish a topic, or subscribe to it, but for onlookers."""
+    """Return a function that lists the publishers or subscribers of a topic.
+
+    Args:
+        specs: of the nodes.
+        side: ``publishes`` or ``subscribes``; recorder and page are not listed as subscribers.
+    """
     found: dict[Topic, list[str]] = {}
     for spec in specs:
         for topic in getattr(spec, side):
@@ -55,18 +60,18 @@ def by_topic(specs: Iterable[NodeSpec], side: str) -> Callable[[Topic], list[str
         if side == 'subscribes' and spec.name in controllers():  # the board adds them all
             for topic in spec.publishes:
                 found.setdefault(topic, ['simulator'])
-    left_out = TAKE_ALL if side == 'subscribes' else ()
+    left_out = OMITTED if side == 'subscribes' else ()
     return lambda topic: [name for name in found.get(topic, []) if name not in left_out]
 
 
 def _node(name: str, node: RegisteredNode) -> Passage:
-    """Return what a node subscribes to and publishes, and its parameters."""
+    """Return the passage about a node: its topics and parameters."""
     spec = node.spec
     subscribed, published = (
         ', '.join(f'`{topic.name}`' for topic in topics)
         for topics in (spec.subscribes, spec.publishes)
     )
-    role = ' It answers every instant.' if spec.block else ' A run waits for it.' * spec.listens
+    role = ' It answers every sample.' if spec.block else ' A run waits for it.' * spec.listens
     return Passage(
         f'{name} ({spec.package})',
         (
