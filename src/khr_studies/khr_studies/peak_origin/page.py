@@ -81,7 +81,7 @@ def recorded_page(found: RecordedPeaks) -> str:
     ]
     if found.cycle:
         texts.append(
-            'One run does not show what makes a peak between the lines of its gait: `khr lines` '
+            'One run does not show the origin of a peak between the lines of its gait: `khr lines` '
             'with a scenario compares walks with other gains, cycles and friction in the simulator.'
         )
     return markdown(texts) + '\n'

@@ -1,4 +1,4 @@
-"""The simulated robot as the linear model of standing has it: its masses, servos and loops."""
+"""The parameters of the linear model of standing, from the simulated robot and its scenario."""
 
 from __future__ import annotations
 
@@ -38,8 +38,8 @@ def standing_loop(scenario: Scenario, feet: int) -> StandingLoop:
     simulator = scenario.table(RunParameters)
     ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)
     servo = position_loop(simulator)
-    # The derivative term brakes the rotor as its back-EMF does; what it makes of a moving command
-    # is left out, and so is an integral term, which is far slower than a swing.
+    # The derivative term brakes the rotor as its back-EMF does. Its response to a moving command is
+    # omitted, and so is the integral term, which is far slower than a swing.
     braking = BACK_EMF + servo.derivative
 
     def of_legs(values: float | Array) -> Array:
@@ -68,13 +68,13 @@ def standing_loop(scenario: Scenario, feet: int) -> StandingLoop:
 def chain_of(robot: Robot, posture: Array, sides: str) -> Chain:
     """Return the robot above its standing feet as one planar chain.
 
-    A leg in the air counts with the thigh: the hips' corrections are alike, so it stays parallel to
-    the leg that stands.
+    A lifted leg is part of the thigh body: both hips receive the same correction, so it stays
+    parallel to the standing leg.
 
     Args:
-        robot: its description.
+        robot: the robot's description.
         posture: 17 joint angles, rad.
-        sides: of the legs that stand, ``l``, ``r`` or both.
+        sides: standing legs, ``l``, ``r`` or ``lr``.
     """
     poses = robot.poses(posture)
     first = sides[0]

@@ -174,7 +174,7 @@ class Plane:
     def grid(
         self, column: str, hip_gain: float, offset: bool = True, how: str = 'mean'
     ) -> pd.DataFrame:
-        """Aggregate a column over the seeds, NaN if a seed has none; (times, scales)."""
+        """Aggregate a column over the seeds, NaN if a seed lacks a value; (times, scales)."""
         points = self.points
         chosen = points[(points['hip_gain'] == hip_gain) & (points['offset'] == offset)]
         groups = chosen.groupby(['time_constant', 'force_scale'])[column]
