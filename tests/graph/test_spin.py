@@ -15,7 +15,7 @@ from std_msgs.msg import String
 from khr_common import parameter
 from khr_common.interfaces import READY
 from khr_common.nodes.node import KhrNode
-from khr_common.nodes.spin import Turn, _close, _spin
+from khr_common.nodes.spin import SpinUntilIdle, _close, _spin
 from khr_sim.node_specs import GYRO
 
 # A signal handler runs between two lines of Python, so it is called at each of them in turn.
@@ -23,22 +23,22 @@ INTERRUPTED = """
 import itertools, sys
 import rclpy
 from rclpy.experimental.events_executor import EventsExecutor
-from khr_common.nodes.spin import Turn
+from khr_common.nodes.spin import SpinUntilIdle
 
 rclpy.init(args=[])
 executor = EventsExecutor()
 for moment in itertools.count(1):
-    turn, lines = Turn(), itertools.count(1)
+    spinner, lines = SpinUntilIdle(), itertools.count(1)
 
     def trace(frame, event, _):
         if event == 'line' and next(lines) == moment:
-            turn.interrupt()
+            spinner.interrupt()
         return trace
 
     sys.settrace(trace)
-    turn.take(executor)
+    spinner.take(executor)
     sys.settrace(None)
-    if not turn.signals:
+    if not spinner.signals:
         print(moment)
         break
 """
@@ -65,7 +65,7 @@ class Talkative(KhrNode):
 
     def _talk(self, publisher):
         publisher.publish(String())
-        self.set_parameters([Parameter('loud', value=1.0)])
+        self.set_parameters([Parameter('loud', value=1.0 - self.parameters.loud)])
 
     def configure(self, _):
         self.configured[self.closed] += 1
@@ -99,7 +99,7 @@ from khr_common.nodes import spin
 from khr_sim.node_specs import GYRO
 
 spin.LEAVING = 1
-spin.Turn.take = lambda turn, executor: turn.interrupt()
+spin.SpinUntilIdle.take = lambda spinner, executor: spinner.interrupt()
 atexit.register(time.sleep, 60.0)
 sys.exit(spin.run_node(GYRO))
 """
@@ -115,11 +115,11 @@ def threads():
     names = [each.read_text().strip() for each in Path('/proc/self/task').glob('*/comm')]
     return sum(name.startswith('dds.') and name != 'dds.shm.wdog' for name in names)
 
-def take(turn, executor):
+def take(spinner, executor):
     print(threads())
-    turn.interrupt()
+    spinner.interrupt()
 
-spin.Turn.take = take
+spin.SpinUntilIdle.take = take
 spin.run_node(GYRO)
 print(threads())
 """
@@ -131,7 +131,7 @@ import time
 from khr_common.nodes import spin
 from khr_sim.node_specs import GYRO
 
-spin.Turn.take = lambda turn, executor: turn.abandon()
+spin.SpinUntilIdle.take = lambda spinner, executor: spinner.abandon()
 spin._leave = lambda *_: time.sleep(60.0)
 spin.run_node(GYRO)
 """
@@ -167,8 +167,8 @@ def test_an_orphan_that_has_closed_does_not_wait_for_the_middleware():
 
 
 def test_an_orphan_waits_for_nobody_before_it_closes():
-    turn, closed = Turn(), []
-    turn.abandon()
+    spinner, closed = SpinUntilIdle(), []
+    spinner.abandon()
     never = SimpleNamespace(patience=20.0, settled=lambda: False, close=lambda: closed.append(1))
-    _close(never, None, turn)  # without an executor to spin
+    _close(never, None, spinner)  # without an executor to spin
     assert closed

@@ -20,7 +20,7 @@ from khr_bringup.offline import duration as length
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.result import Result
-from khr_bringup.running import showing
+from khr_bringup.running import offline_progress
 from khr_bringup.scenario import scenario as scenario_files
 from khr_bringup.scenario.scenario import Scenario
 
@@ -154,7 +154,7 @@ def run(
             from khr_sweeps.progress import ProgressBar
 
             bar = shown.enter_context(ProgressBar(total=length(chosen), unit='s'))
-            also = showing(partial(show_run, bar))
+            also = offline_progress(partial(show_run, bar))
         result, signals = run_with_series(chosen, also)
     return RunResult(**vars(result), signals=signals)
 

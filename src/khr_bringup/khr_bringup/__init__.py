@@ -1,1 +1,1 @@
-"""Scenarios, runs of them as graphs and offline, and what they leave."""
+"""Scenarios, their runs as graphs and offline, and the files of a run."""

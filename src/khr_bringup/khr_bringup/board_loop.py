@@ -1,4 +1,4 @@
-"""What the driver of the real robot needs of a scenario; what the board can do by itself."""
+"""Parameters that the driver of the real robot takes from a scenario, and its loop on the board."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ CONTROLLERS = (ANKLE_CONTROLLER, HIP_CONTROLLER)
 
 
 def on_board(scenario: Scenario) -> Scenario:
-    """Return a scenario with what the node ``board`` needs of it: the URDF, and its own loop.
+    """Return a scenario with the parameters of the node ``board``: the URDF, and its own loop.
 
     Raises:
-        KhrError: if the board is to close the loop, and cannot do what the scenario asks for.
+        KhrError: if the board is to close the loop and does not support the scenario.
     """
     own = scenario.table(BoardParameters)
     values: dict[str, Any] = {'urdf': own.urdf or str(DESCRIPTION)}
@@ -45,7 +45,7 @@ def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
     steps.
 
     Raises:
-        KhrError: if the board cannot do what the scenario asks for, or the map has no gyro.
+        KhrError: if the board does not support the scenario, or the map has no gyro.
     """
     step = gyro_of(joint_map).step
     factors: dict[str, int] = {}
@@ -86,7 +86,7 @@ def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
 
 
 def _check(own: BalanceParameters, where: str) -> None:
-    """Refuse what the board's mixing has no means for."""
+    """Refuse settings that the mixing of the board does not support."""
     by_force = isinstance(own, AnkleControllerParameters) and own.source != 'gyro'
     for name, wrong, accepted in (
         ('source', by_force, 'gyro: a servo has two mixings, and the feet four sensors'),

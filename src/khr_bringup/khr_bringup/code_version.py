@@ -1,4 +1,4 @@
-"""Which version of the project, in what surroundings, a trajectory comes from."""
+"""The code version of a trajectory, and the versions of its libraries."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from khr_common.arithmetic import in_force, warn_unless_portable
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
 
-# What decides a trajectory and its outcome: whole packages, and single modules of the others.
+# Code that decides a trajectory and its outcome: whole packages, and modules of the others.
 # Nodes only carry numbers between cores: over topics or offline, the trajectory is the same.
 NODES = 'nodes'
 SOURCES = (
@@ -32,7 +32,7 @@ SOURCES = (
     ('khr_bringup', 'offline.py'),
     ('khr_bringup', 'recorded/run_signals.py'),
 )
-LIBRARIES = ('numpy', 'numba')  # and that of the engine
+LIBRARIES = ('numpy', 'numba')  # and the library of the engine
 # These begin lines at the end of a scenario as run: of the code, and of each thing around it.
 MARK, MADE_WITH = '# code version ', '# made with '
 
@@ -41,7 +41,7 @@ MARK, MADE_WITH = '# code version ', '# made with '
 def code_version(
     *more: tuple[str, str], engine: str = '', joined: tuple[str, ...] | None = None
 ) -> str:
-    """Return a short digest of all code that decides what a run gives.
+    """Return a short digest of all code that decides the result of a run.
 
     It changes with every change of that code, of the robot's description, of the arithmetic, NumPy,
     Numba and the physics engine; it does not depend on where the project is installed.
@@ -49,7 +49,7 @@ def code_version(
     Args:
         more: further code to take in, as packages with patterns of files.
         engine: the physics engine of the run; all that are installed if left out.
-        joined: foreign packages whose nodes take part; all that are installed if left out.
+        joined: foreign packages with nodes in the run; by default all that are installed.
     """
     digest = hashlib.sha256()
     foreign = _foreign(registry()) if joined is None else joined
@@ -63,7 +63,7 @@ def code_version(
 
 
 def _sources(package: str, pattern: str) -> Iterator[tuple[str, bytes]]:
-    """Yield name and content of each file of a package that decides what a run gives."""
+    """Yield name and content of each file of a package that decides the result of a run."""
     try:
         folder = Path(str(files(package)))
     except TypeError:  # one module is a package's whole
@@ -92,13 +92,13 @@ def version_of(scenario: Scenario) -> str:
 
 
 def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
-    """Return the packages of nodes that are not this project's, whose cores decide a run too."""
+    """Return the foreign packages of nodes, since their cores decide a run too."""
     joined = (registry()[node] for node in nodes)
     return tuple(sorted({node.spec.package for node in joined if not node.own}))
 
 
 def stated_of(scenario: Scenario | None = None) -> dict[str, str]:
-    """Return what a scenario as run states around it: Python and the C library as well, by name.
+    """Return the versions that a scenario as run states, with Python and the C library, by name.
 
     Different ones of these two mostly take the same trajectory.
     """
@@ -108,14 +108,14 @@ def stated_of(scenario: Scenario | None = None) -> dict[str, str]:
 
 
 def as_run(scenario: Scenario) -> str:
-    """Return a whole scenario as YAML, with what it runs with as its last lines."""
+    """Return a whole scenario as YAML, with the versions that it runs with as its last lines."""
     warn_unless_portable()
     lines = [f'{MADE_WITH}{name}: {text}\n' for name, text in stated_of(scenario).items()]
     return ''.join([scenario.to_yaml(), *lines, f'{MARK}{version_of(scenario)}\n'])
 
 
 def stated_in(text: str) -> dict[str, str]:
-    """Return what a scenario as run states around it, by name."""
+    """Return the versions that a scenario as run states, by name."""
     stated = (
         line.removeprefix(MADE_WITH).partition(': ')
         for line in text.splitlines()
@@ -125,7 +125,7 @@ def stated_in(text: str) -> dict[str, str]:
 
 
 def differences(text: str, here: Mapping[str, str]) -> str:
-    """Say what was otherwise than here, by a scenario as run; empty if nothing."""
+    """List the versions of a scenario as run that differ from those here; empty if all agree."""
     return ', '.join(
         f'{name} {value}, here {here[name]}'
         for name, value in stated_in(text).items()
@@ -134,6 +134,6 @@ def differences(text: str, here: Mapping[str, str]) -> str:
 
 
 def version_in(text: str) -> str:
-    """Return the code version stated in a scenario as run; empty if there is none."""
+    """Return the code version stated in a scenario as run; empty if it states none."""
     found = [line.removeprefix(MARK) for line in text.splitlines() if line.startswith(MARK)]
     return found[-1] if found else ''

@@ -92,7 +92,7 @@ def controllers() -> Mapping[str, Topic]:
 
 
 def short_name(controller: str) -> str:
-    """Return what legends and tables call a controller: ``ankle`` for ``ankle_controller``."""
+    """Return the short name of a controller: ``ankle`` for ``ankle_controller``."""
     return controller.removesuffix('_controller')
 
 
@@ -117,7 +117,7 @@ def _is_own(entry: EntryPoint) -> bool:
 
 @cache
 def _distributions() -> frozenset[str]:
-    """Return the distributions of this project, whole or in parts, and what they require."""
+    """Return the installed distributions of this project, and their requirements."""
     found = {PROJECT}
     for name in (PROJECT, 'khr_bringup'):
         with suppress(PackageNotFoundError):
@@ -134,7 +134,7 @@ def _package(entry: EntryPoint) -> str:
 
 
 def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNode]) -> None:
-    """Refuse what does not fit in with the nodes so far."""
+    """Refuse a node that conflicts with the nodes so far."""
     where = f'{_package(entry)}: node {spec.name}'
     if entry.name in others:
         raise BringupError(
@@ -171,7 +171,7 @@ def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNod
 
 
 def _claimed(spec: NodeSpec) -> list[str]:
-    """Return the topics that nobody else may publish; a driver replaces who publishes its own."""
+    """Return the topics with a single publisher; a driver replaces the publisher of its own."""
     return [topic.name for topic in spec.publishes if topic.flow == 'period' and not spec.drives]
 
 
@@ -187,9 +187,7 @@ def _depths(specs: list[NodeSpec]) -> dict[str, int]:
                 for other in specs
                 if other is not spec and inputs & set(other.publishes)
             ]
-            order.add(
-                spec.name, *(before or depth)
-            )  # who waits for nobody has the clock before it
+            order.add(spec.name, *(before or depth))  # a node without inputs depends on the clock
     with suppress(CycleError):
         order.prepare()
     level = 0

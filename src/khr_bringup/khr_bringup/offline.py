@@ -26,8 +26,8 @@ from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import GAIT, RunParameters
 
 SIMULATOR, MONITOR = 'simulator', 'monitor'
-BEFORE = -1  # the first instant, ns
-Watch = Callable[[Truth, 'ControlLoop', Outcome], object]  # called at each instant of a run
+BEFORE = -1  # stamp before the first sample, ns
+Watch = Callable[[Truth, 'ControlLoop', Outcome], object]  # called at each sample of a run
 
 
 def duration(scenario: Scenario) -> float:
@@ -41,7 +41,7 @@ class ControlLoop:
 
     Args:
         scenario: with the parameters of each block.
-        nodes: whose blocks to use; all of the scenario's by default.
+        nodes: with the blocks to use; all nodes of the scenario by default.
 
     Attributes:
         signals: the last sample of each topic.
@@ -137,8 +137,8 @@ def run_offline(
     """Run a scenario as fast as the physics goes; it is always judged.
 
     Args:
-        scenario: what to run.
-        watch: called with the truth, the control loop and the outcome so far of each instant.
+        scenario: to run.
+        watch: called with the truth, the control loop and the outcome so far of each sample.
         changes: of parameters while it runs.
     """
     began = time.monotonic()
@@ -203,5 +203,5 @@ def _run(
 
 @cache
 def _set_imports_aside() -> None:
-    """Keep what has been imported out of garbage collections, which outlast many periods."""
+    """Exclude imported objects from garbage collections, which outlast many periods."""
     gc.freeze()

@@ -1,4 +1,4 @@
-"""What a run comes to: the same for a graph, the offline twin, the command and Python."""
+"""The result of a run: the same for a graph, the offline twin, the command and Python."""
 
 from __future__ import annotations
 
@@ -32,9 +32,9 @@ class Progress:
 
     Attributes:
         time: simulated, s.
-        state: of the run, or whom it waits for.
+        state: of the run, or the nodes that it waits for.
         factor: simulated by wall time; None before it is known.
-        pitch_rate: of the torso, rad/s; None likewise.
+        pitch_rate: of the torso, rad/s; None before it is known.
         peak: the strongest of its spectrum, in words.
     """
 
@@ -47,11 +47,11 @@ class Progress:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Result:
-    """What a run comes to.
+    """The result of a run.
 
     Attributes:
         scenario: as it ran.
-        judged: what became of the robot; None if the graph did not report it.
+        judged: the outcome; None if the graph did not report it.
         trajectory_hash: SHA-256 over the state at every control period, in hex; empty if the run
             did not start. Equal hashes are bit-equal trajectories.
         end: why it ended: duration, tilted, stopped.
@@ -60,8 +60,8 @@ class Result:
         wall_time: wall time from there to the end of the last, without pauses, s.
         realtime: how it kept to the wall clock; None in lockstep.
         changes: of parameters, made from outside while it ran.
-        warnings: what nodes complained of.
-        failure: what did not end well after the run itself; empty if all did.
+        warnings: errors that nodes reported.
+        failure: a process that did not end well after the run; empty if all did.
     """
 
     scenario: Scenario
@@ -78,7 +78,7 @@ class Result:
 
     @property
     def outcome(self) -> Outcome:
-        """Return what became of the robot.
+        """Return the outcome of a run judged by the truth.
 
         Raises:
             RunError: if the run ended before it was judged, or was not judged by the truth.

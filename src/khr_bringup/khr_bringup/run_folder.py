@@ -25,7 +25,7 @@ def claim(folder: Path, option: str) -> Path:
 
     Raises:
         BringupError: if it holds something, cannot be written, or another run has it;
-            ``option`` is what it was given by.
+            ``option`` names its source in the text.
     """
     where = f'{option}: {str(folder)!r}'
     try:
@@ -69,7 +69,7 @@ def _locked(file: Path) -> int:
 
 
 def _empty(folder: Path) -> bool:
-    """Return whether a folder holds nothing, or only what is left of an interrupted claim."""
+    """Return whether a folder is empty, or holds only remains of an interrupted claim."""
     return folder.is_dir() and all(
         each.name == SCENARIO and not each.stat().st_size for each in folder.iterdir()
     )
@@ -77,7 +77,7 @@ def _empty(folder: Path) -> bool:
 
 @contextmanager
 def claimed(out: Path | None, name: str) -> Iterator[Path]:
-    """Claim a folder, ``runs/NAME-TIME`` by default; leave none behind if nothing has begun.
+    """Claim a folder, ``runs/NAME-TIME`` by default; remove it again if no run has started.
 
     Raises:
         BringupError: as :func:`claim`.

@@ -34,12 +34,12 @@ def run_to_end(
     """Run a scenario to its end.
 
     Args:
-        scenario: what to run.
+        scenario: to run.
         folder: claimed for the run; it receives the scenario, and of a graph the recording and the
             logs of its processes.
         options: how to run it.
         callbacks: to call meanwhile.
-        session: registered, in whose ROS domain the run takes place; one of its own by default.
+        session: a registered entry with the ROS domain of the run; by default a new one.
 
     Raises:
         KhrError: if an option is not accepted.
@@ -48,7 +48,7 @@ def run_to_end(
     check_domain(options.domain)
     if options.offline:
         write_text(folder / SCENARIO, as_run(scenario))
-        return run_offline(scenario, showing(callbacks.progress))
+        return run_offline(scenario, offline_progress(callbacks.progress))
     with (
         registered(scenario.name, folder, options.domain, options.network)
         if session is None
@@ -74,8 +74,8 @@ def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable
     return show_and_note
 
 
-def showing(show: Callable[[Progress], None]) -> Watch:
-    """Return what looks on at a run offline and shows its progress."""
+def offline_progress(show: Callable[[Progress], None]) -> Watch:
+    """Return a watch of an offline run that shows its progress."""
     began = time.monotonic()
 
     def watch(truth: Truth, loop: ControlLoop, _: object) -> None:

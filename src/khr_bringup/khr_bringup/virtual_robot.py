@@ -37,14 +37,14 @@ class SimulatedRobot:
     near the stance in which the scenario begins, and still. From then on physics has it.
 
     Args:
-        scenario: what stands on which ground, with its sensors.
+        scenario: with ground and sensors.
         joint_map: how servos and sensors are wired.
 
     Attributes:
         stance: in which the scenario begins, 17 joint angles in rad.
         on_ground: whether it has been put down.
         battery: its voltage, V.
-        pitch_rate: what the gyro reads, rad/s.
+        pitch_rate: reading of the gyro, rad/s.
     """
 
     def __init__(self, scenario: Scenario, joint_map: JointMap) -> None:
@@ -52,7 +52,7 @@ class SimulatedRobot:
         self.battery = SUPPLY
         self._map = joint_map
         parameters = scenario.table(RunParameters)
-        # The delay is the board's: what it has sent acts at once.
+        # The board has the delay: its targets act at once here.
         self._plant = Plant(replace(parameters, control_delay=0, duration=0.0))
         self._loop = ControlLoop(scenario, SENSORS)
         self._stretch = stretches(parameters)
@@ -71,12 +71,12 @@ class SimulatedRobot:
 
     @property
     def outcome(self) -> Outcome | None:
-        """Return the outcome since it was put down; None in the stand."""
+        """Return the outcome since the robot was put down; None in the stand."""
         return self._loop.outcome
 
     @property
     def truth(self) -> Truth:
-        """Return what it truly does, since it was put down."""
+        """Return the true state since the robot was put down."""
         return self._plant.truth
 
     @property
@@ -97,11 +97,11 @@ class SimulatedRobot:
         }
 
     def sense(self) -> Mapping[int, int]:
-        """Return what the AD channels convert, in steps."""
+        """Return the readings of the AD channels, in steps."""
         return self._ad | {0: round(self.battery / BATTERY_VOLTS)}
 
     def stiffen(self, stretch: Mapping[int, int]) -> None:
-        """Set the stretch of servos, by ICS number; those without a joint have none."""
+        """Set the stretch of servos, by ICS number; servos without a joint are ignored."""
         for row, ics in enumerate(self._map.numbers):
             self._stretch[row] = stretch.get(ics, self._stretch[row])
 
@@ -132,7 +132,7 @@ class SimulatedRobot:
         self._observe()
 
     def put_down(self) -> list[float]:
-        """Put it on the ground in its stance, as one who has carried it; return the stance."""
+        """Put the robot on the ground in its stance, by hand; return the stance."""
         self._targets = list(self.stance)
         self._put_down()
         return self.stance
@@ -191,9 +191,9 @@ def virtual_board(
     """Return a board with the robot of a scenario behind it.
 
     Args:
-        scenario: what stands on which ground.
+        scenario: with the ground.
         joint_map: how servos and sensors are wired; the board has its trims.
-        on_ground: whether the robot stands already, held by what the board was sent last;
+        on_ground: whether the robot stands already, held by the last targets of the board;
             by default it hangs in a stand, its servos free.
     """
     robot = SimulatedRobot(scenario, joint_map)

@@ -65,7 +65,7 @@ def _launched(context: LaunchContext) -> list[Action]:
     ]
 
 
-# What is made for one robot in a domain, in the namespace of this one.
+# Topics that a domain has once, in the namespace of this robot.
 OWN = [(f'/{topic}', topic) for topic in ('clock', 'tf', 'tf_static')]
 
 
@@ -127,7 +127,7 @@ def _on_exit(event: ProcessExited, context: LaunchContext) -> None:
     """Fail if a node does not end well.
 
     One that ends well was asked to: where launch runs in the background, a signal to its group
-    reaches the nodes alone. The verdict then says that the run is over, or who is missing.
+    reaches the nodes alone. The verdict then reports the end of the run, or a missing node.
     """
     if event.returncode not in WELL:
         raise RunError(f'{event.action.name} ended with {event.returncode}')
@@ -140,7 +140,7 @@ def _on_drivers_exit(event: ProcessExited, context: LaunchContext) -> None:
 
 
 def _on_verdict(event: ProcessExited, context: LaunchContext) -> EmitEvent:
-    """End the launch with the run; what is raised makes its exit code 1."""
+    """End the launch with the run; an exception makes its exit code 1."""
     if event.returncode:
         raise RunError(f'the run was not as it should be (verdict: {event.returncode})')
     return EmitEvent(event=Shutdown(reason='the run is over'))

@@ -22,7 +22,7 @@ class Tunable:
     Attributes:
         group: under which heading.
         node, name: of the parameter.
-        label: what the page calls it.
+        label: on the page.
         step: of its slider.
         most: where the slider ends, if the parameter accepts more than a slider can show.
     """
@@ -59,7 +59,7 @@ WATCHED = (
 
 @cache
 def tunables() -> tuple[Tunable, ...]:
-    """Return what the page lets the reader change: of every controller, and of the simulator."""
+    """Return the parameters that the reader can change, of all controllers and the simulator."""
     found = []
     for node in controllers():
         name = short_name(node)
@@ -79,7 +79,7 @@ class Control:
     Attributes:
         tunable: which parameter.
         value: that it has.
-        hint: its meaning and what it accepts.
+        hint: meaning and accepted values.
         unit: of its value.
         minimum, maximum: of its slider; None for a checkbox.
     """
@@ -98,7 +98,7 @@ class Control:
 
 
 def control(tunable: Tunable, descriptor: Any, value: Any) -> Control | None:
-    """Return the control of a parameter, or None if there is nothing to change.
+    """Return the control of a parameter, or None if it cannot be changed.
 
     Args:
         tunable: the parameter.
@@ -134,7 +134,7 @@ class PendingChanges:
         self._next[key] = value
 
     def due(self) -> Mapping[tuple[str, str], Value]:
-        """Return what to send now, and count it as sent."""
+        """Return the values to send now, and count them as sent."""
         ready = {key: value for key, value in self._next.items() if key not in self._sent}
         self._sent |= ready
         self._next = {key: value for key, value in self._next.items() if key not in ready}

@@ -1,4 +1,4 @@
-"""Who may open the page: the socket it is served on, and the check of every request.
+"""Access to the page: the socket it is served on, and the check of every request.
 
 A web page from anywhere can make the reader's browser send requests to this machine. Its origin
 gives it away, or, if its name has been made to point here (DNS rebinding), the host it asks for.
@@ -19,7 +19,7 @@ from khr_view.errors import ViewError
 COOKIE = 'khr_view'
 KEY = 'token'
 FREE = 100  # ports that are tried from the default one on
-# What the browser may load and connect to: this page alone, so no request leaves the machine.
+# The browser may load from and connect to this page alone, so no request leaves the machine.
 HEADERS = {
     'Content-Security-Policy': "default-src 'self' 'unsafe-inline' 'unsafe-eval' data: blob:; "
     "connect-src 'self' data: blob: ws: wss:; frame-ancestors 'none'; form-action 'none'",
@@ -46,15 +46,15 @@ class AccessGuard:
 
     @property
     def address(self) -> str:
-        """Return what to type into a browser."""
+        """Return the address to type into a browser."""
         name = f'[{self.host}]' if ':' in self.host else self.host
         return f'http://{name}:{self.port}/' + (f'?{KEY}={self.token}' if self.token else '')
 
     def refusal(self, headers: Mapping[str, str], path: str) -> str:
-        """Say why a request is refused; empty if it is not.
+        """Return why a request is refused; empty if it is accepted.
 
         Args:
-            headers: of the request, whose names are found in whatever case.
+            headers: of the request, with case-insensitive names.
             path: that it asks for, with its query.
         """
         host = headers.get('Host', '')
@@ -69,7 +69,7 @@ class AccessGuard:
         return ''
 
     def headers(self, path: str) -> dict[str, str]:
-        """Return what to add to the answer to an accepted request."""
+        """Return the headers to add to the answer to an accepted request."""
         if not self.token or self._given(path) != self.token:
             return HEADERS
         cookie = f'{COOKIE}={self.token}; HttpOnly; SameSite=Strict; Path=/'
@@ -84,7 +84,7 @@ class AccessGuard:
             cookie = SimpleCookie(headers.get('Cookie', '')).get(COOKIE)
         except CookieError:
             cookie = None
-        # What is not UTF-8 comes as surrogates.
+        # Bytes that are not UTF-8 arrive as surrogates.
         given = (self._given(path), cookie.value if cookie else '')
         encoded = [each.encode(errors='surrogateescape') for each in given]
         return any(secrets.compare_digest(each, self.token.encode()) for each in encoded)
@@ -95,7 +95,7 @@ class AccessGuard:
 
 
 def listen(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> AccessGuard:
-    """Listen on an address; one that others can reach gets a token.
+    """Listen on an address; one that other machines can reach gets a token.
 
     Args:
         host: an address of this machine.

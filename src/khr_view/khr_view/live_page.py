@@ -16,7 +16,7 @@ class LivePage:
 
     Args:
         guard: of the page's socket.
-        session: of the runs; without one the page only shows a run, and restarts none.
+        session: of the runs; without it the page only shows a run, and restarts none.
         at_the_end: the action that follows the end of a run.
 
     Attributes:

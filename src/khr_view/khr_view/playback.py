@@ -28,7 +28,7 @@ class Player:
     Attributes:
         end: of the longest run, s.
         period: of a single step, s.
-        now: what is shown, s.
+        now: shown time, s.
         speed: simulated by wall time.
         playing: whether it goes on.
         loop: whether it begins again at the end.
@@ -82,7 +82,7 @@ class PlayedRuns:
 
     @property
     def charts(self) -> tuple[Chart, ...]:
-        """Return what to draw."""
+        """Return the charts to draw."""
         if len(self._runs) == 1:
             return charts()
         return tuple(
@@ -162,6 +162,6 @@ def play(paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = T
 
 
 def side_by_side(columns: Sequence[dict[str, str]]) -> list[tuple[str, ...]]:
-    """Return rows of a name and its value in each column, empty where one has none."""
+    """Return rows of a name and its value in each column; missing values are empty."""
     names = dict.fromkeys(name for column in columns for name in column)
     return [(name, *(column.get(name, '') for column in columns)) for name in names]

@@ -26,7 +26,7 @@ class Session:
 
     Attributes:
         scenario: of the present run.
-        next: of the next run; None until the present one is to end.
+        next: of the next run; None as long as the present one goes on.
     """
 
     def __init__(self, scenario: Scenario) -> None:
@@ -71,7 +71,7 @@ class Session:
 
         Args:
             name: of the scenario.
-            text: of its file; by default that of the shipped scenario, or of the file, ``name``.
+            text: of its file; by default of the shipped scenario, or of the file, ``name``.
         """
         path = find_scenario(name) if text is None else None
         stem = path.stem if path else name

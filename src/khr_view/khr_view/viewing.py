@@ -61,7 +61,7 @@ def play(paths: Sequence[Path], viewing: Viewing, report: Report) -> int:
 def live_page(
     viewing: Viewing | None, report: Report, session: Session | None = None
 ) -> Iterator[Observed]:
-    """Open the page of live runs, if there is to be one; yield what shows a run on it.
+    """Open the page of live runs, if there is to be one; yield the observer of a run.
 
     A browser that connects before the page has been built waits.
 

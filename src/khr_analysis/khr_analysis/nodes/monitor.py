@@ -1,4 +1,4 @@
-"""The monitor node: what comes of the run, and how it is going."""
+"""The monitor node: the outcome of the run, and its progress."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ LEVELS: dict[str, bytes] = {'fell': DiagnosticStatus.ERROR, 'slipped': Diagnosti
 class MonitorNode(Listener):
     """Publish ``outcome`` (latched, on every change of verdict) and ``/diagnostics``.
 
-    The outcome is final when the simulator has finished and its last instant has been judged.
+    The outcome is final when the simulator has finished and its last sample has been judged.
     """
 
     def __init__(self, spec: NodeSpec) -> None:

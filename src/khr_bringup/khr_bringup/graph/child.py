@@ -1,6 +1,6 @@
 """A child process of a run: ``python -m khr_bringup.graph.child MODULE ARGUMENTS``.
 
-What goes wrong while it loads is one line. ``--executable PATH`` in the place of a module becomes
+An error while it loads is one line. ``--executable PATH`` in the place of a module becomes
 that executable.
 """
 
@@ -23,7 +23,7 @@ def main() -> None:
     del sys.argv[0]
     try:
         if sys.argv[0] == EXECUTABLE:
-            # Its python3 is the one that has ROS, also where this environment is not activated.
+            # Its python3 must have ROS, also where this environment is not activated.
             os.environ['PATH'] = f'{Path(sys.executable).parent}:{os.environ.get("PATH", "")}'
             os.execv(sys.argv[1], sys.argv[1:])
         runpy.run_module(sys.argv[0], run_name='__main__', alter_sys=True)

@@ -1,4 +1,4 @@
-"""Follow a run from its first instant to its verdict, from whatever process."""
+"""Follow a run from its first sample to its verdict, from any process."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ class Callbacks:
     Attributes:
         started: called with the entry of a graph before its nodes start.
         progress: called many times a second.
-        observed: holds what observes a graph, as long as ROS is up in this process.
+        observed: context of an observer of the graph, while ROS is up in this process.
         finish: returns whether the graph is to end now.
         interrupted: called at the end of a graph that a signal has ended.
         switch: ends the graph for another scenario; None if this run has no successor.
@@ -135,9 +135,9 @@ def _result(view: View, scenario: Scenario, began: float) -> Result:
 
 
 def _owners(scenario: Scenario, record: bool) -> dict[str, str]:
-    """Return the owner of each topic on which nobody else may publish.
+    """Return the owner of each topic that only one node may publish.
 
-    Left out is what has several sources, and what carries the run's identity in every message.
+    Topics with several publishers are skipped, and topics with the run's identity in each message.
     """
     sources = {node: spec_of(node).publishes for node in nodes_of(scenario, record)}
     if scenario.driver is not None:
@@ -162,7 +162,7 @@ def _silent(view: View, simulator: str) -> str | None:
 
 
 def _unfinished(view: View) -> str | None:
-    """Return what is missing of a finished run if nothing has come for long."""
+    """Describe missing parts of a finished run if nothing has arrived for long."""
     if view.state != 'finished' or time.monotonic() - view.news < START_TIMEOUT:
         return None
     return (

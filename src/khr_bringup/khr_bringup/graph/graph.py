@@ -1,4 +1,4 @@
-"""A run as a real node graph: start it, watch it, end it, keep what it leaves."""
+"""A run as a node graph: start it, watch it, stop it, keep its files."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def run_graph(
     """Run a scenario over topics until it ends or is interrupted.
 
     Args:
-        scenario: to run; it is written to ``folder/scenario.yaml``, its wiring beside it.
+        scenario: to run; it is written to ``folder/scenario.yaml``, with ``wiring.yaml``.
         folder: of the run.
         entry: of the run in the register, with its ROS domain.
         options: how to run it.

@@ -1,4 +1,4 @@
-"""Who of another user takes part in a run's domain, as the kernel's table of sockets says."""
+"""Participants of other users in the domain of a run, from the kernel's table of sockets."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ PERIOD = 0.2  # s of wall time between looks
 
 
 class Intruders:
-    """Watch for participants of other users; those that were there before do not count.
+    """Watch for participants of other users; participants older than the run do not count.
 
-    A participant listens on two ports of its domain, one beside the other, so a program that
-    happens to have one of them is none. The superuser, who may do anything anyhow, is none either.
+    A participant listens on two adjacent ports of its domain, so a program with only one of them
+    does not count. The superuser is ignored.
 
     Args:
         domain: ROS domain.
@@ -57,7 +57,7 @@ class Intruders:
 
 
 def _sockets() -> list[tuple[int, int]]:
-    """Return port and user of each UDP socket of this machine; none where no table says."""
+    """Return port and user of each UDP socket of this machine; empty without a table."""
     try:
         lines = SOCKETS.read_text(encoding='ascii').splitlines()[1:]
     except OSError:

@@ -1,4 +1,4 @@
-"""What the arguments of the launch file ask for; nothing here imports ``launch``."""
+"""The arguments of the launch file; this module does not import ``launch``."""
 
 from __future__ import annotations
 
@@ -101,10 +101,10 @@ def on_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> 
     """Return a scenario on a driver in the simulator's place, or on the real robot, if asked for.
 
     Args:
-        scenario: what to run.
+        scenario: to run.
         driver: PACKAGE/EXECUTABLE; empty for the simulator.
         board: serial line of the real robot; empty without one.
-        dashes: what stands before the names of these options.
+        dashes: prefix of these options.
 
     Raises:
         KhrError: if both are asked for, there is no such driver, or the scenario cannot run on it.
@@ -124,7 +124,7 @@ def parameters_of_driver(file: str, option: str, scenario: Scenario) -> Path | N
     """Return the parameter file of a driver, if one is given.
 
     Raises:
-        BringupError: if it is none, or there is no driver to read it.
+        BringupError: if there is no such file, or no driver to read it.
     """
     if not file:
         return None

@@ -28,7 +28,7 @@ class LiveParameter:
 
     Attributes:
         name, value: as the node has them.
-        meaning: with its unit, and what the parameter accepts, as the node describes it.
+        meaning: with its unit and accepted values, from the descriptor.
         fixed: whether it cannot change while the node runs.
     """
 
@@ -65,7 +65,7 @@ def get_parameters(
 def set_parameter(
     node: str, name: str, value: Any, domain: int | None = None, timeout: float = PATIENCE
 ) -> tuple[LiveParameter, LiveParameter]:
-    """Change a parameter of a node; return it as it was before and as it is after.
+    """Change a parameter of a node; return it before and after the change.
 
     Raises:
         BringupError: as above, or if the node refuses the value; the text is its reason.
@@ -90,7 +90,7 @@ def set_parameter(
 
 
 def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
-    """Refuse what a node would refuse, in the words that a scenario file gets.
+    """Refuse a value that the node would refuse, with the text of a scenario file.
 
     Raises:
         BringupError: if the parameter is fixed, or its specification does not accept the value.
@@ -146,7 +146,7 @@ def call_trigger(service: str, domain: int | None = None) -> str:
 
 
 def _answer(domain: int | None, kind: Any, service: str, request: Any, patience: float) -> Any:
-    """Return what a service of a run answers; None if it is not there, or does not in time."""
+    """Return the response of a service; None if it is not there, or does not respond in time."""
     with _joined(domain) as own:
         import rclpy
 

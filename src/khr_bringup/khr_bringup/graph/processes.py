@@ -1,4 +1,4 @@
-"""The processes of a run: started together, watched, stopped in order, none left behind."""
+"""The processes of a run: started together, watched, stopped in order, all of them reaped."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from pathlib import Path
 from khr_common.lifeline import PARENT, tied_to_parent
 
 EXECUTABLE = '--executable'  # instead of a module: see khr_bringup.graph.child
-LAST = ('recorder', 'graph')  # what writes the bag, the others' last messages included
+LAST = ('recorder', 'graph')  # they write the bag, with the last messages of the others
 GRACE = 20.0  # s of wall time before a process that does not stop is killed; ten end at a time
 FROZEN = 15.0  # s of wall time after which a process that a signal has stopped ends the run
 # All is closed, but the middleware did not let go, so the process's own alarm ended it.
@@ -24,7 +24,7 @@ STOPPED_AS_IT_STARTED = -signal.SIGINT  # before it had anything to close
 LEFT = (0, KILLED_BY_TIMER)
 WELL = (*LEFT, STOPPED_AS_IT_STARTED)
 POLL = 0.02  # s of wall time between looks at a process that is to end
-CLOSING = 25.0  # GRACE of what may have listeners to wait for, or a bag to finish
+CLOSING = 25.0  # GRACE of a process with listeners to wait for, or a bag to finish
 
 
 class Processes:
@@ -99,7 +99,7 @@ class Processes:
             )
 
     def ended(self) -> str | None:
-        """Describe a process that has ended or is frozen, of those that the run needs."""
+        """Describe a process of the run that has ended or is frozen."""
         now = time.monotonic()
         for name, child in self._children.items():
             code = child.poll()
@@ -128,7 +128,7 @@ class Processes:
             child.send_signal(signal.SIGINT)
 
     def stop(self) -> str | None:
-        """Stop all processes, what writes the bag last; kill what does not obey.
+        """Stop all processes, the recorder last; kill those that do not stop in time.
 
         Returns:
             Which did not end well although it was asked to stop, if one did not.
@@ -153,9 +153,9 @@ class Processes:
 
 @contextmanager
 def unhurried() -> Iterator[None]:
-    """Let this process and those that it starts wait for a free core (SCHED_BATCH).
+    """Let this process and its children wait for a free core (SCHED_BATCH).
 
-    Where no message is urgent, one that interrupts its sender costs both of them time.
+    No message is urgent then, and preempting the sender costs both processes time.
     """
     ordinary = os.sched_getscheduler(0) == os.SCHED_OTHER
     if ordinary:

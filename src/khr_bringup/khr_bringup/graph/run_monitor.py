@@ -1,4 +1,4 @@
-"""What the ``khr`` command sees of a running graph: state, progress, outcome, strangers."""
+"""The view of the ``khr`` command on a running graph: state, progress, outcome, strangers."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from khr_common.run_identity import KEY, MalformedError, check_run, check_status
 from khr_common.status_values import real
 from khr_common.text.quoting import one_line
 
-UNNAMED = '_NODE_NAME_UNKNOWN_'  # what ROS calls a node whose name has not come yet
+UNNAMED = '_NODE_NAME_UNKNOWN_'  # the name ROS gives a node before its name is known
 NAMING = 2.0  # s of wall time for it to come
 MOST_WARNINGS, MOST_CHANGES = 50, 200  # that are kept
 POLL = 0.02  # s of wall time between looks whether it has
@@ -43,7 +43,7 @@ def pairs(status: DiagnosticStatus) -> dict[str, str]:
 
 @dataclass
 class View:
-    """The newest of what the graph reports of itself; times are of ``time.monotonic``, s."""
+    """The latest reports of the graph; times are of ``time.monotonic``, s."""
 
     state: str = 'starting'
     state_values: dict[str, str] = field(default_factory=dict)
@@ -69,7 +69,7 @@ class View:
 
     @property
     def progress(self) -> Progress:
-        """Return how far the run is, and whom it waits for."""
+        """Return the progress of the run, and the nodes that it waits for."""
         waiting = (
             ', '.join(self.behind)
             if self.state == 'finished'
@@ -81,7 +81,7 @@ class View:
 
     @property
     def complaints(self) -> list[str]:
-        """Return what nodes complained of, and which messages were refused."""
+        """Return the errors that nodes reported, and the messages that were refused."""
         return self.warnings + [
             f'{what}; {count} message{"s" if count > 1 else ""}'
             for what, count in self.refused.items()
@@ -142,7 +142,7 @@ class View:
                     one_line(values.get('peak', '')),
                 )
                 continue  # at level ERROR if the robot fell: that is a result
-            if 'sync' in values:  # of the simulator, or of who stands in its place
+            if 'sync' in values:  # from the simulator or a driver
                 self.alive = time.monotonic()
             if status.level == DiagnosticStatus.ERROR:
                 self._warn(one_line(f'{status.name}: {status.message}'))
@@ -158,10 +158,10 @@ class View:
 
 
 class Watcher(Node):  # type: ignore[misc]
-    """Follow state, outcome, diagnostics and listeners of one run, and who publishes.
+    """Follow state, outcome, diagnostics, listeners and publishers of one run.
 
     Args:
-        listeners: who must have received the run whole before it is over.
+        listeners: nodes that must have received the whole run before it is over.
         run: identity of the run; messages of another one are left out.
         owners: the one node that may publish each of these topics.
         switch: ends the run for another scenario; None if this run has no successor.

@@ -24,7 +24,7 @@ from khr_bringup.graph.shared_memory import remove_dead_segments
 from khr_common import RunError
 from khr_common.files import write_text
 
-# Above 101 the middleware's ports meet the system's ephemeral ones; small numbers are what others
+# Above 101 the ports of the middleware overlap the ephemeral ports of the system; users choose
 # choose by hand, so a run takes a large one.
 DOMAINS = range(99, 0, -1)
 PORT_BASE, PORTS_PER_DOMAIN = 7400, 250  # DDSI-RTPS 2.3, 9.6.1.1
@@ -33,7 +33,7 @@ WITHOUT_LOG = ['--ros-args', '--disable-external-lib-logs']
 FIRST_PARTICIPANT, PARTICIPANTS = 10, 32  # offset of the first one's port; as in fastdds.xml
 CLAIM = PORTS_PER_DOMAIN - 1  # offset of a port that no participant takes, which holds the domain
 PROFILE = 'FASTRTPS_DEFAULT_PROFILES_FILE'  # environment variable of the middleware
-_CONSUMER = re.compile('<consumer>.*?</consumer>', re.DOTALL)  # of what the middleware logs
+_CONSUMER = re.compile('<consumer>.*?</consumer>', re.DOTALL)  # of the middleware's log
 _LARGEST_PID = 2**22  # of Linux
 _FLOCK = struct.Struct('hhqqi')  # struct flock of fcntl(2): type, whence, start, length, process
 
@@ -68,7 +68,7 @@ class RunEntry:
 
     @property
     def title(self) -> str:
-        """Return what names it to a person: scenario, domain and folder of its results."""
+        """Return a description for people: scenario, domain and folder of its results."""
         return f'{self.scenario} (domain {self.domain}, {Path(self.place, self.folder)})'
 
     def next_run(self, scenario: str, folder: Path) -> RunEntry:
@@ -78,7 +78,7 @@ class RunEntry:
         )
 
     def environment(self) -> dict[str, str]:
-        """Return what a process must have in its environment to take part in the run."""
+        """Return the environment variables of a process of the run."""
         profile = 'fastdds_network.xml' if self.network else 'fastdds.xml'
         common = {
             'ROS_DOMAIN_ID': str(self.domain),
@@ -97,7 +97,7 @@ class RunEntry:
         }
 
     def quiet_environment(self) -> dict[str, str]:
-        """Return the same for a command: what the middleware logs is not for its standard error.
+        """Return the same for a command, without the middleware's log on its standard error.
 
         Where several runs start at once it complains of ports that it then does without.
         """
@@ -109,7 +109,7 @@ class RunEntry:
 
     @property
     def to_join(self) -> str:
-        """Return what to export so that ROS tools of this machine see the run."""
+        """Return the variables to export so that ROS tools of this machine join the run."""
         reach = 'SUBNET' if self.network else 'LOCALHOST'
         return f'ROS_DOMAIN_ID={self.domain} ROS_AUTOMATIC_DISCOVERY_RANGE={reach}'
 
@@ -148,7 +148,7 @@ def running() -> list[RunEntry]:
     """List the runs of this user that are going on, the newest last; forget dead ones."""
     entries = []
     paths = [path for path in register().glob('*.json') if not path.name.startswith('.')]
-    for path in sorted(paths, key=_time_of):  # a name with a dot is of one that is being written
+    for path in sorted(paths, key=_time_of):  # a name with a dot is of a file being written
         with suppress(ValueError, TypeError, OSError, RecursionError):
             entry = _entry(json.loads(path.read_text(encoding='utf-8')))
             if _alive(entry.pid) and _held(entry.domain):
@@ -159,7 +159,7 @@ def running() -> list[RunEntry]:
 
 
 def _entry(values: Any) -> RunEntry:
-    """Return a registered run; raise ValueError or TypeError if the values are none."""
+    """Return a registered run; raise ValueError or TypeError if the values are not one."""
     entry, example = RunEntry(**values), RunEntry(1, 1, '', '')
     for name, value in vars(example).items():
         if type(getattr(entry, name)) is not type(value) and name != 'locks':
@@ -173,7 +173,7 @@ def check_domain(domain: int | None) -> None:
     """Refuse a domain that no run can have.
 
     Raises:
-        BringupError: if it is not None and out of range.
+        BringupError: if it is out of range.
     """
     if domain is not None and domain not in DOMAINS:
         raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
@@ -188,10 +188,10 @@ def registered(
     A domain is held by all that inherit ``locks``, so it is free again when the last of them has
     ended. Among this user's runs the lock of a file in the register holds it, which no other user
     can take; among the users of the machine a port, which one may take to be a nuisance: if no
-    domain is left, one is used that looks inhabited, and who publishes there ends the run by name.
+    domain is left, one that looks used is taken, and a foreign publisher there ends the run.
 
     Raises:
-        BringupError: if the domain asked for is not accepted or taken, or none is free.
+        BringupError: if the domain asked for is not accepted or taken, or no domain is free.
         RunError: if the run cannot be registered.
     """
     check_domain(domain)
@@ -218,7 +218,7 @@ def registered(
 
 
 def note(entry: RunEntry) -> None:
-    """Keep a run in the register, with what it does."""
+    """Keep a run in the register, with its state."""
     public = {key: value for key, value in asdict(entry).items() if key != 'locks'}
     write_text(_path(entry.domain), json.dumps(public))
 
@@ -234,7 +234,7 @@ def choose(domain: int | None = None) -> RunEntry:
     folder is somebody else's work, perhaps, and has to be named.
 
     Raises:
-        BringupError: if there is none, or none or several could be meant.
+        BringupError: if there is no such run, or several match.
     """
     entries = running()
     if domain is None:
@@ -253,7 +253,7 @@ def choose(domain: int | None = None) -> RunEntry:
 
 
 def _claimed(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, ...]]:
-    """Return a domain and what holds it; ``held`` lets go of it."""
+    """Return a domain and its locks; ``held`` releases it."""
     for number in DOMAINS if domain is None else [domain]:
         with ExitStack() as kept:
             lock = _locked(number, kept)
@@ -273,7 +273,7 @@ def _claimed(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, ...]]
 
 
 def _locked(domain: int, held: ExitStack) -> int | None:
-    """Lock the file of a domain for this process and those that inherit it; None if it is held."""
+    """Lock the file of a domain for this process and its children; None if it is locked."""
     file = _lock_file(domain)
     lock = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
     try:
@@ -286,7 +286,7 @@ def _locked(domain: int, held: ExitStack) -> int | None:
 
 
 def _bound(domain: int, held: ExitStack) -> int | None:
-    """Take the port that holds a domain among all users; None if somebody has it."""
+    """Bind the port that marks a domain as taken for all users; None if it is bound."""
     port = held.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
     try:
         port.bind(('127.0.0.1', ports_of(domain).start + CLAIM))

@@ -1,4 +1,4 @@
-"""What dead processes have left of the middleware in shared memory."""
+"""Remains of dead processes in the shared memory of the middleware."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ _PORT = re.compile(r'fastrtps_port(\d+)')
 
 
 def remove_dead_segments(ports: range) -> int:
-    """Remove segments of dead processes, and ports of a domain in which nobody is left.
+    """Remove segments of dead processes, and ports of a domain without processes.
 
-    Fast DDS holds a lock (flock) beside whatever is in use, which the kernel releases at the
-    death of its process. Only what this user owns is looked at.
+    Fast DDS holds a lock (flock) for each segment in use, which the kernel releases at the
+    death of its process. Only segments of this user are considered.
 
     Args:
         ports: the numbers of a domain that the caller has claimed.
@@ -43,7 +43,7 @@ def _locks(path: Path) -> tuple[Path, Path]:
 
 
 def _is_dead(path: Path, needs_lock: bool) -> bool:
-    """Return whether nobody holds a lock; a segment without one may be about to get it."""
+    """Return whether no process holds a lock; a new segment may still be without one."""
     found = [lock for lock in _locks(path) if lock.exists()]
     for lock in found:
         with lock.open('rb') as file:

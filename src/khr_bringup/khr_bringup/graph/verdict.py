@@ -25,7 +25,7 @@ def main() -> int:
     """Follow the run of this namespace; print verdict, quantities and trajectory hash.
 
     Returns:
-        0 if the run was whole, and came to what was expected, if anything was; 1 if not; 2 if an
+        0 if the run was complete and met the expectation, if any; 1 if not; 2 if an
         argument is not accepted; 130 if it was interrupted.
     """
     enter()

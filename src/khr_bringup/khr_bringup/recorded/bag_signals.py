@@ -128,7 +128,7 @@ def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome |
         return np.column_stack([column(topic, index) for topic in topics])
 
     def correction(topic: Topic) -> Array:
-        """Return the correction of a controller, or the one that the board adds in its place."""
+        """Return the correction of a controller, or the correction that the board adds instead."""
         joint = topic.names[0]
         if not len(tracks[topic].stamps) and joint in BOARD_CORRECTION.names:
             return column(BOARD_CORRECTION, BOARD_CORRECTION.names.index(joint))

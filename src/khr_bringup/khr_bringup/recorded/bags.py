@@ -20,15 +20,15 @@ from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
 from khr_common.interfaces import FINISHED, Topic
 
-# By topic: (stamp in ns, numbers) of what flows in every period, whole messages of the rest.
-Messages = dict[Topic, Any]  # a list of messages, or Samples of what flows in every period
+# By topic: (stamp in ns, numbers) of periodic topics, whole messages of the others.
+Messages = dict[Topic, Any]  # a list of messages, or Samples of a periodic topic
 NumbersOf = Callable[[Topic], cdr.Reader]
 
 # MCAP (https://mcap.dev/spec): magic, then records of one byte of kind and eight of length.
 _MAGIC = b'\x89MCAP0\r\n'
 _RECORD = struct.Struct('<BQ')
 _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x03, 0x04, 0x05, 0x06
-_CHUNK_HEAD = struct.Struct('<QQQIIQ')  # of a chunk without compression, whose name is empty
+_CHUNK_HEAD = struct.Struct('<QQQIIQ')  # of an uncompressed chunk, with an empty compression name
 _END = _RECORD.pack(0x0F, 4) + bytes(4) + _RECORD.pack(0x02, 20) + bytes(20) + _MAGIC
 
 
@@ -69,7 +69,7 @@ def there(bag: Path) -> Path:
     """Return the bag as :func:`bag_of` does.
 
     Raises:
-        BringupError: if there is none.
+        BringupError: if there is no bag.
     """
     place = bag_of(bag)
     if not place.exists():
@@ -91,8 +91,8 @@ def read_messages(
 
     Args:
         bag: the bag, or the folder of the run that holds it.
-        topics: in whatever namespace; one that is not in the bag has no messages.
-        numbers_of: returns what reads the numbers of a topic that flows in every period.
+        topics: in any namespace; a topic that is not in the bag has no messages.
+        numbers_of: returns the decoder of a periodic topic.
 
     Raises:
         BringupError: if it is no bag or is damaged.
@@ -113,10 +113,10 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
     """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
 
     Returns:
-        The messages, and what is wrong with the bag; nothing if it is whole.
+        The messages, and the damage of the bag; empty if it is whole.
 
     Raises:
-        BringupError: if none of it can be read.
+        BringupError: if nothing can be read.
     """
     try:
         return read_messages(bag, topics), ''
@@ -135,7 +135,7 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
 
 
 def final_state(states: Sequence[Any]) -> dict[str, str]:
-    """Return what the simulator said at the end of a run; nothing if the bag has no end.
+    """Return the simulator's report at the end of a run; empty if the bag has no end.
 
     Args:
         states: the messages on ``simulator/state``.
@@ -188,7 +188,7 @@ def _sample(read: cdr.Reader, data: bytes) -> tuple[int, Floats]:
 
 
 def mend(content: bytes) -> bytes:
-    """Return a whole MCAP file made of what stands before the damage in another.
+    """Return a whole MCAP file made of the records before the damage in another.
 
     A recorder that is killed leaves a file without an end, and its last chunk may be cut: chunks
     without compression are opened, so that only the record at the cut is lost.

@@ -1,4 +1,4 @@
-"""Whether a bag and what lies beside it hold the run that its repetition gives."""
+"""Comparison of a bag, and the files of its run, with the repeated run."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ _WHOLE = {JOINT_STATES: cdr.joint_motion, TRUE_POSE: cdr.pose_and_twist}
 
 
 def numbers_of(topic: Topic) -> cdr.Reader:
-    """Return what reads all numbers of a topic that flows in every period."""
+    """Return the decoder of all numbers of a periodic topic."""
     return _WHOLE.get(topic) or cdr.numbers_of(topic)
 
 
 def compared() -> tuple[Topic, ...]:
-    """Return the topics that a repetition gives: the truth, and what blocks answer."""
+    """Return the topics that a repetition gives: the truth, and the answers of blocks."""
     answers = (
         topic
         for node in registry().values()
@@ -38,13 +38,13 @@ def compared() -> tuple[Topic, ...]:
 
 
 class SideBySide:
-    """Compare what flowed in every period, number by number.
+    """Compare periodic topics, number by number.
 
     Args:
         signals: of the bag, by topic.
 
     Attributes:
-        instants: how many were compared.
+        instants: number of compared samples.
         topics: how many of the bag hold samples.
     """
 
@@ -55,7 +55,7 @@ class SideBySide:
         self.instants, self.topics = 0, len(self._samples)
 
     def take(self, truth: Truth, loop: ControlLoop, *_: object) -> None:
-        """Compare the next instant."""
+        """Compare the next sample."""
         self.instants += 1
         speeds = truth.speeds()
         for topic, samples in self._samples.items():
@@ -68,7 +68,7 @@ class SideBySide:
                 self._differing.setdefault(topic, truth.stamp_ns)
 
     def differences(self, end_ns: int, interrupted: bool) -> list[str]:
-        """Say from when on which topics differ, once all instants have been taken."""
+        """Describe the differing topics, each from its first differing sample on; call it last."""
         until = end_ns - TAIL_NS if interrupted else end_ns
         ended = {topic: at for topic, at in self._ended.items() if at <= until}
         beyond = {topic: end_ns for topic, samples in self._samples.items() if next(samples, None)}
@@ -84,13 +84,13 @@ class SideBySide:
 
 
 def differences_beside(folder: Path, scenario: str, hashed: str, repeated: Result) -> list[str]:
-    """Say what the files beside a bag state otherwise.
+    """Describe the differences of the files in the folder of the run.
 
     Args:
         folder: of the run.
         scenario: its text, as the bag has it.
         hashed: the trajectory hash in the bag.
-        repeated: the run, repeated, whose verdict is made of the truth.
+        repeated: the run, repeated, with a verdict by the truth.
     """
     found = []
     scenarios = sorted(folder.glob('scenario*.yaml'))

@@ -1,4 +1,4 @@
-"""Whether a bag is as its recorder wrote it: checksums, and what its metadata say of it."""
+"""Integrity of a bag: its checksums, and its metadata."""
 
 from __future__ import annotations
 

@@ -80,7 +80,7 @@ class RecordedRun:
 
     @property
     def damage(self) -> str:
-        """Return what is wrong with the bag in one line; empty if it is whole."""
+        """Describe the damage of the bag in one line; empty if it is whole."""
         return str(self._bag) if isinstance(self._bag, BringupError) else self._bag[1]
 
     @cached_property
@@ -111,13 +111,13 @@ class RecordedRun:
         """Return the scenario as it ran.
 
         Raises:
-            KhrError: if there is none, or this version of the project cannot read it.
+            KhrError: if there is no scenario, or this version of the project cannot read it.
         """
         return parse(self.text, 'its scenario', self.name)
 
     @property
     def parameters(self) -> Scenario:
-        """Return the scenario; one with all defaults if there is none that can be read."""
+        """Return the scenario; one with all defaults if it cannot be read."""
         try:
             return self.scenario
         except KhrError:
@@ -125,7 +125,7 @@ class RecordedRun:
 
     @property
     def version(self) -> str:
-        """Return the code version that the scenario states; empty if none."""
+        """Return the code version that the scenario states; empty if it states none."""
         return version_in(self.text)
 
     @property

@@ -1,4 +1,4 @@
-"""Recover the bag of a recorder that was killed: index, summary and metadata are written anew."""
+"""Recover the bag of a killed recorder: write index, summary and metadata again."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from khr_bringup.recorded.bags import bag_of, mend
 
 @dataclass(frozen=True)
 class Recovered:
-    """What was recovered: the bag, its messages, its last time in s, and where the cut one is."""
+    """A recovered bag: its messages, its last time in s, and the place of the cut bag."""
 
     bag: Path
     messages: int
@@ -26,13 +26,13 @@ class Recovered:
 
 
 def recover(bag: Path) -> Recovered | None:
-    """Write a cut bag anew with all whole messages; the cut one is kept beside it.
+    """Write a cut bag again with all whole messages; the cut bag is kept.
 
     Args:
         bag: the bag, or the folder of the run that holds it (then its newest bag).
 
     Returns:
-        What was recovered; nothing if the bag is whole.
+        The recovered bag; None if the bag is whole.
 
     Raises:
         BringupError: if it is no bag, holds no whole message, or has been recovered before.

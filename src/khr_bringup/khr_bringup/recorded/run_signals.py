@@ -1,4 +1,4 @@
-"""What happens in a run over time, sampled once per control period: the stuff of figures."""
+"""Signals of a run over time, sampled once per control period, for plots."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class Series:
         read_inclination: of the ground as read back from the feet, rad, (N,); 0 without stages.
         distance: way of the torso along the surface, m, (N,).
         slip: way that the loaded soles have slid so far, m, (N,).
-        controllers: short names of those that took part: ``ankle``, ``hip``, then any other.
+        controllers: short names of the controllers: ``ankle``, ``hip``, then any other.
     """
 
     time: Array
@@ -96,7 +96,7 @@ class Series:
     def degrees(self) -> dict[str, Array]:
         """Return those columns that are angles and rates once more, in deg and deg/s, (N,) each.
 
-        Their names say so: ``pitch_deg``, ``gyro_rate_deg_s``, ``correction_ankle_deg``.
+        Their names have a suffix: ``pitch_deg``, ``gyro_rate_deg_s``, ``correction_ankle_deg``.
         """
         return {
             f'{name}_deg{"_s" if name.endswith("_rate") else ""}': np.degrees(values)
@@ -125,7 +125,7 @@ class Series:
 
     @staticmethod
     def load(path: Path) -> Series:
-        """Read what :meth:`save` wrote.
+        """Read the file that :meth:`save` wrote.
 
         Raises:
             BringupError: if it is not there or not readable.
@@ -154,7 +154,7 @@ class Series:
 
 
 def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Result, Series]:
-    """Run a scenario offline and keep its signals; ``also`` is called at each instant."""
+    """Run a scenario offline and keep its signals; ``also`` is called at each sample."""
     from khr_bringup.offline import run_offline  # a bag is read without gait and physics
 
     rows: list[tuple[Any, ...]] = []

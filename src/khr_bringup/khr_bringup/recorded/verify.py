@@ -32,18 +32,18 @@ OF_PUSHES = tuple((SIMULATOR, name) for name in ('push_link', 'push_point', 'pus
 
 @dataclass(frozen=True)
 class Recorded:
-    """What a bag says of its run: how to repeat it, and what must come of that.
+    """A recorded run: how to repeat it, and the results to compare.
 
     Attributes:
         scenario: as it ran, every parameter stated.
-        text: of the scenario, as it is in the bag.
+        text: of the scenario, as in the bag.
         trajectory_hash: SHA-256 in hex.
         time_ns: simulated time at the end.
         end: why it ended: duration, tilted, stopped.
         changes: of parameters while it ran.
         pushes: that came over their topic, as a scenario has them.
-        signals: what flowed in every period, by topic.
-        elsewhere: what was otherwise than here when it was made, though it should not matter.
+        signals: periodic topics.
+        elsewhere: versions that differ from those here, though they should not matter.
     """
 
     scenario: Scenario
@@ -64,12 +64,12 @@ def verify(bag: Path) -> int:
         bag: the bag, or the folder of the run that holds it.
 
     Returns:
-        0 if the bag, and what lies beside it in the run's folder, is what the repetition gives.
+        0 if the repetition gives the bag and the other files of the run.
 
     Raises:
         BringupError: if it is no bag of a run, or not as it was written, or the run cannot be
-            repeated: it ran against the wall clock, or the bag does not say when what was done
-            to it acted.
+            repeated: it ran against the wall clock, or the time at which a push or change acted
+            is unknown.
     """
     place = there(bag)
     check_bag(place)
@@ -100,11 +100,11 @@ def verify(bag: Path) -> int:
 
 
 def read_recorded(bag: Path) -> Recorded:
-    """Read what a bag says of its run.
+    """Read the run of a bag.
 
     Raises:
         BringupError: if it is no bag, is damaged, has no scenario or end of a run, was made by
-            another version of the project, or does not say all that it takes to repeat the run.
+            another version of the project, or lacks something that the repetition needs.
     """
     run = RecordedRun(bag, compared(), numbers_of=numbers_of)
     messages, state = run.messages, run.final_state
@@ -195,7 +195,7 @@ def _scenario(bag: Path, text: str) -> Scenario:
 
 
 def _repeat(recorded: Recorded) -> tuple[Result, SideBySide]:
-    """Run the scenario for the time it ran, with what was done to it, beside the bag's signals."""
+    """Run the scenario for its time, with its changes and pushes; compare it with the bag."""
     seconds = recorded.time_ns / 1e9
     timed = [text for text in recorded.scenario.table(RunParameters).pushes if text]
     scenario = recorded.scenario.changed(

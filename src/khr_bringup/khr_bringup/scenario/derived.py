@@ -13,11 +13,14 @@ from khr_common import specifications
 from khr_sim.physics.world import TILTING_SPEED
 from khr_sim.run_parameters import GAIT
 
-SHARED = ('control_period', 'seed')  # those of the simulator hold for every node that has them
-SETTLING = 2.0  # s on the tilted board before the robot lifts a leg
+SHARED = (
+    'control_period',
+    'seed',
+)  # values of the simulator, shared by every node with the parameter
+SETTLING = 2.0  # s on the inclined slope before the robot lifts a leg
 
 PEAKS_PER_CYCLE = 4  # of the pitch rate: f_0 = 4/T
-# What follows from the period of the gait, by node.
+# Parameters that follow from the period of the gait, by node.
 OF_CYCLE: dict[str, dict[str, Callable[[float], float]]] = {
     'fft_analyser': {
         'window_length': lambda period: period,  # so every line of the gait has its own bin
@@ -33,12 +36,12 @@ Values = Mapping[str, Mapping[str, Any]]
 
 
 def derived(values: Values, node: str) -> dict[str, Any]:
-    """Return what follows for a node from what a scenario states, by key.
+    """Return the derived parameters of a node, by key.
 
-    All nodes share the simulator's control period and its seed; who takes its place, all that it
-    has of it. The analyser's window is one gait
-    cycle, and f_0 is four times its frequency. A leg lift that begins on level ground starts when
-    the board has reached the inclination and the robot has come to rest.
+    All nodes share the simulator's control period and seed; a driver inherits every simulator
+    parameter that it declares. The analyser's window is one gait cycle, and f_0 is four times its
+    frequency. A leg lift that begins on level ground starts when the slope has reached its
+    inclination and the robot is at rest.
     """
     simulator, known = values.get('simulator', {}), specifications(table_of(node))
     in_its_place = node == COURSE.name or spec_of(node).drives

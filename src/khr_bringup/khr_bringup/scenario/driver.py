@@ -1,8 +1,8 @@
-"""Whose driver a graph runs on, and which nodes it leaves out for it.
+"""The driver of a graph, and the nodes that it replaces.
 
-A driver is a node of the registry whose specification says ``drives``, or any executable of ROS 2,
-in whatever language. It takes the simulator's place. What it publishes decides the rest: a node
-whose output it brings itself is left out, and the run is judged by what there is.
+A driver is a node of the registry with ``drives`` in its specification, or any executable of
+ROS 2. It takes the simulator's place. Its topics decide the rest: a node is left out if the
+driver publishes its output, and the run is judged by the topics there are.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from khr_common.text.quoting import quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
 
 OF_BOARD = (CLOCK, JOINT_STATES, GYRO, *FOOT_FORCES)  # unless the driver's package states others
-STATED = 'khr_drivers.yaml'  # in the share of a package: what its drivers publish
+STATED = 'khr_drivers.yaml'  # in the share of a package: the topics of its drivers
 OF_ROBOT = 'khr_hardware/board'  # the driver of the real robot
-SIMULATOR, TRUTH = 'simulator', 'ground_truth/'  # the node, and what it alone knows
+SIMULATOR, TRUTH = 'simulator', 'ground_truth/'  # the node, and the prefix of its own topics
 
 
 @dataclass(frozen=True)
 class Driver:
-    """What takes the simulator's place.
+    """A driver in the place of the simulator.
 
     Attributes:
         package, name: of its executable; the name also is its node's if it is registered.
@@ -53,7 +53,7 @@ class Driver:
 
     @property
     def label(self) -> str:
-        """Return it as it is asked for."""
+        """Return the driver as PACKAGE/EXECUTABLE."""
         return f'{self.package}/{self.name}'
 
     @property
@@ -68,9 +68,9 @@ class Driver:
 
     @property
     def judged_by(self) -> str:
-        """Return what the monitor can judge the run by: truth, sensors, nothing."""
+        """Return the basis of the monitor's judgement: truth, sensors, nothing."""
         flows = set(self.publishes)
-        for spec in map(spec_of, registry()):  # and what nodes make of that
+        for spec in map(spec_of, registry()):  # and the outputs of nodes made of them
             if spec.block is not None and set(spec.subscribes) <= flows:
                 flows |= set(spec.publishes)
         if flows >= set(OBSERVED):
@@ -88,7 +88,7 @@ class Driver:
     def _leaves_out(self, spec: NodeSpec) -> bool:
         """Return whether it stands for a node, or for a sensor that has no truth to measure.
 
-        One that closes the loop by itself stands for all controllers: it would be closed twice.
+        A driver that closes the loop itself replaces all controllers: they would close it twice.
         """
         if BOARD_CORRECTION in self.publishes and spec.name in controllers():
             return True
@@ -103,7 +103,7 @@ def driver_of(text: str, option: str) -> Driver:
     """Find a driver, given as PACKAGE/EXECUTABLE.
 
     Raises:
-        BringupError: if there is none, or the statement of its package is not accepted.
+        BringupError: if there is no such driver, or the file of its package is not accepted.
     """
     package, _, name = text.partition('/')
     if not (package and name) or '/' in name:
@@ -139,7 +139,7 @@ def _prefixes() -> list[Path]:
 
 
 def _stated(prefix: Path, package: str, name: str) -> tuple[Topic, ...]:
-    """Return what a package states that its driver publishes; the board's topics if nothing."""
+    """Return the topics that the package of a driver states; the board's topics by default."""
     file = prefix / 'share' / package / STATED
     if not file.is_file():
         return OF_BOARD

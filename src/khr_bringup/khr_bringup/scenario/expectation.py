@@ -1,4 +1,4 @@
-"""What is expected of a run: a verdict, and that it held real time."""
+"""The expected result of a run: a verdict, and real time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MEANING = (
 
 @dataclass(frozen=True)
 class Expectation:
-    """What a run must come to; nothing by default.
+    """The expected result of a run; by default anything is accepted.
 
     Attributes:
         verdict: of the monitor; empty if any is.
@@ -34,7 +34,7 @@ class Expectation:
 
     @staticmethod
     def parse(text: str, option: str, scenario: Scenario, offline: bool = False) -> Expectation:
-        """Read what an option says.
+        """Parse the text of an option.
 
         Args:
             text: a verdict, ``realtime``, or both with a comma between; empty expects nothing.
@@ -43,7 +43,7 @@ class Expectation:
             offline: whether it is to run without a graph.
 
         Raises:
-            BringupError: if it says something else, or the run does not follow the wall clock.
+            BringupError: if the text is not accepted, or the run does not follow the wall clock.
         """
         words = [word.strip() for word in text.split(',')] if text else []
         verdicts = [word for word in words if word != REALTIME]
@@ -61,7 +61,7 @@ class Expectation:
         return Expectation(verdicts[0] if verdicts else '', REALTIME in words)
 
     def unmet(self, verdict: str, realtime: RealTime | None) -> str:
-        """Return in one line what did not come as expected; empty if all did.
+        """Describe in one line the expectation that was not met; empty if all were met.
 
         Args:
             verdict: that the run came to.

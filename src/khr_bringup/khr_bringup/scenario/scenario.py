@@ -38,9 +38,9 @@ class Scenario:
 
     Attributes:
         name: the stem of its file.
-        values: what the scenario says itself, by node and key; the rest are defaults.
-        title: the first comment line of its file, and what was set on the command line.
-        driver: that it runs on in the simulator's place; None for the simulator.
+        values: stated parameters, by node and key; the rest are defaults.
+        title: the first comment line of its file, and changes from the command line.
+        driver: in the simulator's place; None for the simulator.
     """
 
     name: str
@@ -57,7 +57,7 @@ class Scenario:
         return build(table, self.of(node_of(table)))
 
     def of(self, node: str) -> dict[str, Any]:
-        """Return what the scenario states of a node, and what follows from it."""
+        """Return the stated parameters of a node, and those derived from them."""
         return derived(self.values, node) | self.values.get(node, {})
 
     def whole(self, node: str) -> dict[str, Any]:
@@ -78,7 +78,7 @@ class Scenario:
 
     @property
     def answers(self) -> list[str]:
-        """Return the nodes whose answers move the joints: the gait, then each controller."""
+        """Return the nodes that command joints: the gait, then each controller."""
         return [GAIT, *(name for name in self.nodes if name in controllers())]
 
     @property
@@ -107,7 +107,7 @@ class Scenario:
         It runs in real time unless the scenario states otherwise.
 
         Raises:
-            BringupError: if a node needs a topic that nobody publishes then.
+            BringupError: if a node needs a topic that is not published then.
         """
         if driver.path is None and (node := registry().get(driver.name)):
             table = build(node.spec.table, self.of(driver.name))
@@ -150,7 +150,7 @@ class Scenario:
         return replace(changed, title=', '.join(words)[:LONGEST].strip())
 
     def switched_off(self, changes: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
-        """Return which of some parameters do nothing, by their node, whose ``enabled`` is false.
+        """Return parameters without effect, by node, because its ``enabled`` is false.
 
         Args:
             changes: (node, key) of each.
@@ -179,11 +179,11 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
 
     Args:
         name: path or name.
-        sought: what the name may stand for, in the words of the refusal.
+        sought: the kind of thing that the name may be, for the error text.
 
     Raises:
-        BringupError: if there is none, or it does not read; the text names file, node, key, value
-            and what is accepted.
+        BringupError: if there is no such scenario, or it is not accepted; the text names file,
+            node, key, value and the accepted values.
     """
     path = find_scenario(name, sought)
     return parse(read_file(path), str(path), path.stem)
@@ -193,7 +193,7 @@ def parse(text: str, file: str, name: str) -> Scenario:
     """Read a scenario from the text of a ROS 2 parameter file.
 
     Raises:
-        BringupError: as :func:`load_scenario`; ``file`` is what its text calls the file.
+        BringupError: as :func:`load_scenario`; ``file`` is the name in the text.
     """
     document = read_yaml(text, file)
     if not isinstance(document, dict):
@@ -217,7 +217,7 @@ def find_scenario(name: str, sought: str = 'scenario') -> Path:
     """Return the file of a scenario given by path or name.
 
     Raises:
-        BringupError: if there is none, as :func:`load_scenario`.
+        BringupError: if there is no such file, as :func:`load_scenario`.
     """
     for path in (
         Path(name),

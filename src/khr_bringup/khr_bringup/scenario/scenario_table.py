@@ -20,7 +20,7 @@ COLUMNS = ('scenario', 'motion', 'deg', 'surface', 'K_A', 'K_H', 'push')
 
 
 def scenario_row(scenario: Scenario) -> tuple[str, ...]:
-    """Return what distinguishes a scenario from the others, in the order of COLUMNS."""
+    """Return the distinguishing parameters of a scenario, in the order of COLUMNS."""
     simulator = scenario.table(RunParameters)
     ankle = scenario.table(AnkleControllerParameters)
     hip = scenario.table(HipControllerParameters)

@@ -1,1 +1,1 @@
-"""What of this package needs ROS: the base class of the nodes, their messages, their executor."""
+"""The part of this package that needs ROS: base class of the nodes, messages, executor."""

@@ -1,4 +1,4 @@
-"""What a node answers: positions of joints for one instant."""
+"""The answer of a node: joint positions that react to one sample."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from khr_common.run_identity import MalformedError
 
 
 class JointAnswer(NamedTuple):
-    """What a node wants of the joints, rad, for the instant of its stamp."""
+    """Joint positions that a node asks for, rad, with the stamp of the sample that it answers."""
 
     stamp_ns: int
     name: tuple[str, ...]
@@ -21,7 +21,7 @@ def read_answer(data: bytes) -> JointAnswer:
     """Read an answer from the bytes of its message.
 
     Raises:
-        MalformedError: if it is none.
+        MalformedError: if it does not hold one finite position per joint.
     """
     names, positions = cdr.joint_positions(data)
     if len(names) != len(positions) or not isfinite(sum(positions)):

@@ -14,14 +14,14 @@ REPORT_PERIOD = 1_500_000_000  # ns of simulated time between reports of how far
 
 
 class Listener(KhrNode):
-    """A node that receives every instant of a run, and reports how far it is.
+    """A node that receives every sample of a run, and reports its progress.
 
     The run starts when every listener has reported on ``ready`` (latched). In lockstep it waits
-    for one that falls far behind, for what a reader does not fetch in time the middleware drops.
-    It is over when every listener has received its last instant.
+    for a listener that falls far behind, since the middleware drops samples that are not fetched.
+    It is over when every listener has received the last sample.
 
     Attributes:
-        end: the last instant of a finished run, ns; negative while it goes on.
+        end: stamp of the last sample of a finished run, ns; negative before the end.
     """
 
     patience = 2.0
@@ -34,7 +34,7 @@ class Listener(KhrNode):
         self.subscribe(STATE, self.on_state)
 
     def received(self, stamp_ns: int) -> None:
-        """Note that everything up to an instant has arrived; report it first, last and at times."""
+        """Note that all samples up to a stamp have arrived; report it at intervals."""
         self._received = stamp_ns
         near = stamp_ns - self._reported < REPORT_PERIOD
         if not near or (self.received_all and self._reported < self.end):
@@ -42,7 +42,7 @@ class Listener(KhrNode):
 
     @property
     def received_all(self) -> bool:
-        """Return whether the run has finished and its last instant has arrived, or later ones."""
+        """Return whether the run has finished and its last sample has arrived."""
         return self._received >= self.end >= 0
 
     def settled(self) -> bool:

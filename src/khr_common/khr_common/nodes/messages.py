@@ -74,7 +74,7 @@ def message_class(kind: str) -> type[Any]:
 
 
 def blank_vector() -> Vector3:
-    """Return a vector whose numbers are to be filled in."""
+    """Return a vector with blanks for its numbers."""
     return Vector3(x=BLANK, y=BLANK, z=BLANK)
 
 
@@ -83,7 +83,7 @@ def blank_message(topic: Topic) -> Any:
     message = message_class(topic.kind)()
     if topic.kind == IMU:
         message.angular_velocity = blank_vector()
-        # REP 145: what a gyro does not measure has -1 for its first covariance.
+        # REP 145: the first covariance of a quantity that is not measured is -1.
         message.orientation_covariance[0] = message.linear_acceleration_covariance[0] = -1.0
     elif topic.kind == WRENCH:
         message.wrench.force = blank_vector()
@@ -117,11 +117,11 @@ def little_endian(data: bytes, kind: type[Any]) -> bytes:
 
 
 class Output:
-    """A topic on which one message flows, filled anew every period.
+    """A periodic topic, published from one serialized message.
 
     Args:
         publisher: of the topic.
-        form: of what flows; its blanks change, and the rest of it stays.
+        form: the message; only stamp and numbers change.
     """
 
     def __init__(self, publisher: Publisher, form: MessageTemplate) -> None:
@@ -133,5 +133,5 @@ class Output:
         self._data = self._form.filled(stamp_ns, numbers)
 
     def send(self) -> None:
-        """Publish what has been filled in, once more if it has been before."""
+        """Publish the filled message; called again, publish the same message again."""
         self._publisher.publish(self._data)

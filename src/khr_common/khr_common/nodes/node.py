@@ -45,16 +45,16 @@ from khr_common.stamps import HISTORY
 Value = TypeVar('Value')
 
 # Lockstep and spectrum need every sample, so data is reliable (a best-effort subscriber of a
-# ROS user matches that too); the depth holds what a listener may be behind, see `Listener`.
+# ROS user matches that too); the depth is the number of samples a `Listener` may be behind.
 DATA = QoSProfile(depth=HISTORY)
-# A late subscriber gets the newest alone: one that takes a single message takes the oldest of
-# those that are kept. Who follows a latched topic keeps more: it may have many sources.
+# Publishers latch one message. Subscribers keep 50, because several nodes may latch on one
+# topic.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Parameters that every node of ROS 2 has.
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 MOST_REASONS = 50  # that are reported one by one
-REPORT_PERIOD = 1.0  # s of wall time between reports of what was refused
+REPORT_PERIOD = 1.0  # s of wall time between reports of refused messages
 
 
 class KhrNode(Node):  # type: ignore[misc]
@@ -63,12 +63,12 @@ class KhrNode(Node):  # type: ignore[misc]
     Subclasses build their core in ``__init__``.
 
     Attributes:
-        patience: s of wall time that it may take to settle; a run kills what needs much longer.
-        keeps: whether what it writes is whole only once it has closed.
+        patience: s of wall time to settle in; a run kills a node that needs much longer.
+        keeps: whether its output is valid only after :meth:`close`.
         failure: why it ended by itself, in one line.
         run: identity of its run; empty if it was started by hand.
         now_ns: the newest simulated time that it knows of, ns.
-        closed: whether it has let go of what its callbacks need: then none is called.
+        closed: whether its resources are released; further callbacks are ignored.
     """
 
     patience = 4.0
@@ -94,18 +94,18 @@ class KhrNode(Node):  # type: ignore[misc]
 
     @property
     def answered_ns(self) -> int:
-        """The stamp of the last sample without a parameter change made now, ns; -1 if none."""
+        """The stamp of the last sample processed with the present parameters, ns; -1 if none."""
         return self.now_ns
 
     def finish(self) -> None:
-        """End what the node does; called once, before it settles."""
+        """Finish the work of the node; called once, before it settles."""
 
     def settled(self) -> bool:
-        """Return whether the node may close; one that waits for others overrides this."""
+        """Return whether the node may close; override it in a node that waits for others."""
         return True
 
     def close(self) -> None:
-        """Release what the node holds; called once, while ROS is still up."""
+        """Release the resources of the node; called once, while ROS is still up."""
 
     def publisher(self, topic: Topic) -> Publisher:
         """Create a publisher."""
@@ -113,7 +113,7 @@ class KhrNode(Node):  # type: ignore[misc]
         return self.create_publisher(message_class(topic.kind), topic.name, qos)
 
     def output(self, topic: Topic, message: Any = None) -> Output:
-        """Create a publisher of what flows in every period.
+        """Create a publisher of a periodic topic.
 
         Args:
             topic: to publish on.
@@ -132,12 +132,12 @@ class KhrNode(Node):  # type: ignore[misc]
     def subscribe_bytes(
         self, topic: Topic, read: Callable[[bytes], Value], callback: Callable[[Value], None]
     ) -> Subscription:
-        """Create a subscription to what flows in every period.
+        """Create a subscription to a periodic topic.
 
         Args:
             topic: to subscribe to.
-            read: returns what the callback receives, by :mod:`khr_common.cdr`; it may raise
-                MalformedError and what :data:`khr_common.cdr.UNREADABLE` lists.
+            read: decodes a message by :mod:`khr_common.cdr` for the callback; it may raise
+                MalformedError and the errors of :data:`khr_common.cdr.UNREADABLE`.
             callback: called with each message that is accepted.
         """
         kind, of_run = message_class(topic.kind), topic.of_run
@@ -153,7 +153,7 @@ class KhrNode(Node):  # type: ignore[misc]
     def subscribe_numbers(
         self, topic: Topic, callback: Callable[[Topic, int, Floats], None]
     ) -> Subscription:
-        """Create a subscription whose callback receives topic, stamp in ns, and numbers."""
+        """Create a subscription; its callback receives topic, stamp in ns, and numbers."""
         numbers_in = cdr.numbers_of(topic)
         length = cdr.LENGTHS.get(topic.kind, len(topic.names))
 
@@ -235,7 +235,7 @@ class KhrNode(Node):  # type: ignore[misc]
         return self.publisher(DIAGNOSTICS)
 
     def senders(self, topic: Topic) -> str:
-        """Return who may have sent: the middleware does not say which of several it was."""
+        """Return the publishers of a topic; the middleware names no sender of a message."""
         infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
         return ' or '.join(sorted({info.node_name for info in infos})) or 'one that has left'
 
@@ -247,7 +247,7 @@ class KhrNode(Node):  # type: ignore[misc]
         except ParameterException as error:
             given = self._parameter_overrides.get(specification.name)
             if given is not None:
-                specification.check(given.value)  # says it better, if it refuses
+                specification.check(given.value)  # raises with a better text
             raise ParameterError(str(error)) from error
 
     def _check_given(self) -> None:
@@ -261,7 +261,7 @@ class KhrNode(Node):  # type: ignore[misc]
             - known
             - {key for block in blocks for key in block.parameters}
         ):
-            check(self.table, name, None)  # says what is accepted
+            check(self.table, name, None)  # raises, and lists the accepted names
 
     def _build(self, changes: dict[str, Any]) -> Any:
         """Return the table with some values changed; raise ParameterError if it refuses them."""

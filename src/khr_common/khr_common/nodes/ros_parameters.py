@@ -1,4 +1,4 @@
-"""Parameters as ROS has them: what comes back as a plain value, and how one is described."""
+"""Conversion between ROS parameters and plain values, and the descriptors of parameters."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ LARGEST = 2**63 - 1  # of an integer parameter
 
 
 def plain(value: Any) -> Any:
-    """Return a list for what ROS makes an ``array.array`` of, and anything else as it is."""
+    """Return a list for an ``array.array`` of ROS, and any other value as it is."""
     return list(value) if not isinstance(value, str) and hasattr(value, '__iter__') else value
 
 
@@ -26,7 +26,7 @@ def value_of(message: Any) -> Any:
 
 
 def to_set(values: Mapping[str, Any]) -> SetParametersAtomically.Request:
-    """Return the request to set parameters, all or none; the services of khr take such ones too."""
+    """Return a request that sets parameters atomically; services of khr take such requests too."""
     return SetParametersAtomically.Request(
         parameters=[
             Parameter(name, value=each).to_parameter_msg() for name, each in values.items()

@@ -20,23 +20,23 @@ from khr_common.errors import KhrError
 from khr_common.lifeline import end_with_parent, report_parents_end
 from khr_common.nodes.node import KhrNode
 
-LAST_WORDS = 0.1  # s of wall time for the middleware to send what was published last
-PRIVATE = 0o077  # umask: bags and logs are for this user alone
-LEAVING = 8  # s of wall time for interpreter and middleware to let go
+LAST_WORDS = 0.1  # s of wall time for the middleware to send the last messages
+PRIVATE = 0o077  # umask: bags and logs are readable by this user alone
+LEAVING = 8  # s of wall time for interpreter and middleware to shut down
 
 
-class Turn:
-    """Process messages until there are none, or a signal comes; count the signals.
+class SpinUntilIdle:
+    """Drain the executor until it is idle or a signal arrives; count the signals.
 
-    To spin once is to process one message, and costs as much as to process two. Spinning with a
-    time limit processes all, but while messages keep coming it does not return: a signal ends it.
-    To the executor a turn is the future that it waits for. rclpy's own would not do: its lock may
-    be held by the thread that a signal interrupts, and then the handler deadlocks.
+    Spinning once processes one message, at the cost of two. Spinning with a time limit drains the
+    queue, but does not return while messages keep arriving: a signal ends it. The object takes the
+    place of the future that the executor waits for: the lock of rclpy's own future may be held by
+    the thread that the signal interrupts, and its handler would deadlock.
     """
 
     def __init__(self) -> None:
         self.signals, self.abandoned = 0, False
-        self._stop: Callable[[Turn], None] = _nothing
+        self._stop: Callable[[SpinUntilIdle], None] = _nothing
 
     def take(self, executor: EventsExecutor) -> None:
         """Process messages for a while; return at once if a signal has come."""
@@ -44,13 +44,13 @@ class Turn:
         if not self.signals:
             executor.spin_until_future_complete(self, 0.1)
 
-    def add_done_callback(self, stop: Callable[[Turn], None]) -> None:
-        """Keep what stops the executor; a signal that came just before stops it now."""
+    def add_done_callback(self, stop: Callable[[SpinUntilIdle], None]) -> None:
+        """Keep the function that stops the executor; call it now if a signal came just before."""
         self._stop = stop
         if self.signals:
             stop(self)
 
-    def remove_done_callback(self, _: Callable[[Turn], None]) -> bool:
+    def remove_done_callback(self, _: Callable[[SpinUntilIdle], None]) -> bool:
         """Forget it: the executor has stopped."""
         self._stop = _nothing
         return True
@@ -61,7 +61,7 @@ class Turn:
         self._stop(self)
 
     def abandon(self) -> None:
-        """Count as two signals: who started this process is gone, and with it whom it waits for."""
+        """Count as two signals: the parent process is gone, and so are the nodes to wait for."""
         self.abandoned = True
         self.signals += 1
         self.interrupt()
@@ -77,16 +77,16 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
 
     ROS's own signal handlers tear the context down before a node could publish a last message, so
     SIGINT and SIGTERM are only counted here, and nodes close while they can still publish. After a
-    second one they wait for nobody. A process that then does not get away ends by SIGALRM.
+    second signal they wait for no other node. A process that then hangs ends by SIGALRM.
     """
     os.umask(PRIVATE)
     enter()
-    turn = Turn()
+    spinner = SpinUntilIdle()
     for number in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(number, turn.interrupt)
+        signal.signal(number, spinner.interrupt)
     classes: list[type[KhrNode]] = [resolve_name(spec.node) for spec in specs]
     if any(each.keeps for each in classes):
-        report_parents_end(turn.abandon)
+        report_parents_end(spinner.abandon)
     else:
         end_with_parent()
     rclpy.init(signal_handler_options=SignalHandlerOptions.NO)
@@ -98,17 +98,19 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
             executor.add_node(nodes[-1])
         gc.collect()
         gc.freeze()  # a full garbage collection outlasts a control period
-        while not turn.signals and not any(node.failure for node in nodes):
-            turn.take(executor)
+        while not spinner.signals and not any(node.failure for node in nodes):
+            spinner.take(executor)
         for node in nodes:
             node.finish()
         for node in nodes:
-            _close(node, executor, turn)
+            _close(node, executor, spinner)
         _spin(executor, LAST_WORDS)
         failed = [node for node in nodes if node.failure]
         for node in failed:
             print(f'{node.get_name()}: {node.failure}', file=sys.stderr, flush=True)
-        if turn.abandoned:  # all is written, and the middleware may hang on what the dead one held
+        if (
+            spinner.abandoned
+        ):  # all is written, and a shutdown may hang on locks of the dead parent
             os._exit(1)
         return int(bool(failed))
     except KhrError as error:
@@ -119,9 +121,9 @@ def run_nodes(specs: Sequence[NodeSpec]) -> int:
 
 
 def _leave(nodes: Sequence[KhrNode], executor: EventsExecutor) -> None:
-    """Let go of the middleware, all being closed: deaf to signals, but in time.
+    """Shut the middleware down, ignoring further signals, in limited time.
 
-    Nodes are destroyed here. What is left to the end of the process is destroyed with the
+    Nodes are destroyed here. Nodes left to the end of the process would be destroyed with the
     library's own static objects, while its threads still receive: that can crash.
     """
     for number in (signal.SIGINT, signal.SIGTERM):  # a launch may send another
@@ -136,24 +138,24 @@ def _leave(nodes: Sequence[KhrNode], executor: EventsExecutor) -> None:
     rclpy.try_shutdown()
 
 
-def _nothing(_: Turn) -> None:
+def _nothing(_: SpinUntilIdle) -> None:
     """Stop nothing: no executor spins."""
 
 
-def _close(node: KhrNode, executor: EventsExecutor, turn: Turn) -> None:
-    """Let a node receive what is on its way, and close it.
+def _close(node: KhrNode, executor: EventsExecutor, spinner: SpinUntilIdle) -> None:
+    """Let a node receive pending messages, and close it.
 
-    A node that closes receives nothing more: it may have let go of what its callbacks need.
+    A closed node receives nothing more, since the resources of its callbacks are released.
     """
     end = time.monotonic() + node.patience
-    while turn.signals < 2 and not node.settled() and time.monotonic() < end:
+    while spinner.signals < 2 and not node.settled() and time.monotonic() < end:
         executor.spin_once(0.02)
     node.closed = True  # stays on the executor: removing it can crash pending callbacks
     node.close()
 
 
 def _spin(executor: EventsExecutor, seconds: float) -> None:
-    """Go on for a while: the middleware sends what was published last."""
+    """Spin for some time, so that the middleware sends the last messages."""
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         executor.spin_once(0.02)

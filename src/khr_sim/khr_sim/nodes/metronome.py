@@ -1,4 +1,4 @@
-"""What calls the simulator by the wall clock: in real time each period, or to keep a pace."""
+"""Timer of the simulator by the wall clock: one tick a period in realtime, or to keep a pace."""
 
 from __future__ import annotations
 

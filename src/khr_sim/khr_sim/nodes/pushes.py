@@ -11,12 +11,12 @@ from khr_sim.run_parameters import RunParameters
 
 
 def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) -> Push:
-    """Return the push that a message asks for; what is past begins now.
+    """Return the push of a message; one in the past starts now.
 
     Args:
-        message: in the frame of the world, or in that of the link it acts on.
+        message: with the force in the frame of the world, or of the link that it acts on.
         parameters: the link of the former, and point and duration of both.
-        now_ns: the instant, ns.
+        now_ns: time of the latest sample, ns.
 
     Raises:
         SimError: if it is not accepted.

@@ -36,7 +36,7 @@ from khr_sim.nodes.truth_publisher import TruthPublisher
 from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import GAIT, RunParameters
 
-AT_REST = (0.0,) * len(JOINTS)  # what the board holds in a run without a gait, rad
+AT_REST = (0.0,) * len(JOINTS)  # joint angles of the robot in a run without a gait, rad
 REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
 
@@ -91,7 +91,7 @@ class SimulatorNode(KhrNode):
 
     @property
     def answered_ns(self) -> int:
-        """The instant that the physics has reached; the coming period is simulated with changes."""
+        """The stamp that the physics has reached; the next period is simulated with the changes."""
         return self.now_ns if self._started else -1
 
     def finish(self) -> None:
@@ -101,7 +101,7 @@ class SimulatorNode(KhrNode):
             self._enter('finished', end='stopped')
 
     def settled(self) -> bool:
-        """Return whether the listeners have received all; what they miss comes from here alone."""
+        """Return whether the listeners have all samples; this node alone can resend them."""
         return self.failure is not None or self._lockstep.received()
 
     def close(self) -> None:
@@ -139,7 +139,7 @@ class SimulatorNode(KhrNode):
             self._advance()
 
     def _answer(self, answers: Mapping[str, JointAnswer]) -> None:
-        """Hand over the answers to an instant; corrections are added in the order of sources."""
+        """Pass on the answers to a sample; corrections are added in the order of the sources."""
         reference = answers[GAIT].position if GAIT in answers else AT_REST
         corrections = [
             dict(zip(answers[source].name, answers[source].position, strict=True))
@@ -158,7 +158,7 @@ class SimulatorNode(KhrNode):
         if self.plant.end:
             self._enter('finished', end=self.plant.end)
 
-    # ---- what arrives ----
+    # ---- subscriptions ----
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
         if source == GAIT and answer.name != JOINTS:
@@ -168,7 +168,7 @@ class SimulatorNode(KhrNode):
             return
         if not self._lockstep.barrier.put(source, answer.stamp_ns, answer):
             return
-        # While it waits the first instant is asked for again and again: its answers are not late.
+        # Before the run starts, the first sample is published repeatedly: its answers are not late.
         if source != GAIT and self.state == 'running' and answer.stamp_ns == self.now_ns:
             self._latency.add(time.monotonic() - self._published)
         self._pump()
@@ -198,7 +198,7 @@ class SimulatorNode(KhrNode):
             raise MalformedError(str(error)) from error
         message.header.frame_id = push.frame
         restamp(message.header.stamp, round(push.start * 1e9))
-        self._pushes_out.publish(message)  # who asks once may be unknown to a recorder
+        self._pushes_out.publish(message)  # for a recorder that does not know the publisher
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         able = self.state in ('running', 'paused')
@@ -233,7 +233,7 @@ class SimulatorNode(KhrNode):
             self._abort(str(error))
 
     def _on_watch(self) -> None:
-        """Ask again for what is missing, and give up on it after its time."""
+        """Publish the sample again if an answer is missing; end the run after the timeout."""
         if self.state == 'waiting':
             self._wait()
         elif self._lockstep.asks() and self.state == 'running' and self._in_lockstep:
@@ -246,7 +246,7 @@ class SimulatorNode(KhrNode):
     def _ask_again(self) -> None:
         ready = self.plant.ready
         if not self._lockstep.missing(ready):
-            return  # what holds the run back is its pace
+            return  # only the pace holds the run back
         reason = self._lockstep.late(self.parameters.lockstep_timeout, ready)
         if reason:
             self._abort(reason)

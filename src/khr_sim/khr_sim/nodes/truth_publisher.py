@@ -1,4 +1,4 @@
-"""Publish what the simulated robot truly does, one set of messages per control period."""
+"""Publish the true state of the simulated robot, one set of messages per control period."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class TruthPublisher:
             TRUE_POSE: odometry,
             TRUE_SOLES: soles,
         }
-        # The clock first: it is what asks for answers.
+        # The clock first: it triggers the answers.
         self._outputs = {topic: node.output(topic, messages.get(topic)) for topic in SIGNALS}
         self._description, self._urdf = node.publisher(ROBOT_DESCRIPTION), urdf
 
@@ -54,14 +54,14 @@ class TruthPublisher:
         self._outputs[CLOCK].send()
 
     def publish(self, truth: Truth) -> None:
-        """Publish the truth of one instant, the time first."""
+        """Publish the truth of one sample, the clock first."""
         speeds = truth.speeds()
         for topic, carries in truth.signals().items():
             self._outputs[topic].fill(truth.stamp_ns, (*carries, *speeds.get(topic, ())))
         self.repeat()
 
     def repeat(self) -> None:
-        """Publish the last instant once more, for a listener that missed it."""
+        """Publish the last sample again, for a listener that missed it."""
         for output in self._outputs.values():
             output.send()
 

@@ -1,1 +1,1 @@
-"""What the charts show, without the page: signals over time, and spectra."""
+"""Data of the charts, without the page: signals over time, and spectra."""

@@ -1,4 +1,4 @@
-"""What the charts show: lines over time, by the topics that they are made of."""
+"""Definitions of the charts: lines over time, computed from topics."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 # The colours of Okabe and Ito, which colour-blind readers can distinguish. The left foot is blue
 # and the right foot orange, as in figures and films.
 BLUE, ORANGE, GREEN, PURPLE = '#0072B2', '#D55E00', '#009E73', '#CC79A7'
-# Lengths of strokes and gaps, px, by what the legend calls them.
+# Lengths of strokes and gaps, px, by their name in the legend.
 DASHES: dict[str, list[int]] = {
     '': [],
     'dashed': [6, 4],
@@ -36,7 +36,7 @@ class Curve:
     """A line of a chart: a sum of weighted numbers of topics.
 
     Attributes:
-        label: what the legend calls it.
+        label: in the legend.
         terms: topic, index of its number, and weight.
         color: as in CSS.
         dash: a key of DASHES.
@@ -53,7 +53,7 @@ class Chart:
     """Lines over time in one unit.
 
     Attributes:
-        title, unit: of what is drawn.
+        title, unit: of the chart.
         lines: at least one.
         shown: whether it is, until the reader chooses otherwise.
     """
@@ -70,7 +70,7 @@ class Chart:
 
     @property
     def clock(self) -> Topic:
-        """Return the topic at whose times the chart is drawn: the first of the first line."""
+        """Return the topic with the times of the chart: the first one of the first line."""
         return self.lines[0].terms[0][0]
 
     def columns(
@@ -78,7 +78,7 @@ class Chart:
     ) -> tuple[Array, ...]:
         """Return the times, and for each line its values at these times.
 
-        A picture is no measurement: what a topic lacks at one of them is read between its
+        For drawing only: a topic without a sample at one of the times is interpolated between its
         neighbours.
 
         Args:
@@ -146,7 +146,7 @@ _OF_THE_REST = (
 
 @cache
 def charts() -> tuple[Chart, ...]:
-    """Return what can be drawn: sensors, the corrections of all controllers, slip, joints."""
+    """Return all charts: sensors, the corrections of all controllers, slip, joints."""
     looks = zip(cycle((BLUE, ORANGE, GREEN, PURPLE)), cycle(('', 'dashed')), strict=False)
     lines = [
         Curve(short_name(name), ((topic, 0, DEGREES),), color, dash)
@@ -157,7 +157,7 @@ def charts() -> tuple[Chart, ...]:
 
 @cache
 def traced() -> tuple[Topic, ...]:
-    """Return what the charts are drawn from."""
+    """Return the topics of the charts."""
     found = {topic for chart in charts() for topic in chart.topics}
     return tuple(sorted(found, key=lambda topic: topic.name))
 

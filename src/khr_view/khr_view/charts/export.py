@@ -1,4 +1,4 @@
-"""What the charts show as comma-separated values, for whoever wants to go on with it."""
+"""The data of the charts as comma-separated values."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:
 
 
 def spectrum_csv(lines: SpectrumLines | None) -> str:
-    """Return frequencies and amplitudes of a spectrum; the heads of columns if there is none."""
+    """Return frequencies and amplitudes of a spectrum; only the header without a spectrum."""
     none = np.zeros(0)
     frequency, amplitude = (lines.frequency, lines.amplitude) if lines else (none, none)
     return _csv({'frequency, Hz': frequency, 'pitch rate, deg/s': np.degrees(amplitude)})

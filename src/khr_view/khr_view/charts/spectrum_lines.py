@@ -16,7 +16,7 @@ from khr_common.status_values import real
 
 Array = NDArray[np.float64]
 
-HIGHEST = 1e4  # Hz, of what is taken for a spectrum
+HIGHEST = 1e4  # Hz, accepted range of a spectrum
 MOST_PEAKS, MOST_BINS = 64, 20_000
 THIN = 0.02  # Hz between the foot and the tip of a stick
 
@@ -74,7 +74,7 @@ def peaks_in(array: Any) -> list[PlacedPeak]:
         array: a diagnostic_msgs/DiagnosticArray.
 
     Raises:
-        MalformedError: if a figure is none.
+        MalformedError: if a value is not a number.
     """
     peaks = []
     for status in array.status[:MOST_PEAKS]:
@@ -101,7 +101,7 @@ def bins_in(message: Any) -> tuple[Array, Array]:
     numbers = np.array(message.data, dtype=float)
     if len(numbers) % ROWS or len(numbers) > ROWS * MOST_BINS:
         raise MalformedError(f'not {ROWS} rows')
-    frequency, amplitude, _ = numbers.reshape(ROWS, -1)  # what is too small has no phase
+    frequency, amplitude, _ = numbers.reshape(ROWS, -1)  # too small for a phase
     if not (np.isfinite(frequency).all() and np.isfinite(amplitude).all()):
         raise MalformedError('frequencies or amplitudes that are not finite')
     if (np.diff(frequency) <= 0.0).any() or (np.abs(frequency) > HIGHEST).any():
@@ -115,7 +115,7 @@ def spectrum_lines(
     tones: Sequence[PlacedPeak] = (),
     cycle: float = 0.0,
 ) -> SpectrumLines:
-    """Put a spectrum and what belongs to it on one axis.
+    """Put a spectrum, its peaks and the gait's lines on one axis.
 
     Args:
         frequency: of the bins, Hz, increasing.

@@ -1,4 +1,4 @@
-"""The last seconds of what the charts show."""
+"""The last seconds of the signals in the charts."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ SHORTEST_PERIOD = 0.010  # s between samples
 
 
 class Columns(Protocol):
-    """What charts are drawn from."""
+    """Source of the data of charts."""
 
     def columns(self, chart: Chart) -> tuple[Array, ...]:
         """Return times in s, and for each line of a chart its values at these times."""
 
 
 class Traces:
-    """Keep the last seconds of some topics; a stamp that goes back is a run that starts anew."""
+    """Keep the last seconds of some topics; a stamp that goes back starts another run."""
 
     def __init__(self, span: float = SPAN) -> None:
         self._span_ns = round(span * 1e9)
@@ -34,7 +34,7 @@ class Traces:
         }
 
     def add(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
-        """Take what a topic carried at an instant; one that comes again changes nothing."""
+        """Take a sample of a topic; a repeated one changes nothing."""
         samples = self._samples[topic]
         if samples and stamp_ns <= samples[-1][0]:
             if stamp_ns == samples[-1][0]:

@@ -1,1 +1,1 @@
-"""What the page shows, without the page."""
+"""State of the page, without the page."""

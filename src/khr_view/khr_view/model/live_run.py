@@ -16,13 +16,13 @@ SILENCE = 5.0  # s of wall time without a report of the simulator: the run is go
 
 
 class LiveRun:
-    """Keep what is known of the run.
+    """Keep the reported state of the run.
 
     Attributes:
         status: that the graph reports.
         now: simulated time of the newest sample, s.
         reported: wall time of the simulator's last report, s.
-        trouble: what is wrong, for the reader; empty if nothing is.
+        trouble: an error for the reader; empty without one.
     """
 
     def __init__(self) -> None:
@@ -39,7 +39,7 @@ class LiveRun:
             self._motion = None
 
     def of(self, node: str) -> dict[str, Any]:
-        """Return what is known of a node's parameters."""
+        """Return the known parameters of a node."""
         return {name: value for (each, name), value in self._known.items() if each == node}
 
     @property
@@ -60,7 +60,7 @@ class LiveRun:
 
     @property
     def known(self) -> bool:
-        """Return whether there is a state to show: a reported one, or that none is reported."""
+        """Return whether there is a state to show: a reported one, or a long silence."""
         return self.status.state != NO_RUN or self._silent
 
     @property

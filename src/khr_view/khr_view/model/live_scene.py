@@ -13,7 +13,7 @@ from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
 
-OF_SOLES = ('surface', 'pad_distance')  # parameters of the simulator that say how wide they are
+OF_SOLES = ('surface', 'pad_distance')  # they set the width of the soles
 
 
 class LiveScene:

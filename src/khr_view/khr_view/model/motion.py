@@ -1,4 +1,4 @@
-"""What the gait plays back: how long it lasts, and how long a cycle of it."""
+"""The motion of the gait: its length, and the length of a cycle."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class GaitMotion:
     """A motion from time 0 on.
 
     Attributes:
-        doing: what the robot does meanwhile, in words; empty if nobody says.
+        doing: activity of the robot, such as walking; empty if it is unknown.
         end: of the motion with its pauses, s; inf if it has none.
         cycle: of a walk, s; 0 if it does not walk.
     """
@@ -31,7 +31,7 @@ STANDING = GaitMotion('standing')
 
 
 def motion_of(parameters: GaitParameters) -> GaitMotion:
-    """Return the motion of a gait; one that cannot be planned stands."""
+    """Return the motion of a gait; one that cannot be planned counts as standing."""
     if parameters.motion == 'stand':
         return STANDING
     try:

@@ -31,14 +31,14 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Mark:
-    """Something that happened: when, s, and what."""
+    """An event: time in s, and text."""
 
     time: float
     text: str
 
 
 class Timeline:
-    """Answer for any time of a bag what was seen, measured and judged then.
+    """Signals, measurements and outcome of a bag at any time.
 
     Args:
         path: the folder of a run, or its bag.
@@ -50,10 +50,10 @@ class Timeline:
     Attributes:
         name: of the run.
         robot: its description.
-        stamps: the instants, ns, increasing.
-        marks: what happened, in order.
+        stamps: of the samples, ns, increasing.
+        marks: events, in order.
         motion: of the gait.
-        damage: what is wrong with the bag; empty if it is whole.
+        damage: of the bag; empty if it is whole.
     """
 
     def __init__(self, path: Path) -> None:
@@ -82,12 +82,12 @@ class Timeline:
 
     @property
     def end(self) -> float:
-        """Return the time of the last instant, s."""
+        """Return the time of the last sample, s."""
         return float(self.stamps[-1]) / 1e9
 
     @property
     def period(self) -> float:
-        """Return the time between instants, s."""
+        """Return the time between samples, s."""
         return float(np.median(np.diff(self.stamps))) / 1e9 if len(self.stamps) > 1 else 0.015
 
     def snapshot(self, time: float) -> Snapshot:
@@ -97,7 +97,7 @@ class Timeline:
         return self._snapshots.build(signals)
 
     def columns(self, chart: Chart, time: float) -> tuple[Array, ...]:
-        """Return what :meth:`khr_view.charts.traces.Traces.columns` would have at a time, s."""
+        """Return the columns of :meth:`khr_view.charts.traces.Traces.columns` at a time, s."""
         first = self._tracks.get(chart.clock)
         stamps = first.stamps if first else self.stamps
         start, stop = np.searchsorted(stamps, [round((time - SPAN) * 1e9), round(time * 1e9) + 1])

@@ -1,4 +1,4 @@
-"""What the robot looks like: the visuals of its URDF."""
+"""The look of the robot: the visuals of its URDF."""
 
 from __future__ import annotations
 

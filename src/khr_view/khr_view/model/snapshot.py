@@ -1,4 +1,4 @@
-"""What stands where: robot, board, forces and support, from what the topics carry."""
+"""The scene of a sample: robot, slope, forces and support, computed from topics."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LOADED = 1.0  # N on a sole from which on it supports
 
 @dataclass(frozen=True, eq=False)
 class Snapshot:
-    """The scene at one instant, in odom: z upward, the board through the origin; m, rad, N.
+    """The scene of one sample, in odom: z upward, the slope through the origin; m, rad, N.
 
     Attributes:
         base: pose of base_link: x y z, quaternion x y z w.
@@ -37,7 +37,7 @@ class Snapshot:
         center_of_mass: (3,).
         below: where the vertical through it meets the board, (3,).
         forces: of l_toe l_heel r_toe r_heel in their frames, N, (4, 3).
-        support: corners of the convex hull of the loaded soles, in order, (n, 3); none in the air.
+        support: corners of the convex hull of the loaded soles, in order, (n, 3); empty in the air.
         torso: middle of the torso, at which pushes are shown, (3,).
     """
 
@@ -63,7 +63,7 @@ class SnapshotBuilder:
 
     Args:
         robot: its description.
-        parameters: of the simulator, which say how wide the soles are.
+        parameters: of the simulator, for the width of the soles.
     """
 
     def __init__(self, robot: Robot, parameters: SimulatorParameters) -> None:
@@ -71,7 +71,7 @@ class SnapshotBuilder:
         self._corners = np.column_stack([corners(parameters, robot), np.ones(4)])
 
     def build(self, signals: Signals) -> Snapshot:
-        """Return the scene of an instant; ``signals`` are those of NEEDED."""
+        """Return the scene of a sample; ``signals`` are those of NEEDED."""
         base = tuple(signals[TRUE_POSE])
         joints = tuple(signals[JOINT_STATES])
         (inclination,) = signals[TRUE_INCLINATION]

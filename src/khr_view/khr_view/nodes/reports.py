@@ -43,7 +43,7 @@ class Reports:
 
     Args:
         node: that subscribes.
-        run, scene, traces: receive what is in them.
+        run, scene, traces: receive the reports.
         display, panel: show it.
         client: takes reported parameter changes.
         push: called when the torso is dragged.
@@ -105,7 +105,7 @@ class Reports:
                 if isinstance(outcome, Outcome):
                     stamp_ns = round(1e9 * real(values, 'time'))
                     self._traces.add(SLIP, stamp_ns, (outcome.slip_distance,))
-            elif 'sync' in values:  # of the simulator, or of who stands in its place
+            elif 'sync' in values:  # from the simulator or a driver
                 self._run.status.simulator(values)
                 self._panel.show_sync(values['sync'])
                 self._run.reported = time.monotonic()

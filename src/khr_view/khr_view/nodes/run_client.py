@@ -52,7 +52,7 @@ class RunClient:
         self._pause: Client = node.create_client(SetBool, 'simulator/pause')
 
     def discover(self) -> None:
-        """Ask the nodes that have appeared what can be changed; called now and then."""
+        """Ask new nodes for the parameters that can be changed; called now and then."""
         for name, client in self._clients.items():
             if name not in self._asked and client.services_are_ready():
                 self._asked.add(name)
@@ -63,7 +63,7 @@ class RunClient:
         self._pending.ask(tunable.key, value)
 
     def send(self) -> None:
-        """Send what has been asked for."""
+        """Send the requested values."""
         for key, value in self._pending.due().items():
             self._send(self._by_key[key], value)
 

@@ -1,1 +1,1 @@
-"""The page as viser shows it: the scene, the charts, the controls, and who may open them."""
+"""The page in viser: scene, charts, controls, and its server."""

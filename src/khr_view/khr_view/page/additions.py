@@ -1,4 +1,4 @@
-"""What khr adds to viser's page: its look, its scripts, and tables of what is drawn."""
+"""Additions to viser's page: style, scripts, and tables of the drawn data."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Tables = Mapping[str, Callable[[], str]]
 
 
 def addition(path: str, tables: Tables) -> Response | None:
-    """Return the answer to a request for something of khr's; None if it is viser's.
+    """Return the answer to a request for a file of khr; None if the file is viser's.
 
     Args:
         path: of the request, with its query.
@@ -42,13 +42,13 @@ def addition(path: str, tables: Tables) -> Response | None:
 
 
 def prepare(request: Any) -> None:
-    """Have viser's page itself sent as it is, so that it can be added to."""
+    """Have viser's page sent uncompressed, so that tags can be added."""
     if urlsplit(request.path).path in PAGE and 'Accept-Encoding' in request.headers:
         del request.headers['Accept-Encoding']
 
 
 def add_to(response: Response, path: str) -> None:
-    """Have viser's page load what khr adds to it."""
+    """Have viser's page load the additions."""
     body = response.body
     if urlsplit(path).path not in PAGE or b'</head>' not in body:
         return

@@ -57,7 +57,7 @@ def _add(gui: Any, title: str, over: str, lines: list[dict[str, Any]], **options
 
 
 class TimeCharts:
-    """One chart per group of signals, over the last seconds, whose cursors go together.
+    """One chart per group of signals, over the last seconds, with synchronous cursors.
 
     Attributes:
         drawn: times in s, and the values of each line, by chart that is shown.
@@ -87,7 +87,7 @@ class TimeCharts:
             )
 
     def show(self, traces: Columns) -> None:
-        """Draw what the traces hold."""
+        """Draw the data of the traces."""
         drawn = {}
         for chart, handle in self._handles.items():
             if not handle.visible:
@@ -151,11 +151,11 @@ class SpectrumChart:
         self._peaks.content = f'<div class="khr"><table>{rows}</table></div>'
 
     def csv(self) -> str:
-        """Return what is drawn as a table."""
+        """Return the drawn spectrum as a table."""
         return spectrum_csv(self.drawn)
 
     def forget(self, words: str = NO_SPECTRUM) -> None:
-        """Draw none, and say why."""
+        """Draw no spectrum, and give the reason."""
         self.drawn, self._chart.visible = None, False
         self._peaks.content = (
             f'<div class="khr">Spectrum of the pitch rate{escape(self._of)}: {words}.</div>'

@@ -1,4 +1,4 @@
-"""The whole page: scene, charts, status and controls; what the reader wants is done in turn."""
+"""The page: scene, charts, status and controls; actions of readers are queued."""
 
 from __future__ import annotations
 
@@ -21,10 +21,10 @@ from khr_view.charts.spectrum_lines import SpectrumLines
 from khr_view.charts.traces import Columns
 from khr_view.guard import AccessGuard
 from khr_view.model.snapshot import Snapshot
-from khr_view.page.board_view import BoardView
 from khr_view.page.charts import SpectrumChart, TimeCharts
 from khr_view.page.robot_view import Push, RobotView
 from khr_view.page.server import PageServer
+from khr_view.page.slope_view import SlopeView
 
 ROOT = '/world'
 TITLE = 'khr'
@@ -59,7 +59,7 @@ LOADING = '<div class="khr">Loading ...</div>'  # not khr-state, which the brows
 
 @dataclass(frozen=True)
 class Note:
-    """What the page shows the reader: a state, and what is wrong."""
+    """State and error shown to the reader."""
 
     state: str
     trouble: str = ''
@@ -70,8 +70,8 @@ class Display:
 
     Args:
         guard: where it is served.
-        charts: to show beside the scene.
-        names: of the runs whose spectra are shown, if there are several.
+        charts: to show.
+        names: of several runs, for their spectra.
 
     Attributes:
         server: of the page.
@@ -95,7 +95,7 @@ class Display:
         server.initial_camera.look_at = TARGET
         server.on_client_connect(_frame)
         self._root = server.scene.add_frame(ROOT, show_axes=False)
-        self._board = BoardView(server.scene, ROOT)
+        self._slope = SlopeView(server.scene, ROOT)
         self._robots: list[RobotView] = []
         self._follow = True
         self._push_until = inf
@@ -123,7 +123,7 @@ class Display:
 
     @property
     def readers(self) -> int:
-        """Count those who have the page open."""
+        """Count the connected browsers."""
         return len(self.server.get_clients())
 
     def add_robot(
@@ -146,11 +146,11 @@ class Display:
             spectrum.forget()
 
     def later(self, act: Callable[..., object], *values: Any) -> None:
-        """Keep what a reader wants for the one who owns the window; called by viser's threads."""
+        """Queue an action of a reader for the thread of the display; called by viser's threads."""
         self._acts.put(partial(act, *values))
 
     def act(self) -> None:
-        """Do what readers have wanted, in their order."""
+        """Run the queued actions, in their order."""
         while not self._acts.empty():
             self._acts.get()()
 
@@ -164,7 +164,7 @@ class Display:
             if first is not None:
                 if time.monotonic() > self._push_until:
                     self.show_push(first, np.zeros(3))
-                self._board.show(first)
+                self._slope.show(first)
                 for robot, scene in list(zip(self._robots, scenes, strict=True))[1:]:
                     if scene is not None:
                         robot.tilt(first.inclination - scene.inclination)
@@ -177,7 +177,7 @@ class Display:
         self._push_until = time.monotonic() + PUSH_SHOWN if acts else inf
 
     def add_look(self) -> None:
-        """Let the reader choose what the scene shows, and how."""
+        """Add the controls of the view."""
         gui = self.server.gui
         with gui.add_folder('View'):
             forces = gui.add_checkbox('Forces and support', True)
@@ -204,7 +204,7 @@ class Display:
         self._charts.show(traces)
 
     def show_spectrum(self, lines: SpectrumLines | None, number: int = 0) -> None:
-        """Draw the spectrum of a run; none if a run begins, or a recording is before its first."""
+        """Draw the spectrum of a run; None clears it at the start of a run or recording."""
         if lines is None:
             self._spectra[number].forget()
         else:

@@ -22,7 +22,7 @@ LARGEST_PUSH = 30.0  # N that the page offers
 GROUPS = ('Feedback', 'Ground', 'Push', 'Time')
 AT_THE_END = ('restart, same seed', 'restart, next seed', 'stay')
 PAUSE, RESTART, PUSH = ('Pause', 'Go on'), 'Restart', 'Push'  # labels of the buttons
-OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # what sets the speed
+OF_SYNC = {'lockstep': 'pace', 'realtime': 'realtime_factor'}  # the parameter of the speed
 
 
 class LivePanel:
@@ -31,7 +31,7 @@ class LivePanel:
     Args:
         server: viser's.
         later: queues a call for the thread of the run.
-        scenarios: names of the scenarios that can be started; without any the panel restarts none.
+        scenarios: names of the scenarios that can be started; without any it has no restart.
         at_the_end: the action that follows the end of a run.
     """
 
@@ -84,7 +84,7 @@ class LivePanel:
         )
 
     def show_state(self, state: str) -> None:
-        """Name the button after what it does; only what runs or is paused can be halted."""
+        """Label the button by its action; only a running or paused run can be halted."""
         self._going = state in ('running', 'paused')
         self._paused = state == 'paused'
         self._pause.icon = 'player-play' if self._paused else 'player-pause'
@@ -108,7 +108,7 @@ class LivePanel:
             button.label = label
 
     def add(self, control: Control) -> None:
-        """Add a control, or give the one that is there its value."""
+        """Add a control, or give an existing one its value."""
         key = control.tunable.key
         if key in self._handles:
             self.show_value(control.tunable, control.value)

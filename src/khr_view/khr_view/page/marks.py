@@ -1,6 +1,6 @@
-"""What is computed of a robot, drawn with it: forces, centre of mass, support, path, pushes.
+"""Marks drawn with a robot: forces, centre of mass, support, path, pushes.
 
-What moves in every picture hangs on the frames of the robot, or is moved as a whole: viser
+Marks that move in every frame are children of the robot's frames, or move as a whole: viser
 changes poses at once, and shapes some pictures later.
 """
 
@@ -61,7 +61,7 @@ class Marks:
         self._depth = 0.0
 
     def show(self, scene: Snapshot) -> None:
-        """Move all to where it is at an instant."""
+        """Move all marks to their places in a scene."""
         for arrow, force in zip(self._arrows, scene.forces, strict=True):
             arrow.visible = self._visible and bool(np.linalg.norm(force) > LEAST)
             if arrow.visible:

@@ -13,13 +13,13 @@ START = '0.00 s  start'
 
 
 class PlaybackPanel:
-    """A time line, play and pause, single steps, speed, loop, and a list of what happened.
+    """A time line, play and pause, single steps, speed, loop, and a list of events.
 
     Args:
         server: viser's.
-        later: has the player do what the reader wants.
+        later: queues an action for the player.
         player: of the runs.
-        runs: whose marks are listed.
+        runs: with the marks to list.
     """
 
     def __init__(self, server: Any, later: Later, player: Any, runs: Sequence[Any]) -> None:
@@ -44,7 +44,7 @@ class PlaybackPanel:
         places.on_update(by_reader(lambda value: later(player.seek, marks[value])))
 
     def show(self, player: Any) -> None:
-        """Move the time line, and name the button after what it does."""
+        """Move the time line, and label the button by its action."""
         now = min(player.now, self._time.max)
         if now != self._shown:  # else the reader may just have moved it
             self._shown = now
@@ -59,7 +59,7 @@ class PlaybackPanel:
 
 
 def _marks(runs: Sequence[Any]) -> dict[str, float]:
-    """Return the times of what happened, by what the list shows."""
+    """Return the times of events, by their text in the list."""
     found = {START: 0.0}
     for run in runs:
         of = f' ({run.name})' if len(runs) > 1 else ''

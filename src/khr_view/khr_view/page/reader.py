@@ -1,4 +1,4 @@
-"""What a reader does on the page, on its way to the one who owns the window."""
+"""Callbacks of controls: actions of the reader, apart from changes made by the program."""
 
 from __future__ import annotations
 
@@ -23,5 +23,5 @@ def by_reader(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any,
 
 
 def give_value(server: Any, control: Any, value: Any) -> None:
-    """Give a control a value, but not between a reader's change and what that calls."""
+    """Give a control a value, but not between a reader's change and its callback."""
     server.get_event_loop().call_soon_threadsafe(setattr, control, 'value', value)

@@ -1,4 +1,4 @@
-"""The robot in viser's scene: its links, moved by its joints, and what is computed of it."""
+"""The robot in viser's scene: its links, moved by its joints, and its marks."""
 
 from __future__ import annotations
 
@@ -29,11 +29,11 @@ class RobotView:
         scene: viser's.
         at: name of its node of the scene.
         robot: its description.
-        shift: where it stands beside its true place, m, (3,).
-        name: over its head; none if empty.
+        shift: offset from its true place, m, (3,).
+        name: over its head; empty for no label.
 
     Attributes:
-        marks: what is computed of it.
+        marks: drawn with the robot.
     """
 
     def __init__(
@@ -48,7 +48,7 @@ class RobotView:
         self._frame = scene.add_frame(at, show_axes=False, position=shift)
         self._joints: dict[str, Any] = {}
         self._names = self._add_frames(robot, at)
-        self._torso: list[Any] = []  # what can be grasped
+        self._torso: list[Any] = []  # links that can be dragged
         for number, shape in enumerate(shapes(robot)):
             self._add_shape(number, shape)
         if name:
@@ -57,7 +57,7 @@ class RobotView:
         self._last: tuple[float, ...] = ()
 
     def show(self, scene: Snapshot) -> None:
-        """Move all to where it is at an instant."""
+        """Move all links to their places in a scene."""
         self._base.position = scene.base[:3]
         self._base.wxyz = wxyz(scene.base[3:])
         for index, name in enumerate(JOINTS):

@@ -40,7 +40,7 @@ class LoopEvent(asyncio.Event):
 
 @dataclass
 class LoopBuffer(AsyncMessageBuffer):
-    """A buffer of changes for viewers, whose event is its loop's."""
+    """A buffer of changes for viewers; the event belongs to its loop."""
 
     message_event: asyncio.Event = field(default_factory=LoopEvent)
 
@@ -52,7 +52,7 @@ class PageServer(viser.ViserServer):
     """Serve the page on a guard's socket; nothing of it is ever shared with the outside.
 
     Args:
-        guard: where, and for whom.
+        guard: of the socket and its requests.
         title: of the page.
 
     Attributes:
@@ -80,7 +80,7 @@ def _guarded(guard: AccessGuard, tables: Tables) -> Iterator[None]:
     """Let viser start its server on the guard's socket, every request checked first.
 
     viser has no setting for that, and takes another port if its own is not free. It also begins to
-    serve before it has built what it serves: who comes that early waits until the context ends.
+    serve before it has built its page: an early client waits until the context ends.
     """
     module: Any = websockets.asyncio.server
     real, built = module.serve, Event()
@@ -92,7 +92,7 @@ def _guarded(guard: AccessGuard, tables: Tables) -> Iterator[None]:
             try:
                 urlsplit(request.path)
                 reason = guard.refusal(request.headers, request.path)
-            except LookupError:  # as websockets says that a header is there twice
+            except LookupError:  # raised by websockets for a duplicate header
                 reason = 'a header is given twice'
             except ValueError:
                 reason = 'the request is not readable'

@@ -1,4 +1,4 @@
-"""The board that robots walk on, in viser's scene."""
+"""The slope under the robot, in viser's scene."""
 
 from __future__ import annotations
 
@@ -11,18 +11,18 @@ from khr_common.maths.rotation import pitched
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.pose import wxyz
 
-STRIPE = 0.1  # m between the lines of the board
-BOARD = (2.4, 1.0)  # m
+STRIPE = 0.1  # m between the lines of the slope
+SIZE = (2.4, 1.0)  # m
 
 
-class BoardView:
-    """The board: it turns to its inclination, and goes along with the robot in whole stripes."""
+class SlopeView:
+    """The slope: it turns to its inclination, and follows the robot in whole stripes."""
 
     def __init__(self, scene: Any, root: str) -> None:
         self._scene = scene
         self._frame = scene.add_frame(f'{root}/board', show_axes=False)
         self._sheet = scene.add_frame(f'{root}/board/sheet', show_axes=False)
-        width, height = BOARD
+        width, height = SIZE
         name = f'{root}/board/sheet/top'
         scene.add_box(name, (238, 238, 236), (width, height, 0.01), position=(0.0, 0.0, -0.0055))
         scene.add_grid(
@@ -38,7 +38,7 @@ class BoardView:
         self._inclination, self._stripe = 0.0, 0
 
     def show(self, scene: Snapshot) -> None:
-        """Turn and move the board."""
+        """Turn and move the slope."""
         if scene.inclination != self._inclination:
             self._inclination = scene.inclination
             self._frame.wxyz = wxyz(pitched(scene.inclination))
