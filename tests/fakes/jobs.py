@@ -19,19 +19,8 @@ def unreadable() -> None:
     raise type('Local', (Exception,), {})('of its own')
 
 
-def hold(pipe: str) -> None:
-    """Tell the process number to who reads the pipe; wait until somebody does."""
+def stay(pipe: str) -> None:
+    """Write the process number to a pipe once it is read, and wait for ever."""
     with open(pipe, 'w', encoding='utf-8') as file:
         file.write(str(os.getpid()))
-
-
-def stay(pipe: str) -> None:
-    """Tell the process number, and wait for ever."""
-    hold(pipe)
     signal.pause()
-
-
-def say(file: str, text: str) -> None:
-    """Append a text to a file."""
-    with open(file, 'a', encoding='utf-8') as lines:
-        lines.write(text)

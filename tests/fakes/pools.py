@@ -11,7 +11,7 @@ class HerePool:
     def __init__(self):
         self.count = 0
 
-    def submit(self, function, *arguments, first=False):
+    def submit(self, function, *arguments):
         self.count += 1
         future = Future()
         try:

@@ -108,12 +108,10 @@ class ClusterPool:
         """Return the number of jobs that run at a time."""
         return sum(self._client.nthreads().values())
 
-    def submit(
-        self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
-    ) -> Future[Any]:
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
         """Submit a job; return its future."""
         future: Future[Any] = Future()
-        remote = self._client.submit(function, *arguments, pure=False, priority=int(first))
+        remote = self._client.submit(function, *arguments, pure=False)
         self._waiting.add(remote)
 
         def finish(_: Any) -> None:

@@ -14,7 +14,7 @@ from concurrent.futures.process import BrokenProcessPool
 from contextlib import suppress
 from dataclasses import dataclass
 from multiprocessing import resource_tracker
-from queue import PriorityQueue
+from queue import SimpleQueue
 from threading import Lock, Thread
 from types import ModuleType
 from typing import Any, Protocol, TypeVar
@@ -46,15 +46,12 @@ class Pool(Protocol):
     def workers(self) -> int:
         """Return the number of workers."""
 
-    def submit(
-        self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
-    ) -> Future[Any]:
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
         """Submit a job; return its future.
 
         Args:
             function: importable by the workers.
             arguments: of the function.
-            first: whether the job precedes the waiting jobs without this flag.
         """
 
 
@@ -127,8 +124,7 @@ class LocalPool:
     def __init__(self, workers: int, quiet: bool = False) -> None:
         self.workers = workers
         self._quiet = quiet
-        self._jobs: PriorityQueue[tuple[bool, int, Call, Future[Any]]] = PriorityQueue()
-        self._numbers = itertools.count()
+        self._jobs: SimpleQueue[tuple[Call, Future[Any]] | None] = SimpleQueue()
         self._running: set[_Worker] = set()
         self._lock = Lock()
         self._closed = False
@@ -146,27 +142,27 @@ class LocalPool:
             for worker in self._running:
                 worker.kill()
         for _ in self._threads:
-            self._jobs.put((False, -next(self._numbers), (), Future()))  # wakes a thread
+            self._jobs.put(None)  # wakes a thread
         for thread in self._threads:
             thread.join()
         while not self._jobs.empty():
-            self._jobs.get()[-1].cancel()
+            if job := self._jobs.get():
+                job[1].cancel()
 
-    def submit(
-        self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
-    ) -> Future[Any]:
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
         """Submit a job; return its future. See :class:`Pool`."""
         future: Future[Any] = Future()
-        self._jobs.put((not first, next(self._numbers), (function, *arguments), future))
+        self._jobs.put(((function, *arguments), future))
         return future
 
     def _serve(self) -> None:
         """Compute one job after another on a worker, until the pool is closed."""
         worker: _Worker | None = None
         while not self._closed:
-            *_, call, future = self._jobs.get()
-            if not call or not future.set_running_or_notify_cancel():
+            job = self._jobs.get()
+            if job is None or not job[1].set_running_or_notify_cancel():
                 continue
+            call, future = job
             try:
                 for _ in range(ATTEMPTS):
                     try:

@@ -14,7 +14,7 @@ import pytest
 
 from khr_common import KhrError, RunError
 from khr_sweeps.pool import LEAST_AHEAD, LostWorkerError, compute, local_pool
-from tests.fakes.jobs import hold, pid_once, say, stay, unreadable
+from tests.fakes.jobs import pid_once, stay, unreadable
 
 
 @pytest.fixture(scope='module')
@@ -43,19 +43,6 @@ def test_a_job_that_kills_every_worker_is_given_up_and_the_others_go_on(pool):
     with pytest.raises(LostWorkerError):
         lost.result()
     assert list(compute(pool, os._exit, [('a', 3)])) == [[('a', None)]]
-
-
-def test_what_is_first_is_done_first(tmp_path):
-    os.mkfifo(tmp_path / 'pipe')
-    with local_pool(1) as pool:
-        pool.submit(hold, str(tmp_path / 'pipe'))
-        jobs = [
-            pool.submit(say, str(tmp_path / 'order'), name, first=name == 'c') for name in 'abc'
-        ]
-        assert (tmp_path / 'pipe').read_text()
-        for job in jobs:
-            job.result()
-    assert (tmp_path / 'order').read_text() == 'cab'
 
 
 def test_the_end_of_the_pool_ends_workers_whatever_they_do(tmp_path):

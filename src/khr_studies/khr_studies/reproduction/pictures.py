@@ -73,7 +73,7 @@ class Pictures:
     ) -> None:
         for path in (result.image, result.points):
             path.unlink(missing_ok=True)  # files of an earlier reproduction
-        future = self.pool.submit(function, *arguments, first=True)  # some take a long time
+        future = self.pool.submit(function, *arguments)
         future.add_done_callback(lambda _: self.bar.advance())
         self._futures[result.number] = result, future
 

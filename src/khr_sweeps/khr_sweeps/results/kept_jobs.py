@@ -59,9 +59,7 @@ class KeptJobs:
         """Return the number of workers."""
         return self.pool.workers
 
-    def submit(
-        self, function: Callable[..., Any], /, *arguments: Any, first: bool = False
-    ) -> Future[Any]:
+    def submit(self, function: Callable[..., Any], /, *arguments: Any) -> Future[Any]:
         """Submit a job unless its result exists; return its future."""
         name = _name(self.version, function, arguments)
         kind = TypeAdapter(get_type_hints(function)['return'])
@@ -86,7 +84,7 @@ class KeptJobs:
             except (Exception, CancelledError) as error:
                 kept.set_exception(error)
 
-        computed = self.pool.submit(compute_quietly, function, *arguments, first=first)
+        computed = self.pool.submit(compute_quietly, function, *arguments)
         computed.add_done_callback(keep)
         return kept
 
