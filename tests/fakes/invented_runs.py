@@ -1,7 +1,7 @@
 """Runs of the shipped experiments whose signals are invented: what is drawn is known."""
 
 import functools
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
@@ -11,6 +11,7 @@ from khr_bringup.recorded.run_signals import Series
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.experiments import Run, specification_of
 from khr_studies.thesis_figures.registry import FIGURES
+from khr_sweeps.trial import RESULTS
 
 WEIGHT = 15.0  # N
 TONE = 4.0 / 2.31  # Hz, with RATE the pitch rate of every walk
@@ -93,3 +94,24 @@ def invented(experiment: str, limit_deg: float) -> list[Invented]:
 def runs_for(number: str, limit_deg: float) -> dict[str, list[Invented]]:
     """Return runs of all experiments that a figure asks for."""
     return {name: invented(name, limit_deg) for name in FIGURES[number].experiments}
+
+
+def kept_runs(experiment, folder, series_of, fell, cases=None) -> list[Run]:
+    """Return two seeds of an experiment, in the order of its cases, with their signals in files.
+
+    Args:
+        experiment: its name.
+        folder: of the files.
+        series_of: returns the signals of a trial.
+        fell: returns whether the robot falls in a trial.
+        cases: all by default.
+    """
+    whole, made = replace(specification_of(experiment, False), seeds=2), []
+    order = list(whole.cases)
+    for trial in whole.trials('version'):
+        if trial.point['case'] in (cases or order):
+            path = folder / f'{trial.id}.npz'
+            series_of(trial).save(path)
+            row = dict.fromkeys(RESULTS) | {'verdict': 'slipped', 'stayed_up': not fell(trial)}
+            made.append(Run(trial.point, trial.seed, row, trial.scenario, path))
+    return sorted(made, key=lambda run: order.index(run.point['case']))

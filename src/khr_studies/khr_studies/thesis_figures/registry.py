@@ -27,7 +27,7 @@ from khr_studies.peak_origin.line_11 import measure_line_11
 from khr_studies.peak_origin.study import explain_all
 from khr_studies.push import figure as pushes
 from khr_studies.push import limits, motions
-from khr_studies.thesis_figures import gaits, gyro, spectra, stages, standing, walking
+from khr_studies.thesis_figures import gaits, gyro, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.run_plots import RATES
 from khr_sweeps.pool import check_workers
@@ -169,7 +169,7 @@ FIGURES: dict[str, Drawing] = {
         measure=limits.largest_pushes,
         quick=limits.coarse_pushes,
     ),
-    'stages': Drawing('Staged control on tilting ground', stages.tilting_ground, ('stages',)),
+    'stages': Drawing('Staged control on tilting ground', standing.tilting_ground, ('stages',)),
     'stiffness': Drawing("Vibration against the joint's stiffness", walking.stiffness),
 }
 

@@ -1,4 +1,4 @@
-"""The leg lifts of chapter 3 on the simulated robot: Figures 3.4, 3.5, 3.6 and 3.15.
+"""Standing on the simulated robot, chapter 3: leg lifts (3.4, 3.5, 3.6, 3.15) and staged control.
 
 Forces are the true forces under the support foot; the sensors measure them half a second later.
 """
@@ -15,6 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+from khr_balance.stage import StageParameters
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_models.pendulum import Pendulum, static_force_difference
 from khr_models.standing.ankle_servo import controlled_lean
@@ -51,6 +52,7 @@ from khr_studies.thesis_figures.run_plots import (
     group_runs,
     inclination_deg,
     signals_from,
+    signals_until_fall,
     spread_note,
 )
 
@@ -61,6 +63,7 @@ STAGES = (STAGE_1, STAGE_2, STAGE_3)
 SLOPE = 'inclination φ (°)'
 BOTH = ', both feet'
 DIFFERENCE = 'Δ = F_T − F_H (N)'
+TOES_AND_HEELS = np.array([1.0, -1.0, 1.0, -1.0])  # signs of the four sensors, in their order
 
 
 def spread_and_lost_note(groups: Iterable[Runs]) -> str:
@@ -230,3 +233,57 @@ def _mark_phases(axis: Axes, lift: LiftTimes) -> None:
     names = ('shifts', 'lifts', 'on one leg', 'lowers', 'shifts back')
     for (begin, end), name in zip(parts, names, strict=True):
         axis.annotate(name, ((begin + end) / 2.0 - lift.start, 0.0), va='bottom', **AT_EDGE)
+
+
+def tilting_ground(runs: dict[str, Runs]) -> Figure:
+    """Draw inclination, stage, forces and correction while the ground tilts."""
+    cases = group_runs(runs['stages'], lambda run: str(run.point['case']))
+    figure, (slope, stage, difference, correction) = panels(
+        'inclination, true and read back',
+        'stage',
+        'force difference, of the sensors',
+        'ankle correction',
+        columns=2,
+        height=5.4,
+    )
+    for (case, group), look in zip(cases.items(), LOOKS, strict=False):
+        for axis, name, values in (
+            (slope, f'read back, {case}', lambda series: np.degrees(series.read_inclination)),
+            (stage, case, lambda series: series.stage),
+            (
+                difference,
+                case + _falls_text(group),
+                lambda series: series.foot_force @ TOES_AND_HEELS,
+            ),
+            (correction, case, lambda series: np.degrees(series.correction_of('ankle'))),
+        ):
+            draw_seeds(axis, group, signals_until_fall, values, name, **look)
+    _draw_slope(slope, [run for group in cases.values() for run in group])
+    slope.set(ylabel='φ (°)')
+    stage.set(
+        yticks=[1, 2, 3], yticklabels=['1: none', '2: ankle', '3: ankle\nand hip'], ylim=(0.8, 3.2)
+    )
+    difference.set(ylabel=DIFFERENCE)
+    correction.set(ylabel='θ_A* − θ_A0 (°)')
+    for axis in (slope, stage, difference, correction):
+        axis.set(xlabel='time (s)')
+    legend_above(slope, columns=2)
+    legend_above(difference, columns=2)
+    figure.suptitle('Standing on ground that tilts, by stage of control; a cross is a fall')
+    return figure
+
+
+def _draw_slope(axis: Axes, runs: Runs) -> None:
+    """Draw the true inclination of the longest run, and the thresholds of the stages."""
+    longest = max(map(signals_until_fall, runs), key=lambda series: len(series.time))
+    axis.plot(longest.time, np.degrees(longest.inclination), label='true', color='0.2')
+    stages = runs[0].scenario.table(StageParameters)
+    for above in (stages.ankle_above_deg, stages.hip_above_deg):
+        axis.axhline(above, color='0.4', linewidth=0.8)
+
+
+def _falls_text(runs: Runs) -> str:
+    """Return how many runs fall, and the mean inclination of the falls, as text."""
+    ends = [signals_until_fall(run).inclination[-1] for run in runs if run.fell]
+    count = 'falls' if len(ends) == len(runs) else f'{len(ends)} of {len(runs)} fall'
+    return f': {count} at {np.degrees(np.mean(ends)):.1f}°' if ends else ''

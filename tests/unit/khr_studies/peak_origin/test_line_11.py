@@ -10,11 +10,10 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
 from khr_report.page.document import markdown
 from khr_studies.errors import StudyError
-from khr_studies.measuring.experiments import Run, specification_of
 from khr_studies.peak_origin.figure import line_11
 from khr_studies.peak_origin.line_11 import measure_line_11
 from khr_studies.reproduction.findings_page import blocks
-from khr_sweeps.trial import RESULTS
+from tests.fakes.invented_runs import kept_runs
 from tests.fakes.reproductions import EMPTY
 
 PERIOD = 0.015
@@ -33,17 +32,13 @@ def series_of(scenario, height):
 
 @pytest.fixture(scope='module')
 def runs(tmp_path_factory):
-    folder, made = tmp_path_factory.mktemp('series'), []
-    whole = replace(specification_of('line_11', False), seeds=2)
-    for trial in whole.trials('version'):
-        case = trial.point['case']
-        path = folder / f'{trial.id}.npz'
-        series_of(trial.scenario, UNLIKE.get(case, 0.0)).save(path)
-        up = case != 'K_A 24' or trial.seed == 0
-        row = dict.fromkeys(RESULTS) | {'verdict': 'slipped', 'stayed_up': up}
-        made.append(Run(trial.point, trial.seed, row, trial.scenario, path))
-    order = list(whole.cases)
-    return {'line_11': sorted(made, key=lambda run: order.index(run.point['case']))}
+    def signals(trial):
+        return series_of(trial.scenario, UNLIKE.get(trial.point['case'], 0.0))
+
+    def fell(trial):
+        return trial.point['case'] == 'K_A 24' and trial.seed == 1
+
+    return {'line_11': kept_runs('line_11', tmp_path_factory.mktemp('series'), signals, fell)}
 
 
 def test_only_walks_with_unlike_halves_have_an_odd_line(runs):

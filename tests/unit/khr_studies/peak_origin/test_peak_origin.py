@@ -13,7 +13,7 @@ from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import markdown
 from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
-from khr_studies.measuring.experiments import Run, specification_of
+from khr_studies.measuring.experiments import specification_of
 from khr_studies.peak_origin import study as lines
 from khr_studies.peak_origin import thesis_peaks
 from khr_studies.peak_origin.evidence import APART, MOVED
@@ -25,11 +25,23 @@ from khr_studies.peak_origin.thesis_peaks import (
     compare_gains,
     judge_peak,
 )
-from khr_sweeps.trial import RESULTS
+from tests.fakes.invented_runs import kept_runs
 
 PERIOD = 0.015
 AMPLITUDES = {2: 0.2, 4: 0.15, 6: 0.12, 8: 0.1}  # rad/s
 RINGS_HZ = 8.6  # hip loop
+CASES = (
+    'as it is',
+    'K_A 9',
+    'K_A 15',
+    'K_H 13',
+    'K_H 14',
+    'T 2.145 s',
+    'T 2.55 s',
+    '5 deg',
+    '5 deg, no feedback',
+    '5 deg, mu 0.8',
+)
 
 
 def series_of(scenario, seed):
@@ -52,29 +64,13 @@ def series_of(scenario, seed):
 
 @pytest.fixture(scope='module')
 def runs(tmp_path_factory):
-    folder, made = tmp_path_factory.mktemp('series'), []
-    kept = {
-        'as it is',
-        'K_A 15',
-        'K_H 13',
-        'K_H 14',
-        'T 2.145 s',
-        'T 2.55 s',
-        '5 deg',
-        '5 deg, no feedback',
-        '5 deg, mu 0.8',
-        'K_A 9',
-    }
-    whole = specification_of('lines', False)
-    for trial in replace(whole, seeds=2).trials('version'):
-        if trial.point['case'] in kept:
-            path = folder / f'{trial.id}.npz'
-            series_of(trial.scenario, trial.seed).save(path)
-            up = trial.point['case'] != 'K_A 9'
-            row = dict.fromkeys(RESULTS) | {'verdict': 'slipped', 'stayed_up': up}
-            made.append(Run(trial.point, trial.seed, row, trial.scenario, path))
-    order = list(whole.cases)
-    return sorted(made, key=lambda run: order.index(run.point['case']))
+    return kept_runs(
+        'lines',
+        tmp_path_factory.mktemp('series'),
+        lambda trial: series_of(trial.scenario, trial.seed),
+        lambda trial: trial.point['case'] == 'K_A 9',
+        CASES,
+    )
 
 
 def test_the_experiment_begins_with_the_scenario_itself():
