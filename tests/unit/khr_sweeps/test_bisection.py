@@ -110,22 +110,7 @@ def test_a_run_whose_workers_die_ends_its_line_and_is_tried_by_the_next_command(
     assert len(sweep_into(tmp_path / 'sweep')) == LARGEST * 4
 
 
-@pytest.mark.parametrize(
-    ('text', 'says'),
-    [
-        (
-            TEXT.replace('bisect: simulator.inclination_deg', 'bisect: gait.cycles'),
-            "'gait.cycles'",
-        ),
-        (TEXT.replace('bisect: simulator.inclination_deg', 'bisect: 3'), 'bisect: 3'),
-        (
-            'scenario: walk_3deg\nbisect: simulator.surface\n'
-            'grid: {simulator.surface: [smooth, rubber]}\n',
-            'accepted: an axis of numbers: none',
-        ),
-    ],
-)
-def test_only_an_axis_of_numbers_is_bisected(text, says):
-    with pytest.raises(KhrError, match=r'mine\.yaml: bisect') as refusal:
+def test_only_an_axis_of_numbers_is_bisected():
+    text = TEXT.replace('bisect: simulator.inclination_deg', 'bisect: gait.cycles')
+    with pytest.raises(KhrError, match=r"mine\.yaml: bisect: 'gait.cycles'.*an axis of numbers"):
         parse_sweep(text, 'mine.yaml')
-    assert says in str(refusal.value) and '\n' not in str(refusal.value)

@@ -1,6 +1,5 @@
 """Sweeps: their runs, and refused specifications."""
 
-import copy
 import json
 from itertools import islice
 
@@ -19,7 +18,7 @@ from khr_common import KhrError
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_sim.sensors.gyro import GyroParameters
-from khr_sweeps.reading import load_sweep, parse_sweep, sweep_from
+from khr_sweeps.reading import load_sweep, parse_sweep
 from khr_sweeps.specification import scenario_at
 from khr_sweeps.sweep import run_sweep
 from khr_sweeps.trial import RESULTS, complete, identity, run_trial
@@ -200,55 +199,6 @@ def test_mistakes_are_named(text, says):
     assert message.startswith('mine.yaml: ') and '\n' not in message
     for word in says:
         assert word in message
-
-
-KEYS = st.sampled_from(
-    ['scenario', 'set', 'duration', 'seeds', 'cases', 'grid', 'random', 'samples', 'keep', 'bisect',
-     'fast', 'low', 'high', 'start', 'stop', 'step', 'a', 'ankle_controller.gain', 'gait.motion',
-     'simulator.initial_tilt_deg', 'simulator.pushes', 'gyro.seed', 'simulator.', '.', '']
-)  # fmt: skip
-SCALARS = st.one_of(
-    st.none(), st.booleans(), st.integers(), st.floats(), st.text(max_size=8), KEYS,
-    st.sampled_from(['walk_3deg', 'series', 'walk', 2**70, -1, 0, 1, 3.0, 1e-300]),
-)  # fmt: skip
-DATA = st.recursive(
-    SCALARS,
-    lambda inner: (
-        st.lists(inner, max_size=3) | st.dictionaries(st.one_of(KEYS, SCALARS), inner, max_size=4)
-    ),
-    max_leaves=8,
-)
-GOOD = {
-    'scenario': 'walk_3deg',
-    'seeds': 2,
-    'set': {'simulator.initial_tilt_deg': 0.5},
-    'cases': {'a': {'gait.cycles': 2}},
-    'grid': {'ankle_controller.gain': {'start': 1.0, 'stop': 3.0, 'step': 1.0}},
-    'bisect': 'ankle_controller.gain',
-    'fast': {'seeds': 1},
-}
-
-
-@pytest.mark.slow
-@given(st.data())
-@settings(max_examples=300, deadline=None)
-def test_mutated_data_is_a_sweep_or_one_line(data):
-    """One place of a good specification, at any depth, holds something else."""
-    given = copy.deepcopy(GOOD)
-    at = given
-    while True:
-        key = data.draw(st.sampled_from(sorted(at)) | KEYS)
-        if not isinstance(at.get(key), dict) or data.draw(st.booleans()):
-            break
-        at = at[key]
-    at[key] = data.draw(DATA)
-    try:
-        first = next(sweep_from(given, 'mine').trials('v'))
-    except KhrError as refusal:
-        assert str(refusal).startswith('mine') and '\n' not in str(refusal)
-        assert len(str(refusal)) < 2000
-    else:
-        assert first.scenario.name
 
 
 def test_values_that_do_not_go_together_are_refused_before_anything_runs(tmp_path):
