@@ -1,4 +1,4 @@
-"""The nodes that a graph may have: those of this project, and of every package that joins.
+"""The nodes of a graph: of this project, and of every package that joins.
 
 A package joins through entry points of the group ``khr.nodes``, one per node, each naming a
 :class:`~khr_common.block.NodeSpec`. Simulator, recorder, offline twin, launch file, command and
@@ -154,14 +154,14 @@ def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNod
             f'{where}: table {spec.table.__name__} is not accepted ({error}); accepted: a '
             f'dataclass whose fields are made by khr_common.parameter'
         ) from error
-    topics = Counter(_claimed(spec))
+    topics = Counter(_owned_topics(spec))
     for name, other in others.items():
         if other.spec.table is spec.table:
             raise BringupError(
                 f'{where}: its table is that of {name} ({other.spec.package}); accepted: a table '
                 f'of its own'
             )
-        topics.update(_claimed(other.spec))
+        topics.update(_owned_topics(other.spec))
     for topic in spec.publishes:
         if topics[topic.name] > 1:
             raise BringupError(
@@ -170,13 +170,13 @@ def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNod
             )
 
 
-def _claimed(spec: NodeSpec) -> list[str]:
+def _owned_topics(spec: NodeSpec) -> list[str]:
     """Return the topics with a single publisher; a driver replaces the publisher of its own."""
     return [topic.name for topic in spec.publishes if topic.flow == 'period' and not spec.drives]
 
 
 def _depths(specs: list[NodeSpec]) -> dict[str, int]:
-    """Return how many nodes the data passes before each: 0 for the source of the clock."""
+    """Return the number of nodes upstream of each node: 0 for the source of the clock."""
     depth = {spec.name: 0 for spec in specs if CLOCK in spec.publishes}
     order = TopologicalSorter[str](dict.fromkeys(depth, ()))
     for spec in specs:

@@ -1,4 +1,4 @@
-"""The folder of a run: new or empty, of one run alone, and for this user's eyes."""
+"""The folder of a run: new or empty, for one run, readable by this user alone."""
 
 from __future__ import annotations
 
@@ -13,15 +13,14 @@ from khr_bringup.errors import BringupError
 
 SCENARIO = 'scenario.yaml'
 ACCEPTED = 'accepted: a new or empty folder'
-_locks: dict[Path, int] = {}  # descriptors, by the folder that this process has claimed
+_locks: dict[Path, int] = {}  # descriptors, by the folder that this process has claim_folder
 
 
 def claim(folder: Path, option: str) -> Path:
-    """Make a folder if it is not there, and take it for a run.
+    """Create a folder if necessary, and claim it for a run.
 
-    Of several runs that want it at the same moment the one has it that locks its scenario file. A
-    run that was killed before it had written that file leaves it empty and unlocked: the folder is
-    free again.
+    Of several runs that claim it at once, the one that locks its scenario file gets it. A run that
+    was killed before it had written that file leaves it empty and unlocked: the folder is free.
 
     Raises:
         BringupError: if it holds something, cannot be written, or another run has it;
@@ -34,7 +33,7 @@ def claim(folder: Path, option: str) -> Path:
             raise BringupError(f'{where} holds something; {ACCEPTED}')
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
-        lock = _locked(folder / SCENARIO)
+        lock = _lock(folder / SCENARIO)
         if not _empty(folder):
             os.close(lock)
             raise FileExistsError
@@ -50,7 +49,7 @@ def claim(folder: Path, option: str) -> Path:
     return folder
 
 
-def _locked(file: Path) -> int:
+def _lock(file: Path) -> int:
     """Make a file if it is not there, lock it, and return its descriptor.
 
     Raises:
@@ -76,7 +75,7 @@ def _empty(folder: Path) -> bool:
 
 
 @contextmanager
-def claimed(out: Path | None, name: str) -> Iterator[Path]:
+def claim_folder(out: Path | None, name: str) -> Iterator[Path]:
     """Claim a folder, ``runs/NAME-TIME`` by default; remove it again if no run has started.
 
     Raises:

@@ -17,7 +17,7 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-from khr_bringup.graph.launching import ARGUMENTS, Launch, arrange, check_names
+from khr_bringup.graph.launching import ARGUMENTS, Launch, check_names, prepare_launch
 from khr_bringup.graph.processes import WELL
 from khr_common import RunError
 from khr_common.lifeline import PARENT
@@ -31,7 +31,7 @@ def _launched(context: LaunchContext) -> list[Action]:
     state_publisher = 'robot_state_publisher' in get_packages_with_prefixes()
     asked = [text.partition(':=')[0] for text in context.argv or ()]
     strange = check_names([*context.launch_configurations, *asked], asked)
-    launch = arrange(given, joints=not state_publisher)
+    launch = prepare_launch(given, joints=not state_publisher)
     own = partial(
         Node,
         output='screen',

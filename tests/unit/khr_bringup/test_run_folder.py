@@ -9,7 +9,7 @@ from threading import Barrier
 import pytest
 
 from khr_bringup.errors import BringupError
-from khr_bringup.run_folder import SCENARIO, claim, claimed
+from khr_bringup.run_folder import SCENARIO, claim, claim_folder
 
 RIVALS = 8
 
@@ -54,17 +54,17 @@ os.kill(os.getpid(), signal.SIGKILL)
 
 
 def test_nothing_is_left_of_a_run_that_did_not_begin(tmp_path):
-    with pytest.raises(KeyError), claimed(tmp_path / 'new', 'walk'):
+    with pytest.raises(KeyError), claim_folder(tmp_path / 'new', 'walk'):
         raise KeyError
     assert not list(tmp_path.iterdir())
     (tmp_path / 'empty').mkdir()
-    with pytest.raises(KeyError), claimed(tmp_path / 'empty', 'walk'):
+    with pytest.raises(KeyError), claim_folder(tmp_path / 'empty', 'walk'):
         raise KeyError
     assert not list((tmp_path / 'empty').iterdir())
 
 
 def test_a_run_that_began_keeps_its_folder(tmp_path):
-    with pytest.raises(KeyError), claimed(tmp_path / 'new', 'walk') as folder:
+    with pytest.raises(KeyError), claim_folder(tmp_path / 'new', 'walk') as folder:
         (folder / SCENARIO).write_text('as run')
         raise KeyError
     assert (tmp_path / 'new' / SCENARIO).read_text() == 'as run'

@@ -16,7 +16,7 @@ from khr_bringup.graph.graph import RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain, registered
 from khr_bringup.offline import duration
 from khr_bringup.result import Result, write_outcome
-from khr_bringup.run_folder import claimed
+from khr_bringup.run_folder import claim_folder
 from khr_bringup.running import run_to_end
 from khr_bringup.scenario.expectation import Expectation
 from khr_bringup.scenario.scenario import Scenario
@@ -109,7 +109,7 @@ def _run(
     lasts = scenario.table(RunParameters).duration if way.stay else duration(scenario)
     bar = ProgressBar(total=lasts, unit='s', console=console)
 
-    with claimed(options.out, scenario.name) as folder, bar:
+    with claim_folder(options.out, scenario.name) as folder, bar:
 
         def started(entry: RunEntry) -> None:
             report(f'{scenario.name}: {entry.to_join}  folder {folder}')

@@ -151,7 +151,7 @@ def _owners(scenario: Scenario, record: bool) -> dict[str, str]:
 
 
 def _silent(view: View, simulator: str) -> str | None:
-    """Describe the process of a simulator that has not reported for long: it keeps the clock."""
+    """Describe a simulator that has not reported for long."""
     silent = time.monotonic() - view.alive
     if (
         silent < (START_TIMEOUT if view.state == 'starting' else SILENCE)
@@ -174,7 +174,7 @@ def _unfinished(view: View) -> str | None:
 
 @contextmanager
 def interrupts() -> Iterator[list[int]]:
-    """Collect the signals that ask a process to end, instead of dying of them."""
+    """Collect the signals that ask a process to end, instead of ending at once."""
     caught: list[int] = []
     before = {
         number: signal.signal(number, lambda number, _: caught.append(number))

@@ -15,7 +15,7 @@ from typing import Any
 from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks, follow, interrupts
 from khr_bringup.graph.intruders import Intruders
-from khr_bringup.graph.processes import Processes, unhurried
+from khr_bringup.graph.processes import Processes, batch_scheduling
 from khr_bringup.graph.run_registry import WITHOUT_LOG, RunEntry
 from khr_bringup.graph.wiring import Wiring, nodes_of
 from khr_bringup.node_registry import registry
@@ -79,7 +79,7 @@ def run_graph(
     intruders = Intruders(entry.domain)
     processes = Processes(entry.environment(), folder / 'log', entry.locks, first)
     patient = not options.one_process and scenario.table(RunParameters).sync == 'lockstep'
-    with interrupts() as interrupted, unhurried() if patient else nullcontext():
+    with interrupts() as interrupted, batch_scheduling() if patient else nullcontext():
         try:
             entries = {node: registry()[node].entry for node in nodes}
             for name, group in (

@@ -49,7 +49,7 @@ SHORT = ('duration', 'sync', 'realtime_factor', 'seed')
 
 @dataclass(frozen=True)
 class Launch:
-    """A launch that can begin.
+    """A launch that is ready to start.
 
     Attributes:
         scenario: of the run.
@@ -70,20 +70,20 @@ class Launch:
     driver_parameters: Path | None
 
 
-def arrange(given: Mapping[str, str], joints: bool = True) -> Launch:
-    """Write the parameter file that a launch needs.
+def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
+    """Claim the folder of a launch and write its parameter files.
 
     Args:
         given: the launch file's arguments.
         joints: whether the node ``transforms`` is to publish the joints' frames.
 
     Raises:
-        BringupError: if one is not accepted.
+        BringupError: if an argument is not accepted.
     """
     record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
     short = [f'simulator.{name}={given[name]}' for name in SHORT if given[name]]
     scenario = scenarios.load_scenario(given['scenario']).set_to(
-        _parted(given['set']), scenarios.changes_of(short)
+        _split_changes(given['set']), scenarios.changes_of(short)
     )
     scenario = on_driver(scenario, given['driver'], given['board'])
     driver_parameters = parameters_of_driver(given['driver_params'], 'driver_params', scenario)
@@ -139,14 +139,14 @@ def parameters_of_driver(file: str, option: str, scenario: Scenario) -> Path | N
 
 
 def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
-    """Return the names of those arguments of the command line that the launch file does not have.
+    """Return the arguments of the command line that the launch file does not have.
 
     Args:
         given: all names, also those of a launch file that includes this one.
         asked: those of the command line.
 
     Raises:
-        BringupError: if a name is all but one of this file's.
+        BringupError: if a name is nearly one of this file's: a typing error.
     """
     for name in given:
         near = get_close_matches(name, ARGUMENTS, 1, SIMILAR)
@@ -164,6 +164,6 @@ def _switch(name: str, text: str) -> bool:
     return text.lower() == 'true'
 
 
-def _parted(text: str) -> list[str]:
-    """Return the changes of a list; a value may hold commas itself."""
+def _split_changes(text: str) -> list[str]:
+    """Split a list of changes at its commas; a value may contain commas."""
     return [part for part in re.split(r',(?=\s*\w+\.\w+=)', text) if part.strip()]

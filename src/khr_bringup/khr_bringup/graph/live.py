@@ -27,7 +27,7 @@ class LiveParameter:
     """A parameter of a running node.
 
     Attributes:
-        name, value: as the node has them.
+        name, value: of the parameter.
         meaning: with its unit and accepted values, from the descriptor.
         fixed: whether it cannot change while the node runs.
     """
@@ -147,7 +147,7 @@ def call_trigger(service: str, domain: int | None = None) -> str:
 
 def _answer(domain: int | None, kind: Any, service: str, request: Any, patience: float) -> Any:
     """Return the response of a service; None if it is not there, or does not respond in time."""
-    with _joined(domain) as own:
+    with _join_run(domain) as own:
         import rclpy
 
         client = own.create_client(kind, service)
@@ -185,7 +185,7 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
     import rclpy
     from rclpy.parameter_client import AsyncParameterClient
 
-    with _joined(domain) as own:
+    with _join_run(domain) as own:
         client = AsyncParameterClient(own, node)
         if not client.wait_for_services(timeout):
             known = ', '.join(
@@ -206,7 +206,7 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
 
 
 @contextmanager
-def _joined(domain: int | None) -> Iterator[Any]:
+def _join_run(domain: int | None) -> Iterator[Any]:
     """Yield a node in the run of ``domain``."""
     os.environ.update(choose(domain).quiet_environment())
     import rclpy

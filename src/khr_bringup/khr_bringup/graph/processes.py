@@ -28,13 +28,13 @@ CLOSING = 25.0  # GRACE of a process with listeners to wait for, or a bag to fin
 
 
 class Processes:
-    """Child processes by name, each in a session of its own, so that Ctrl-C is ours to handle.
+    """Child processes by name, each in its own session, so that Ctrl-C reaches this process alone.
 
     Args:
         environment: added to this process's environment.
         log: folder for one log file per process.
         locks: file descriptors that all inherit.
-        first: the process that ends the run, and waits until that is received.
+        first: the process that is stopped first; it waits for the listeners.
 
     Raises:
         OSError: if the folder cannot be written.
@@ -73,7 +73,7 @@ class Processes:
         self.start_module(name, 'khr_common.nodes.run', [*nodes, *ros])
 
     def start_executable(self, name: str, path: Path, arguments: Sequence[str]) -> None:
-        """Start an executable of somebody else, which may end as it likes when it is asked to."""
+        """Start a foreign executable; its exit code counts only until it is asked to stop."""
         self._foreign.add(name)
         self.start_module(name, EXECUTABLE, [str(path), *arguments])
 
@@ -131,7 +131,7 @@ class Processes:
         """Stop all processes, the recorder last; kill those that do not stop in time.
 
         Returns:
-            Which did not end well although it was asked to stop, if one did not.
+            A description of the processes that did not end well; None if all did.
         """
         others = set(self._children) - {self._first, *LAST}
         failed = []
@@ -152,7 +152,7 @@ class Processes:
 
 
 @contextmanager
-def unhurried() -> Iterator[None]:
+def batch_scheduling() -> Iterator[None]:
     """Let this process and its children wait for a free core (SCHED_BATCH).
 
     No message is urgent then, and preempting the sender costs both processes time.
@@ -169,7 +169,7 @@ def unhurried() -> Iterator[None]:
 
 @contextmanager
 def _sigint_blocked() -> Iterator[None]:
-    """Block SIGINT, which a child inherits: it waits until the child is ready to take it."""
+    """Block SIGINT in the child until it has its handlers."""
     before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
     try:
         yield
@@ -178,7 +178,7 @@ def _sigint_blocked() -> Iterator[None]:
 
 
 def _ended(child: subprocess.Popen[bytes], end: float) -> bool:
-    """Wait until a process has ended; return whether it has, in time."""
+    """Wait for the end of a process until a deadline; return whether it has ended."""
     while child.poll() is None:
         if time.monotonic() > end or _frozen(child.pid):
             return False

@@ -101,8 +101,8 @@ class View:
         """Take a change of the simulator's state.
 
         Raises:
-            MalformedError: here and below, if a message is of another run or not as it should be;
-                then all stays as it was.
+            MalformedError: here and below, if a message is of another run or malformed; it changes
+                nothing then.
         """
         values = pairs(status)
         check_status(values, run)
@@ -123,13 +123,13 @@ class View:
         self.news = time.monotonic()
 
     def take_ready(self, message: Any, run: str) -> None:
-        """Take how far a listener is."""
+        """Take the progress of a listener."""
         name, stamp_ns = read_ready(message.data, run)
         self.received[name] = stamp_ns
         self.news = time.monotonic()
 
     def take_diagnostics(self, array: DiagnosticArray) -> None:
-        """Take how the nodes do; an ERROR is kept as a warning."""
+        """Take the health of the nodes, and parameter changes; an ERROR is kept as a warning."""
         self.changes = (self.changes + changes_in([array]))[:MOST_CHANGES]
         for status in array.status:
             values = pairs(status)
@@ -162,7 +162,7 @@ class Watcher(Node):  # type: ignore[misc]
 
     Args:
         listeners: nodes that must have received the whole run before it is over.
-        run: identity of the run; messages of another one are left out.
+        run: identity of the run; messages of other runs are refused.
         owners: the one node that may publish each of these topics.
         switch: ends the run for another scenario; None if this run has no successor.
     """
@@ -196,7 +196,7 @@ class Watcher(Node):  # type: ignore[misc]
         return None
 
     def _sources(self, topic: str) -> list[str]:
-        """Return the nodes that publish a topic; a new one's name comes after its publishers."""
+        """Return the nodes that publish a topic; ROS learns the name of a new one late."""
         end = time.monotonic() + NAMING
         while True:
             names = [info.node_name for info in self.get_publishers_info_by_topic(topic)]

@@ -1,4 +1,4 @@
-"""A ROS domain of the run's own, and the register by which other commands find it again."""
+"""The ROS domain of a run, and the register by which other commands find the run."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ class RunEntry:
     def quiet_environment(self) -> dict[str, str]:
         """Return the same for a command, without the middleware's log on its standard error.
 
-        Where several runs start at once it complains of ports that it then does without.
+        If several runs start at once, it logs ports that it then does without.
         """
         environment = self.environment()
         profile = Path(environment[PROFILE])
@@ -151,7 +151,7 @@ def running() -> list[RunEntry]:
     for path in sorted(paths, key=_time_of):  # a name with a dot is of a file being written
         with suppress(ValueError, TypeError, OSError, RecursionError):
             entry = _entry(json.loads(path.read_text(encoding='utf-8')))
-            if _alive(entry.pid) and _held(entry.domain):
+            if _alive(entry.pid) and _is_locked(entry.domain):
                 entries.append(entry)
                 continue
         _forget(path)
@@ -185,9 +185,9 @@ def registered(
 ) -> Iterator[RunEntry]:
     """Take a free domain (or the one asked for) for the time of a run.
 
-    A domain is held by all that inherit ``locks``, so it is free again when the last of them has
-    ended. Among this user's runs the lock of a file in the register holds it, which no other user
-    can take; among the users of the machine a port, which one may take to be a nuisance: if no
+    All processes that inherit ``locks`` hold the domain, so it is free again when the last one has
+    ended. Among this user's runs a lock of a file in the register marks it as taken; between users
+    a bound port does. Other users can block ports: if no
     domain is left, one that looks used is taken, and a foreign publisher there ends the run.
 
     Raises:
@@ -196,7 +196,7 @@ def registered(
     """
     check_domain(domain)
     with ExitStack() as held:
-        number, locks = _claimed(domain, held)
+        number, locks = _claim_domain(domain, held)
         entry = RunEntry(
             number,
             os.getpid(),
@@ -230,8 +230,8 @@ def _path(domain: int) -> Path:
 def choose(domain: int | None = None) -> RunEntry:
     """Return the run that a command means: the one of ``domain``, or the only one started here.
 
-    ``ROS_DOMAIN_ID`` names one as for every ROS tool. One that was started in another working
-    folder is somebody else's work, perhaps, and has to be named.
+    ``ROS_DOMAIN_ID`` selects a run as for every ROS tool. A run that was started in another working
+    folder must be named, since it may belong to other work.
 
     Raises:
         BringupError: if there is no such run, or several match.
@@ -252,27 +252,27 @@ def choose(domain: int | None = None) -> RunEntry:
     raise BringupError(f'no run is going on{which}; start one with "khr run SCENARIO"')
 
 
-def _claimed(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, ...]]:
+def _claim_domain(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, ...]]:
     """Return a domain and its locks; ``held`` releases it."""
     for number in DOMAINS if domain is None else [domain]:
         with ExitStack() as kept:
-            lock = _locked(number, kept)
-            port = _bound(number, kept) if lock is not None else None
+            lock = _lock_domain(number, kept)
+            port = _bind_port(number, kept) if lock is not None else None
             # A domain that is given by number may be shared with others.
-            if lock is None or port is None or (domain is None and _inhabited(number)):
+            if lock is None or port is None or (domain is None and _in_use(number)):
                 continue
             held.push(kept.pop_all())
             return number, (lock, port)
     if domain is not None:
         raise BringupError(f'--domain: {domain} is taken by another run; accepted: a free one')
     for number in DOMAINS:
-        lock = _locked(number, held)
+        lock = _lock_domain(number, held)
         if lock is not None:
             return number, (lock,)
     raise BringupError('no free ROS domain')
 
 
-def _locked(domain: int, held: ExitStack) -> int | None:
+def _lock_domain(domain: int, held: ExitStack) -> int | None:
     """Lock the file of a domain for this process and its children; None if it is locked."""
     file = _lock_file(domain)
     lock = os.open(file, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC | os.O_NOFOLLOW, 0o600)
@@ -285,7 +285,7 @@ def _locked(domain: int, held: ExitStack) -> int | None:
     return lock
 
 
-def _bound(domain: int, held: ExitStack) -> int | None:
+def _bind_port(domain: int, held: ExitStack) -> int | None:
     """Bind the port that marks a domain as taken for all users; None if it is bound."""
     port = held.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
     try:
@@ -300,14 +300,14 @@ def _lock_file(domain: int | str) -> Path:
 
 
 def _forget(path: Path) -> None:
-    """Remove an entry, unless its domain is held: then it is a new run's."""
+    """Remove an entry, unless its domain is locked by a new run."""
     with ExitStack() as held:
-        if not path.stem.isdecimal() or _locked(int(path.stem), held) is not None:
+        if not path.stem.isdecimal() or _lock_domain(int(path.stem), held) is not None:
             path.unlink(missing_ok=True)
 
 
-def _held(domain: int) -> bool:
-    """Return whether anybody has locked the file of a domain."""
+def _is_locked(domain: int) -> bool:
+    """Return whether a process has locked the file of a domain."""
     try:
         lock = os.open(_lock_file(domain), os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW)
     except FileNotFoundError:
@@ -320,7 +320,7 @@ def _held(domain: int) -> bool:
     return bool(kind != fcntl.F_UNLCK)
 
 
-def _inhabited(domain: int) -> bool:
+def _in_use(domain: int) -> bool:
     """Return whether any program of this machine takes part in a domain."""
     first = ports_of(domain).start + FIRST_PARTICIPANT
     for port in range(first, first + 2 * PARTICIPANTS, 2):

@@ -57,14 +57,14 @@ class Driver:
         return f'{self.package}/{self.name}'
 
     @property
-    def keeps_course(self) -> bool:
-        """Return whether it reports itself when the run begins and ends."""
+    def reports_state(self) -> bool:
+        """Return whether the driver reports start and end of the run."""
         return STATE in self.publishes
 
     @property
     def first(self) -> str:
         """Return the node that ends the run, as the simulator does."""
-        return self.name if self.keeps_course else COURSE.name
+        return self.name if self.reports_state else COURSE.name
 
     @property
     def judged_by(self) -> str:
@@ -78,15 +78,15 @@ class Driver:
         return 'sensors' if flows >= set(SENSED) else 'nothing'
 
     def graph(self, nodes: Iterable[str]) -> list[str]:
-        """Return the nodes of a run on it, of those of a run on the simulator."""
-        wanted = {node for node in nodes if not self._leaves_out(spec_of(node))}
-        wanted |= {COURSE.name} if not self.keeps_course else set()
+        """Return the nodes of a run on this driver, given the nodes of a run on the simulator."""
+        wanted = {node for node in nodes if not self._replaces(spec_of(node))}
+        wanted |= {COURSE.name} if not self.reports_state else set()
         wanted |= {self.name} if self.path is None else set()
         wanted -= {MONITOR.name} if self.judged_by == 'nothing' else set()
         return [node for node in registry() if node in wanted]
 
-    def _leaves_out(self, spec: NodeSpec) -> bool:
-        """Return whether it stands for a node, or for a sensor that has no truth to measure.
+    def _replaces(self, spec: NodeSpec) -> bool:
+        """Return whether the driver replaces a node, or lacks the truth that a sensor measures.
 
         A driver that closes the loop itself replaces all controllers: they would close it twice.
         """
@@ -133,7 +133,7 @@ def _registered() -> list[str]:
 
 
 def _prefixes() -> list[Path]:
-    """Return where packages are installed: as ROS 2 has it, and this environment."""
+    """Return the prefixes of installed packages: of ROS 2, and of this environment."""
     given = os.environ.get('AMENT_PREFIX_PATH', '').split(':')
     return list(dict.fromkeys(Path(prefix) for prefix in (*given, sys.prefix) if prefix))
 

@@ -1,4 +1,4 @@
-"""Scenarios: ROS 2 parameter files, read strictly, thin over the defaults of the tables."""
+"""Scenarios: ROS 2 parameter files, read strictly; the tables of the nodes have the defaults."""
 
 from __future__ import annotations
 
@@ -165,7 +165,7 @@ class Scenario:
     def to_yaml(self) -> str:
         """Write the whole scenario, defaults included, as a ROS 2 parameter file.
 
-        It holds for nodes in whatever namespace.
+        It applies to nodes in any namespace.
         """
         document = {
             ANYWHERE + node: {'ros__parameters': self.whole(node)}
@@ -236,7 +236,7 @@ def find_scenario(name: str, sought: str = 'scenario') -> Path:
 
 
 def _near(name: str) -> str:
-    """Name the scenarios that begin most like this, or else are most like it; or nothing."""
+    """Return the scenarios with the longest common prefix, or else the most similar one."""
     stem, known = Path(name).name.removesuffix('.yaml'), [path.stem for path in shipped()]
     lengths = range(len(stem), SHORTEST_PREFIX - 1, -1)
     begun = ([each for each in known if each.startswith(stem[:length])] for length in lengths)
@@ -278,7 +278,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
 
 
 def typed(node: str, key: str, value: Any) -> Any:
-    """Return a value as its parameter has it: an integer for a float is taken as that float."""
+    """Convert an integer to a float if the parameter is a float."""
     known = specifications(table_of(node)).get(key) if node in registry() else None
     return float(value) if known and known.kind is float and type(value) is int else value
 

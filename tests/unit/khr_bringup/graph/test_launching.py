@@ -6,7 +6,7 @@ import pytest
 import yaml
 
 from khr_bringup.errors import BringupError
-from khr_bringup.graph.launching import ARGUMENTS, arrange, check_names
+from khr_bringup.graph.launching import ARGUMENTS, check_names, prepare_launch
 from tests import ROOT
 from tests.support.drivers import PENDULUM, install_example
 
@@ -14,7 +14,7 @@ DEFAULTS = {name: default for name, (default, _) in ARGUMENTS.items()}
 
 
 def test_a_launch_lasts_as_long_as_the_motion(tmp_path):
-    launch = arrange({**DEFAULTS, 'out': str(tmp_path / 'run')})
+    launch = prepare_launch({**DEFAULTS, 'out': str(tmp_path / 'run')})
     assert launch.folder == tmp_path / 'run'
     assert {name for _, name in launch.nodes} >= {'simulator', 'gait', 'recorder', 'monitor'}
     assert launch.wiring.values['simulator']['duration'] > 5.0
@@ -34,7 +34,7 @@ def test_arguments_reach_the_nodes(tmp_path):
         'set': 'simulator.push_point=[0.0,0.0,0.1],hip_controller.enabled=true',
         'expect': 'stood',
     }
-    launch = arrange({**DEFAULTS, **given})
+    launch = prepare_launch({**DEFAULTS, **given})
     assert (launch.scenario.name, launch.rviz) == ('stand_0deg', False)
     assert 'recorder' not in {name for _, name in launch.nodes}
     assert 'hip_controller' in {name for _, name in launch.nodes}
@@ -63,7 +63,7 @@ def test_arguments_reach_the_nodes(tmp_path):
 )
 def test_mistakes_are_one_line(tmp_path, name, value, says):
     with pytest.raises(BringupError, match=re.escape(says)) as refusal:
-        arrange({**DEFAULTS, 'out': str(tmp_path / 'run'), name: value})
+        prepare_launch({**DEFAULTS, 'out': str(tmp_path / 'run'), name: value})
     assert '\n' not in str(refusal.value)
     assert not (tmp_path / 'run').exists()
 
@@ -71,7 +71,7 @@ def test_mistakes_are_one_line(tmp_path, name, value, says):
 def test_a_folder_that_holds_something_is_left_alone(tmp_path):
     (tmp_path / 'mine.txt').write_text('keep me')
     with pytest.raises(BringupError, match='holds something'):
-        arrange({**DEFAULTS, 'out': str(tmp_path)})
+        prepare_launch({**DEFAULTS, 'out': str(tmp_path)})
 
 
 def test_the_launch_file_declares_these_arguments():
@@ -91,7 +91,7 @@ def test_an_argument_of_the_command_line_that_is_none_is_named():
 def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeypatch):
     monkeypatch.setenv('AMENT_PREFIX_PATH', install_example(tmp_path)['AMENT_PREFIX_PATH'])
     given = {'scenario': 'stand_0deg', 'driver': PENDULUM, 'out': str(tmp_path / 'run')}
-    launch = arrange({**DEFAULTS, **given})
+    launch = prepare_launch({**DEFAULTS, **given})
     assert launch.scenario.driver.path == tmp_path / 'lib' / PENDULUM
     names = {name for _, name in launch.nodes}
     assert 'course' in names
@@ -100,7 +100,7 @@ def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeyp
 
 def test_parameters_for_no_driver_are_refused(tmp_path):
     with pytest.raises(BringupError, match='no executable of another package drives'):
-        arrange({**DEFAULTS, 'driver_params': 'file.yaml', 'out': str(tmp_path)})
+        prepare_launch({**DEFAULTS, 'driver_params': 'file.yaml', 'out': str(tmp_path)})
 
 
 def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
@@ -110,11 +110,11 @@ def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
         'set': 'board.mixing=board,ankle_controller.gain_unit=1',
         'out': str(tmp_path / 'run'),
     }
-    launch = arrange({**DEFAULTS, **given})
+    launch = prepare_launch({**DEFAULTS, **given})
     assert ('khr_hardware', 'board') in launch.nodes
     assert not {name for _, name in launch.nodes} & {'simulator', 'gyro', 'ankle_controller'}
     board = yaml.safe_load(launch.parameters[0].read_text())['/**/board']['ros__parameters']
     assert (board['port'], board['ankle_ratio']) == ('/dev/ttyUSB7', 12)
     assert launch.wiring.values['board']['answers'] == ['gait']
     with pytest.raises(BringupError, match='board: not with driver'):
-        arrange({**DEFAULTS, **given, 'driver': PENDULUM})
+        prepare_launch({**DEFAULTS, **given, 'driver': PENDULUM})

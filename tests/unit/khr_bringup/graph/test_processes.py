@@ -12,7 +12,7 @@ import psutil
 import pytest
 
 from khr_bringup.graph import processes
-from khr_bringup.graph.processes import Processes, unhurried
+from khr_bringup.graph.processes import Processes, batch_scheduling
 from tests.support.runs import wait_for
 
 PARENT = """
@@ -48,7 +48,7 @@ def test_a_child_dies_with_its_killed_parent(tmp_path, state):
 
 def test_the_unhurried_wait_for_a_core_and_so_do_those_that_they_start():
     schedulers = [os.sched_getscheduler(0)]
-    for context in (unhurried(), nullcontext()):
+    for context in (batch_scheduling(), nullcontext()):
         with context, subprocess.Popen(['sleep', '60']) as child:
             schedulers.append(os.sched_getscheduler(child.pid))
             child.kill()
