@@ -24,6 +24,7 @@ setup(
         'imageio-ffmpeg',
         'Jinja2',
         'MarkupSafe',
+        'markdown-it-py',
         'matplotlib',
         'numpy',
         'pillow',

@@ -38,6 +38,7 @@ PIP_NAMES = {
 ROSDEP_KEYS = {  # in rosdep/python.yaml of rosdistro
     'jinja2': 'python3-jinja2',
     'llvmlite': 'python3-numba',  # which brings it
+    'markdown-it-py': 'python3-rich',  # which depends on it
     'markupsafe': 'python3-jinja2',  # which brings it
     'matplotlib': 'python3-matplotlib',
     'numba': 'python3-numba',

@@ -26,8 +26,9 @@ def test_a_document_is_html_with_its_verdicts_coloured():
     assert '<p>A text with &lt;b&gt; and | in it.</p>' in text
     assert '<h3>Title</h3>' in text
     assert '<th scope="col">a</th>' in text and '<th scope="row">x | y</th>' in text
-    assert '<td data-head="b" class="miss">miss</td>' in text
-    assert '&lt;z&gt;</th><td data-head="b" class="none">no number published</td>' in text
+    assert '<td data-head="b" class="miss"><strong>miss</strong></td>' in text
+    assert '<th scope="row">&lt;z&gt;</th>' in text
+    assert '<td data-head="b" class="none">no number published</td>' in text
     assert '<li>one</li>' in text
 
 

@@ -1,12 +1,12 @@
-"""Pages filled from templates, as Markdown and as blocks."""
+"""Pages filled from templates."""
 
 import sys
 
 import pytest
 from jinja2 import UndefinedError
 
-from khr_report.page.document import Bullets, Passage, Table, markdown
-from khr_report.page.template import page_blocks, page_text
+from khr_report.page.document import Bullets, Table
+from khr_report.page.template import page_text
 
 TEMPLATE = """
 Lead with {{ share | f('.0%') }}.
@@ -44,14 +44,16 @@ def module(tmp_path, monkeypatch):
 @pytest.mark.parametrize('number', [1, 2])
 def test_a_filled_template_is_a_document(module, number):
     below = ('Left out below two.',) * (number > 1)
-    blocks = page_blocks(module, number=number, **VALUES)
-    assert blocks == [
+    assert page_text(module, number=number, **VALUES).split('\n\n') == [
         'Lead with 25%.',
-        POINTS,
+        '- one\n- two',
         'and',
-        Passage(f'Title {number}', (*below, Passage('Within', (ROWS, 'Last.')))),
+        f'## Title {number}',
+        *below,
+        '### Within',
+        '| a |\n| --- |\n| \\| x |',
+        'Last.\n',
     ]
-    assert page_text(module, number=number, **VALUES) == markdown(blocks) + '\n'
 
 
 def test_a_value_that_is_missing_is_an_error(module):

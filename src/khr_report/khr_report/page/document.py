@@ -1,21 +1,18 @@
-"""Documents as data, rendered as Markdown or as HTML: paragraphs, tables, lists and parts."""
+"""Parts of a document, written as Markdown; a page has the same Markdown as HTML."""
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from math import degrees
 from typing import TypeVar
 
-from markupsafe import Markup, escape
+from markupsafe import Markup
 
 from khr_common.text.markdown import table as markdown_table
-from khr_report.page.html import paragraphs, part
+from khr_report.page.markdown_html import markdown_html
 
 Item = TypeVar('Item')
-LINK = re.compile(r'\[([^]]+)\]\([^)]+\)')
-CODE, EMPHASIS = re.compile(r'`([^`]+)`'), re.compile(r'(?<![\w*])\*([^*\s][^*]*)\*(?![\w*])')
 
 
 @dataclass(frozen=True)
@@ -29,11 +26,6 @@ class Verdict:
 
     passed: bool | None
     undecided: bool = False
-
-    @property
-    def css(self) -> str:
-        """Return its CSS class."""
-        return {True: 'pass', False: 'miss', None: 'none'}[self.passed]
 
     def __str__(self) -> str:
         if self.undecided:
@@ -68,7 +60,7 @@ class Passage:
     blocks: tuple[Block, ...]
 
 
-Block = str | Table | Bullets | Passage  # a text is a paragraph
+Block = str | Table | Bullets | Passage  # a text is Markdown: a paragraph, or a whole page
 
 
 def table(items: Iterable[Item], columns: Columns[Item], *without: str) -> Table:
@@ -102,13 +94,13 @@ def numbers(values: Iterable[float | None], decimals: int) -> str:
 
 
 def markdown(blocks: Iterable[Block], level: int = 2) -> str:
-    """Render blocks as Markdown; ``level`` is that of their headings."""
+    """Write blocks as Markdown; ``level`` is the level of their headings."""
     return '\n\n'.join(_markdown(block, level) for block in blocks)
 
 
-def html(blocks: Iterable[Block], level: int = 3) -> Markup:
-    """Render blocks as HTML; ``level`` is that of their headings."""
-    return Markup('\n').join(_html(block, level) for block in blocks)
+def html(blocks: Iterable[Block]) -> Markup:
+    """Write blocks as HTML; headings are those of a part of a section."""
+    return markdown_html(markdown(blocks))
 
 
 def _markdown(block: Block, level: int) -> str:
@@ -118,29 +110,9 @@ def _markdown(block: Block, level: int) -> str:
         return '\n'.join(f'- {item}' for item in block.items)
     if isinstance(block, Passage):
         return f'{"#" * level} {block.title}\n\n{markdown(block.blocks, level + 1)}'
-    return block
+    return block.strip()
 
 
 def _markdown_cell(cell: Cell) -> str:
     text = str(cell).replace('|', '\\|')
     return f'**{text}**' if isinstance(cell, Verdict) and cell.passed is False else text
-
-
-def _html(block: Block, level: int) -> Markup:
-    if isinstance(block, Table):
-        return part('table', block.head, block.rows)
-    if isinstance(block, Bullets):
-        return part('bullets', block.items)
-    if isinstance(block, Passage):
-        title = Markup('<h{0}>{1}</h{0}>\n').format(level, block.title)
-        return title + html(block.blocks, level + 1)
-    return paragraphs(inline(block))
-
-
-def inline(text: str) -> Markup:
-    """Render the inline marks of a paragraph: code, emphasis, and links by their names alone.
-
-    A page stands alone, so it does not link documents of the project.
-    """
-    safe = str(escape(LINK.sub(r'\1', text)))
-    return Markup(EMPHASIS.sub(r'<em>\1</em>', CODE.sub(r'<code>\1</code>', safe)))

@@ -10,7 +10,7 @@ import numpy as np
 from khr_analysis.peaks import Peak
 from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import Block, Bullets, Columns, Table, markdown, rate, table
-from khr_report.page.template import page_blocks
+from khr_report.page.template import page_text
 from khr_studies.measuring.thesis_values import LINE_HZ
 from khr_studies.peak_origin.cycle_spectrum import HIGHEST
 from khr_studies.peak_origin.origin import PEAK, RULE, Line
@@ -34,7 +34,7 @@ def blocks(found: PeakStudy) -> list[Block]:
     distances = distances_from_lines([peak.frequency for peak in THESIS_PEAKS], GAIT_PERIOD)
     widths = [band.found.high - band.found.low for band in bands if band.found]
     return [
-        *page_blocks(
+        page_text(
             __name__,
             found=found,
             base=found.walks[0],

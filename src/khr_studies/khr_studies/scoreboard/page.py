@@ -21,7 +21,7 @@ from khr_report.page.document import (
     rate,
     table,
 )
-from khr_report.page.template import page_blocks
+from khr_report.page.template import page_text
 from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
@@ -174,7 +174,7 @@ def summary(board: Scoreboard) -> str:
 def blocks(board: Scoreboard) -> list[Block]:
     """Return the document of a scoreboard, without its title."""
     explained = board.explanations or ()
-    return page_blocks(
+    text = page_text(
         __name__,
         board=board,
         summary=summary(board),
@@ -196,6 +196,7 @@ def blocks(board: Scoreboard) -> list[Block]:
         walk=_explanation_table([each for each in explained if each['motion'] == 'walk']),
         leg_lift=_explanation_table([each for each in explained if each['motion'] == 'leg_lift']),
     )
+    return [text]
 
 
 def scoreboard_markdown(board: Scoreboard, json: str = 'scoreboard.json') -> str:
