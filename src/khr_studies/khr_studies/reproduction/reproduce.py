@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from importlib.metadata import version as version_of
@@ -37,8 +37,13 @@ from khr_studies.reproduction.findings import (
     distinct,
     experiment_table,
 )
-from khr_studies.reproduction.pictures import Pictures, error_line
-from khr_studies.reproduction.results import FigureResult, Reproduction
+from khr_studies.reproduction.pictures import (
+    Drawing,
+    FigureResult,
+    error_line,
+    start_figure,
+    start_map,
+)
 from khr_studies.scoreboard.rows import Scoreboard
 from khr_studies.scoreboard.study import compare, submit_all
 from khr_studies.stability_map.best_gain import INCLINATION, MapResult, map_result
@@ -55,6 +60,46 @@ LIMIT_RUNS = 5  # of a bisection, about
 LIBRARIES = ('scipy', 'matplotlib')
 
 Result = TypeVar('Result')
+
+
+@dataclass(frozen=True)
+class Reproduction:
+    """All results of a reproduction.
+
+    Attributes:
+        figures: in the order of the registry.
+        maps: stability maps, by the names of their experiments.
+        runs: by experiment.
+        seeds: number of seeds by experiment; 0 if it uses the seed of the scenario.
+        seconds: wall time of the command; stored results took no time.
+        findings: the results as data.
+        peaks: origin of the spectral peaks; None if it is not in the plan, or failed.
+        ragged: conditions lost below an inclination at which they stay up, a line each.
+        failed: failed evaluations, a line each.
+        lost: number of runs lost with their worker.
+    """
+
+    figures: list[FigureResult]
+    maps: list[FigureResult]
+    runs: dict[str, Runs]
+    seeds: dict[str, int]
+    seconds: float
+    findings: Findings
+    peaks: PeakStudy | None
+    ragged: Sequence[str] = ()
+    failed: Sequence[str] = ()
+    lost: int = 0
+
+    @property
+    def drawn(self) -> list[FigureResult]:
+        """Return figures and maps."""
+        return [*self.figures, *self.maps]
+
+    @property
+    def failures(self) -> list[str]:
+        """Return all failures, of figures too, a line each."""
+        errors = (f'{each.number}: {each.error}' for each in self.drawn if each.error)
+        return [*self.failed, *errors]
 
 
 def reproduce(plan: ExperimentPlan, out: Path, workers: int | None = None) -> Reproduction:
@@ -121,28 +166,32 @@ def _compute(plan: ExperimentPlan, sweeps: list[OpenSweep], out: Path, workers: 
             {limit_of_seed: LIMIT_RUNS},
         ) as kept,
     ):
-        pictures = Pictures(pool, bar, out, plan)
-        for number in plan.figures:
-            if not FIGURES[number].experiments:
-                pictures.submit_figure(number)
+        drawings: dict[str, Drawing] = {}
+
+        def follow(drawing: Drawing) -> None:
+            drawing.future.add_done_callback(lambda _: bar.advance())
+            drawings[drawing.figure.number] = drawing
+
+        of_runs = [number for number in plan.figures if FIGURES[number].experiments]
+        for number in (each for each in plan.figures if each not in of_runs):
+            follow(start_figure(pool, plan, number, out))
         bench = _bench(kept, plan)
         if plan.scoreboard:
             submit_all(bench, explain=not plan.fast)
         computed = Computed(experiments.run_open(pool, sweeps, bar))
-        for number in plan.figures:
-            if FIGURES[number].experiments:
-                pictures.submit_figure(number)
+        for number in of_runs:
+            follow(start_figure(pool, plan, number, out))
         for sweep, _ in sweeps:
             if sweep.name in plan.maps:
-                pictures.submit_map(sweep)
+                follow(start_map(pool, plan, sweep, out))
         if plan.scoreboard:
             computed.scoreboard = computed.attempt(
                 SCOREBOARD, lambda: compare(bench, explain=not plan.fast)
             )
         if computed.scoreboard:
             computed.measured = bench.runs()
-        computed.figures = pictures.results(plan.figures)
-        computed.maps = pictures.results(plan.maps)
+        computed.figures = [drawings[number].finish() for number in plan.figures]
+        computed.maps = [drawings[name].finish() for name in plan.maps]
         return computed
 
 
