@@ -18,7 +18,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from khr.environment import BalanceEnv, env
     from khr.runs import RunResult, load, run, scenarios
-    from khr.studies import critical, spectrum, stage3, sweep, tune
+    from khr.searches import critical, tune
+    from khr.studies import spectrum, stage3, sweep
     from khr_common import KhrError
 
 __all__ = [
@@ -38,7 +39,8 @@ __all__ = [
 _HOMES = {
     'khr.environment': ('BalanceEnv', 'env'),
     'khr.runs': ('RunResult', 'load', 'run', 'scenarios'),
-    'khr.studies': ('critical', 'spectrum', 'stage3', 'sweep', 'tune'),
+    'khr.searches': ('critical', 'tune'),
+    'khr.studies': ('spectrum', 'stage3', 'sweep'),
     'khr_common': ('KhrError',),
 }
 

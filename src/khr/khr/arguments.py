@@ -1,33 +1,58 @@
-"""Check the arguments of the functions that people call: a mistake is one line."""
+"""Check the arguments of the Python API: a wrong one is an error of one line.
+
+pydantic is imported by the first call: the command loads this module at every start.
+"""
 
 from __future__ import annotations
 
 import inspect
 from collections.abc import Callable
-from functools import wraps
+from dataclasses import dataclass
+from functools import cache, wraps
 from os import PathLike
-from typing import ParamSpec, TypeAlias, TypeVar
-
-from pydantic import InstanceOf, ValidationError, validate_call
+from typing import TYPE_CHECKING, Annotated, Any, ParamSpec, TypeAlias, TypeVar
 
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.text.quoting import one_line, quoted
 
+if TYPE_CHECKING:
+    from pydantic import ValidationError
+
 P = ParamSpec('P')
 Returned = TypeVar('Returned')
-ScenarioLike: TypeAlias = str | PathLike[str] | InstanceOf[Scenario]
 
-OPTION = '--'  # what the command sets before the names of its arguments
+
+class _InstanceOf:
+    """Have pydantic accept instances of a class as they are (``pydantic.InstanceOf``)."""
+
+    def __get_pydantic_core_schema__(self, source: Any, _: Any) -> Any:
+        from pydantic_core.core_schema import is_instance_schema
+
+        return is_instance_schema(source)
+
+
+ScenarioLike: TypeAlias = str | PathLike[str] | Annotated[Scenario, _InstanceOf()]
+OPTION = '--'  # prefix of the command's options in error messages
+
+
+@dataclass(frozen=True)
+class Flag:
+    """A text argument that is a pair of flags on the command line."""
+
+    on: str
+    off: str
 
 
 def checked(function: Callable[P, Returned]) -> Callable[P, Returned]:
-    """Have a function refuse arguments that it does not state with a :class:`KhrError`."""
-    validated = validate_call(function)
+    """Raise a :class:`KhrError` for arguments that do not match a function's signature."""
 
     @wraps(function)
     def call(*given: P.args, **named: P.kwargs) -> Returned:
+        from pydantic import ValidationError
+
         try:
+            validated: Callable[P, Returned] = _validated(function)
             return validated(*given, **named)
         except ValidationError as error:
             raise KhrError(_text(function, error)) from None
@@ -39,8 +64,25 @@ def checked(function: Callable[P, Returned]) -> Callable[P, Returned]:
     return call
 
 
+@cache
+def _validated(function: Callable[P, Returned]) -> Callable[P, Returned]:
+    """Return a function with validation, which ignores its return type (a deferred import)."""
+
+    from pydantic import validate_call
+
+    @wraps(function)
+    def call(*given: P.args, **named: P.kwargs) -> Returned:
+        return function(*given, **named)
+
+    call.__annotations__ = {
+        name: kind for name, kind in function.__annotations__.items() if name != 'return'
+    }
+    validated: Callable[P, Returned] = validate_call(call)
+    return validated
+
+
 def _text(function: Callable[..., object], error: ValidationError) -> str:
-    """Return the first mistake as one line: what, where, which value, what is accepted."""
+    """Return the first error as one line: the argument, its value and the accepted ones."""
     mistakes = error.errors(include_url=False)
     first, names = mistakes[0], list(inspect.signature(function).parameters)
     place = first['loc'][0]

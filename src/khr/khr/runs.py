@@ -150,7 +150,7 @@ def run(
     with ExitStack() as shown:
         also = None
         if progress:
-            from khr.cli.progress import show_run
+            from khr.progress import show_run
             from khr_sweeps.progress import ProgressBar
 
             bar = shown.enter_context(ProgressBar(total=length(chosen), unit='s'))

@@ -1,4 +1,4 @@
-"""What is asked of runs: spectra, critical inclinations, sweeps, gains, the third stage."""
+"""Studies as functions: spectra of runs, sweeps, the third stage of standing."""
 
 from __future__ import annotations
 
@@ -12,19 +12,15 @@ from typing import Any
 import pyarrow as pa
 from pydantic import InstanceOf
 
-from khr.arguments import ScenarioLike, checked
+from khr.arguments import checked
 from khr.runs import RunResult, changes_of, prepared
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import KhrError
-from khr_studies.measuring.condition import Condition
-from khr_studies.measuring.critical import measure_limit
-from khr_studies.measuring.limit import Limit
 from khr_studies.peak_origin.study import whole_cycles
 from khr_studies.third_stage.study import SCALES, TIMES, Plane, measure_plane
-from khr_studies.tuning import study as tuning
-from khr_sweeps.pool import check_workers, local_pool
+from khr_sweeps.pool import check_workers
 from khr_sweeps.reading import sweep_from
 from khr_sweeps.results.folder import read_results
 from khr_sweeps.sweep import run_sweep
@@ -85,56 +81,6 @@ def spectrum(
 
 
 @checked
-def critical(
-    motion: str = 'walk',
-    *,
-    ankle_gain: float = 0.0,
-    hip_gain: float = 0.0,
-    surface: str = 'smooth',
-    uphill: bool = False,
-    set: Mapping[str, Any] | None = None,
-    engine: str | None = None,
-    seeds: int = 5,
-    tolerance: float = 0.1,
-    workers: int | None = None,
-    progress: bool = False,
-) -> Limit:
-    """Measure the critical inclination by bisection over seeds.
-
-    Args:
-        motion: ``walk``, or ``leg_lift`` on the pads of the force sensors.
-        ankle_gain, hip_gain: K_A and K_H, board units; 0 is no control.
-        surface: ``smooth``, ``rubber`` or ``pads``, under a walk.
-        uphill: whether the robot faces uphill, where it falls backward.
-        set: further parameters to change, by ``node.parameter``.
-        engine: ``bullet`` or ``mujoco``.
-        seeds: how many.
-        tolerance: of each bisection, deg.
-        workers: processes; one per core by default.
-        progress: whether to print each attempt on stderr.
-
-    Returns:
-        The limit of each seed in deg, with mean and confidence interval; ``runs`` is the table of
-        all runs.
-
-    Raises:
-        KhrError: if a value is not accepted.
-
-    Example:
-        >>> import khr
-        >>> found = khr.critical('leg_lift', engine='mujoco', seeds=1, tolerance=0.8)
-        >>> 0.0 < found.mean < 20.0
-        True
-    """
-    changes = {**(set or {}), **({'simulator.engine': engine} if engine else {})}
-    condition = Condition(
-        motion, ankle_gain, hip_gain, surface, tuple(changes_of(changes).items()), uphill
-    )
-    with local_pool(workers, 'workers', quiet=not progress) as pool:
-        return measure_limit(condition, seeds, tolerance, pool)
-
-
-@checked
 def sweep(
     scenario: str | PathLike[str],
     grid: Mapping[str, Any],
@@ -184,69 +130,6 @@ def sweep(
         if run_sweep(specification, results, workers, quiet=not progress):
             raise KhrError(f'{results}: runs are missing; accepted: the same call again')
         return read_results(results)
-
-
-@checked
-def tune(
-    scenario: ScenarioLike,
-    *,
-    set: Mapping[str, Any] | None = None,
-    engine: str | None = None,
-    gait: bool = False,
-    robust: bool = False,
-    seeds: int = 3,
-    candidates: int = 64,
-    seed: int = 0,
-    workers: int | None = None,
-    out: str | PathLike[str] | None = None,
-    progress: bool = False,
-) -> tuning.Tuning:
-    """Find gains for a slope: most seeds up, then least slip, then least vibration.
-
-    Args:
-        scenario: motion and ground: its name, its file, or one that has been loaded.
-        set: parameters to change, by ``node.parameter``.
-        engine: ``bullet`` or ``mujoco``; the scenario's own by default.
-        gait: whether the gait's placement of the centre of mass is searched as well.
-        robust: whether the gains are to hold for every robot of the ensemble.
-        seeds: runs of each candidate and robot.
-        candidates: how many to try.
-        seed: of the optimiser.
-        workers: processes; one per core by default.
-        out: folder for the tuned scenario, a page and a picture, in which results are kept.
-        progress: whether to show on stderr how far it is.
-
-    Returns:
-        The best ``values`` by ``node.parameter``, the ``scenario`` with them, the ``front`` of slip
-        against vibration, and all that was tried.
-
-    Raises:
-        KhrError: if a value is not accepted; with ``out``, if no candidate stayed up.
-
-    Example:
-        >>> import khr
-        >>> found = khr.tune('stand_0deg', set={'simulator.duration': 0.3}, seeds=1, candidates=8)
-        >>> sorted(found.values), found.best.up
-        (['ankle_controller.gain', 'hip_controller.gain'], 1.0)
-        >>> khr.run(found.scenario).outcome.verdict
-        'stood'
-    """
-    check_workers(workers, 'workers')
-    question = tuning.ask(
-        prepared(scenario, set, engine=engine),
-        gait=gait,
-        robust=robust,
-        seeds=seeds,
-        candidates=candidates,
-        seed=seed,
-    )
-    with _folder(out) as folder:
-        found = tuning.tune(question, workers, folder / 'jobs', quiet=not progress)
-        if out is not None:
-            from khr_studies.tuning import page  # draws
-
-            page.write(found, folder)
-        return found
 
 
 @checked

@@ -5,7 +5,7 @@ from io import StringIO
 import pytest
 from rich.console import Console
 
-from khr.cli.progress import show_run
+from khr.progress import show_run
 from khr_bringup.result import Progress
 from khr_sweeps import progress
 from khr_sweeps.progress import ProgressBar

@@ -9,8 +9,8 @@ from pathlib import Path
 
 from rich.console import Console
 
-from khr.cli.progress import show_run
 from khr.cli.summary import print_line, summarise
+from khr.progress import show_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions
 from khr_bringup.graph.run_registry import RunEntry, check_domain, registered

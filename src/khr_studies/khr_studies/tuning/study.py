@@ -173,13 +173,7 @@ class Tuning:
 
 
 def ask(
-    scenario: Scenario,
-    *,
-    gait: bool = False,
-    robust: bool = False,
-    seeds: int = 3,
-    candidates: int = 64,
-    seed: int = 0,
+    scenario: Scenario, *, gait: bool, robust: bool, seeds: int, candidates: int, seed: int
 ) -> Question:
     """Return the search for the gains of a scenario.
 

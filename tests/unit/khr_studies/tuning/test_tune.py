@@ -224,6 +224,7 @@ def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
             robust=robust,
             seeds=1,
             candidates=8,
+            seed=0,
         )
         return tune(question, jobs, tmp_path)
 

@@ -3,24 +3,24 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
+from khr import searches
+from khr.cli.options_of import options_of
 from khr.cli.verbs.options import (
     EngineOption,
     OptimiserSeedOption,
     ProcessesOption,
     SchedulerOption,
     SeedsOption,
-    SetOption,
     TlsOption,
     ToleranceOption,
     UnauthenticatedOption,
     scheduler_of,
     warn_of_switched_off,
 )
-from khr_bringup.scenario import scenario as scenarios
 
 
 def push(
@@ -61,35 +61,28 @@ def push(
         print(path)
 
 
-def critical(
-    walk: Annotated[
-        bool,
-        typer.Option('--walk/--stand', help='Walk, or lift one leg on the force-sensor pads.'),
-    ] = True,
-    ka: Annotated[float, typer.Option(help='Ankle gain K_A; 0 is no control.')] = 0.0,
-    kh: Annotated[float, typer.Option(help='Hip gain K_H; 0 is no control.')] = 0.0,
-    surface: Annotated[
-        str, typer.Option(help='Surface of a walk: smooth, rubber or pads.')
-    ] = 'smooth',
-    uphill: Annotated[
-        bool, typer.Option('--uphill', help='Face uphill: where does it fall backward?')
-    ] = False,
-    seeds: SeedsOption = 5,
-    tolerance: ToleranceOption = 0.1,
-    jobs: ProcessesOption = None,
-    set_: SetOption = None,
-) -> None:
-    """Measure the critical inclination, in deg, by bisection over seeds."""
-    from khr_studies.measuring.condition import Condition
+@options_of(searches.critical)
+def critical(arguments: dict[str, Any], settings: list[str]) -> None:
+    """Print the limit."""
     from khr_studies.measuring.critical import measure_limit
     from khr_studies.measuring.limit import limit_text
     from khr_sweeps.pool import local_pool
 
-    changes = tuple(scenarios.changes_of(set_ or []).items())
-    condition = Condition('walk' if walk else 'leg_lift', ka, kh, surface, changes, uphill)
-    warn_of_switched_off(condition.scenario(0.0), set_ or [])
-    with local_pool(jobs, '--jobs') as pool:
-        print(limit_text(condition.title, measure_limit(condition, seeds, tolerance, pool)))
+    condition = searches.condition_of(**arguments)
+    warn_of_switched_off(condition.scenario(0.0), settings)
+    with local_pool(arguments['workers'], '--jobs') as pool:
+        limit = measure_limit(condition, arguments['seeds'], arguments['tolerance'], pool)
+    print(limit_text(condition.title, limit))
+
+
+@options_of(searches.tune)
+def tune(arguments: dict[str, Any], _: list[str]) -> None:
+    """Write the results and print their summary."""
+    from khr_studies.tuning import page, study
+
+    question = searches.question_of(**arguments)
+    folder = arguments['out'] or question.folder
+    print(page.write(study.tune(question, arguments['workers'], folder / 'jobs'), folder))
 
 
 def calibrate(
@@ -149,39 +142,6 @@ def engines(
     from khr_studies.engines import page, study
 
     print(f'{out}: {page.write(study.compare_engines(seeds, tolerance, jobs, only), out)}')
-
-
-def tune(
-    scenario: Annotated[str, typer.Argument(help='A scenario file or name: motion and ground.')],
-    set_: SetOption = None,
-    gait: Annotated[
-        bool, typer.Option('--gait', help='Search where the gait carries the centre of mass too.')
-    ] = False,
-    robust: Annotated[
-        bool,
-        typer.Option('--robust', help='For every robot of the ensemble that calibrate found.'),
-    ] = False,
-    seeds: SeedsOption = 3,
-    candidates: Annotated[int, typer.Option(help='Candidates to measure.')] = 64,
-    seed: OptimiserSeedOption = 0,
-    jobs: ProcessesOption = None,
-    out: Annotated[
-        Path | None, typer.Option(help='Folder of the results; runs/tune/NAME by default.')
-    ] = None,
-) -> None:
-    """Find gains for a slope: most seeds up, then least slip, then least vibration."""
-    from khr_studies.tuning import page, study
-
-    question = study.ask(
-        scenarios.load_scenario(scenario).set_to(set_ or []),
-        gait=gait,
-        robust=robust,
-        seeds=seeds,
-        candidates=candidates,
-        seed=seed,
-    )
-    folder = out or question.folder
-    print(page.write(study.tune(question, jobs, folder / 'jobs'), folder))
 
 
 def stage3(

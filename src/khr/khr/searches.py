@@ -1,0 +1,181 @@
+"""Critical inclinations and tuned gains: functions that are commands as well.
+
+``khr critical`` and ``khr tune`` take their options, defaults and help from the signatures and
+docstrings here (:mod:`khr.cli.options_of`). Imports are inside the functions, because the command
+loads this module at every start.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from os import PathLike
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from khr.arguments import Flag, ScenarioLike, checked
+
+if TYPE_CHECKING:
+    from khr_studies.measuring.condition import Condition
+    from khr_studies.measuring.limit import Limit
+    from khr_studies.tuning.study import Question, Tuning
+
+Settings = Annotated[Mapping[str, Any] | None, typer.Option('--set')]
+Workers = Annotated[int | None, typer.Option('--jobs')]
+
+
+@checked
+def critical(
+    motion: Annotated[str, Flag('walk', 'leg_lift'), typer.Option('--walk/--stand')] = 'walk',
+    *,
+    ankle_gain: Annotated[float, typer.Option('--ka')] = 0.0,
+    hip_gain: Annotated[float, typer.Option('--kh')] = 0.0,
+    surface: str = 'smooth',
+    uphill: bool = False,
+    set: Settings = None,
+    engine: str | None = None,
+    seeds: int = 5,
+    tolerance: float = 0.1,
+    workers: Workers = None,
+    progress: bool = False,
+) -> Limit:
+    """Measure the critical inclination, in deg, by bisection over seeds.
+
+    Args:
+        motion: Motion: ``walk``, or ``leg_lift``, standing on the force-sensor pads.
+        ankle_gain: Ankle gain K_A in board units; 0 is no control.
+        hip_gain: Hip gain K_H in board units; 0 is no control.
+        surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.
+        uphill: The robot faces uphill, and so falls backward.
+        set: Change a parameter of the scenario: ``node.parameter=value``.
+        engine: Physics engine: ``bullet`` or ``mujoco``.
+        seeds: Seeds of each measurement.
+        tolerance: Tolerance of each bisection, in deg.
+        workers: Processes on this machine; one per core by default.
+        progress: Show the progress on stderr.
+
+    Returns:
+        The limit of each seed in deg, with mean and confidence interval; ``runs`` is the table of
+        all runs.
+
+    Raises:
+        KhrError: if a value is not accepted.
+
+    Example:
+        >>> import khr
+        >>> found = khr.critical('leg_lift', engine='mujoco', seeds=1, tolerance=0.8)
+        >>> 0.0 < found.mean < 20.0
+        True
+    """
+    from khr_studies.measuring.critical import measure_limit
+    from khr_sweeps.pool import local_pool
+
+    condition = condition_of(motion, ankle_gain, hip_gain, surface, uphill, set, engine)
+    with local_pool(workers, 'workers', quiet=not progress) as pool:
+        return measure_limit(condition, seeds, tolerance, pool)
+
+
+def condition_of(
+    motion: str,
+    ankle_gain: float,
+    hip_gain: float,
+    surface: str,
+    uphill: bool,
+    set: Mapping[str, Any] | None,
+    engine: str | None,
+    **_: Any,
+) -> Condition:
+    """Return the condition that :func:`critical` measures with the same arguments."""
+    from khr.runs import changes_of
+    from khr_studies.measuring.condition import Condition
+
+    changes = {**(set or {}), **({'simulator.engine': engine} if engine else {})}
+    return Condition(
+        motion, ankle_gain, hip_gain, surface, tuple(changes_of(changes).items()), uphill
+    )
+
+
+@checked
+def tune(
+    scenario: Annotated[ScenarioLike, typer.Argument()],
+    *,
+    set: Settings = None,
+    engine: str | None = None,
+    gait: bool = False,
+    robust: bool = False,
+    seeds: int = 3,
+    candidates: int = 64,
+    seed: int = 0,
+    workers: Workers = None,
+    out: str | PathLike[str] | None = None,
+    progress: bool = False,
+) -> Tuning:
+    """Find gains for a slope: most seeds up, then least slip, then least vibration.
+
+    Args:
+        scenario: Scenario with motion and slope: a name or file; in Python also a loaded one.
+        set: Change a parameter of the scenario: ``node.parameter=value``.
+        engine: Physics engine: ``bullet`` or ``mujoco``; the scenario's own by default.
+        gait: Search the gait's placement of the centre of mass as well.
+        robust: Find gains that hold for every robot of the ensemble that calibrate found.
+        seeds: Runs of each candidate and robot.
+        candidates: Candidates to measure.
+        seed: Seed of the optimiser.
+        workers: Processes on this machine; one per core by default.
+        out: Folder of the tuned scenario, page and plot, which also keeps finished runs; the
+            command writes to ``runs/tune/NAME`` by default.
+        progress: Show the progress on stderr.
+
+    Returns:
+        The best ``values`` by ``node.parameter``, the ``scenario`` with them, the ``front`` of slip
+        against vibration, and all that was tried.
+
+    Raises:
+        KhrError: if a value is not accepted; with ``out``, if no candidate stayed up.
+
+    Example:
+        >>> import khr
+        >>> found = khr.tune('stand_0deg', set={'simulator.duration': 0.3}, seeds=1, candidates=8)
+        >>> sorted(found.values), found.best.up
+        (['ankle_controller.gain', 'hip_controller.gain'], 1.0)
+        >>> khr.run(found.scenario).outcome.verdict
+        'stood'
+    """
+    from khr_studies.tuning import page, study
+    from khr_sweeps.pool import check_workers
+
+    check_workers(workers, 'workers')
+    question = question_of(scenario, set, engine, gait, robust, seeds, candidates, seed)
+    with TemporaryDirectory() as temporary:
+        folder = Path(temporary if out is None else out)
+        found = study.tune(question, workers, folder / 'jobs', quiet=not progress)
+        if out is not None:
+            page.write(found, folder)
+        return found
+
+
+def question_of(
+    scenario: ScenarioLike,
+    set: Mapping[str, Any] | None,
+    engine: str | None,
+    gait: bool,
+    robust: bool,
+    seeds: int,
+    candidates: int,
+    seed: int,
+    **_: Any,
+) -> Question:
+    """Return the search that :func:`tune` makes with the same arguments."""
+    from khr.runs import prepared
+    from khr_studies.tuning.study import ask
+
+    return ask(
+        prepared(scenario, set, engine=engine),
+        gait=gait,
+        robust=robust,
+        seeds=seeds,
+        candidates=candidates,
+        seed=seed,
+    )
