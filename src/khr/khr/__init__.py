@@ -1,4 +1,4 @@
-"""Run the simulated KHR-3HV from Python: the same runs as the ``khr`` command's::
+"""Run the simulated KHR-3HV from Python, with the same trajectories as the ``khr`` command::
 
     import khr
 
@@ -6,9 +6,9 @@
     print(walk.outcome.verdict, walk.trajectory_hash)
     spectrum = khr.spectrum(walk)
 
-Every function raises :class:`khr.KhrError`, with one line that says what is accepted. None prints
-anything unless asked for ``progress``; what takes many runs has a process on each core. Numbers
-are in SI units; angles and rates are there in degrees as well, with ``_deg`` in the name.
+Errors are :class:`khr.KhrError`, one line that names the accepted values. Nothing is printed
+without ``progress=True``. Studies of many runs use a process per core. Numbers are in SI units;
+angles and rates are also given in degrees, with ``_deg`` in the name.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import what is asked for: a spectrum needs no physics, and a run no environment."""
+    """Import the module of a name on first use: a spectrum needs no physics engine."""
     from importlib import import_module
 
     for module, names in _HOMES.items():

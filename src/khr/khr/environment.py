@@ -45,7 +45,7 @@ OBSERVED = {  # name and bound of each value observed
 }
 CONTROLLERS = ('ankle_controller', 'hip_controller')
 CORRECTIONS = (ANKLE_CORRECTION, HIP_CORRECTION)
-# What a second of each is worth; the effort is the sum of the squares of the actions.
+# Reward per second of each term; the effort is the sum of the squared actions.
 WEIGHTS = {'alive': 1.0, 'pitch_rate': -0.02, 'effort': -0.05}
 OPTIONS = {  # of a reset, and the parameter that each sets
     'inclination_deg': 'simulator.inclination_deg',
@@ -59,7 +59,7 @@ Observation = NDArray[np.float32]
 
 
 class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
-    """One episode is one run of a scenario whose ankle and hip corrections are yours.
+    """A run of a scenario with the ankle and hip corrections as actions.
 
     A step is one control period of 15 ms. The gait goes on as planned; the controllers of the
     scenario are turned off. With actions of zero an episode is the run of that scenario with that
@@ -71,20 +71,20 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
     a walk. Each is clipped to its bound. A policy that needs the past wraps the environment in
     ``gymnasium.wrappers.FrameStackObservation``.
 
-    Action, (2,), from -1 to 1: times 15 deg, what is added to both ankle pitches and to both hip
-    pitches; it acts one control period later, as the board does.
+    Action, (2,), from -1 to 1: the corrections of both ankle pitches and of both hip pitches, in
+    units of 15 deg; they act one control period later, as on the board.
 
     Reward: per second 1 for having stayed up, less 0.02 times the squared pitch rate in rad/s and
     0.05 times the sum of the squared actions. ``info`` holds each term, as ``reward_alive``,
     ``reward_pitch_rate`` and ``reward_effort``, and the ``time`` in s; that of an episode's last
-    step also what became of the robot: ``verdict``, ``fell``, ``stayed_up``, ``distance``,
+    step also the outcome: ``verdict``, ``fell``, ``stayed_up``, ``distance``,
     ``slip_distance``, ``vibration`` and so on, and all of it as ``outcome``.
 
     An episode is terminated when the robot no longer stays up, by a fall or by sliding over a step
     length, and truncated at the end of the motion.
 
     Args:
-        scenario: whose episodes these are.
+        scenario: run in each episode.
         render_mode: ``rgb_array`` draws the robot, with no screen; ``human`` opens the window of
             the physics engine.
         weights: of the terms of the reward, those that differ.
@@ -232,7 +232,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         return [member.constants for member in read_ensemble()]
 
     def _changes(self, options: Mapping[str, Any]) -> dict[tuple[str, str], Any]:
-        """Return what the options of a reset change, by node and parameter."""
+        """Return the parameter changes of a reset's options, by node and parameter."""
         changes: dict[str, Any] = {}
         for name, value in options.items():
             if name == 'robot':

@@ -30,9 +30,9 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class RunResult(Result):
-    """A run that is over, and its signals; in a notebook it shows what the command prints.
+    """A finished run and its signals; a notebook shows the command's summary of it.
 
-    ``outcome`` is what became of the robot: verdict, distance in m, largest pitch in rad and as
+    ``outcome`` holds the verdict, distance in m, largest pitch in rad and as
     ``largest_pitch_deg``, slip in m, vibration in rad/s and as ``vibration_deg_s``. ``scenario``
     is as it ran, with every change.
 
@@ -91,7 +91,7 @@ class RunResult(Result):
         )
 
     def _repr_html_(self) -> str:
-        """Show what the command prints as a table."""
+        """Return the command's summary as an HTML table."""
         from khr_report.page.html import part
 
         rows = [

@@ -101,7 +101,7 @@ def sweep(
         engine: ``bullet`` or ``mujoco``; the scenario's own by default.
         seeds: number of seeds of each; the scenario's own by default.
         workers: processes; one per core by default.
-        out: folder to keep the results in, so that what is done is not repeated.
+        out: folder of the results; runs that are already in it are not repeated.
         progress: whether to show on a terminal how far it is, and at the end how many runs ended
             how.
 
@@ -143,7 +143,7 @@ def stage3(
     out: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> Plane:
-    """Measure what the hip's damping is worth to a standing robot, and where.
+    """Measure how far the hip's damping raises the limit of standing.
 
     Args:
         scales: of the force sensors, V/N.

@@ -57,13 +57,13 @@ def inclination_within(inclination: npt.ArrayLike) -> None:
 
 
 def finite(name: str, value: float) -> None:
-    """Refuse infinities and NaN."""
+    """Refuse infinity and NaN."""
     if not math.isfinite(value):
         raise ModelError(f'{name}: {value!r} is not accepted; accepted: (-inf, inf)')
 
 
 def one_of(name: str, value: Any, choices: Sequence[str]) -> None:
-    """Refuse a value that is none of the choices."""
+    """Refuse a value that is not one of the choices."""
     if value not in choices:
         raise ModelError(f'{name}: {value!r} is not accepted; accepted: {" | ".join(choices)}')
 

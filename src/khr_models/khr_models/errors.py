@@ -4,4 +4,4 @@ from khr_common.errors import KhrError
 
 
 class ModelError(KhrError):
-    """An argument is outside what a model accepts."""
+    """An argument is outside the accepted range of a model."""

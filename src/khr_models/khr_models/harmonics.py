@@ -5,12 +5,12 @@ moment m g l sin(phi):
     th'' + s (g/l) (sin(th + phi) - sin(phi)) = D cos(2 pi f_0 t),
 s = +1 as printed in (5.15) (a hanging pendulum), s = -1 physical. Expanded to the third power of
 th, (5.16)-(5.17), the square term s (g/l) sin(phi) th^2/2 makes 2 f_0 and the cube term
-s (g/l) cos(phi) th^3/6 makes 3 f_0. D is the drive whose linear response is a_0 cos(2 pi f_0 t).
+s (g/l) cos(phi) th^3/6 makes 3 f_0. The drive D has the linear response a_0 cos(2 pi f_0 t).
 
 Printed, a_2 = (g sin(phi)/(2 l)) a_0 (5.20) and a_1 = (g cos(phi)/(6 l)) a_0 (5.19) are the
 expansion's coefficients times a_0: they have the unit 1/s^2 too many and grow with a_0 instead of
-its square and cube. Here is what the expansion gives when it is carried through, and what
-integrating the equation itself gives.
+its square and cube. This module carries the expansion through, and also integrates the equation
+itself.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Numbers that Dutta (2021) publishes for the models, and what follows from them."""
+"""Numbers that Dutta (2021) publishes for the models, and constants derived from them."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ FORCE_GAIN = (
 
 
 def loop_gain(setting: float, form: Form = 'physical') -> float:
-    """Return what a gain setting of the board is as ServoLoop's gain.
+    """Convert a gain setting of the board into ServoLoop's gain.
 
     Physical: in s. As printed: K_A S_GY of (5.4), V per rad/s.
     """

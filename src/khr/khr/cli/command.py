@@ -34,7 +34,9 @@ def main() -> None:
     _handle_signals(_interrupt)
     sys.unraisablehook = _unraisable
     warnings.formatwarning = lambda message, *_: f'khr: {message}\n'
-    if isinstance(sys.stdout, TextIOWrapper):  # a path may hold what the terminal cannot show
+    if isinstance(
+        sys.stdout, TextIOWrapper
+    ):  # a path may hold characters that the terminal cannot show
         sys.stdout.reconfigure(errors='backslashreplace')
     try:
         sys.exit(app(standalone_mode=False) or 0)

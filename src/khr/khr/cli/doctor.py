@@ -1,4 +1,4 @@
-"""``khr doctor``: check what a run needs, one by one."""
+"""``khr doctor``: check the requirements of a run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from khr_common import RunError
 from khr_common.arithmetic import PORTABLE, in_force, warning
 from khr_sim.physics import engines
 
-# Of what the packages do not declare: how ROS reaches its middleware, and the engines to choose.
+# Requirements that no package declares: the ROS middleware and the optional physics engines.
 BESIDE = ('rclpy', 'ros-rmw-fastrtps-cpp', *engines.LIBRARIES.values())
 ROOM = 1.0  # GB of disk below which a recording is at risk
 Finding = tuple[bool, str, str]
@@ -52,10 +52,10 @@ def examine(console: Console) -> int:
         closed,
     )
     for check in (*checks, children_end, disk, runs):
-        fine, what, advice = check()
+        fine, text, advice = check()
         good &= fine
         mark = '[green]ok [/green]' if fine else '[red]bad[/red]'
-        said = escape(what if fine else f'{what} -> {advice}')
+        said = escape(text if fine else f'{text} -> {advice}')
         console.print(f'{mark} {said}', highlight=False, soft_wrap=True)
     return 0 if good else 1
 
@@ -73,7 +73,7 @@ def arithmetic() -> Finding:
 
 
 def packages() -> list[str]:
-    """Return the distributions of this project, and what they declare that they need."""
+    """Return the distributions of this project and their declared requirements."""
     homes = importlib.metadata.packages_distributions()
     waiting = [*BESIDE, homes.get('khr', ['khr'])[0]]
     found: dict[str, str] = {}  # by the name that stands for all its spellings
@@ -147,7 +147,7 @@ def closed() -> Finding:
 
 
 def _discover() -> tuple[float, list[str]]:
-    """Return how long two nodes took to find each other, s, and what they opened."""
+    """Return the discovery time of two nodes, s, and the sockets that they opened."""
     import rclpy
     from std_msgs.msg import String
 

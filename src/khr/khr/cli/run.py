@@ -35,7 +35,7 @@ NETWORK = (
 
 @dataclass(frozen=True)
 class Options:
-    """How to run a scenario, and what to do with its results; see ``khr run --help``."""
+    """Options of a run and of its results; see ``khr run --help``."""
 
     run: RunOptions = field(default_factory=RunOptions)
     draw: bool = True
@@ -137,9 +137,9 @@ def _run(
 
 
 def _kept(folder: Path, result: Result, options: Options, console: Console) -> list[str]:
-    """Keep what a run came to, and draw what it recorded; return what failed of the run and this.
+    """Write the outcome of a run and draw its recording; return the errors of the run and of this.
 
-    What was measured is printed all the same.
+    The summary is printed in any case.
     """
     failures = [result.failure] if result.failure else []
     try:

@@ -1,4 +1,4 @@
-"""What the command prints of a run that is over."""
+"""The printed summary of a finished run."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ MOST_CHANGES = 5  # that are named
 
 
 def summarise(result: Result, folder: Path, recorded: bool) -> None:
-    """Print what a run came to, and where it is kept; its trajectory hash is the last line."""
+    """Print outcome, timing and folder of a run; its trajectory hash is the last line."""
     table = Table(show_header=False)
     table.add_row('outcome', f'[bold]{result.verdict or "no verdict"}[/bold]')
     for label, text in labelled(result.judged).items():

@@ -1,6 +1,6 @@
 """A vibratory MEMS gyro modelled down to its circuit, after Dutta (2021), chapter 4.
 
-- ``circuit``: its constants, each with its provenance, and what follows from them in closed form;
+- ``circuit``: its constants, each with its source, and closed-form results;
 - ``carrier``: the whole chain at the carrier's time scale, as waveforms;
 - ``baseband``: the same sensor as a linear system at the control rate, cheap enough for a node;
 - ``agreement``: how far those two are apart.

@@ -25,8 +25,8 @@ def disagreement(
         frequency: of a cosine of rate, Hz; 0 is a constant rate.
         sample_period: of the baseband, s; it gets the mean rate of each.
         held: whether the full model, too, is turned by those means, each held over its period,
-            rather than by the cosine itself. Then the two levels differ by what the baseband
-            leaves out of the circuit; otherwise also by what sampling leaves out of the rate.
+            rather than by the cosine itself. Then the two levels differ by the ripple that
+            the baseband neglects; otherwise also by the change of the rate within a sample period.
         circuit: the constants.
 
     Raises:

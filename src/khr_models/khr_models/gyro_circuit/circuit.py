@@ -1,4 +1,4 @@
-"""The constants of the gyro's circuit, where each comes from, and what follows from them."""
+"""The constants of the gyro's circuit with their sources, and closed-form results."""
 
 from __future__ import annotations
 
@@ -165,11 +165,11 @@ def fit_sense_stiffness(circuit: Circuit, sensitivity: float) -> Circuit:
     """Adjust the sense stiffness alone so that the static sensitivity is met, in closed form.
 
     Args:
-        circuit: what to start from; its sense resonance stays above the carrier.
+        circuit: initial values; its sense resonance stays above the carrier.
         sensitivity: V per rad/s.
 
     Raises:
-        ModelError: if it is not positive, or above what matched resonances would give.
+        ModelError: if it is not positive, or above the sensitivity of matched resonances.
     """
     inertia = circuit.mass * circuit.carrier**2
     resistance = circuit.carrier * circuit.sense_damping

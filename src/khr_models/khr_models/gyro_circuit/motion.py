@@ -35,7 +35,7 @@ def move(
     the order (modulation frequency * step).
 
     Args:
-        resonator: what moves.
+        resonator: the moving axis.
         force: (n,) N, every ``step`` seconds from t = 0.
         step: s.
         tone: rad/s, between 0 and pi / step.

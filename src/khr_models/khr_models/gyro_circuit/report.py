@@ -22,7 +22,7 @@ def figures() -> str:
     parts = [
         '### Constants',
         _constants(KRG4),
-        '### What follows from them',
+        '### Derived quantities',
         _derived(KRG4),
         '### Reaching the packaged sensitivity',
         _fit(),
@@ -44,7 +44,7 @@ def _constants(circuit: Circuit) -> str:
         return [f'`{field.name}`', data['description'], f'{value:.5g}', data['unit'], source]
 
     return table(
-        ['name', 'what', 'value', 'unit', 'source'], map(row, dataclasses.fields(circuit))
+        ['name', 'meaning', 'value', 'unit', 'source'], map(row, dataclasses.fields(circuit))
     )
 
 
@@ -90,7 +90,7 @@ def _derived(circuit: Circuit) -> str:
         ),
     ]
     return table(
-        ['what', 'value', 'unit'], [[what, f'{value:.4g}', unit] for what, value, unit in rows]
+        ['quantity', 'value', 'unit'], [[name, f'{value:.4g}', unit] for name, value, unit in rows]
     )
 
 

@@ -1,1 +1,1 @@
-"""The numbers of the thesis beside those of the models."""
+"""Published numbers of the thesis compared with the models."""

@@ -50,7 +50,7 @@ def pendulum_numbers() -> str:
 
 
 def ankle_numbers() -> str:
-    """Return what the ankle servo and the force loop reach (3.11)-(3.13)."""
+    """Return the limits of the ankle servo and the force loop (3.11)-(3.13)."""
     phi = math.radians(6.0)
     motion = partial(
         corrected_motion, ROBOT, FORCE_GAIN, inclination=phi, initial_lean=INITIAL_LEAN

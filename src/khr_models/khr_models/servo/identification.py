@@ -28,7 +28,7 @@ SAMPLES = 4000
 class Prediction:
     """A ringing frequency, Hz, its standard deviation and the middle 95 % of its samples.
 
-    A frequency of 0 says that the loop does not ring at that gain.
+    A frequency of 0 means that the loop does not ring at that gain.
     """
 
     frequency: float
@@ -143,7 +143,7 @@ def _solve(gains: Sequence[float], peaks: Array, form: Form, inertia: float) -> 
 
 
 def _line(form: Form) -> float:
-    """Return what turns Hz into the unit of f_A0 in (5.12): printed, it stands in Hz."""
+    """Return the factor from Hz to the unit of f_A0 in (5.12), which is printed in Hz."""
     return 2.0 * math.pi if form == 'physical' else 1.0
 
 

@@ -174,7 +174,7 @@ def _tone_response(loop: ServoLoop, tone: Tone, time: Array) -> Array:
 
 
 def _residue_terms(numerator: Array, same: Any, others: Any, time: Array) -> Any:
-    """Return what a simple or double pole adds, the denominator's leading coefficient 1."""
+    """Return the contribution of a simple or double pole, for a monic denominator."""
     pole = np.mean(same)
     gap = np.prod(pole - others)
     value = np.polyval(numerator, pole)
@@ -201,7 +201,7 @@ def response_by_simulation(loop: ServoLoop, tones: Sequence[Tone], time: Array) 
         drive = sum(tone(at) for tone in tones)
         return rate, (stiffness * (drive - angle) - damping * rate) / inertia
 
-    # The response of (5.1) is as large as the tones, so the tolerance is small beside it.
+    # The response of (5.1) is as large as the tones, so the tolerance is relative to it.
     angle, rate = integrate(derivative, (0.0, 0.0), time)
     return np.asarray(angle - loop.gain * rate)  # the numerator of (5.5)
 

@@ -36,7 +36,7 @@ def sweep_stiffness(
     Args:
         loop: gives inertia, damping, gain and form.
         stiffness: the values of K, N m/rad.
-        tone: what the loop is asked to do from rest, for instance the gait's fundamental.
+        tone: reference of the loop from rest, for instance the gait's fundamental.
     """
     loops = [replace(loop, stiffness=float(value)) for value in stiffness]
     return StiffnessSweep(

@@ -1,7 +1,7 @@
 """The pendulum held by its ankle servo, and moved by the force loop: (3.11) to (3.13).
 
 Printed: J th'' = -m g l sin(th + phi) + K_P e + K_I int e dt + K_D de/dt with e = th* - th. The
-physical form has +m g l sin. The servo's torque is what Delta b is in (3.5), so Delta follows
+physical form has +m g l sin. The servo's torque stands for Delta b in (3.5), so Delta follows
 from it: Delta = torque/b published, -torque/b physical (a torque that leans the body back presses
 on the toe). Both settle at the same lean with the same Delta.
 """

@@ -92,7 +92,7 @@ class JointServos:
         stiffness: of the position loops, N m/rad, (n,).
         gear_stiffness, gear_damping: between rotor and link, N m/rad and N m s/rad, (n,).
         rotor_inertia: kg m^2, (n,).
-        back_emf: what brakes the rotor by its speed, N m s/rad, (n,).
+        back_emf: braking torque per rotor speed, N m s/rad, (n,).
     """
 
     stiffness: Array
@@ -146,7 +146,7 @@ class StandingLoop:
         servos, n = self.servos, len(self.chain.masses)
         q, w, rotor, speed = (slice(k * n, (k + 1) * n) for k in range(4))
         force, rate = 4 * n, 4 * n + 1
-        load = np.zeros((n, 4 * n + 2))  # what the rotors pass on to the links
+        load = np.zeros((n, 4 * n + 2))  # torques of the rotors on the links
         load[:, q], load[:, w] = -np.diag(servos.gear_stiffness), -np.diag(servos.gear_damping)
         load[:, rotor], load[:, speed] = -load[:, q], -load[:, w]
         a = np.zeros((4 * n + 2, 4 * n + 2))
@@ -169,7 +169,7 @@ class StandingLoop:
 
     @cached_property
     def _one_period(self) -> Array:
-        """Return what one period makes of the state, the targets, and those under way."""
+        """Return the state, the targets and the delayed targets after one period."""
         a, b = self._plant
         size, h = len(a), self.period
         joint = np.zeros((size + 4, size + 4))  # the input, and its slope, held over a period
@@ -194,7 +194,7 @@ class StandingLoop:
     def modes(self) -> Modes:
         """Return the exponents s of the motions exp(s t), 1/s, the slowest to die away first."""
         values = np.linalg.eigvals(self._one_period).astype(np.complex128)
-        values = values[np.abs(values) > 1e-9]  # what is over within a period
+        values = values[np.abs(values) > 1e-9]  # drops modes that decay within a period
         exponents = np.log(values) / self.period
         return np.asarray(exponents[np.argsort(-exponents.real)])
 

@@ -124,7 +124,7 @@ def tipping_force(pendulum: Pendulum) -> float:
 
 
 class Model(ABC):
-    """What both forms share: a state advanced by Runge and Kutta's fourth order."""
+    """Common part of both forms: a state integrated by fourth-order Runge-Kutta."""
 
     def __init__(self, loop: PushLoop, push: ForcePulse, state: State) -> None:
         self._loop, self._push = loop, push
@@ -213,12 +213,12 @@ class Physical(Model):
         side = math.copysign(1.0, push.force)
         self._lean, self._slope = side * loop.initial_lean, side * loop.inclination
         self._toe = loop.pendulum.half_foot * math.cos(self._slope)
-        # At rest before the push the servo holds the weight, by what it integrated or by its sag.
+        # At rest before the push the servo holds the weight, by its integrator or by its sag.
         self._held = -loop.pendulum.gravity_moment * math.sin(self._lean + self._slope)
         super().__init__(loop, push, (self._lean, 0.0, 0.0))
 
     def derivative(self, state: State, force: float) -> State:
-        """Return the rate of change, the servo's torque cut to what the foot carries."""
+        """Return the rate of change, the servo's torque limited by the foot."""
         lean, rate, integral = state
         pendulum, pid = self._loop.pendulum, self._loop.pid
         tilt = lean + self._slope

@@ -210,7 +210,7 @@ def test_help_is_no_mistake(monkeypatch, capsys, arguments, expected):
     ('verb', 'says'),
     [
         ('run', ['the whole motion by default, and with 0', 'the highest free one by default']),
-        ('view', ['the highest free one by default, whatever ROS_DOMAIN_ID says']),
+        ('view', ['the highest free one by default, regardless of ROS_DOMAIN_ID']),
         ('set', ['the only one by default, or as ROS_DOMAIN_ID']),
     ],
 )

@@ -1,1 +1,1 @@
-"""What ``khr`` can be asked to do: each verb a few lines over the module that does the work."""
+"""The verbs of ``khr``, each a thin layer over the module that does the work."""

@@ -23,12 +23,12 @@ if TYPE_CHECKING:
     from khr_hardware.client import Client
     from khr_hardware.joint_map import JointMap
 
-REDRAWN = 0.1  # s between two pictures of what is watched
+REDRAWN = 0.1  # s between two updates of --watch
 PortArgument = Annotated[
     str, typer.Argument(help='Serial line of the board, such as /dev/ttyUSB0.')
 ]
 RunOrPort = Annotated[
-    str, typer.Argument(help='Serial line of the board; none for the board of a run that goes on.')
+    str, typer.Argument(help='Serial line of the board; the board of the current run if left out.')
 ]
 MapOption = Annotated[
     str,
@@ -57,7 +57,7 @@ def probe(
     map_: MapOption = '',
     baud: BaudOption = 0,
     watch: Annotated[
-        bool, typer.Option('--watch', help='Draw AD, gyro and forces anew until Ctrl-C.')
+        bool, typer.Option('--watch', help='Update AD, gyro and forces until Ctrl-C.')
     ] = False,
 ) -> None:
     """Read firmware, configuration, battery, servos, trims, mixings and AD; write nothing."""
@@ -76,7 +76,7 @@ def probe(
 
 
 def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None:
-    """Read where every joint is, beside its range in the description; write nothing."""
+    """Read the angle of every joint and compare it with its range in the URDF; write nothing."""
     from khr_hardware.inspection import inspect, torque_of
     from khr_sim.robot import JOINTS, Robot
 
@@ -140,11 +140,9 @@ def deploy(
     scenario: Annotated[str, ScenarioArgument],
     port: PortArgument,
     before: Annotated[
-        Path, typer.Option(help='File for what the board holds now, which --undo writes back.')
+        Path, typer.Option(help='File to save the current mixings in, for --undo.')
     ] = Path('board-before.json'),
-    undo: Annotated[
-        bool, typer.Option('--undo', help='Write back what the board held before.')
-    ] = False,
+    undo: Annotated[bool, typer.Option('--undo', help='Restore the saved mixings.')] = False,
     map_: MapOption = '',
     baud: BaudOption = 0,
     set_: SetOption = None,
@@ -200,7 +198,9 @@ def serve(
     ] = 0.0,
     priority: Annotated[
         int,
-        typer.Option(help='Real-time priority, as far as ulimit -r grants it; 0 asks for none.'),
+        typer.Option(
+            help='Real-time priority, at most that of ulimit -r; 0 for normal scheduling.'
+        ),
     ] = 60,
     fault: Annotated[
         list[str] | None,
@@ -252,7 +252,7 @@ def serve(
 
 
 def _watch(client: Client, joint_map: JointMap) -> None:
-    """Draw what the sensors read, again and again until Ctrl-C."""
+    """Show the sensor readings, updated until Ctrl-C."""
     from khr_hardware.inspection import readings
 
     with Live() as shown, suppress(KeyboardInterrupt):

@@ -36,7 +36,7 @@ def get_parameter(
     domain: RunningDomainOption = None,
     timeout: TimeoutOption = PATIENCE,
 ) -> None:
-    """Show parameters of a running graph, what they mean and accept, as YAML."""
+    """Show parameters of a running graph as YAML, with meaning and accepted values."""
     entry = choose(domain)
     for each in get_parameters(node, name, entry.domain, timeout):
         print(f'{each.name}: {each.shown}{_comment(each)}')

@@ -29,8 +29,8 @@ DomainOption = Annotated[
     int | None,
     typer.Option(
         '--domain',
-        help='ROS domain of the run (1 to 99); the highest free one by default, whatever '
-        'ROS_DOMAIN_ID says.',
+        help='ROS domain of the run (1 to 99); the highest free one by default, regardless of '
+        'ROS_DOMAIN_ID.',
     ),
 ]
 RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write a bag.')]

@@ -65,7 +65,7 @@ def verify_bag(
 def recover_bag(
     bag: Annotated[Path, typer.Argument(help='A bag, or the folder of a run.')],
 ) -> None:
-    """Repair the bag of a recorder that was killed; the cut one is kept beside it."""
+    """Repair the bag of a recorder that was killed; the damaged file is kept."""
     from khr_bringup.recorded.recover import recover
 
     found = recover(bag)

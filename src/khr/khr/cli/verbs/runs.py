@@ -1,4 +1,4 @@
-"""Verbs that run scenarios, or show what there is to run."""
+"""Verbs that run, view and list scenarios."""
 
 from __future__ import annotations
 
@@ -47,14 +47,14 @@ def start_run(
     ] = None,
     record: RecordOption = True,
     draw: Annotated[
-        bool, typer.Option('--draw/--no-draw', help='Draw what was recorded: overview.png.')
+        bool, typer.Option('--draw/--no-draw', help='Draw the recording: overview.png.')
     ] = True,
     out: OutOption = None,
     set_: SetOption = None,
     expect: Annotated[str, typer.Option(help=MEANING)] = '',
     domain: DomainOption = None,
     network: Annotated[
-        bool, typer.Option('--network', help='Let other machines join; by default none can.')
+        bool, typer.Option('--network', help='Let other machines join the graph; off by default.')
     ] = False,
     view: Annotated[
         bool, typer.Option('--view', help='Show it in a browser while it runs.')
@@ -122,7 +122,7 @@ def start_run(
 def view(
     what: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
     against: Annotated[
-        Path | None, typer.Option(help='Another run to play back beside it.')
+        Path | None, typer.Option(help='Another run to play back for comparison.')
     ] = None,
     pace: Annotated[
         float, typer.Option(help='Simulated by wall time; 0 goes as fast as it can.')
@@ -177,7 +177,7 @@ def list_scenarios() -> None:
 
 
 def doctor() -> None:
-    """Check what a run needs and advise on what is missing."""
+    """Check the installation and the machine, and advise on problems."""
     from khr.cli.doctor import examine
 
     raise typer.Exit(examine(Console()))

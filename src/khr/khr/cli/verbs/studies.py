@@ -41,7 +41,7 @@ def push(
         typer.Option(help='Folder for push.csv and push.md; only printed if left out.'),
     ] = None,
 ) -> None:
-    """Find the largest push the standing robot survives, beside the model's."""
+    """Find the largest push that the standing robot survives, and compare it with the model's."""
     from khr_report.folders import make_folder
     from khr_studies.push import limits as push_limits
     from khr_studies.push import page as push_page
@@ -145,9 +145,9 @@ def engines(
 
 
 def stage3(
-    out: Annotated[Path, typer.Option(help='The page to write; data and plots beside it.')] = Path(
-        'docs/stage3.md'
-    ),
+    out: Annotated[
+        Path, typer.Option(help='The page to write; data and plots go into the same folder.')
+    ] = Path('docs/stage3.md'),
     seeds: SeedsOption = 2,
     engine: EngineOption = 'mujoco',
     jobs: ProcessesOption = None,
@@ -156,7 +156,7 @@ def stage3(
         typer.Option('--measured', help='Write page and picture from the data, without runs.'),
     ] = False,
 ) -> None:
-    """Explain the third stage of standing: what the hip's damping is worth, and where."""
+    """Explain the third stage of standing: how far the hip's damping raises the limit."""
     from khr_studies.third_stage import page
     from khr_studies.third_stage.comparison import compare_with_model
     from khr_studies.third_stage.study import Plane, measure_plane
@@ -197,7 +197,7 @@ def draw_stability_map(
     y: Annotated[str, typer.Option('--y', help='Another swept parameter.')],
     out: Annotated[
         Path | None,
-        typer.Option(help='The PNG, in the folder by default; CSV files are written beside it.'),
+        typer.Option(help='The PNG, in the folder by default; CSV files are written next to it.'),
     ] = None,
 ) -> None:
     """Draw where the runs of a sweep survive, with confidence bounds."""

@@ -1,4 +1,4 @@
-"""Verbs that put the thesis beside the robot."""
+"""Verbs that compare the robot with the thesis."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def reproduce(
     ] = None,
     engine: EngineOption = engines.DEFAULT,
 ) -> None:
-    """Run every experiment of the thesis anew, draw every figure, and write one page."""
+    """Repeat every experiment of the thesis, draw every figure, and write one page."""
     from khr_common.errors import INTERRUPTED
     from khr_studies.reproduction import page
     from khr_studies.reproduction.experiment_plan import parse_plan
@@ -119,7 +119,7 @@ def scoreboard(
         bool,
         typer.Option(
             '--explain/--no-explain',
-            help='Search for what explains each miss; measure limits uphill.',
+            help='Search for the cause of each miss; measure limits uphill.',
         ),
     ] = True,
 ) -> None:
