@@ -60,7 +60,7 @@ class Checksums:
 
 
 def damage(path: Path) -> str:
-    """Say what is wrong with an MCAP file by its checksums; empty if it is as it was written.
+    """Return the damage of an MCAP file by its checksums; empty if it is undamaged.
 
     Raises:
         OSError: if it cannot be read.

@@ -42,9 +42,9 @@ class Course:
         self.state, self.end, self.now_ns = 'waiting', '', 0
 
     def take(self, stamp_ns: int) -> bool:
-        """Take an instant of the clock; return whether the state changes by it.
+        """Take a clock message; return whether it changes the state.
 
-        An instant that comes again is no other. What comes after the end is no part of the run.
+        A repeated stamp, and stamps after the end of the run, are ignored.
         """
         before = self.state
         if self.state == 'finished':

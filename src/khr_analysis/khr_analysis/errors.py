@@ -4,4 +4,4 @@ from khr_common.errors import KhrError
 
 
 class AnalysisError(KhrError):
-    """An argument is outside what the analysis accepts."""
+    """An argument is outside the accepted range."""

@@ -1,4 +1,4 @@
-"""What becomes of the robot: whether it fell, slipped, walked or stood, and how well."""
+"""Outcome of a run: whether the robot fell, slipped, walked or stood, and by how much."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from khr_common.maths.rotation import Vector, dot, matrix
 
 Verdict = Literal['walked', 'stood', 'slipped', 'fell']
 SensedVerdict = Literal['fell', 'upright']
-RIDES = 0.056  # m, the length of a step: a sole that slides further at once rides down the board
-OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # what the monitor looks at
-SENSED = (GYRO, *FOOT_FORCES)  # and where there is no truth
+RIDES = 0.056  # m, the length of a step: a sole that slides further at once slides down the slope
+OBSERVED = (TRUE_POSE, TRUE_RATE, TRUE_SOLES, *TRUE_FORCES)  # inputs of the monitor
+SENSED = (GYRO, *FOOT_FORCES)  # inputs without a ground truth
 
 
 @dataclass(frozen=True)
@@ -101,12 +101,12 @@ class MonitorParameters:
 
 
 class Outcome(NamedTuple):
-    """What became of the robot so far; after a fall all of it stays as it was.
+    """Outcome of the run so far; after a fall it does not change any more.
 
     Attributes:
         verdict: ``fell`` outranks ``slipped``, which outranks ``walked`` and ``stood``; a robot
             that only slid down the slope has therefore not walked.
-        time: of the last instant counted, s.
+        time: of the last sample, s.
         fell_at: time of the fall, s.
         distance: of the torso along the surface, in the direction the left sole pointed at the
             start, m; negative if backward.
@@ -138,7 +138,7 @@ class Outcome(NamedTuple):
 
     @property
     def stayed_up(self) -> bool:
-        """Return whether the robot neither fell nor rode down the board on its soles."""
+        """Return whether the robot neither fell nor slid down the slope on its soles."""
         return not self.fell and self.largest_slip <= RIDES
 
     @property
@@ -157,7 +157,7 @@ class Outcome(NamedTuple):
 
 
 class SensedOutcome(NamedTuple):
-    """What became of the robot so far, by the sensors alone.
+    """Outcome of the run so far, by the sensors alone.
 
     Attributes:
         verdict: ``fell``, or ``upright``: neither forces nor rate show a fall.
@@ -187,14 +187,14 @@ class OutcomeMonitor:
         self._outcome: Outcome | None = None
 
     def configure(self, parameters: MonitorParameters) -> None:
-        """Take changed thresholds from the next instant on; the corner frequency stays."""
+        """Use changed thresholds from the next sample on; the corner frequency stays."""
         self.parameters = parameters
 
     def update(self, stamp_ns: int, signals: Signals) -> Outcome:
-        """Take one instant per control period; return the outcome so far.
+        """Take one sample per control period; return the outcome so far.
 
         Args:
-            stamp_ns: of the instant, ns.
+            stamp_ns: of the sample, ns.
             signals: of OBSERVED at least, plain numbers.
 
         Raises:

@@ -1,4 +1,4 @@
-"""What the outcome counts along the way: how far a sole slides, how the torso vibrates."""
+"""Running measures of the outcome: slip of the soles, vibration of the torso."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ SWING = 0.25  # s without load from which on a foot has lifted off; it swings 0.
 class SoleSlip:
     """How far one sole slid while it was loaded.
 
-    What counts is the motion across the sole's normal: a foot that tips over its edge moves its
-    middle along the normal alone, and that is no slip. The net way of each time on the ground is
-    taken, so that trembling on the spot does not add up.
+    Only motion across the sole's normal counts: a foot that tips over its edge moves its middle
+    along the normal, which is no slip. The net displacement per ground contact is taken, so that
+    trembling on the spot does not add up.
 
     Attributes:
-        largest: way of one time on the ground, m.
+        largest: displacement in one ground contact, m.
     """
 
     def __init__(self) -> None:
-        self._place: Sequence[float] | None = None  # at the last instant, if loaded then
+        self._place: Sequence[float] | None = None  # at the last sample, if loaded then
         self._normal: Vector = (0.0, 0.0, 1.0)
         self._slide = STILL  # since the sole was loaded
         self._past = 0.0  # of earlier times on the ground
@@ -33,11 +33,11 @@ class SoleSlip:
 
     @property
     def slip(self) -> float:
-        """Return the way over all times on the ground, m."""
+        """Return the displacement over all ground contacts, m."""
         return self._past + hypot(*self._slide)
 
     def follow(self, place: Sequence[float], normal: Vector, share: float) -> Vector:
-        """Take the pose of an instant, and the share of the load since the last.
+        """Take the pose at a sample, and the share of the load since the last one.
 
         Args:
             place: of the sole, m.
@@ -45,7 +45,7 @@ class SoleSlip:
             share: of the robot's load; 0 is a foot in the air.
 
         Returns:
-            The way that counts since the last instant, m.
+            The slip since the last sample, m.
         """
         way = STILL
         if share and self._place is not None:
@@ -80,8 +80,8 @@ class Slides(NamedTuple):
 class StepSlides:
     """Separate the slides of a walk from those of the stance before and after it.
 
-    A foot has lifted off once it was without load for SWING: one that bounces has not. What the
-    soles slid until then is kept from the first instant without load.
+    A foot has lifted off when it was unloaded for SWING; a bounce does not count. The slides
+    before it are taken at the first unloaded sample.
 
     Args:
         period: of the samples, s.
@@ -89,7 +89,7 @@ class StepSlides:
 
     def __init__(self, period: float) -> None:
         self._swing = max(round(SWING / period), 1)
-        self._unloaded = [0, 0]  # instants without load
+        self._unloaded = [0, 0]  # samples without load
         self._slides = (STILL, STILL)  # since the start, or since the foot touched down
         self._at_unloading = [self._slides, self._slides]
         self._at_touchdown = self._slides  # of the foot that came down last
@@ -98,7 +98,7 @@ class StepSlides:
         self._sum, self._count = 0.0, 0
 
     def follow(self, ways: Pair, loaded: Sequence[bool]) -> None:
-        """Take what each sole slid since the last instant, m, and whether it is loaded."""
+        """Take the slide of each sole since the last sample, m, and whether it is loaded."""
         until, self._slides = self._slides, _plus(self._slides, ways)
         for foot, is_loaded in enumerate(loaded):
             if is_loaded:
@@ -114,7 +114,7 @@ class StepSlides:
 
     @property
     def slides(self) -> Slides:
-        """Return them, were this the last instant."""
+        """Return the slides, as if this were the last sample."""
         if self._before is None:
             return Slides(before=_longest(self._slides))
         total, count = self._sum, self._count

@@ -1,4 +1,4 @@
-"""What the recorder is to record, and where."""
+"""Parameters of the recorder: topics and folder."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a run came to, by the sensors alone: whether the robot fell, and no more."""
+"""The outcome of a run by the sensors alone: whether the robot fell."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from khr_common.interfaces import FOOT_FORCES, GYRO
 
 
 class SensedMonitor:
-    """Judge a run by what the board reads of the gyro and of the forces under the feet.
+    """Judge a run by the gyro and the foot forces.
 
-    A robot that has fallen turned fast and then stands on no foot. One that is lifted by hand
-    stands on none either, but did not turn fast; one that stumbles turns fast and stands again.
+    A fall is a fast rotation followed by a loss of the load on both feet. A robot that is lifted
+    by hand loses the load without a fast rotation; one that stumbles regains the load.
     """
 
     def __init__(self, parameters: MonitorParameters) -> None:

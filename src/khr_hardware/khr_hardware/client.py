@@ -34,7 +34,7 @@ Value = TypeVar('Value')
 
 @dataclass
 class Counts:
-    """What became of the exchanges so far, each kind of error by itself."""
+    """Counts of the exchanges so far, by kind of error."""
 
     exchanges: int = 0
     retries: int = 0
@@ -56,7 +56,7 @@ class Client:
     """Ask the board, one exchange at a time.
 
     Args:
-        port: an open line, whose reads end by themselves.
+        port: an open serial line; reads have a timeout.
         retries: of a failed exchange.
 
     Attributes:
@@ -192,7 +192,7 @@ class Client:
         except SerialTimeoutException as error:  # also of a computer that stalls after the write
             self.counts.timeouts += 1
             raise NoReplyError('the line did not take a command in time') from error
-        except (OSError, TypeError) as error:  # what pyserial raises of a port that is closed
+        except (OSError, TypeError) as error:  # pyserial raises these for a closed port
             self.close(f'the port is gone ({getattr(error, "strerror", None) or error})')
             raise PortError(self.closed) from error
 
@@ -202,7 +202,7 @@ class Client:
             self.closed = reason
             self._port.close()
 
-    # ---- what can be asked ----
+    # ---- commands ----
 
     def acknowledge(self) -> None:
         """Ask whether the board is there."""
@@ -235,7 +235,7 @@ class Client:
         self.write_ram(memory.CONFIG, config.word.to_bytes(2, 'little'))
 
     def ad(self) -> tuple[int, ...]:
-        """Return what the AD channels read, less their references, in steps."""
+        """Return the AD readings minus their references, in steps."""
         return _words(self.read_ram(memory.AD_VALUES, 2 * memory.AD_CHANNELS))
 
     def ad_references(self) -> tuple[int, ...]:

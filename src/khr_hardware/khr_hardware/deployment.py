@@ -49,7 +49,7 @@ def deploy(
         client: of the board.
         joint_map: with a gyro.
         loop: to write.
-        keep: receives, before anything is written, what :func:`undo` takes.
+        keep: receives the argument of :func:`undo`, before anything is written.
         wait: for so many seconds.
 
     Raises:
@@ -102,7 +102,7 @@ def _check_alone(
 
 
 def undo(client: Client, data: Any) -> None:
-    """Write back what :func:`deploy` gave to ``keep``.
+    """Write back the memory that :func:`deploy` passed to ``keep``.
 
     Raises:
         HardwareError: if it is something else.

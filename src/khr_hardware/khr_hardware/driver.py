@@ -1,4 +1,4 @@
-"""What moves the real robot, and keeps it and its servos whole: states, ramp, limits, watchdogs.
+"""Driver of the real robot: states, ramp, limits and watchdogs that protect it and its servos.
 
 States: ``disconnected``, ``idle`` (free), ``ramping`` to the first reference, ``running``,
 ``holding`` (its last target), ``fault``, which only :meth:`BoardDriver.free` leaves.
@@ -149,7 +149,11 @@ class BoardDriver:
         self._end_feedback()
 
     def leave(self) -> None:
-        """End: free or hold, as the parameters say; raises what :meth:`free` does."""
+        """End: free or hold the servos, by the parameters.
+
+        Raises:
+            BoardError: as :meth:`free`.
+        """
         if self.state == 'disconnected' or self.client.closed:
             return
         self._end_feedback()
@@ -160,7 +164,7 @@ class BoardDriver:
 
     @property
     def pitch_rate(self) -> float:
-        """Return what the gyro reads, rad/s."""
+        """Return the reading of the gyro, rad/s."""
         return self.map.pitch_rate(self.ad) + (self.feedback.zero if self.feedback else 0.0)
 
     # ---- a period ----
@@ -214,15 +218,15 @@ class BoardDriver:
                 self.pose[JOINTS.index(joint)] = servo.angle(self.client.measured(servo.ics))
                 self._turn = (self._turn + 1) % len(JOINTS)
             self._checked += 1
-            anew = self._checked % CHECKED_EACH == 0 and self.client.config() != self._config
+            changed = self._checked % CHECKED_EACH == 0 and self.client.config() != self._config
         except BoardError as error:
             self._failed_reads += 1
             if self._failed_reads >= READS or self.client.closed:
                 self._fail(f'{self._failed_reads} reads failed: {error}')
             return
         self._failed_reads = 0
-        if anew:
-            self._fail('the board has started anew, or somebody else has configured it')
+        if changed:
+            self._fail('the board has restarted, or another program has configured it')
         elif self.state in TORQUE and self._low > LOW_FOR:
             self._end(f'battery at {self.battery:.2f} V')
 
@@ -242,7 +246,7 @@ class BoardDriver:
         ]
 
     def _raised(self) -> bool:
-        """Bring the board's own loop nearer to what is wanted; return whether it is there."""
+        """Move the board's own loop towards its targets; return whether it has reached them."""
         own = self.parameters
         if self.feedback is None or own.dry_run:
             return True

@@ -1,10 +1,10 @@
-"""What goes wrong between this computer and the board."""
+"""Errors of the communication with the board."""
 
 from khr_common import KhrError, RunError
 
 
 class HardwareError(KhrError):
-    """What was asked of the board, or a file about it, is not accepted."""
+    """A request to the board, or a file about it, is not accepted."""
 
 
 class BoardError(RunError):
@@ -16,7 +16,7 @@ class NoReplyError(BoardError):
 
 
 class BadReplyError(BoardError):
-    """What came is not the reply to what was asked."""
+    """The received frame is not the reply to the request."""
 
 
 class RefusedError(BoardError):

@@ -73,7 +73,7 @@ class Feedback:
 
     @property
     def zero(self) -> float:
-        """Return what to add to the rate that the board reads from its reference on, rad/s."""
+        """Return the offset of the rate that the board reads relative to its reference, rad/s."""
         return self._offset * self._gyro.step
 
     def connect(self, references: Sequence[int]) -> None:
@@ -81,7 +81,7 @@ class Feedback:
         self._reference = references[self._gyro.channel]
 
     def see(self, ad: Sequence[int]) -> None:
-        """Take what the AD channels read while the robot is at rest."""
+        """Take the AD readings of the robot at rest."""
         self._readings.append(ad[self._gyro.channel] + self._reference)
 
     def begin(self, offset: int) -> None:
@@ -127,7 +127,7 @@ class Feedback:
             self._write(joint, 0)
 
     def correction(self, ad: Sequence[int]) -> tuple[float, ...]:
-        """Return what the board adds to each joint of ``BOARD_CORRECTION``, rad."""
+        """Return the board's correction of each joint in ``BOARD_CORRECTION``, rad."""
         steps = self._gyro.sign * ad[self._gyro.channel]
         return tuple(ratio * steps * COUNT for ratio in self._ratios.values())
 

@@ -1,4 +1,4 @@
-"""What a board reports of itself and of its robot, read without writing anything."""
+"""The state of a board and its robot, read without writing anything."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, Serv
 
 @dataclass(frozen=True)
 class Inspection:
-    """What was read of a board.
+    """The values read from a board.
 
     Attributes:
         version: of the firmware, as text.
@@ -39,7 +39,7 @@ class Inspection:
         return (self.ad[0] + self.references[0]) * BATTERY_VOLTS
 
     def missing(self, joint_map: JointMap) -> list[str]:
-        """List the joints of a map whose servos do not answer."""
+        """List the joints of a map with servos that do not answer."""
         return [
             joint
             for joint, servo in joint_map.servos.items()
@@ -75,7 +75,11 @@ class Inspection:
 
 
 def inspect(client: Client, joint_map: JointMap) -> Inspection:
-    """Read a board; raises what :meth:`Client.exchange` does."""
+    """Read a board.
+
+    Raises:
+        BoardError: as :meth:`Client.exchange`.
+    """
     version = client.version()
     config, assigned = client.config(), client.assigned()
     records = {ics: client.record(ics) for ics in joint_map.numbers if ics in assigned}
@@ -84,7 +88,7 @@ def inspect(client: Client, joint_map: JointMap) -> Inspection:
 
 
 def torque_of(record: ServoRecord) -> str:
-    """Return what a servo does in words: free, hold, or where it is driven."""
+    """Return the state of a servo as text: free, hold, or its target position."""
     return {FREE: 'free', HOLD: 'hold'}.get(record.reference, str(record.reference))
 
 
@@ -112,7 +116,7 @@ def hold_pose(client: Client, joint_map: JointMap) -> None:
 
 
 def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:
-    """Return what was read as lines, each with a name."""
+    """Return the values as labelled lines."""
     config = seen.config
     lines = [
         ('firmware', seen.version + ('' if seen.version == _KNOWN else ' (not the known one)')),
@@ -143,7 +147,7 @@ def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:
 
 
 def readings(ad: Sequence[int], joint_map: JointMap) -> list[tuple[str, str]]:
-    """Return what the AD channels, gyro and force sensors read as lines, each with a name."""
+    """Return the readings of AD channels, gyro and force sensors as labelled lines."""
     lines = [('AD', ', '.join(f'{channel}: {value}' for channel, value in enumerate(ad)))]
     if joint_map.gyro:
         lines.append(('pitch rate', f'{degrees(joint_map.pitch_rate(ad)):.1f} deg/s'))

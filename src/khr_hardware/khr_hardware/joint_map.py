@@ -1,4 +1,4 @@
-"""Which servo, sign and zero belong to which joint, and what is wired to the AD ports."""
+"""Servo, sign and zero of each joint, and the sensors on the AD ports."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from khr_hardware.errors import HardwareError
 from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, ICS_NUMBERS
 
 COUNT = radians(COUNT_DEG)
-EDGE = 1e-6  # rad, of what rounding leaves at a limit
+EDGE = 1e-6  # rad, tolerance for rounding at a limit
 MAPS, DEFAULT = files('khr_hardware') / 'maps', 'khr3hv'
 
 
@@ -166,11 +166,11 @@ class JointMap:
         ]
 
     def pitch_rate(self, ad: Sequence[int]) -> float:
-        """Return the pitch rate in rad/s from what the AD channels read; 0 without a gyro."""
+        """Return the pitch rate in rad/s from the AD readings; 0 without a gyro."""
         return ad[self.gyro.channel] * self.gyro.step if self.gyro else 0.0
 
     def normal_forces(self, ad: Sequence[int]) -> dict[str, float]:
-        """Return the forces in N, by region, from what the AD channels read."""
+        """Return the forces in N, by region, from the AD readings."""
         return {
             region: ad[force.channel] * AD_STEP * force.newtons_per_volt
             for region, force in self.forces.items()

@@ -20,7 +20,7 @@ from khr_hardware.parameters import BoardParameters
 
 
 def brought(parameters: BoardParameters) -> tuple[Topic, ...]:
-    """Return what the node publishes: of the sensors, those that its map has.
+    """Return the topics of the node, with the sensors of its map.
 
     Raises:
         KhrError: if the map is not accepted.

@@ -15,7 +15,7 @@ WRITE_TIMEOUT = 0.1  # s
 
 
 class Port(Protocol):
-    """What the client needs of a line: a part of ``serial.Serial``."""
+    """The part of ``serial.Serial`` that the client uses."""
 
     def write(self, data: bytes) -> int | None:
         """Send bytes."""

@@ -1,4 +1,4 @@
-"""Folders for what a command writes."""
+"""Output folders of commands."""
 
 from __future__ import annotations
 

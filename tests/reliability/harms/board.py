@@ -92,7 +92,7 @@ def _line(case: Case, run: Driven) -> None:
 def _board(case: Case, run: Driven) -> None:
     """Let the board fall silent, or start anew: the run ends by name, the robot is freed."""
     run.inject(Fault(case.victim, duration=3600.0))
-    run.end(1, 'failed' if case.victim == 'silence' else 'failed|started anew')
+    run.end(1, 'failed' if case.victim == 'silence' else 'failed|restarted')
     run.robot(FREED)
 
 

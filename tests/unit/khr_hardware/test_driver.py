@@ -207,7 +207,7 @@ def test_a_board_that_starts_anew_is_a_fault(rig):
     rig.board.power_on()
     for _ in range(5):
         rig.period()
-    assert rig.driver.state == 'fault' and 'started anew' in rig.driver.reason
+    assert rig.driver.state == 'fault' and 'restarted' in rig.driver.reason
 
 
 def test_refusals_now_and_then_are_lived_through():

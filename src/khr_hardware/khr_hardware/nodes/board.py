@@ -211,13 +211,13 @@ class BoardNode(KhrNode):
         output.fill(self.now_ns, numbers)
         output.send()
 
-    # ---- what arrives ----
+    # ---- received messages ----
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
         if source == GAIT and answer.name != JOINTS:
             raise MalformedError('not all joints in their order')
         if answer.stamp_ns > self.now_ns:
-            raise MalformedError('an instant that has not been')
+            raise MalformedError('a stamp in the future')
         known = self._answers.get(source)
         if known is None or answer.stamp_ns > known.stamp_ns:
             self._answers[source] = answer

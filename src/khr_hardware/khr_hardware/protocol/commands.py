@@ -1,4 +1,4 @@
-"""What the client asks of the board, as frames (maker's command reference)."""
+"""Commands to the board as frames (maker's command reference)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ ROM_TO_COM, LITERAL_TO_ROM = 0x23, 0x32
 
 
 class ServoParameter(IntEnum):
-    """What command 0x12 sets."""
+    """The servo parameters that command 0x12 sets."""
 
     STRETCH = 1
     SPEED = 2

@@ -77,7 +77,7 @@ def refusal(command: int) -> Packet:
 
 @dataclass
 class Splitter:
-    """Cut what a board receives into frames, as bytes come in.
+    """Split received bytes into frames, as they arrive.
 
     Bytes that begin no frame are dropped one by one, so that the next whole frame is found
     whatever came before it.

@@ -1,7 +1,7 @@
 """The memory of the RCB-4HV: addresses, configuration word, servo records, mixing.
 
-Sources: the maker's command and firmware references; where they contradict themselves, what the
-public clients do. docs/hardware.md lists what only a board can confirm.
+Sources: the maker's command and firmware references; where they contradict themselves, the
+public clients. docs/hardware.md lists the assumptions that only a board can confirm.
 """
 
 from __future__ import annotations

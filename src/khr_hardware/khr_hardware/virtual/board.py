@@ -1,6 +1,6 @@
 """A board without hardware: memory, commands and output cycle of the RCB-4HV.
 
-It answers what docs/hardware.md lists, as in the maker's references; everything else gets NCK.
+It answers the commands in docs/hardware.md by the maker's references, and all others with NCK.
 Programs in ROM are stored and not run. Nothing here knows of ports or of time: whoever owns it
 passes frames in and lets cycles pass.
 """
@@ -49,7 +49,7 @@ class _NotAcceptedError(Exception):
 
 @dataclass(frozen=True)
 class Setup:
-    """What the project in a board's ROM sets at power-on.
+    """Settings of the project in a board's ROM at power-on.
 
     Attributes:
         config: word; the default is that of the maker's project for the KHR-3HV, with the ROM
@@ -72,8 +72,8 @@ class VirtualBoard:
     """An RCB-4HV with a robot behind it.
 
     Attributes:
-        ram, rom: its memory; ROM is 0xFF but for what was written to it.
-        sent: what it sent to each servo in the last cycle, by ICS number, trim and mixing
+        ram, rom: its memory; unwritten ROM is 0xFF.
+        sent: position sent to each servo in the last cycle, by ICS number, trim and mixing
             included; ``FREE`` for a servo without torque.
     """
 
@@ -126,7 +126,7 @@ class VirtualBoard:
     # ---- commands ----
 
     def answer(self, frame: Packet) -> Packet:
-        """Do what a command asks, and return the reply: its data, an ACK, or an NCK."""
+        """Execute a command and return the reply: its data, an ACK, or an NCK."""
         handler = self._handlers.get(frame.command)
         if handler is None:
             return refusal(frame.command)
@@ -263,7 +263,7 @@ class VirtualBoard:
         return self._word(memory.ICS_TABLE + 2 * ics) == record_address(ics)
 
     def _outputs(self, ad: tuple[int, ...]) -> dict[int, int]:
-        """Move the references on, and return what each assigned servo is sent."""
+        """Advance the references, and return the position to send to each assigned servo."""
         sent = {}
         for ics in range(memory.ICS_NUMBERS):
             if not self._assigned(ics):
@@ -292,12 +292,12 @@ class VirtualBoard:
         return self.record(ics)
 
     def _mixed(self, mixing: Mixing, ad: tuple[int, ...]) -> int:
-        """Return what a mixing adds; one that reads no AD channel is not modelled and adds 0."""
+        """Return the offset of a mixing; 0 for a source other than an AD channel (not modelled)."""
         channel = mixing.ad_channel if mixing.active else None
         return 0 if channel is None else mixing.factor * ad[channel]
 
     def sample(self) -> None:
-        """Take what servos and AD ports give at this moment."""
+        """Sample the servos and the AD ports."""
         if self._talks:
             for ics, position in self.robot.measure().items():
                 if self._assigned(ics):
@@ -308,7 +308,7 @@ class VirtualBoard:
         self._convert()
 
     def _convert(self) -> None:
-        """Store what each AD channel reads, less its reference."""
+        """Store the reading of each AD channel minus its reference."""
         for channel in range(memory.AD_CHANNELS):
             raw = min(max(self._converted.get(channel, 0), 0), AD_TOP)
             reference = self._signed(memory.AD_REFERENCES + 2 * channel)

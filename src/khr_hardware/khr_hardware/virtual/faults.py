@@ -1,4 +1,4 @@
-"""Faults of a line and of a board, for the tests of those who talk to it."""
+"""Faults of a line and of a board, to test its clients."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BROWNOUT = 0.5  # s without an answer while the supply is down
 
 @dataclass(frozen=True)
 class Fault:
-    """What goes wrong from a time on.
+    """Faults from a time on.
 
     Attributes:
         kind: one of KINDS; ``brownout`` restarts the board, which sets its servos free.
@@ -59,7 +59,7 @@ def _refused(text: str) -> HardwareError:
 
 
 class Faults:
-    """Inject faults into the replies of a board; what is corrupted is the same each time."""
+    """Inject faults into the replies of a board; the corrupted bytes are reproducible."""
 
     def __init__(self, faults: Sequence[Fault] = ()) -> None:
         self._faults: list[Fault] = []
@@ -69,7 +69,7 @@ class Faults:
         self.add(*faults)
 
     def add(self, *faults: Fault) -> None:
-        """Inject more of them, whose time counts from now on."""
+        """Inject further faults; their times count from now."""
         for fault in faults:
             self._left.append(fault.count)
             self._faults.append(replace(fault, start=self._now + fault.start))

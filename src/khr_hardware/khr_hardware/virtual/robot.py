@@ -1,4 +1,4 @@
-"""What a virtual board finds behind it: servos on a bus, sensors on its AD ports."""
+"""The robot behind a virtual board: servos on a bus, sensors on the AD ports."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ class BoardRobot(Protocol):
         """Return the position of each servo that is there, by ICS number."""
 
     def sense(self) -> Mapping[int, int]:
-        """Return what the AD channels convert, in steps from 0 to 1023; others are open."""
+        """Return the AD conversions, in steps from 0 to 1023; missing channels are open."""
 
     def drive(self, positions: Mapping[int, int], cycle: float) -> None:
         """Let a cycle pass, in which each servo is brought to a position or set free.

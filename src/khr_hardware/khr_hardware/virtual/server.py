@@ -119,7 +119,7 @@ class Server:
             if not self._stepped and now >= due:
                 cycle = self.board.config.cycle
                 self.late += now - due > cycle / 2
-                due = max(due + cycle, now)  # what a slow computer loses is lost
+                due = max(due + cycle, now)  # a slow computer skips cycles
                 if not self._pass_cycle():
                     return
                 continue
@@ -136,7 +136,7 @@ class Server:
                 return
 
     def _receive(self, now: float, began: float) -> bool:
-        """Answer what has come; return whether to go on."""
+        """Answer the received commands; return False at the end of the connection."""
         self._see_speed()
         with suppress(BlockingIOError):
             for frame in self._splitter.feed(os.read(self._own, CHUNK)):

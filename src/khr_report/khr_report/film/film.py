@@ -27,13 +27,13 @@ Show = Callable[[str, float, float], None]
 
 @dataclass(frozen=True, eq=False)
 class Filmed:
-    """A run to show: its scenario, and every instant of it."""
+    """A run to show: its scenario and all samples."""
 
     scenario: Scenario
     kept: Sequence[Frame]
 
     def at(self, time: float) -> Frame:
-        """Return the instant at a time, s; the last one from its end on."""
+        """Return the sample at a time, s; the last one after the end."""
         index = bisect_left(self.kept, time - 1e-9, key=lambda frame: frame.time)
         return self.kept[min(index, len(self.kept) - 1)]
 
@@ -57,7 +57,7 @@ def render_run(
         part: start and end of the film, s.
         size: width and height in px, pictures per s.
         against: another run to show on the right of it, as ``run``; each has that size.
-        show: called with what goes on, how far it is and how far it goes, s.
+        show: called with the name of the task, its progress and its total, s.
 
     Raises:
         ReportError: if an argument is not accepted or the files cannot be written.
@@ -100,7 +100,7 @@ def render_run(
 
 
 def _of(what: str, whole: float, show: Show) -> Callable[[float], None]:
-    """Return what shows how far one part of the work is."""
+    """Return a callback for the progress of one task."""
     return lambda seconds: show(what, seconds, whole)
 
 

@@ -1,4 +1,4 @@
-"""What is drawn over the pictures of a film: what acts, what is measured, what becomes of it."""
+"""Overlay of a film: control, measured signals and outcome."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What a film shows: the poses of a run, drawn by a scene that only poses.
+"""The pictures of a film: the poses of a run in a scene without physics.
 
 A run folder holds its scenario, which is run again offline, bit for bit, and its trajectory hash
-is compared. What is filmed cannot disturb what happens.
+is compared. Filming cannot disturb the run.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Look:
     distance: float = 1.15
 
     def camera(self, truth: Truth) -> Camera:
-        """Return the camera at an instant: it follows the feet, not each motion of the torso."""
+        """Return the camera at a sample; it follows the feet, not each motion of the torso."""
         x, _, z = truth.sole_position.mean(axis=0).tolist()
         target = (x + AHEAD, 0.0, z + HALF_HEIGHT)
         return Camera(self.width, self.height, target, self.yaw, self.pitch, self.distance)
@@ -59,7 +59,7 @@ class Look:
 
 @dataclass(frozen=True, eq=False)
 class Frame:
-    """One instant of a run: the truth, the gyro's pitch rate in rad/s, the outcome so far."""
+    """One sample of a run: the truth, the gyro's pitch rate in rad/s, the outcome so far."""
 
     truth: Truth
     pitch_rate: float
@@ -88,12 +88,12 @@ def scenario_of(run: str) -> Scenario:
 def frames(
     scenario: Scenario, run: str = '', show: Callable[[float], None] = lambda _: None
 ) -> list[Frame]:
-    """Run a scenario offline and keep every instant.
+    """Run a scenario offline and keep every sample.
 
     Args:
-        scenario: what to run.
+        scenario: to run.
         run: its run folder, if it has one, to compare the trajectory hash with.
-        show: called with the time of each instant, s.
+        show: called with the time of each sample, s.
 
     Raises:
         RunError: if the trajectory differs from that of the folder.
@@ -117,7 +117,7 @@ def frames(
 
 
 class PosedScene:
-    """A scene whose robot takes the poses of a run."""
+    """A scene in which the robot takes the poses of a run."""
 
     def __init__(self, scenario: Scenario) -> None:
         robot = Robot.load()
@@ -126,7 +126,7 @@ class PosedScene:
         self._shadow = Shadow(robot)
 
     def picture(self, truth: Truth, camera: Camera) -> Image.Image:
-        """Return a picture of the robot at an instant, with its shadow."""
+        """Return a picture of the robot with its shadow."""
         self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
         self._scene.tilt_ground(truth.inclination)
         colors, board = self._scene.picture(camera)

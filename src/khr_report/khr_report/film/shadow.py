@@ -19,7 +19,7 @@ SHADE = 0.8  # of the light that is left
 
 
 class Shadow:
-    """What the robot darkens; a renderer's own shadows cost four times the picture."""
+    """Shadow of the robot; a renderer's own shadows take four times as long as the picture."""
 
     def __init__(self, robot: Robot) -> None:
         self._robot = robot
@@ -46,7 +46,7 @@ class Shadow:
     def darken(
         self, picture: Image.Image, board: Image.Image, truth: Truth, camera: Camera
     ) -> None:
-        """Darken what of the board lies in the shadow.
+        """Darken the part of the slope in the shadow.
 
         Args:
             picture: to draw into.

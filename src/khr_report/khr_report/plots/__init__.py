@@ -1,1 +1,1 @@
-"""What all figures share: style, and the points beside a picture."""
+"""Style of all plots, and the plotted points as CSV."""

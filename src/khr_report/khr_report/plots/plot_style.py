@@ -64,7 +64,7 @@ def panels(
 ) -> tuple[Figure, list[Axes]]:
     """Make a figure with a panel per title, in rows of ``columns`` (default: one row).
 
-    A place whose title is None stays empty.
+    A title of None leaves the place empty.
     """
     columns = columns or len(titles)
     figure = NotebookFigure(figsize=(WIDTH, height), layout='constrained')
@@ -83,7 +83,7 @@ def panels(
 
 
 def head(figure: Figure, title: str, *notes: str) -> None:
-    """Set the heading of a figure, and below its panels what helps to read them."""
+    """Set the heading of a figure, and a note below its panels."""
     figure.suptitle(balanced(title))
     text = textwrap.fill('; '.join(each for each in notes if each), NOTE_LINE)
     if text and figure.legends:  # the layout keeps no place for both

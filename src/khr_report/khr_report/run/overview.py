@@ -50,7 +50,7 @@ class Signal:
     moving: bool = False
 
     def silent(self, series: Series) -> bool:
-        """Return whether it has nothing to show of a run: zero or unknown throughout."""
+        """Return whether the signal of a run is zero or unknown throughout."""
         values = np.nan_to_num(self.values(series))
         return not (np.ptp(values) if self.moving else values).any()
 
@@ -85,7 +85,7 @@ def correction(controller: str) -> Signal:
 
 @dataclass(frozen=True)
 class Pane:
-    """What a panel over time shows: some signals of one run, or one signal of several."""
+    """Content of a panel over time: signals of one run, or one signal of several runs."""
 
     title: str
     unit: str
@@ -133,7 +133,7 @@ def overview(series: Series, scenario: Scenario) -> Figure:
 
 
 def note(scenario: Scenario) -> str:
-    """Return what helps to read the signals of a run."""
+    """Return a note on the signs and delays of the signals."""
     late = scenario.table(FootForceParameters).time_constant
     forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
     return f'forward is positive{forces}'
@@ -142,7 +142,7 @@ def note(scenario: Scenario) -> str:
 def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pane]:
     """Return the panels over time of one run, a group each, or of several, a signal each.
 
-    What is zero throughout is left out.
+    Signals that are zero throughout are omitted.
 
     Args:
         runs: by name.
@@ -197,7 +197,7 @@ def over_time(
 def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
     """Draw amplitudes over frequency, one colour per run, and name the largest peaks.
 
-    Two runs have names, one has an empty one; a run without a spectrum is said to have none.
+    Two runs have names, a single one an empty name; the legend names a run without a spectrum.
     """
     found = {name: one for name, one in spectra.items() if one is not None}
     if not found:

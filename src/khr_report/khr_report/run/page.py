@@ -37,7 +37,7 @@ Found = Mapping[str, RunContents]  # one as ``this run``, or two as ``A`` and ``
 def report(run: Path, against: Path | None, out: Path | None) -> Path:
     """Write the page of a run, beside another if there is one; return its path.
 
-    The page shows what can be read, and lists what is missing, as does stderr.
+    The page shows the parts that can be read; it and stderr list the missing ones.
 
     Args:
         run: the folder of a run, or its bag.
@@ -218,7 +218,7 @@ def _making(found: Found, page: Path) -> Markup:
     ]
     return (
         paragraphs(
-            '"khr report" wrote this page from what each run left in its folder; it loads nothing '
+            '"khr report" wrote this page from the files of each run; it loads nothing '
             'from the network. Run again, a scenario takes the same trajectory, bit for bit, in '
             'the same arithmetic with the same versions; "khr verify" compares the hash of a bag. '
             'The code version takes in NumPy and the physics engine.'
