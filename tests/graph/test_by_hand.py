@@ -16,7 +16,7 @@ from khr_bringup.scenario import scenario as scenarios
 
 PATIENCE = 60.0  # s of wall time
 FIRST = ['simulator']
-LATER = ['recorder', 'hip_controller', 'monitor', 'gait', 'transforms']
+LATER = ['recorder', 'hip_controller', 'monitor', 'gait']
 LAST = ['foot_force', 'ankle_controller', 'fft_analyser', 'gyro']
 SCENARIO = scenarios.load_scenario('walk_7.68deg_ka12').changed({('simulator', 'duration'): 1.5})
 

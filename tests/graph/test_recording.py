@@ -17,6 +17,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import scenario as scenarios
+from khr_common.interfaces import TF_AVAILABLE
 from khr_sim.robot import link_names
 from khr_sim.run_parameters import RunParameters
 from tests.support.runs import (
@@ -93,6 +94,7 @@ def test_feet_carry_the_weight(bag):
     assert sum(settled) / len(settled) == pytest.approx(WEIGHT, rel=0.02)
 
 
+@pytest.mark.skipif(not TF_AVAILABLE, reason='tf2_msgs is not installed: a run has no tf')
 def test_frames_are_a_tree_from_the_ground_to_every_link(bag):
     """As a viewer needs them: `odom` to `base_link`, and all joints, at one stamp."""
     parents = {}

@@ -7,6 +7,7 @@ relative, the clock's too, so that a namespace holds a second robot with a time 
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from importlib.util import find_spec
 from typing import Literal
 
 SIDES = ('l', 'r')
@@ -119,6 +120,8 @@ TRUE_FORCES = tuple(
 )
 ROBOT_DESCRIPTION = Topic('robot_description', TEXT, 'The URDF.', 'latched')
 
+# The wheels of ROS have no tf2_msgs: there a run has no tf.
+TF_AVAILABLE = find_spec('tf2_msgs') is not None
 TF = Topic('tf', TRANSFORMS, 'Frames that move: odom to base_link, and each joint.', 'event')
 TF_STATIC = Topic('tf_static', TRANSFORMS, 'Frames that do not move.', 'latched')
 

@@ -15,6 +15,7 @@ from khr_common.interfaces import (
     ROBOT_DESCRIPTION,
     STATE,
     TF,
+    TF_AVAILABLE,
     TF_STATIC,
     TRUE_POSE,
 )
@@ -42,5 +43,5 @@ TRANSFORMS = NodeSpec(
     subscribes=(TRUE_POSE, JOINT_STATES),
     publishes=(TF, TF_STATIC),
     node='khr_sim.nodes.transforms:TransformsNode',
-    joins=lambda table: bool(table.enabled),
+    joins=lambda table: bool(table.enabled) and TF_AVAILABLE,
 )

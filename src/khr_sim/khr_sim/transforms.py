@@ -18,7 +18,9 @@ Frames = tuple[tuple[str, str], ...]
 class TransformsParameters:
     """The parameter table of the transforms."""
 
-    enabled: bool = parameter(True, 'Publish the frames of the robot.', read_only=True)
+    enabled: bool = parameter(
+        True, 'Publish the frames of the robot, where tf2_msgs is installed.', read_only=True
+    )
     joints: bool = parameter(
         True,
         'Publish the frames below base_link as well; false where robot_state_publisher does.',

@@ -16,8 +16,7 @@ from rclpy.serialization import deserialize_message, serialize_message
 
 from khr_common.cdr import BLANK, MessageTemplate
 from khr_common.errors import KhrError
-from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, TRANSFORMS, WRENCH, Topic
-from khr_common.nodes.transform_messages import transform_message
+from khr_common.interfaces import HARDWARE, IMU, JOINT_STATE, WRENCH, Topic
 from khr_common.status_values import AFTER, CHANGED
 
 
@@ -63,8 +62,6 @@ def message_class(kind: str) -> type[Any]:
     Raises:
         KhrError: if there is no such type.
     """
-    if kind == TRANSFORMS:
-        return transform_message()
     package, _, name = kind.split('/')
     try:
         found: type[Any] = getattr(importlib.import_module(f'{package}.msg'), name)
