@@ -25,14 +25,6 @@ setup(
         ]
     },
     package_data={'': ['py.typed', 'urdf/*.urdf', '*.ll']},
-    install_requires=[
-        'khr_common',
-        'khr_models',
-        'llvmlite',
-        'numba',
-        'numpy',
-        'pybullet',
-        'scipy',
-    ],
+    install_requires=['khr_common', 'khr_models', 'llvmlite', 'numba', 'numpy', 'pybullet'],
     extras_require={'mujoco': ['mujoco<4'], 'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

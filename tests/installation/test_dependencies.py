@@ -32,6 +32,7 @@ PIP_NAMES = {
     'PIL': 'pillow',
     'imageio_ffmpeg': 'imageio-ffmpeg',
     'markdown_it': 'markdown-it-py',
+    'pydantic_core': 'pydantic',  # which brings it
     'serial': 'pyserial',
     'yaml': 'pyyaml',
 }
