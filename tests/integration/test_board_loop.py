@@ -8,12 +8,11 @@ from typer.testing import CliRunner
 
 from khr.cli.verbs.board import board_verbs
 from khr_bringup.board_loop import loop_of
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
+from khr_common.errors import KhrError
 from khr_hardware.client import Client
 from khr_hardware.deployment import BoardLoop, deploy, undo
-from khr_hardware.errors import HardwareError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol.memory import Mixing
 from tests.fakes.loopback import Loopback
@@ -66,7 +65,7 @@ def test_a_gain_between_two_ratios_is_rounded_and_keeps_what_was_asked_for(gain,
     ],
 )
 def test_what_the_board_cannot_do_is_refused_in_a_line(changes, says):
-    with pytest.raises(BringupError, match=rf'\A[^\n]*{says}[^\n]*\Z'):
+    with pytest.raises(KhrError, match=rf'\A[^\n]*{says}[^\n]*\Z'):
         loop_of(WALK.set_to(changes), MAP)
 
 
@@ -87,7 +86,7 @@ def test_undo_restores_what_was_there(rig):
 def test_an_undo_of_something_else_writes_nothing(rig, data):
     board, _, client = rig
     before = bytes(board.ram)
-    with pytest.raises(HardwareError, match='accepted: what khr board deploy wrote'):
+    with pytest.raises(KhrError, match='accepted: what khr board deploy wrote'):
         undo(client, data)
     assert bytes(board.ram) == before
 
@@ -104,14 +103,14 @@ def test_a_second_mixing_of_the_gyro_is_refused_by_name_and_nothing_is_written(
     client.write_ram(0x44 + 2 * ics, (0x90 + 20 * ics).to_bytes(2, 'little'))
     client.set_mixing(ics, slot, Mixing.of_ad(1, -3))
     before, kept = bytes(board.ram), []
-    with pytest.raises(HardwareError, match=f'{says}.* reads AD1 too; accepted: none'):
+    with pytest.raises(KhrError, match=f'{says}.* reads AD1 too; accepted: none'):
         deploy(client, MAP, loop_of(WALK, MAP), kept.append)
     assert bytes(board.ram) == before and not kept
 
 
 def test_a_reference_that_the_board_does_not_take_is_told(rig, monkeypatch):
     monkeypatch.setattr(Client, 'set_ad_reference', lambda *_: None)
-    with pytest.raises(HardwareError, match='AD_ref of AD1: reads 512 after 507 was written'):
+    with pytest.raises(KhrError, match='AD_ref of AD1: reads 512 after 507 was written'):
         write(rig[2], loop_of(WALK, MAP))
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from khr_balance.stage import StageParameters
-from khr_bringup.errors import BringupError
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_studies.measuring.experiments import Run
@@ -134,7 +134,7 @@ def test_delays_and_distances_are_those_of_the_robot():
 
 
 def test_a_staged_controller_needs_stages():
-    with pytest.raises(BringupError, match='ankle_controller: staged: True is not accepted'):
+    with pytest.raises(KhrError, match='ankle_controller: staged: True is not accepted'):
         load_scenario('stand_0deg').changed({('ankle_controller', 'staged'): True})
     load_scenario('stand_0deg').changed(
         {('ankle_controller', 'staged'): True, ('stage', 'mode'): 'fixed'}

@@ -13,9 +13,9 @@ from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import Recording
 from khr_bringup.code_version import MADE_WITH, MARK, code_version
-from khr_bringup.errors import BringupError
 from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.recorded.verify import read_recorded, verify
+from khr_common.errors import KhrError
 from tests.fakes.bags import STORE, make_bag, push, reported, state
 from tests.support.runs import khr
 
@@ -220,7 +220,7 @@ def test_what_lies_beside_the_bag_says_the_same(run, tmp_path, capsys, name, bef
 
 
 def refused(folder):
-    with pytest.raises(BringupError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         verify(folder)
     text = str(refusal.value)
     assert str(folder) in text and '\n' not in text
@@ -342,7 +342,7 @@ def test_of_a_thousand_changed_bytes_each_is_found_or_harmless(run, tmp_path):
     for flip in flips(folder, 1000, seed=0):
         try:
             check_bag(folder / 'bag')
-        except BringupError as error:
+        except KhrError as error:
             assert '\n' not in str(error), flip
         else:
             harmless += 1
@@ -370,7 +370,7 @@ def test_a_damaged_bag_is_refused_or_read_as_far_as_it_is_whole(run, tmp_path_fa
     content = bytearray(file.read_bytes())
     content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
     file.write_bytes(content)
-    with suppress(BringupError):
+    with suppress(KhrError):
         assert read_recorded(damaged).time_ns >= 0
 
 

@@ -9,12 +9,12 @@ import khr
 import khr_studies.third_stage.study as third_stage
 from khr_bringup import offline
 from khr_bringup.recorded.run_signals import run_with_series
+from khr_common.errors import KhrError
 from khr_studies.calibration.ensemble import fails_on_level_ground
 from khr_studies.calibration.objective import ENDS, FALL, Candidate, Task, measure_robot, walk_cost
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit, WantedWalk
 from khr_studies.engines import study as engines
-from khr_studies.errors import StudyError
 from khr_studies.measuring import bench, critical
 from khr_studies.measuring.bench import share_up
 from khr_studies.measuring.condition import Condition
@@ -146,7 +146,7 @@ def test_pages_and_figures_say_so(asked):
     assert not compared['stays']
     assert spectrum_of(run) is None
     assert lost_runs([run]) == ' (1 of 1)'
-    with pytest.raises(StudyError, match='no walk stayed up'):
+    with pytest.raises(KhrError, match='no walk stayed up'):
         walks_of([run])
 
 

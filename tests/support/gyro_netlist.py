@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from khr_models.checks import positive
+from khr_common.checks import positive
 from khr_models.gyro_circuit.circuit import KRG4, Circuit
 
 DRIVE_FORCE_UNIT = 1e-6  # N per V of the drive axis' analogue
@@ -33,7 +33,7 @@ def netlist(
         steps_per_cycle: ngspice's largest time step is this part of a carrier's cycle.
 
     Raises:
-        ModelError: if the duration or the number of steps is not positive.
+        KhrError: if the duration or the number of steps is not positive.
     """
     positive('duration', duration, 's')
     positive('steps_per_cycle', steps_per_cycle)

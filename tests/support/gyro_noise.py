@@ -8,8 +8,8 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from khr_models.checks import positive
-from khr_models.errors import ModelError
+from khr_common.checks import positive
+from khr_common.errors import KhrError
 
 
 class Noise:
@@ -34,7 +34,7 @@ class Noise:
             seed: of the generator.
 
         Raises:
-            ModelError: if the sample period is not positive or a noise is negative.
+            KhrError: if the sample period is not positive or a noise is negative.
         """
         positive('sample_period', sample_period, 's')
         for name, value in (
@@ -42,7 +42,7 @@ class Noise:
             ('rate_random_walk', rate_random_walk),
         ):
             if not (math.isfinite(value) and value >= 0.0):
-                raise ModelError(f'{name}: {value!r} is not accepted; accepted: [0, inf)')
+                raise KhrError(f'{name}: {value!r} is not accepted; accepted: [0, inf)')
         self._white = angle_random_walk / math.sqrt(sample_period)
         self._walk = rate_random_walk * math.sqrt(sample_period)
         self._seed = seed
@@ -73,12 +73,12 @@ def allan_deviation(
         One deviation for each of ``averages``, rad/s.
 
     Raises:
-        ModelError: if an argument is out of its range.
+        KhrError: if an argument is out of its range.
     """
     positive('sample_period', sample_period, 's')
     samples = np.asarray(rate, dtype=np.float64)
     if samples.ndim != 1 or samples.size < 3:
-        raise ModelError(f'rate: shape {samples.shape} is not accepted; accepted: (n,), n >= 3')
+        raise KhrError(f'rate: shape {samples.shape} is not accepted; accepted: (n,), n >= 3')
     longest = (samples.size - 1) // 2
     angle = np.concatenate(([0.0], np.cumsum(samples))) * sample_period
     return np.array([_deviation(angle, size, sample_period, longest) for size in averages])
@@ -86,8 +86,6 @@ def allan_deviation(
 
 def _deviation(angle: NDArray[np.float64], size: int, sample_period: float, longest: int) -> float:
     if not 1 <= size <= longest:
-        raise ModelError(
-            f'averages: {size!r} is not accepted; accepted: integer in [1, {longest}]'
-        )
+        raise KhrError(f'averages: {size!r} is not accepted; accepted: integer in [1, {longest}]')
     turn = angle[2 * size :] - 2.0 * angle[size:-size] + angle[: -2 * size]
     return math.sqrt(float(np.mean(turn**2)) / 2.0) / (size * sample_period)

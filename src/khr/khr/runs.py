@@ -15,7 +15,6 @@ import pyarrow as pa
 
 from khr.arguments import ScenarioLike, checked
 from khr_analysis.outcome_values import labelled
-from khr_bringup.errors import BringupError
 from khr_bringup.offline import duration as length
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
@@ -23,6 +22,7 @@ from khr_bringup.result import Result
 from khr_bringup.running import offline_progress
 from khr_bringup.scenario import scenario as scenario_files
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -177,7 +177,7 @@ def load(path: str | PathLike[str]) -> RunResult:
     recorded = RecordedRun(Path(path))
     signals, outcome = recorded.signals
     if outcome is None:
-        raise BringupError(f'{path}: no signals in it; accepted: the bag of a khr run')
+        raise KhrError(f'{path}: no signals in it; accepted: the bag of a khr run')
     stored = recorded.recorded_outcome
     return RunResult(
         scenario=recorded.parameters,
@@ -201,7 +201,7 @@ def prepared(
         of_simulator: parameters of the simulator.
 
     Raises:
-        BringupError: if there is no such scenario, or a value is not accepted.
+        KhrError: if there is no such scenario, or a value is not accepted.
     """
     base = (
         scenario if isinstance(scenario, Scenario) else scenario_files.load_scenario(str(scenario))
@@ -215,13 +215,13 @@ def changes_of(given: Mapping[str, Any] | None) -> dict[tuple[str, str], Any]:
     """Return changes by node and parameter.
 
     Raises:
-        BringupError: if a name is not ``node.parameter``.
+        KhrError: if a name is not ``node.parameter``.
     """
     changes: dict[tuple[str, str], Any] = {}
     for name, value in (given or {}).items():
         node, dot, parameter = str(name).partition('.')
         if not dot or not parameter:
-            raise BringupError(f'set: {name!r} is not accepted; accepted: NODE.PARAMETER')
+            raise KhrError(f'set: {name!r} is not accepted; accepted: NODE.PARAMETER')
         plain = value.item() if isinstance(value, np.generic) else value
         changes[node, parameter] = scenario_files.typed(node, parameter, plain)
     return changes

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 from math import atan2, cos, degrees, isfinite, radians
 from typing import Literal, NamedTuple
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
 from khr_common import parameter, sample_period
 from khr_common.block import Signals
+from khr_common.errors import KhrError
 from khr_common.interfaces import FOOT_FORCES, GYRO, TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 from khr_common.maths.rotation import Vector, dot, matrix
 
@@ -198,7 +198,7 @@ class OutcomeMonitor:
             signals: of OBSERVED at least, plain numbers.
 
         Raises:
-            AnalysisError: if position, orientation or rate are not finite.
+            KhrError: if position, orientation or rate are not finite.
         """
         if self._outcome is not None and self._outcome.fell:
             return self._outcome
@@ -208,7 +208,7 @@ class OutcomeMonitor:
         up, rate = _up(turn), signals[TRUE_RATE][1]
         height = place[2] - min(sole[2] for sole in soles)
         if not all(map(isfinite, (*up, height, rate))):
-            raise AnalysisError(
+            raise KhrError(
                 f'observation: orientation {turn}, height {height} m, '
                 f'pitch rate {rate} rad/s are not accepted; accepted: finite'
             )

@@ -18,7 +18,7 @@ from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 from rosbags.typesys import Stores, get_typestore
 
 from khr_analysis.checksums import Checksums
-from khr_analysis.errors import AnalysisError
+from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.stamps import HISTORY
 
@@ -34,7 +34,7 @@ class Recording:
         folder: the bag's folder; it is created.
 
     Raises:
-        AnalysisError: if the folder exists or cannot be made.
+        KhrError: if the folder exists or cannot be made.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -47,7 +47,7 @@ class Recording:
             folder.parent.mkdir(parents=True, exist_ok=True)
             self._writer.open()
         except (WriterError, OSError) as error:
-            raise AnalysisError(
+            raise KhrError(
                 f'folder: {str(folder)!r}: {error}; accepted: a new folder on a disk with room'
             ) from error
         self._storage: Any = self._writer.storage
@@ -57,10 +57,10 @@ class Recording:
         """Add a topic of message type ``kind`` such as ``sensor_msgs/msg/Imu``.
 
         Raises:
-            AnalysisError: if the type is not one of ROS 2 Jazzy's own.
+            KhrError: if the type is not one of ROS 2 Jazzy's own.
         """
         if kind not in self._store.types:
-            raise AnalysisError(
+            raise KhrError(
                 f'{topic}: type {kind} is not accepted; accepted: the message types of ROS 2 Jazzy'
             )
         self._connections[topic] = self._writer.add_connection(

@@ -9,9 +9,9 @@ from math import ceil, floor, isfinite
 
 import numpy as np
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Array, Peak, find_tones
 from khr_common import ParameterError, parameter, sample_period
+from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 
 # Stamps jitter, and the clocks of drivers drift: so much of how late a sample is moves what is due,
@@ -136,11 +136,11 @@ def spectrum(
         start: time of the first sample, s.
 
     Raises:
-        AnalysisError: if there are fewer than eight samples or one is not finite.
+        KhrError: if there are fewer than eight samples or one is not finite.
     """
     signal = np.asarray(samples, dtype=np.float64)
     if signal.ndim != 1 or signal.size < 8 or not np.isfinite(signal).all():
-        raise AnalysisError(
+        raise KhrError(
             f'samples: shape {signal.shape} is not accepted; accepted: (N,) finite numbers, N >= 8'
         )
     if parameters.remove_mean:
@@ -210,10 +210,10 @@ class SpectrumAnalyser:
             value: in any unit.
 
         Raises:
-            AnalysisError: if the value is not finite.
+            KhrError: if the value is not finite.
         """
         if not isfinite(value):
-            raise AnalysisError(f'value: {value!r} is not accepted; accepted: finite')
+            raise KhrError(f'value: {value!r} is not accepted; accepted: finite')
         if time == self._last:
             return None
         if self._place(time) == 1:

@@ -74,7 +74,7 @@ def toe_heel_difference(foot_forces: Sequence[float]) -> float:
         foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N.
 
     Raises:
-        BalanceError: if they are not four finite numbers.
+        KhrError: if they are not four finite numbers.
     """
     l_toe, l_heel, r_toe, r_heel = finite_forces(foot_forces)
     return (l_toe - l_heel) + (r_toe - r_heel)

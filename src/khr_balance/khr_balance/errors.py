@@ -1,13 +1,13 @@
-"""The errors of khr_balance."""
+"""Errors of a gait that the robot cannot do."""
 
 from khr_common import KhrError
 
 
-class BalanceError(KhrError):
-    """A gait or controller was asked for something it cannot do."""
+class GaitError(KhrError):
+    """The robot cannot move as the gait's parameters ask."""
 
 
-class UnreachableError(BalanceError):
+class UnreachableError(GaitError):
     """A leg cannot put its sole where it was asked to.
 
     Attributes:

@@ -10,9 +10,9 @@ from math import cos, isfinite, radians, tau
 from typing import ClassVar, TypeVar
 
 from khr_balance.board_units import rate_gain
-from khr_balance.errors import BalanceError
 from khr_common import parameter
 from khr_common.block import Block, Numbers, Signals
+from khr_common.errors import KhrError
 from khr_common.interfaces import STAGE, Topic
 from khr_common.published import GAIT_FREQUENCY
 
@@ -113,7 +113,7 @@ class FeedbackController(Block[FeedbackTable]):
         """Answer with the same angle for each joint.
 
         Raises:
-            BalanceError: if it is enabled and a signal is not finite.
+            KhrError: if it is enabled and a signal is not finite.
         """
         angle = self.correction(time, signals) if self.parameters.enabled else 0.0
         return ((angle,) * len(self.publishes[0].names),)
@@ -175,7 +175,7 @@ class BalanceController(FeedbackController[BalanceTable]):
             pitch_rate: w_meas, rad/s, forward positive.
 
         Raises:
-            BalanceError: if the rate is not finite.
+            KhrError: if the rate is not finite.
         """
         own = self.parameters
         self._rates.append(finite('pitch_rate', pitch_rate, 'rad/s'))
@@ -188,11 +188,11 @@ def finite(name: str, value: float, unit: str) -> float:
     """Return a measured value.
 
     Raises:
-        BalanceError: if it is not finite: a loop without its sensor must not pass for one that has
+        KhrError: if it is not finite: a loop without its sensor must not pass for one that has
             nothing to correct.
     """
     if not isfinite(value):
-        raise BalanceError(f'{name}: {value!r} is not accepted; accepted: finite, in {unit}')
+        raise KhrError(f'{name}: {value!r} is not accepted; accepted: finite, in {unit}')
     return float(value)
 
 
@@ -200,10 +200,10 @@ def finite_forces(foot_forces: Sequence[float]) -> tuple[float, float, float, fl
     """Return the normal forces on l_toe, l_heel, r_toe, r_heel, in N.
 
     Raises:
-        BalanceError: if they are not four finite numbers.
+        KhrError: if they are not four finite numbers.
     """
     if len(foot_forces) != 4:
-        raise BalanceError(
+        raise KhrError(
             f'foot_forces: {foot_forces!r} is not accepted; '
             f'accepted: l_toe, l_heel, r_toe, r_heel in N'
         )

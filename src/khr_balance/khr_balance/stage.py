@@ -14,11 +14,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from khr_balance.errors import BalanceError
 from khr_balance.feedback import finite_forces
 from khr_balance.gaits.body import forward
 from khr_balance.joints import JOINTS, SIDES
 from khr_common import ParameterError, parameter, sample_period
+from khr_common.errors import KhrError
 from khr_common.maths.low_pass import LowPass
 from khr_common.maths.rotation import applied
 
@@ -145,7 +145,7 @@ class StagePolicy:
             joint_angles: 17 measured angles, rad, in the order of the joints.
 
         Raises:
-            BalanceError: if either is missing or not finite.
+            KhrError: if either is missing or not finite.
         """
         own, before = self.parameters, self._now
         forces = finite_forces(foot_forces)
@@ -169,7 +169,7 @@ class StagePolicy:
     def _late(self, joint_angles: Sequence[float]) -> list[float]:
         """Return the angles as late as the forces are, whose sensors start from nothing too."""
         if len(joint_angles) != len(JOINTS) or not np.isfinite(joint_angles).all():
-            raise BalanceError(
+            raise KhrError(
                 f'joint_angles: {joint_angles!r} is not accepted; '
                 f'accepted: {len(JOINTS)} finite angles in rad'
             )

@@ -8,10 +8,10 @@ from khr_balance.ankle import ANKLE_CONTROLLER, AnkleControllerParameters
 from khr_balance.board_units import rate_gain
 from khr_balance.feedback import BalanceParameters
 from khr_balance.hip import HIP_CONTROLLER
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import controllers, node_of, table_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import build
+from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
 from khr_hardware.deployment import BoardLoop
 from khr_hardware.feedback import gyro_of
@@ -59,7 +59,7 @@ def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
         exact = rate_gain(own.gain * own.gain_unit) * abs(step) / COUNT
         factor = round(exact)
         if factor > LARGEST_RATIO or (exact and not factor):
-            raise BringupError(
+            raise KhrError(
                 f'{scenario.name}: {spec.name}: gain {own.gain:g} is a ratio of {exact:.3f} on '
                 f'this board; accepted: 0, or what is rounded to 1 to {LARGEST_RATIO}'
             )
@@ -69,16 +69,16 @@ def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
         offsets[spec.name] = round(own.reference_offset / step)
     for name in controllers().keys() - {spec.name for spec in CONTROLLERS}:
         if getattr(build(table_of(name), scenario.of(name)), 'enabled', True):
-            raise BringupError(
+            raise KhrError(
                 f'{scenario.name}: {name}: the board cannot do its control; accepted: one that is '
                 'not enabled'
             )
     if not factors:
-        raise BringupError(
+        raise KhrError(
             f'{scenario.name}: no controller is enabled; accepted: ankle or hip with the gyro'
         )
     if len(set(offsets.values())) > 1:
-        raise BringupError(
+        raise KhrError(
             f'{scenario.name}: reference_offset of {" and ".join(offsets)} differ; accepted: one, '
             'since both read the same port'
         )
@@ -95,7 +95,7 @@ def _check(own: BalanceParameters, where: str) -> None:
         ('lean_deg', own.lean_deg != 0.0, '0.0'),
     ):
         if wrong:
-            raise BringupError(
+            raise KhrError(
                 f'{where}: {name}: {getattr(own, name)!r} cannot be done by the board; '
                 f'accepted: {accepted}'
             )

@@ -18,8 +18,8 @@ from importlib.metadata import EntryPoint, PackageNotFoundError, entry_points, r
 from types import MappingProxyType
 from typing import Any
 
-from khr_bringup.errors import BringupError
 from khr_common.block import GROUP, NodeSpec
+from khr_common.errors import KhrError
 from khr_common.interfaces import ANKLE_CORRECTION, CLOCK, HIP_CORRECTION, JOINT_STATE, Topic
 from khr_common.parameters import specifications
 
@@ -40,7 +40,7 @@ def registry() -> Mapping[str, RegisteredNode]:
     """Return all nodes by name, in the order in which data flows, then by name.
 
     Raises:
-        BringupError: if an entry point does not load or does not fit in; the text names its
+        KhrError: if an entry point does not load or does not fit in; the text names its
             package.
     """
     found: dict[str, RegisteredNode] = {}
@@ -102,11 +102,11 @@ def _load(entry: EntryPoint) -> NodeSpec:
         spec = entry.load()
     except Exception as error:  # whatever a foreign package raises while it is imported
         text = ' '.join(str(error).split())
-        raise BringupError(
+        raise KhrError(
             f'{where}: {type(error).__name__}: {text}; accepted: a module that can be imported'
         ) from error
     if not isinstance(spec, NodeSpec):
-        raise BringupError(f'{where}: {spec!r:.80} is not accepted; accepted: a NodeSpec')
+        raise KhrError(f'{where}: {spec!r:.80} is not accepted; accepted: a NodeSpec')
     return spec
 
 
@@ -137,34 +137,34 @@ def _check(entry: EntryPoint, spec: NodeSpec, others: Mapping[str, RegisteredNod
     """Refuse a node that conflicts with the nodes so far."""
     where = f'{_package(entry)}: node {spec.name}'
     if entry.name in others:
-        raise BringupError(
+        raise KhrError(
             f'{where}: {others[entry.name].spec.package} has a node of this name; accepted: '
             f'another name'
         )
     if spec.name != entry.name:
-        raise BringupError(f'{where}: its entry point is called {entry.name}; accepted: one name')
+        raise KhrError(f'{where}: its entry point is called {entry.name}; accepted: one name')
     if not (is_dataclass(spec.table) and isinstance(spec.table, type)):
-        raise BringupError(
+        raise KhrError(
             f'{where}: table {spec.table!r:.80} is not accepted; accepted: a dataclass of parameters'
         )
     try:
         specifications(spec.table)
     except (TypeError, KeyError, NameError) as error:
-        raise BringupError(
+        raise KhrError(
             f'{where}: table {spec.table.__name__} is not accepted ({error}); accepted: a '
             f'dataclass whose fields are made by khr_common.parameter'
         ) from error
     topics = Counter(_owned_topics(spec))
     for name, other in others.items():
         if other.spec.table is spec.table:
-            raise BringupError(
+            raise KhrError(
                 f'{where}: its table is that of {name} ({other.spec.package}); accepted: a table '
                 f'of its own'
             )
         topics.update(_owned_topics(other.spec))
     for topic in spec.publishes:
         if topics[topic.name] > 1:
-            raise BringupError(
+            raise KhrError(
                 f'{where}: topic {topic.name} is not accepted; accepted: one that no node '
                 f'publishes yet'
             )
@@ -197,5 +197,5 @@ def _depths(specs: list[NodeSpec]) -> dict[str, int]:
         level += 1
     left = ', '.join(f'{spec.name} ({spec.package})' for spec in specs if spec.name not in depth)
     if left:
-        raise BringupError(f'{left}: wait for one another; accepted: nodes without a circle')
+        raise KhrError(f'{left}: wait for one another; accepted: nodes without a circle')
     return depth

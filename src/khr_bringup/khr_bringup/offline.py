@@ -15,11 +15,11 @@ from khr_analysis.outcome import MonitorParameters, Outcome, OutcomeMonitor
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.changes import Change
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers
+from khr_common.errors import KhrError
 from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
 from khr_sim.physics.truth import SIGNALS, Truth
 from khr_sim.plant import Plant, mix
@@ -48,7 +48,7 @@ class ControlLoop:
         outcome: of the run so far; None before the first sample.
 
     Raises:
-        BringupError: if a block needs a topic that no node of the run publishes.
+        KhrError: if a block needs a topic that no node of the run publishes.
     """
 
     def __init__(self, scenario: Scenario, nodes: Collection[str] | None = None) -> None:
@@ -64,7 +64,7 @@ class ControlLoop:
                 continue
             block = spec.block(scenario.table(spec.table))
             for topic in set(block.needs) - known:
-                raise BringupError(
+                raise KhrError(
                     f'{scenario.name}: {node} needs the topic {topic.name}, which no node of this '
                     f'run publishes; accepted: a scenario with the node that does'
                 )

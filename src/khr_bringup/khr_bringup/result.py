@@ -11,10 +11,10 @@ from typing import Any
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_values import Value, outcome_of, values_of
 from khr_bringup.changes import Change
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_common.arithmetic import in_force
+from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.punctuality import RealTime
 from khr_common.run_identity import MalformedError
@@ -204,7 +204,7 @@ def read_outcome(folder: Path) -> RunRecord:
     """Read ``outcome.json`` of a run.
 
     Raises:
-        BringupError: if it is not there, or is not the file that ``khr run`` writes.
+        KhrError: if it is not there, or is not the file that ``khr run`` writes.
     """
     path = folder / FILE
     try:
@@ -213,9 +213,9 @@ def read_outcome(folder: Path) -> RunRecord:
             raise MalformedError('not a mapping')
         return RunRecord.from_json(values)
     except FileNotFoundError as error:
-        raise BringupError(f'{path}: not there; {ACCEPTED}') from error
+        raise KhrError(f'{path}: not there; {ACCEPTED}') from error
     except (OSError, ValueError, RecursionError, MalformedError) as error:
-        raise BringupError(f'{path}: not readable ({error}); {ACCEPTED}') from error
+        raise KhrError(f'{path}: not readable ({error}); {ACCEPTED}') from error
 
 
 def _text(values: Mapping[str, Any], name: str) -> str:

@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from datetime import datetime
 from pathlib import Path
 
-from khr_bringup.errors import BringupError
+from khr_common.errors import KhrError
 
 SCENARIO = 'scenario.yaml'
 ACCEPTED = 'accepted: a new or empty folder'
@@ -23,14 +23,14 @@ def claim(folder: Path, option: str) -> Path:
     was killed before it had written that file leaves it empty and unlocked: the folder is free.
 
     Raises:
-        BringupError: if it holds something, cannot be written, or another run has it;
+        KhrError: if it holds something, cannot be written, or another run has it;
             ``option`` names its source in the text.
     """
     where = f'{option}: {str(folder)!r}'
     try:
         str(folder).encode()
         if folder.exists() and not _empty(folder):
-            raise BringupError(f'{where} holds something; {ACCEPTED}')
+            raise KhrError(f'{where} holds something; {ACCEPTED}')
         folder.parent.mkdir(parents=True, exist_ok=True)
         folder.mkdir(mode=0o700, exist_ok=True)
         lock = _lock(folder / SCENARIO)
@@ -39,11 +39,11 @@ def claim(folder: Path, option: str) -> Path:
             raise FileExistsError
         _locks[folder] = lock
     except (BlockingIOError, FileExistsError, FileNotFoundError) as error:
-        raise BringupError(f'{where} has been taken by another run; {ACCEPTED}') from error
+        raise KhrError(f'{where} has been taken by another run; {ACCEPTED}') from error
     except UnicodeError as error:  # it is to stand in files, and on the lines of processes
-        raise BringupError(f'{where} is not accepted; accepted: a path in UTF-8') from error
+        raise KhrError(f'{where} is not accepted; accepted: a path in UTF-8') from error
     except OSError as error:
-        raise BringupError(
+        raise KhrError(
             f'{where}: {error.strerror}; accepted: a folder that can be written'
         ) from error
     return folder
@@ -79,7 +79,7 @@ def claim_folder(out: Path | None, name: str) -> Iterator[Path]:
     """Claim a folder, ``runs/NAME-TIME`` by default; remove it again if no run has started.
 
     Raises:
-        BringupError: as :func:`claim`.
+        KhrError: as :func:`claim`.
     """
     folder = out or Path('runs') / f'{name}-{datetime.now():%Y%m%d-%H%M%S-%f}'[:-3]
     made = not folder.exists()

@@ -11,8 +11,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
+from khr_common.errors import KhrError
 from khr_hardware.client import Client
-from khr_hardware.errors import HardwareError
 from khr_hardware.feedback import AT_REST, PARTS, PAUSE, SLOT, at_rest, gyro_of
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol import memory
@@ -53,7 +53,7 @@ def deploy(
         wait: for so many seconds.
 
     Raises:
-        HardwareError: if another mixing reads the gyro as well, the robot is not at rest, or the
+        KhrError: if another mixing reads the gyro as well, the robot is not at rest, or the
             board reads otherwise afterwards.
         BoardError: if the board does not answer.
     """
@@ -81,9 +81,9 @@ def deploy(
     for servo, factor in servos.items():
         found = client.record(servo.ics).mixings[SLOT]
         if found != Mixing.of_ad(channel, servo.sign * factor):
-            raise HardwareError(f'ICS {servo.ics}: reads {found} after it was written')
+            raise KhrError(f'ICS {servo.ics}: reads {found} after it was written')
     if (read := client.ad_references()[channel]) != zero:
-        raise HardwareError(f'AD_ref of AD{channel}: reads {read} after {zero} was written')
+        raise KhrError(f'AD_ref of AD{channel}: reads {read} after {zero} was written')
 
 
 def _check_alone(
@@ -94,7 +94,7 @@ def _check_alone(
         for slot, mixing in enumerate(record.mixings):
             written = ics in own and slot == SLOT
             if mixing.active and mixing.ad_channel == channel and not written:
-                raise HardwareError(
+                raise KhrError(
                     f'mixing {slot + 1} of {joint_map.joint_of(ics) or "a servo"} (ICS {ics}) '
                     f'reads AD{channel} too; accepted: none, so undo the last deploy, or switch '
                     'the battery off and on'
@@ -105,7 +105,7 @@ def undo(client: Client, data: Any) -> None:
     """Write back the memory that :func:`deploy` passed to ``keep``.
 
     Raises:
-        HardwareError: if it is something else.
+        KhrError: if it is something else.
         BoardError: if the board does not answer.
     """
     try:
@@ -113,7 +113,7 @@ def undo(client: Client, data: Any) -> None:
         mixings = {int(ics): Mixing(int(a), int(b)) for ics, (a, b) in data['mixings'].items()}
         frames = [(ics, mixing, mixing.encode()) for ics, mixing in mixings.items()]
     except (KeyError, TypeError, ValueError, OverflowError, AttributeError) as error:
-        raise HardwareError(
+        raise KhrError(
             f'undo: {json.dumps(data)[:80]} is not accepted; accepted: what khr board deploy wrote'
         ) from error
     for ics, mixing, _ in frames:

@@ -9,10 +9,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from math import cos, isfinite, pi, radians
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS
 from khr_common.published import NO_LOAD_SPEED
 from khr_hardware.client import Client
-from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.errors import BoardError
 from khr_hardware.feedback import Feedback
 from khr_hardware.inspection import Inspection, inspect
 from khr_hardware.joint_map import JointMap
@@ -40,7 +41,7 @@ class BoardDriver:
         feedback: the loop that the board closes; None if the computer does.
 
     Raises:
-        HardwareError: if the board is to close a loop, and the map has no gyro.
+        KhrError: if the board is to close a loop, and the map has no gyro.
     """
 
     def __init__(self, client: Client, joint_map: JointMap, parameters: BoardParameters) -> None:
@@ -91,14 +92,14 @@ class BoardDriver:
         """Switch the torque on where the robot is, and begin the ramp to the reference.
 
         Raises:
-            HardwareError: if it is not idle or holding, the battery is low, or a joint is outside
+            KhrError: if it is not idle or holding, the battery is low, or a joint is outside
                 its limits.
             BoardError: if the whole pose cannot be read, or not be written.
         """
         if self.state not in ('idle', 'holding'):
-            raise HardwareError(f'start: not while {self.state}; accepted: idle or holding')
+            raise KhrError(f'start: not while {self.state}; accepted: idle or holding')
         if self.battery < self.parameters.battery_stop:
-            raise HardwareError(
+            raise KhrError(
                 f'battery: {self.battery:.2f} V is not accepted; accepted: above '
                 f'{self.parameters.battery_stop:g} V'
             )
@@ -106,7 +107,7 @@ class BoardDriver:
             pose = inspect(self.client, self.map).pose(self.map)
             outside = self.map.outside(pose, START_MARGIN)
             if outside:
-                raise HardwareError(outside[0])
+                raise KhrError(outside[0])
             if self.feedback:
                 self.feedback.begin(self.parameters.ad_offset)
             self.pose, self._target = pose, list(pose)
@@ -124,10 +125,10 @@ class BoardDriver:
         """Stay at the last target.
 
         Raises:
-            HardwareError: if the servos are not driven.
+            KhrError: if the servos are not driven.
         """
         if self.state not in TORQUE:
-            raise HardwareError(f'hold: not while {self.state}; accepted: {" | ".join(TORQUE)}')
+            raise KhrError(f'hold: not while {self.state}; accepted: {" | ".join(TORQUE)}')
         self.state = 'holding'
         self._end_feedback()
 

@@ -1,10 +1,6 @@
 """Errors of the communication with the board."""
 
-from khr_common import KhrError, RunError
-
-
-class HardwareError(KhrError):
-    """A request to the board, or a file about it, is not accepted."""
+from khr_common import RunError
 
 
 class BoardError(RunError):

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from math import ceil
 from statistics import mean
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
 from khr_hardware.client import Client
-from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import COUNT, GyroWiring, JointMap
 from khr_hardware.protocol.memory import Mixing
 
@@ -25,10 +26,10 @@ def gyro_of(joint_map: JointMap) -> GyroWiring:
     """Return the gyro of a map.
 
     Raises:
-        HardwareError: if it has none.
+        KhrError: if it has none.
     """
     if joint_map.gyro is None:
-        raise HardwareError('mixing: the map has no gyro; accepted: a map with one')
+        raise KhrError('mixing: the map has no gyro; accepted: a map with one')
     return joint_map.gyro
 
 
@@ -36,14 +37,14 @@ def at_rest(readings: Sequence[int]) -> int:
     """Return the AD reading of a gyro that does not turn, in steps, AD_ref left in.
 
     Raises:
-        HardwareError: if the readings are too few, or those of a robot that moves.
+        KhrError: if the readings are too few, or those of a robot that moves.
     """
     if len(readings) < AT_REST:
-        raise HardwareError(
+        raise KhrError(
             f'mixing: the gyro was read {len(readings)} times; accepted: {AT_REST}, so try again'
         )
     if max(readings) - min(readings) > STILL:
-        raise HardwareError(
+        raise KhrError(
             f'mixing: the gyro reads {min(readings)} to {max(readings)} steps; accepted: a robot '
             'at rest'
         )
@@ -58,7 +59,7 @@ class Feedback:
         joint_map: with a gyro.
 
     Raises:
-        HardwareError: if it has none.
+        KhrError: if it has none.
     """
 
     def __init__(self, client: Client, joint_map: JointMap) -> None:
@@ -88,7 +89,7 @@ class Feedback:
         """Set AD_ref, so many steps off the gyro's voltage at rest.
 
         Raises:
-            HardwareError: if the robot is not at rest.
+            KhrError: if the robot is not at rest.
             BoardError: if the board does not take it.
         """
         reference = at_rest(self._readings) + offset

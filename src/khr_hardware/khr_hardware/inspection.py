@@ -6,8 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees
 
+from khr_common.errors import KhrError
 from khr_hardware.client import Client
-from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import JointMap
 from khr_hardware.protocol import memory
 from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, HOLD, Config, ServoRecord
@@ -100,7 +101,7 @@ def hold_pose(client: Client, joint_map: JointMap) -> None:
 
     Raises:
         BoardError: if a servo does not answer: nothing is written then.
-        HardwareError: if one is outside its range.
+        KhrError: if one is outside its range.
     """
     seen = inspect(client, joint_map)
     seen.pose(joint_map)  # refuses if a servo does not answer
@@ -108,7 +109,7 @@ def hold_pose(client: Client, joint_map: JointMap) -> None:
     for ics, position in positions.items():
         raw = position + seen.records[ics].trim
         if not memory.LOWEST <= raw <= memory.HIGHEST:
-            raise HardwareError(
+            raise KhrError(
                 f'{joint_map.joint_of(ics)}: position {raw} is not accepted; accepted: '
                 f'{memory.LOWEST} to {memory.HIGHEST}'
             )

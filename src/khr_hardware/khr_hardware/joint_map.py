@@ -9,11 +9,11 @@ from math import degrees, isfinite, radians
 from pathlib import Path
 from typing import Any
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS, REGIONS
 from khr_common.published import AD_STEP
 from khr_common.text.quoting import named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
-from khr_hardware.errors import HardwareError
 from khr_hardware.protocol.memory import AD_CHANNELS, COUNT_DEG, ICS_NUMBERS
 
 COUNT = radians(COUNT_DEG)
@@ -98,7 +98,7 @@ class JointMap:
             path: of a file, or the name of one that comes along; by default the KHR-3HV's.
 
         Raises:
-            HardwareError: if it is not accepted.
+            KhrError: if it is not accepted.
             KhrError: if it is no YAML.
         """
         name = path or DEFAULT
@@ -112,7 +112,7 @@ class JointMap:
         """Check a map that was read as plain data; its servos may be those of the default.
 
         Raises:
-            HardwareError: if something is missing, unknown, out of range, or used twice.
+            KhrError: if something is missing, unknown, out of range, or used twice.
         """
         parts = _mapping(data, ('servos', 'gyro', 'forces'), named(file))
         servos: Mapping[str, ServoWiring] = {}
@@ -181,7 +181,7 @@ def _servo(data: Any, where: str) -> ServoWiring:
     values = _mapping(data, ('ics', 'sign', 'trim', 'zero', 'min_deg', 'max_deg'), where)
     low, high = (_number(values, key, -180.0, 180.0, where) for key in ('min_deg', 'max_deg'))
     if low >= high:
-        raise HardwareError(f'{where}.max_deg: {high:g} is not accepted; accepted: above min_deg')
+        raise KhrError(f'{where}.max_deg: {high:g} is not accepted; accepted: above min_deg')
     return ServoWiring(
         _integer(values, 'ics', 0, ICS_NUMBERS - 1, where),
         _sign(values, where),
@@ -235,11 +235,11 @@ def _sign(values: dict[str, Any], where: str) -> int:
     return sign
 
 
-def _refusal(where: str, value: Any, accepted: str) -> HardwareError:
-    return HardwareError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
+def _refusal(where: str, value: Any, accepted: str) -> KhrError:
+    return KhrError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
 
 
 def _check_once(numbers: Sequence[int], where: str) -> None:
     twice = sorted({each for each in numbers if numbers.count(each) > 1})
     if twice:
-        raise HardwareError(f'{where} {twice[0]}: used twice; accepted: each once')
+        raise KhrError(f'{where} {twice[0]}: used twice; accepted: each once')

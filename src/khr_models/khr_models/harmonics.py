@@ -22,9 +22,10 @@ import numpy as np
 from scipy.fft import dct
 from scipy.optimize import newton
 
+from khr_common.checks import positive, within
+from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY
-from khr_models.checks import Array, Form, inclination_within, positive, sign_of, within
-from khr_models.errors import ModelError
+from khr_models.checks import Array, Form, inclination_within, sign_of
 from khr_models.integrate import integrate
 from khr_models.pendulum import GRAVITY, Pendulum
 
@@ -80,7 +81,7 @@ def series_harmonics(
     th'' + c th - q th^2 - k th^3 = D cos(w t), solved power by power of a_0.
 
     Raises:
-        ModelError: if an argument is out of range, or a harmonic falls on the pendulum's own
+        KhrError: if an argument is out of range, or a harmonic falls on the pendulum's own
             frequency, where the expansion has no solution.
     """
     _check(amplitude, inclination)
@@ -110,7 +111,7 @@ def integrated_harmonics(
     the inverted pendulum, which an integration from elsewhere would leave.
 
     Raises:
-        ModelError: as :func:`series_harmonics`; if there is no periodic motion near the
+        KhrError: as :func:`series_harmonics`; if there is no periodic motion near the
             linear one.
     """
     _check(amplitude, inclination)
@@ -131,7 +132,7 @@ def integrated_harmonics(
     try:
         start = float(newton(rate_at_half, amplitude, x1=amplitude * 1.01, tol=1e-13))
     except RuntimeError as failure:
-        raise ModelError(
+        raise KhrError(
             f'amplitude: {amplitude!r} leads to no periodic motion; accepted: smaller'
         ) from failure
     lean = integrate(derivative, (start, 0.0), times)[0]
@@ -162,7 +163,7 @@ def _responses(linear: float, frequency: float) -> list[float]:
     angular = 2.0 * math.pi * frequency
     gaps = [linear - (order * angular) ** 2 for order in range(4)]
     if any(abs(gap) < 1e-6 * (abs(linear) + angular**2) for gap in gaps):
-        raise ModelError(
+        raise KhrError(
             f"frequency: {frequency!r} or a harmonic meets the pendulum's own "
             f'{math.sqrt(abs(linear)) / (2.0 * math.pi):.6g} Hz; accepted: (0, '
             'inf) but that frequency, its half and its third'

@@ -8,8 +8,8 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from scipy.integrate import ODEintWarning, odeint
 
+from khr_common.errors import KhrError
 from khr_models.checks import Array
-from khr_models.errors import ModelError
 
 Derivative = Callable[[float, Array], Sequence[float]]
 TOLERANCE = 1e-12
@@ -22,7 +22,7 @@ def integrate(derivative: Derivative, initial: Sequence[float], times: Array) ->
         derivative: of (time, state), smooth enough to be integrated.
 
     Raises:
-        ModelError: if the integrator cannot keep its tolerance of 1e-12.
+        KhrError: if the integrator cannot keep its tolerance of 1e-12.
     """
     with warnings.catch_warnings():
         warnings.simplefilter('error', ODEintWarning)
@@ -44,8 +44,8 @@ def integrate(derivative: Derivative, initial: Sequence[float], times: Array) ->
     return states
 
 
-def _refusal(initial: Sequence[float], why: str) -> ModelError:
-    return ModelError(
+def _refusal(initial: Sequence[float], why: str) -> KhrError:
+    return KhrError(
         f'derivative: the motion from {tuple(initial)} cannot be integrated '
         f'({why}); accepted: bounded, continuous derivatives'
     )

@@ -22,18 +22,8 @@ from typing import Any, Literal, TypeVar, cast
 import numpy as np
 from scipy.constants import g
 
-from khr_models.checks import (
-    RIGHT_ANGLE,
-    Array,
-    Form,
-    finite,
-    inclination_within,
-    one_of,
-    positive,
-    sign_of,
-    time_grid,
-    within,
-)
+from khr_common.checks import finite, one_of, positive, within
+from khr_models.checks import RIGHT_ANGLE, Array, Form, inclination_within, sign_of, time_grid
 from khr_models.integrate import integrate
 
 Value = TypeVar('Value', float, Array)
@@ -55,7 +45,7 @@ class Pendulum:
     phi_cr,theo = 5.7 deg (3.10).
 
     Raises:
-        ModelError: if one is not positive, or half_foot is above length.
+        KhrError: if one is not positive, or half_foot is above length.
     """
 
     mass: float = 1.5  # kg
@@ -102,7 +92,7 @@ def foot_forces(normal_force: Value, to_toe: Value, half_foot: float) -> tuple[V
     """Share the normal force between toe and heel: F_T and F_H of (3.2), (3.3), N.
 
     Raises:
-        ModelError: if half_foot is not positive, the normal force negative (ground does not
+        KhrError: if half_foot is not positive, the normal force negative (ground does not
             pull), or the ZMP, ``to_toe`` behind the toe (m), outside the foot.
     """
     positive('half_foot', half_foot)
@@ -116,7 +106,7 @@ def force_difference(normal_force: Value, to_toe: Value, half_foot: float) -> Va
     """Return Delta = F_T - F_H, N, for a ZMP at distance d from the toe (3.4).
 
     Raises:
-        ModelError: as :func:`foot_forces`.
+        KhrError: as :func:`foot_forces`.
     """
     positive('half_foot', half_foot)
     within('to_toe', to_toe, 0.0, 2.0 * half_foot)
@@ -142,7 +132,7 @@ def lean_acceleration(
     By (3.4) it is (3.1) too: Delta b = N (b - d).
 
     Raises:
-        ModelError: if the inclination is past 90 deg or the form is unknown.
+        KhrError: if the inclination is past 90 deg or the form is unknown.
     """
     inclination_within(inclination)
     sign = sign_of(form)
@@ -172,7 +162,7 @@ def critical_inclination(
       incline the normal force, hence Delta, ends at m g cos(phi).
 
     Raises:
-        ModelError: if the form is unknown, or a lean has no critical inclination within
+        KhrError: if the form is unknown, or a lean has no critical inclination within
             +-90 deg.
     """
     one_of('form', form, CRITICAL_FORMS)
@@ -198,7 +188,7 @@ def inclination_from_force_difference(
     """Read the inclination back from Delta, rad: (3.7) solved for phi.
 
     Raises:
-        ModelError: if no inclination within +-90 deg of upright gives such a Delta.
+        KhrError: if no inclination within +-90 deg of upright gives such a Delta.
     """
     largest = pendulum.gravity_moment / pendulum.half_foot
     within('difference', difference, -largest, largest)
@@ -227,7 +217,7 @@ def simulate(
         The motion, ended early if the body comes to lie on the surface (lean of +-90 deg).
 
     Raises:
-        ModelError: as :func:`lean_acceleration`; if an initial value, the duration or the
+        KhrError: as :func:`lean_acceleration`; if an initial value, the duration or the
             step is out of range.
     """
     inclination_within(inclination)

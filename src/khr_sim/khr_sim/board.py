@@ -8,7 +8,7 @@ from math import isfinite, radians
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_sim.errors import SimError
+from khr_common.errors import KhrError
 
 Array = NDArray[np.float64]
 
@@ -37,10 +37,10 @@ class Board:
         """Return the angles (n,) in rad that the servo counts nearest to ``target`` stand for.
 
         Raises:
-            SimError: if the target is not n finite numbers.
+            KhrError: if the target is not n finite numbers.
         """
         if len(target) != len(self._lower) or not isfinite(sum(target)):
-            raise SimError(
+            raise KhrError(
                 f'target: {list(target)} is not accepted; '
                 f'accepted: {len(self._lower)} finite angles in rad'
             )

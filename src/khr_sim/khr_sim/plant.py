@@ -13,8 +13,8 @@ from dataclasses import replace
 from math import radians
 
 from khr_common.arithmetic import warn_unless_portable
+from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
-from khr_sim.errors import SimError
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import Truth
 from khr_sim.physics.world import World
@@ -30,13 +30,13 @@ def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) 
     The order of the corrections is the order of summation, which bit-equal runs must share.
 
     Raises:
-        SimError: if a correction names a joint that the robot does not have.
+        KhrError: if a correction names a joint that the robot does not have.
     """
     target = list(reference)
     for correction in corrections:
         for joint, angle in correction.items():
             if joint not in _INDEX:
-                raise SimError(
+                raise KhrError(
                     f'joint: {quoted(joint)} is not accepted; accepted: {" | ".join(JOINTS)}'
                 )
             target[_INDEX[joint]] += angle
@@ -82,10 +82,10 @@ class Plant:
         """Simulate one control period towards the answer that is due.
 
         Raises:
-            SimError: if it has not been given, or is not 17 finite numbers.
+            KhrError: if it has not been given, or is not 17 finite numbers.
         """
         if not self._due:
-            raise SimError('answer: missing; accepted: one to every instant, before it acts')
+            raise KhrError('answer: missing; accepted: one to every instant, before it acts')
         return self._take(self.world.advance(self._due.popleft()))
 
     def configure(self, parameters: RunParameters) -> None:

@@ -11,10 +11,10 @@ from xml.etree import ElementTree
 
 import numpy as np
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS
 from khr_common.maths.rotation import Array, applied, dot, matrix, product
 from khr_common.text.quoting import named, quoted
-from khr_sim.errors import SimError
 
 __all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
 
@@ -57,25 +57,25 @@ class Robot:
     """The links and joints of a URDF, in the order of the file.
 
     Raises:
-        SimError: if the text is no URDF, or lacks one of the 17 joints.
+        KhrError: if the text is no URDF, or lacks one of the 17 joints.
     """
 
     def __init__(self, urdf: str) -> None:
         try:
             self.xml = ElementTree.fromstring(urdf)
         except ElementTree.ParseError as error:
-            raise SimError(f'urdf: not well-formed XML: {error}') from error
+            raise KhrError(f'urdf: not well-formed XML: {error}') from error
         self.urdf = urdf
         try:
             self.links = {link.name: link for link in map(_link, self.xml.iter('link'))}
             self.joints = {joint.name: joint for joint in map(_joint, self.xml.iter('joint'))}
         except KeyError as error:
-            raise SimError(f'urdf: {error.args[0]} missing; accepted: links and joints') from error
+            raise KhrError(f'urdf: {error.args[0]} missing; accepted: links and joints') from error
         except (ValueError, AttributeError, TypeError) as error:
-            raise SimError(f'urdf: {quoted(str(error))}; accepted: numbers') from error
+            raise KhrError(f'urdf: {quoted(str(error))}; accepted: numbers') from error
         revolute = {name for name, joint in self.joints.items() if joint.kind == 'revolute'}
         if revolute != set(JOINTS):
-            raise SimError(
+            raise KhrError(
                 f'urdf: {quoted(", ".join(sorted(revolute ^ set(JOINTS))))} missing or unknown; '
                 f'accepted: the 17 joints of the KHR-3HV'
             )
@@ -160,7 +160,7 @@ def _link(element: ElementTree.Element) -> Link:
         return Link(element.attrib['name'], 0.0, np.zeros(3), np.zeros((3, 3)))
     mass, inertia = inertial.find('mass'), inertial.find('inertia')
     if mass is None or inertia is None:
-        raise SimError(f'urdf: {named(element.get("name"))}: inertial needs mass and inertia')
+        raise KhrError(f'urdf: {named(element.get("name"))}: inertial needs mass and inertia')
     i = {key: float(value) for key, value in inertia.attrib.items()}
     return Link(
         element.attrib['name'],
@@ -179,7 +179,7 @@ def _link(element: ElementTree.Element) -> Link:
 def _joint(element: ElementTree.Element) -> Joint:
     parent, child, limit = element.find('parent'), element.find('child'), element.find('limit')
     if parent is None or child is None:
-        raise SimError(f'urdf: {named(element.get("name"))}: joint needs parent and child')
+        raise KhrError(f'urdf: {named(element.get("name"))}: joint needs parent and child')
     bound = {} if limit is None else limit.attrib
     return Joint(
         element.attrib['name'],

@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 
 from khr_common import ParameterError, parameter
+from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
-from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.robot import link_names
@@ -125,14 +125,14 @@ class RunParameters(SimulatorParameters):
         try:
             for text in filter(None, self.pushes):
                 self.check_push(Push.parse(text))
-        except SimError as error:
+        except KhrError as error:
             raise ParameterError(f'pushes: {error}') from error
 
     def check_push(self, push: Push) -> None:
         """Check what acts on the robot.
 
         Raises:
-            SimError: if the robot has no such link, or the force or its point is too far off.
+            KhrError: if the robot has no such link, or the force or its point is too far off.
         """
         force, arm = math.hypot(*push.force), math.hypot(*push.point)
         for name, value, accepted, fine in (
@@ -141,4 +141,4 @@ class RunParameters(SimulatorParameters):
             ('point', push.point, f'up to {LONGEST_ARM:g} m away', arm <= LONGEST_ARM),
         ):
             if not fine:
-                raise SimError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
+                raise KhrError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')

@@ -10,10 +10,10 @@ import numpy as np
 
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, parameter, specifications
+from khr_common.errors import KhrError
 from khr_common.parameters import Specification
 from khr_common.text.quoting import named, quoted
 from khr_common.text.strict_yaml import LARGEST_INTEGER
-from khr_sweeps.errors import SweepError
 
 LARGEST_AXIS = 100_000
 
@@ -59,19 +59,17 @@ def parameter_named(where: str, name: Any) -> Specification:
     """Return the specification of ``node.parameter``.
 
     Raises:
-        SweepError: if there is no such parameter; its message begins with ``where``.
+        KhrError: if there is no such parameter; its message begins with ``where``.
     """
     node, dot, key = str(name).partition('.')
     if not dot or node not in registry():
-        raise SweepError(
+        raise KhrError(
             f'{where}: {quoted(name)} is not accepted; accepted: node.parameter with '
             f'one of the nodes {", ".join(registry())}'
         )
     known = specifications(table_of(node))
     if key not in known:
-        raise SweepError(
-            f'{where}: {named(name)}: no such parameter; accepted: {", ".join(known)}'
-        )
+        raise KhrError(f'{where}: {named(name)}: no such parameter; accepted: {", ".join(known)}')
     return known[key]
 
 
@@ -79,7 +77,7 @@ def column_named(name: str) -> Specification:
     """Return the specification of a swept parameter or of an axis of names.
 
     Raises:
-        SweepError: if there is no such parameter.
+        KhrError: if there is no such parameter.
     """
     return specifications(Labels).get(name) or parameter_named('sweep', name)
 
@@ -88,7 +86,7 @@ def check_value(where: str, specification: Specification, value: Any) -> Any:
     """Check that a parameter accepts a value; return the value.
 
     Raises:
-        SweepError: if it is not accepted; the message begins with ``where``.
+        KhrError: if it is not accepted; the message begins with ``where``.
     """
     if type(value) is int and abs(value) >= LARGEST_INTEGER:
         refuse(where, value, specification.accepted)
@@ -96,14 +94,14 @@ def check_value(where: str, specification: Specification, value: Any) -> Any:
         return specification.check(value)
     except ParameterError as error:
         text = str(error).removeprefix(f'{specification.name}: ')
-        raise SweepError(f'{where}: {text}') from error
+        raise KhrError(f'{where}: {text}') from error
 
 
 def grid_axis(where: str, specification: Specification, given: Any) -> Axis:
     """Read an axis of a grid: a list of values, or start, inclusive stop and step.
 
     Raises:
-        SweepError: if it is empty, repeats a value, or has a value that is not accepted.
+        KhrError: if it is empty, repeats a value, or has a value that is not accepted.
     """
     if not _is_range(where, specification, given, 'values', ('start', 'stop', 'step')):
         return _listed(where, specification, given)
@@ -115,7 +113,7 @@ def random_axis(where: str, specification: Specification, given: Any) -> Axis:
     """Read an axis of random draws: a list of choices, or low and high.
 
     Raises:
-        SweepError: if it is empty, or has a value that is not accepted.
+        KhrError: if it is empty, or has a value that is not accepted.
     """
     if not _is_range(where, specification, given, 'choices', ('low', 'high')):
         return _listed(where, specification, given)
@@ -163,5 +161,5 @@ def _steps(
 
 
 def refuse(where: str, value: Any, accepted: str | None) -> NoReturn:
-    """Raise a SweepError that names the place, the value and the accepted values."""
-    raise SweepError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')
+    """Raise a KhrError that names the place, the value and the accepted values."""
+    raise KhrError(f'{where}: {quoted(value)} is not accepted; accepted: {accepted}')

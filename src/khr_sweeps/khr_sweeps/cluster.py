@@ -14,7 +14,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from khr_common import RunError
-from khr_sweeps.errors import SweepError
+from khr_common.errors import KhrError
 from khr_sweeps.pool import LostWorkerError, Pool, local_pool
 
 CONNECT_TIMEOUT = 5.0  # s of wall time for a scheduler to answer
@@ -31,7 +31,7 @@ class Scheduler:
         unauthenticated: whether a scheduler without TLS is accepted.
 
     Raises:
-        SweepError: if the address does not fit, or a credential is missing or open to other users.
+        KhrError: if the address does not fit, or a credential is missing or open to other users.
     """
 
     address: str
@@ -40,20 +40,20 @@ class Scheduler:
 
     def __post_init__(self) -> None:
         if self.tls is None and not self.unauthenticated:
-            raise SweepError(
+            raise KhrError(
                 f'--scheduler: {self.address!r} without --tls: whoever reaches its port runs code '
                 'on every worker and here; accepted: --tls FOLDER with '
                 f'{", ".join(CREDENTIALS)}, or --unauthenticated'
             )
         if self.tls is not None and self.unauthenticated:
-            raise SweepError('--unauthenticated: not accepted beside --tls; accepted: one of them')
+            raise KhrError('--unauthenticated: not accepted beside --tls; accepted: one of them')
         scheme = 'tls' if self.tls else 'tcp'
         try:
             place = urlsplit(self.address)
             if place.scheme != scheme or not place.hostname or not place.port:
                 raise ValueError
         except ValueError as error:
-            raise SweepError(
+            raise KhrError(
                 f'--scheduler: {self.address!r} is not accepted; accepted: {scheme}://HOST:PORT'
             ) from error
         for path in self.files:
@@ -80,7 +80,7 @@ def open_pool(workers: int, scheduler: Scheduler | None = None) -> Iterator[Pool
         scheduler: of a Dask cluster.
 
     Raises:
-        SweepError: if the number is not accepted, or no scheduler answers.
+        KhrError: if the number is not accepted, or no scheduler answers.
     """
     if scheduler is None:
         with local_pool(workers) as pool:
@@ -153,7 +153,7 @@ def _connect(scheduler: Scheduler) -> Any:
         )
     except (OSError, ValueError) as error:
         reason = ' '.join(str(error).split()) or type(error).__name__
-        raise SweepError(
+        raise KhrError(
             f'--scheduler: {scheduler.address!r}: no scheduler answers there ({reason}); accepted: '
             'the address of a running "dask scheduler"'
             + ' with a certificate of the same authority'
@@ -165,7 +165,7 @@ def security_of(scheduler: Scheduler) -> Any:
     """Return the credentials of a scheduler for Dask; None without TLS.
 
     Raises:
-        SweepError: if they are not certificates with their key.
+        KhrError: if they are not certificates with their key.
     """
     if not scheduler.tls:
         return None
@@ -181,7 +181,7 @@ def security_of(scheduler: Scheduler) -> Any:
     try:
         security.get_connection_args('client')
     except (OSError, ValueError) as error:  # of the TLS library
-        raise SweepError(
+        raise KhrError(
             f'--tls: {str(scheduler.tls)!r}: not certificates with their key '
             f'({" ".join(str(error).split())}); accepted: {", ".join(CREDENTIALS)} in PEM'
         ) from error
@@ -209,12 +209,12 @@ def _check_credential(path: Path) -> None:
         mode = path.stat().st_mode
         path.read_bytes()
     except OSError as error:
-        raise SweepError(
+        raise KhrError(
             f'--tls: {str(path)!r}: {error.strerror}; accepted: a folder with '
             f'{", ".join(CREDENTIALS)}'
         ) from error
     if path.name == CREDENTIALS[-1] and mode & 0o077:
-        raise SweepError(
+        raise KhrError(
             f'--tls: {str(path)!r} is open to other users (mode {mode & 0o777:o}); '
             'accepted: mode 600'
         )

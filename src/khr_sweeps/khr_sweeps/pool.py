@@ -21,7 +21,6 @@ from typing import Any, Protocol, TypeVar
 
 from khr_common import KhrError, RunError
 from khr_common.lifeline import end_with
-from khr_sweeps.errors import SweepError
 
 MOST_WORKERS = 256
 ATTEMPTS = 3  # workers that may be lost over one job
@@ -59,10 +58,10 @@ def check_workers(workers: int | None, option: str = '--workers') -> int:
     """Return the number of workers; None is one for each core that this process may use.
 
     Raises:
-        SweepError: if the number is not accepted.
+        KhrError: if the number is not accepted.
     """
     if workers is not None and not 1 <= workers <= MOST_WORKERS:
-        raise SweepError(
+        raise KhrError(
             f'{option}: {workers} is not accepted; accepted: integer in [1, {MOST_WORKERS}]'
         )
     return workers or min(len(os.sched_getaffinity(0)), MOST_WORKERS)
@@ -109,7 +108,7 @@ def local_pool(workers: int | None, option: str = '--workers', quiet: bool = Fal
         quiet: whether the workers' output on stderr is dropped.
 
     Raises:
-        SweepError: if the number is not accepted.
+        KhrError: if the number is not accepted.
     """
     return LocalPool(check_workers(workers, option), quiet)
 

@@ -23,7 +23,6 @@ from khr_sweeps.axes import (
     random_axis,
     refuse,
 )
-from khr_sweeps.errors import SweepError
 from khr_sweeps.specification import Cases, Sweep, by_parameter
 
 FAST = 'fast'
@@ -68,11 +67,11 @@ def load_sweep(path: Path, fast: bool = False) -> Sweep:
         fast: whether the keys under ``fast`` replace those of the same name.
 
     Raises:
-        SweepError: if there is no such file, or it is not valid; the message names file, key,
+        KhrError: if there is no such file, or it is not valid; the message names file, key,
             value and the accepted values.
     """
     if not path.is_file():
-        raise SweepError(f'{path}: no such sweep; accepted: a YAML file with the keys {KNOWN}')
+        raise KhrError(f'{path}: no such sweep; accepted: a YAML file with the keys {KNOWN}')
     return parse_sweep(read_file(path), str(path), fast)
 
 
@@ -80,7 +79,7 @@ def parse_sweep(text: str, file: str, fast: bool = False) -> Sweep:
     """Read a sweep from text; ``file`` is its name in error messages.
 
     Raises:
-        SweepError: as :func:`load_sweep`.
+        KhrError: as :func:`load_sweep`.
     """
     return sweep_from(read_yaml(text, file), file, scenarios.title_of(text), fast)
 
@@ -97,10 +96,10 @@ def sweep_from(given: Any, file: str, title: str = '', fast: bool = False) -> Sw
         fast: whether the keys under ``fast`` replace those of the same name.
 
     Raises:
-        SweepError: as :func:`load_sweep`.
+        KhrError: as :func:`load_sweep`.
     """
     if not isinstance(given, Mapping) or 'scenario' not in given:
-        raise SweepError(
+        raise KhrError(
             f'{file}: not a sweep; accepted: a mapping with scenario, and grid or random'
         )
     usual = {key: value for key, value in given.items() if key != FAST}
@@ -127,7 +126,7 @@ def _read(where: str, name: str, title: str, given: dict[Any, Any]) -> Sweep:
     if isinstance(form.scenario, list):
         axes = {SCENARIO: Axis(tuple(found)), **axes}
     if not axes:
-        raise SweepError(
+        raise KhrError(
             f'{where}: nothing varies; accepted: grid, random, cases, or a list of scenarios'
         )
     if bool(form.random) != (form.samples is not None):
@@ -139,14 +138,14 @@ def _read(where: str, name: str, title: str, given: dict[Any, Any]) -> Sweep:
     _check_once(where, form.set, cases, axes)
     _check_starts(where, sweep, form.set)
     if sweep.count > LARGEST_SWEEP:
-        raise SweepError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
+        raise KhrError(f'{where}: {sweep.count} runs; accepted: at most {LARGEST_SWEEP}')
     return sweep
 
 
 def _form(where: str, given: dict[Any, Any]) -> SweepForm:
     for key in given:
         if key not in KEYS:
-            raise SweepError(f'{where}: {named(key)}: no such key; accepted: {KNOWN}')
+            raise KhrError(f'{where}: {named(key)}: no such key; accepted: {KNOWN}')
         if given[key] is None:
             refuse(f'{where}: {key}', None, SweepForm.model_fields[key].description)
     try:
@@ -169,7 +168,7 @@ def _scenarios(where: str, form: SweepForm) -> dict[str, Scenario]:
         try:
             scenario = scenarios.load_scenario(name).changed(by_parameter(changes))
         except KhrError as error:
-            raise SweepError(f'{where}: scenario: {error}') from error
+            raise KhrError(f'{where}: scenario: {error}') from error
         if scenario.name in found:
             refuse(f'{where}: scenario', name, 'each name once')
         found[scenario.name] = scenario
@@ -189,7 +188,7 @@ def _values(where: str, key: str, given: Any) -> dict[str, Any]:
 
 def _axes(where: str, form: SweepForm) -> dict[str, Axis]:
     if form.grid and form.random:
-        raise SweepError(f'{where}: grid and random; accepted: one of them')
+        raise KhrError(f'{where}: grid and random; accepted: one of them')
     kind, read = ('grid', grid_axis) if form.grid else ('random', random_axis)
     return {
         name: read(
@@ -222,7 +221,7 @@ def _check_once(where: str, fixed: dict[str, Any], cases: Cases, axes: dict[str,
     ):
         both = sorted(set(one) & set(other))
         if both:
-            raise SweepError(f'{where}: {both[0]}: both {words}; accepted: one of them')
+            raise KhrError(f'{where}: {both[0]}: both {words}; accepted: one of them')
 
 
 def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
@@ -232,14 +231,14 @@ def _check_starts(where: str, sweep: Sweep, fixed: dict[str, Any]) -> None:
         name for name in {*sweep.axes, *fixed, *of_cases} if name.endswith('.seed')
     )
     if sweep.seeds is not None and stated_seeds:
-        raise SweepError(f'{where}: {stated_seeds[0]}: given beside seeds; accepted: one of them')
+        raise KhrError(f'{where}: {stated_seeds[0]}: given beside seeds; accepted: one of them')
     node, key = INITIAL_ERROR.split('.')
     try:
         stated = all(key in scenario.values.get(node, {}) for _, scenario in sweep.starts())
     except KhrError as error:
-        raise SweepError(f'{where}: cases: {error}') from error
+        raise KhrError(f'{where}: cases: {error}') from error
     if sweep.seeds is not None and INITIAL_ERROR not in sweep.axes and not stated:
-        raise SweepError(
+        raise KhrError(
             f'{where}: seeds: {INITIAL_ERROR} is not stated; accepted: a value for '
             'it under set, or an axis of it'
         )

@@ -15,7 +15,6 @@ from khr_common import KhrError
 from khr_sweeps import bisection
 from khr_sweeps.axes import CASE, LABELS, SCENARIO, Axis
 from khr_sweeps.bisection import Finished
-from khr_sweeps.errors import SweepError
 from khr_sweeps.trial import Trial, complete, identity
 
 Cases = dict[str, dict[str, Any]]  # values by label and node.parameter
@@ -62,7 +61,7 @@ class Sweep:
         """Yield the labels and the common scenario of each scenario and case.
 
         Raises:
-            SweepError: if values contradict each other.
+            KhrError: if values contradict each other.
         """
         labels, _ = self._split()
         for values in product(*(axis.values for axis in labels.values())):
@@ -73,7 +72,7 @@ class Sweep:
         """Yield every run once, all points with the first seed before those with the next.
 
         Raises:
-            SweepError: if values contradict each other.
+            KhrError: if values contradict each other.
         """
         _, axes = self._split()
         starts = list(self.starts())
@@ -130,7 +129,7 @@ class Sweep:
         try:
             return scenario.changed(by_parameter(values))
         except KhrError as error:
-            raise SweepError(f'{self.file}: {error}') from error
+            raise KhrError(f'{self.file}: {error}') from error
 
     def _draws(self, axes: dict[str, Axis]) -> Iterator[dict[str, Any]]:
         """Yield the parameters of each point; draw i is equal in every sweep of these axes."""

@@ -10,9 +10,8 @@ from rich.console import Console
 from rich.table import Table
 
 from khr_bringup.code_version import code_version
-from khr_common.errors import INTERRUPTED
+from khr_common.errors import INTERRUPTED, KhrError
 from khr_sweeps.cluster import Scheduler, open_pool
-from khr_sweeps.errors import SweepError
 from khr_sweeps.pool import check_workers
 from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.folder import Folder, read_results
@@ -37,12 +36,12 @@ def run_sweep(
         quiet: whether to show neither progress nor a summary.
 
     Raises:
-        SweepError: if the specification or an option is not accepted.
+        KhrError: if the specification or an option is not accepted.
         RunError: if the sweep cannot go on; finished runs are kept.
     """
     most = check_workers(workers)
     if workers is not None and scheduler is not None:
-        raise SweepError('--workers: not accepted beside --scheduler; accepted: one of them')
+        raise KhrError('--workers: not accepted beside --scheduler; accepted: one of them')
     version = code_version()
     specification.count_missing(version, {})  # refuses contradicting values
     with Folder(out, {'version': version, **specification.record()}) as folder:

@@ -14,7 +14,6 @@ from khr_bringup.code_version import code_version
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario.scenario import Scenario, Values
 from khr_common import KhrError
-from khr_sweeps.errors import SweepError
 
 if TYPE_CHECKING:
     from khr_bringup.recorded.run_signals import Series
@@ -81,10 +80,10 @@ def run_trial(trial: Trial) -> tuple[Row, Series | None]:
     ``error`` and no verdict.
 
     Raises:
-        SweepError: if another version of the code planned the trial.
+        KhrError: if another version of the code planned the trial.
     """
     if code_version() != trial.version:
-        raise SweepError(
+        raise KhrError(
             f'worker: version {code_version()!r} of the project is not accepted; '
             f'accepted: {trial.version!r}, the version that started the sweep'
         )

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 from http.cookies import CookieError, SimpleCookie
 from urllib.parse import parse_qs, urlsplit
 
-from khr_view.errors import ViewError
+from khr_common.errors import KhrError
 
 COOKIE = 'khr_view'
 KEY = 'token'
@@ -103,10 +103,10 @@ def listen(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> AccessG
         first: the port that a user sees most of the time.
 
     Raises:
-        ViewError: if the address or the port cannot be had.
+        KhrError: if the address or the port cannot be had.
     """
     if not 0 <= port < 65536:
-        raise ViewError(f'--port: {port} is not accepted; accepted: 0 to 65535')
+        raise KhrError(f'--port: {port} is not accepted; accepted: 0 to 65535')
     for number in [port] if port else [*range(first, first + FREE), 0]:
         try:
             family, *_, address = socket.getaddrinfo(
@@ -116,10 +116,10 @@ def listen(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> AccessG
         except (OSError, UnicodeError) as error:
             if not port and not isinstance(error, socket.gaierror | UnicodeError) and number:
                 continue
-            raise ViewError(_why(host, port, error)) from error
+            raise KhrError(_why(host, port, error)) from error
         token = '' if _local(listening) else secrets.token_urlsafe(24)
         return AccessGuard(listening, host, listening.getsockname()[1], token)
-    raise ViewError(f'--port: no free port on {host}')
+    raise KhrError(f'--port: no free port on {host}')
 
 
 def _local(listening: socket.socket) -> bool:

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from scipy.signal import butter, lfilter
 from scipy.spatial.transform import Rotation
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import MonitorParameters, OutcomeMonitor
 from khr_analysis.outcome_measures import Slides
+from khr_common.errors import KhrError
 from khr_common.interfaces import TRUE_FORCES, TRUE_POSE, TRUE_RATE, TRUE_SOLES
 
 PERIOD_NS = 15_000_000
@@ -297,5 +297,5 @@ def test_thresholds_change_at_runtime():
     'wrong', [{'height': float('nan')}, {'rate': float('inf')}, {'lean': float('nan')}]
 )
 def test_refuses_what_is_not_finite(wrong):
-    with pytest.raises(AnalysisError, match='observation'):
+    with pytest.raises(KhrError, match='observation'):
         OutcomeMonitor(MonitorParameters()).update(0, Seen(**wrong).signals)

@@ -11,10 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.peaks import label
 from khr_analysis.spectrum import FftAnalyserParameters, SpectrumAnalyser, spectrum
 from khr_common import ParameterError, build
+from khr_common.errors import KhrError
 
 PERIOD, SIZE = 0.015, 154
 CYCLE = SIZE * PERIOD
@@ -305,9 +305,9 @@ def test_a_shorter_window_keeps_the_latest_samples():
 
 def test_refusals():
     analyser = SpectrumAnalyser(FftAnalyserParameters())
-    with pytest.raises(AnalysisError, match='value'):
+    with pytest.raises(KhrError, match='value'):
         analyser.add(0.0, float('nan'))
-    with pytest.raises(AnalysisError, match='samples'):
+    with pytest.raises(KhrError, match='samples'):
         spectrum([1.0, 2.0], FftAnalyserParameters())
     with pytest.raises(ParameterError, match='window_length'):
         build(FftAnalyserParameters, {'window_length': 0.11})

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 from khr_balance.ankle import AnkleController, AnkleControllerParameters, toe_heel_difference
-from khr_balance.errors import BalanceError
 from khr_balance.hip import HipController, HipControllerParameters
+from khr_common.errors import KhrError
 from khr_common.interfaces import FOOT_FORCES, STAGE
 from khr_common.interfaces import GYRO as GYRO_TOPIC
 from tests.support.signals import corrected
@@ -105,14 +105,14 @@ def test_it_needs_the_topics_of_its_source_and_the_stage_if_staged():
 
 @pytest.mark.parametrize('bad', [float('nan'), float('inf')])
 def test_refuses_what_is_no_number(bad):
-    with pytest.raises(BalanceError, match='foot_forces'):
+    with pytest.raises(KhrError, match='foot_forces'):
         corrected(AnkleController(FORCE), forces=(1.0, 1.0, 1.0, bad))
-    with pytest.raises(BalanceError, match='pitch_rate'):
+    with pytest.raises(KhrError, match='pitch_rate'):
         corrected(AnkleController(GYRO), rate=bad)
 
 
 def test_difference_is_of_four_forces():
-    with pytest.raises(BalanceError, match='foot_forces'):
+    with pytest.raises(KhrError, match='foot_forces'):
         toe_heel_difference((1.0, 1.0))
 
 

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.errors import BalanceError
 from khr_balance.hip import HipController, HipControllerParameters
 from khr_common import build
+from khr_common.errors import KhrError
 from tests.support.signals import corrected
 
 ON = HipControllerParameters(
@@ -68,7 +68,7 @@ def test_disabled_is_exactly_zero(rate):
 
 @pytest.mark.parametrize('rate', [float('nan'), float('inf')])
 def test_a_rate_that_is_no_number_is_an_error_not_a_zero(rate):
-    with pytest.raises(BalanceError, match='pitch_rate'):
+    with pytest.raises(KhrError, match='pitch_rate'):
         corrected(HipController(ON), 0.0, rate=rate)
 
 

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.errors import BalanceError
 from khr_balance.roll import RollController, RollControllerParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO
 
 ON = RollControllerParameters(enabled=True, gain=12.0, gain_unit=1.0)
@@ -34,7 +34,7 @@ def test_opposes_the_roll_in_proportion_and_within_its_limit(rate):
 
 def test_off_is_exactly_zero_and_a_rate_that_is_no_number_is_refused():
     assert corrected(1.0, RollControllerParameters()) == (0.0, 0.0)
-    with pytest.raises(BalanceError, match='roll_rate'):
+    with pytest.raises(KhrError, match='roll_rate'):
         corrected(float('nan'))
 
 

@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance.ankle import AnkleController, AnkleControllerParameters
-from khr_balance.errors import BalanceError
 from khr_balance.gaits.body import forward
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -20,6 +19,7 @@ from khr_balance.hip import HipController, HipControllerParameters
 from khr_balance.joints import INDEX
 from khr_balance.stage import Stage, StageParameters, StagePolicy, read_inclination
 from khr_common import ParameterError
+from khr_common.errors import KhrError
 from tests.support.signals import corrected
 
 WEIGHT = 1.5 * 9.80665
@@ -230,19 +230,19 @@ def test_a_control_acts_by_its_share():
     hip = HipController(HipControllerParameters(enabled=True, staged=True, start_ramp=0.0))
     quarter, whole = (corrected(hip, rate=1.0, stage=share(value)) for value in (0.25, 1.0))
     assert quarter == pytest.approx(whole / 4.0)
-    with pytest.raises(BalanceError, match='share'):
+    with pytest.raises(KhrError, match='share'):
         corrected(hip, rate=1.0, stage=share(nan))
 
 
 def test_refuses_what_is_no_sample():
     policy = StagePolicy(AUTO)
-    with pytest.raises(BalanceError, match='foot_forces'):
+    with pytest.raises(KhrError, match='foot_forces'):
         policy.update((1.0, 2.0), STANCE)
-    with pytest.raises(BalanceError, match='foot_forces'):
+    with pytest.raises(KhrError, match='foot_forces'):
         policy.update((1.0, 2.0, nan, 1.0), STANCE)
-    with pytest.raises(BalanceError, match='joint_angles'):
+    with pytest.raises(KhrError, match='joint_angles'):
         policy.update(forces(0.0), STANCE[:-1])
-    with pytest.raises(BalanceError, match='joint_angles'):
+    with pytest.raises(KhrError, match='joint_angles'):
         policy.update(forces(0.0), (nan,) * 17)
     with pytest.raises(ParameterError, match='hip_above_deg'):
         StageParameters(hip_above_deg=3.0)

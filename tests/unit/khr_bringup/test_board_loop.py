@@ -5,7 +5,6 @@ from pathlib import Path
 import pytest
 
 from khr_bringup.board_loop import on_board
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError
@@ -37,13 +36,13 @@ def test_forces_judge_a_run_and_are_fed_back_where_the_map_has_them():
     scenario = driven('lift_7.6deg_ka12', 'board.map=khr3hv_forces')
     assert set(FOOT_FORCES) <= set(scenario.driver.publishes)
     assert scenario.of('monitor')['judge_by'] == 'sensors' and 'monitor' in scenario.nodes
-    with pytest.raises(BringupError, match='ankle_controller needs the topic foot_force/left_toe'):
+    with pytest.raises(KhrError, match='ankle_controller needs the topic foot_force/left_toe'):
         driven('lift_7.6deg_ka12')
     assert 'monitor' not in driven('stand_0deg').nodes
 
 
 def test_without_a_gyro_nothing_claims_a_pitch_rate(tmp_path):
-    with pytest.raises(BringupError, match=f'needs the topic {GYRO.name}'):
+    with pytest.raises(KhrError, match=f'needs the topic {GYRO.name}'):
         driven('walk_6.99deg_ka12', without('gyro', tmp_path))
     with pytest.raises(KhrError, match='mixing: the map has no gyro'):
         driven('walk_6.99deg_ka12', without('gyro', tmp_path), MIXING)
@@ -67,5 +66,5 @@ def test_with_the_loop_on_the_board_it_has_the_gains_and_no_controller_runs():
 
 
 def test_a_controller_that_the_board_has_no_means_for_is_refused():
-    with pytest.raises(BringupError, match='roll_controller: the board cannot do its control'):
+    with pytest.raises(KhrError, match='roll_controller: the board cannot do its control'):
         driven('walk_6.99deg_ka12', MIXING, 'roll_controller.enabled=true')

@@ -8,9 +8,9 @@ import pytest
 
 from khr_analysis.recorder_parameters import OF_EVERY_RUN
 from khr_bringup.code_version import version_in, version_of
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import node_of, registry, table_of
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_common.interfaces import REGIONS
 
 GOOD = """
@@ -127,7 +127,7 @@ def test_a_node_of_one_module_takes_part_in_runs_and_in_their_code_version(tmp_p
     ],
 )
 def test_one_that_does_not_is_refused_and_its_package_named(registry_with, module, entry, says):
-    with pytest.raises(BringupError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         registry_with(module, entry)
     assert str(refusal.value).startswith('foreign: ')
     assert '\n' not in str(refusal.value)

@@ -8,8 +8,8 @@ from threading import Barrier
 
 import pytest
 
-from khr_bringup.errors import BringupError
 from khr_bringup.run_folder import SCENARIO, claim, claim_folder
+from khr_common.errors import KhrError
 
 RIVALS = 8
 
@@ -22,7 +22,7 @@ def test_of_runs_that_want_a_folder_at_once_one_has_it(tmp_path):
             gate.wait()
             try:
                 return claim(folder, '--out')
-            except BringupError as error:
+            except KhrError as error:
                 assert 'taken by another run' in str(error) or 'holds something' in str(error)
 
         with ThreadPoolExecutor(RIVALS) as pool:
@@ -34,7 +34,7 @@ def test_an_empty_folder_that_another_run_takes_meanwhile_is_refused(tmp_path, m
     # Both have looked and found nothing; the file of the other comes between look and claim.
     monkeypatch.setattr('khr_bringup.run_folder._empty', lambda _: True)
     claim(tmp_path, 'out')
-    with pytest.raises(BringupError, match=r'out: .* has been taken by another run'):
+    with pytest.raises(KhrError, match=r'out: .* has been taken by another run'):
         claim(tmp_path, 'out')
 
 
@@ -49,7 +49,7 @@ os.kill(os.getpid(), signal.SIGKILL)
     assert subprocess.run([sys.executable, '-c', code], check=False).returncode == -signal.SIGKILL
     assert [path.name for path in tmp_path.iterdir()] == [SCENARIO]
     assert claim(tmp_path, '--out') == tmp_path
-    with pytest.raises(BringupError, match='taken by another run'):
+    with pytest.raises(KhrError, match='taken by another run'):
         claim(tmp_path, '--out')
 
 

@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS
 from khr_hardware.client import Client
 from khr_hardware.driver import FREES, NO_LOAD_SPEED, READS, WRITES
-from khr_hardware.errors import BoardError, HardwareError
+from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import SHORTEST, refusal
 from khr_hardware.protocol.memory import AD_CHANNELS, Mixing
@@ -73,16 +74,16 @@ def test_it_starts_only_from_within_its_limits_and_with_a_battery():
     rig.board.robot.positions[16] = 7500 - 1780 - 300
     rig.board.sample()
     rig.driver.connect()
-    with pytest.raises(HardwareError, match=r'l_knee: -10\.1 deg'):
+    with pytest.raises(KhrError, match=r'l_knee: -10\.1 deg'):
         rig.driver.start()
     assert rig.driver.state == 'idle'
     rig = Rig()
     rig.board.robot.ad[0] = 380
     rig.board.sample()
     rig.driver.connect()
-    with pytest.raises(HardwareError, match=r'battery: 9\.28 V'):
+    with pytest.raises(KhrError, match=r'battery: 9\.28 V'):
         rig.driver.start()
-    with pytest.raises(HardwareError, match='hold: not while idle'):
+    with pytest.raises(KhrError, match='hold: not while idle'):
         rig.driver.hold()
 
 
@@ -183,7 +184,7 @@ def test_failed_writes_are_a_fault_that_only_free_leaves(rig):
         rig.period()
     assert rig.driver.state == 'fault' and 'writes failed' in rig.driver.reason
     assert rig.targets == pytest.approx(STANCE, abs=COUNT)  # the servos keep their last target
-    with pytest.raises(HardwareError, match='not while fault'):
+    with pytest.raises(KhrError, match='not while fault'):
         rig.driver.start()
     with pytest.raises(BoardError):
         rig.driver.free()

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
-from khr_hardware.errors import HardwareError
 from khr_hardware.feedback import AT_REST, PARTS, PAUSE
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import refusal
@@ -92,7 +92,7 @@ def test_a_robot_that_moves_is_not_started(rig):
     for steps in range(AT_REST):
         rig.board.robot.ad[1] = 515 + steps
         rig.period()
-    with pytest.raises(HardwareError, match=r'515 to 53\d steps; accepted: a robot at rest'):
+    with pytest.raises(KhrError, match=r'515 to 53\d steps; accepted: a robot at rest'):
         rig.driver.start()
     assert rig.driver.state == 'idle' and rig.targets == [None] * 17
 
@@ -100,7 +100,7 @@ def test_a_robot_that_moves_is_not_started(rig):
 def test_a_robot_that_was_not_looked_at_for_long_enough_is_not_started():
     rig = Rig(mixing='board', ankle_ratio=12)
     rig.driver.connect()
-    with pytest.raises(HardwareError, match='0 times; accepted: 20'):
+    with pytest.raises(KhrError, match='0 times; accepted: 20'):
         rig.driver.start()
 
 
@@ -119,5 +119,5 @@ def test_a_board_that_takes_no_mixing_is_a_fault(rig):
 
 
 def test_without_a_gyro_the_board_closes_no_loop():
-    with pytest.raises(HardwareError, match='no gyro'):
+    with pytest.raises(KhrError, match='no gyro'):
         Rig(mixing='board', joint_map=replace(MAP, gyro=None))

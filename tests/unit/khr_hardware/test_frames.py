@@ -4,7 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_hardware.errors import BadReplyError, HardwareError
+from khr_common.errors import KhrError
+from khr_hardware.errors import BadReplyError
 from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.frames import Packet, Splitter, acknowledged, decode, refusal
 from khr_hardware.protocol.memory import Config, Mixing, ServoRecord
@@ -132,7 +133,7 @@ def test_frames_are_found_behind_rubbish():
     ],
 )
 def test_what_the_board_cannot_take_is_refused_in_a_line(ask):
-    with pytest.raises(HardwareError, match=r'\A[^\n]*accepted: [^\n]*\Z'):
+    with pytest.raises(KhrError, match=r'\A[^\n]*accepted: [^\n]*\Z'):
         ask()
 
 

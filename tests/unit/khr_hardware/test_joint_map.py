@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from khr_common import KhrError
 from khr_common.interfaces import JOINTS
 from khr_common.text.strict_yaml import read_yaml
-from khr_hardware.errors import HardwareError
 from khr_hardware.joint_map import COUNT, DEFAULT, JointMap
 from khr_sim.board import Board
 from khr_sim.robot import Robot
@@ -103,7 +102,7 @@ def test_a_map_may_have_the_servos_of_the_default_and_sensors_of_its_own():
 def test_a_map_that_is_not_whole_is_refused_in_a_line(spoil, says):
     data = plain()
     spoil(data)
-    with pytest.raises(HardwareError, match=rf'\Amine\.yaml[^\n]*{says}[^\n]*\Z'):
+    with pytest.raises(KhrError, match=rf'\Amine\.yaml[^\n]*{says}[^\n]*\Z'):
         JointMap.parse(data, 'mine.yaml')
 
 

@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 from rcb4.rcb4interface import RCB4Interface
 
+from khr_common.errors import KhrError
 from khr_hardware.client import connect
-from khr_hardware.errors import BoardError, HardwareError, NoReplyError, PortError
+from khr_hardware.errors import BoardError, NoReplyError, PortError
 from khr_hardware.protocol import commands, memory
 from khr_hardware.protocol.memory import FREE, Config
 from khr_hardware.virtual.faults import KINDS, Fault, Faults
@@ -194,5 +195,5 @@ def test_a_file_that_is_there_is_not_overwritten(tmp_path):
 
 @pytest.mark.parametrize('text', ['', 'kind=fire', 'kind=lost count=0', 'lost', 'kind=lost x=1'])
 def test_a_fault_that_does_not_read_is_refused(text):
-    with pytest.raises(HardwareError, match='accepted'):
+    with pytest.raises(KhrError, match='accepted'):
         Fault.parse(text)

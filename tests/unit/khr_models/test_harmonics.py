@@ -8,8 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
+from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY
-from khr_models.errors import ModelError
 from khr_models.harmonics import (
     growth,
     integrated_harmonics,
@@ -122,5 +122,5 @@ def test_the_periodic_motion_is_where_a_damped_pendulum_ends():
     ],
 )
 def test_refusals_name_the_argument(call, name):
-    with pytest.raises(ModelError, match=f'^{name}: .*accepted: '):
+    with pytest.raises(KhrError, match=f'^{name}: .*accepted: '):
         call()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.special import ellipk
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.pendulum import (
     CRITICAL_FORMS,
     GRAVITY,
@@ -99,7 +99,7 @@ def test_critical_inclinations_solve_what_they_claim(pendulum, lean):
     assert across == pytest.approx(0.0, abs=1e-9 * length)
     try:
         published = critical_inclination(pendulum, lean, 'published')
-    except ModelError:
+    except KhrError:
         assert abs((half_foot - length * math.sin(lean)) / (length * math.cos(lean))) > 1.0
     else:
         along = length * math.cos(lean) * math.sin(published) + length * math.sin(lean)
@@ -245,7 +245,7 @@ def test_a_falling_body_ends_on_the_surface():
     ],
 )
 def test_a_refusal_names_argument_value_and_range_in_one_line(call, name, value):
-    with pytest.raises(ModelError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         call()
     text = str(refusal.value)
     assert text.startswith(name) and value in text and 'accepted: ' in text and '\n' not in text

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from khr_common.errors import KhrError
 from khr_sim.board import COUNT, Board
-from khr_sim.errors import SimError
 
 LIMITS = np.array([(-1.0, 2.0), (0.0, 2.6)])
 inside = st.tuples(st.floats(-1.0, 2.0), st.floats(0.0, 2.6))
@@ -55,5 +55,5 @@ def test_goes_on_from_where_it_was():
 
 @pytest.mark.parametrize('target', [(0.0,), (0.0, 0.0, 0.0), (0.0, float('nan')), ()])
 def test_refuses_what_is_no_posture(target):
-    with pytest.raises(SimError, match='2 finite angles'):
+    with pytest.raises(KhrError, match='2 finite angles'):
         Board(LIMITS, 10).update(target)

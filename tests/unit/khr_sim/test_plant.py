@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import pytest
 
-from khr_sim.errors import SimError
+from khr_common.errors import KhrError
 from khr_sim.plant import Plant, mix
 from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
@@ -57,7 +57,7 @@ def test_a_delayed_answer_may_come_while_the_period_before_it_runs(plant):
 def test_without_the_answer_that_is_due_it_does_not_go_on(plant):
     plant.start(STANCE)
     assert not plant.ready
-    with pytest.raises(SimError, match='answer: missing; accepted: one to every instant'):
+    with pytest.raises(KhrError, match='answer: missing; accepted: one to every instant'):
         plant.advance()
 
 
@@ -83,5 +83,5 @@ def test_a_run_ends_after_its_duration(plant):
 
 
 def test_a_correction_of_an_unknown_joint_is_refused():
-    with pytest.raises(SimError, match="joint: 'l_tail' is not accepted"):
+    with pytest.raises(KhrError, match="joint: 'l_tail' is not accepted"):
         mix(STANCE, [{'l_tail': 0.1}])

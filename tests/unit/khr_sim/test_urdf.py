@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from khr_common.errors import KhrError
 from khr_common.interfaces import BODY, TORSO
-from khr_sim.errors import SimError
 from khr_sim.robot import JOINTS, Robot
 from tests.fakes.postures import STRAIGHT, crouch
 
@@ -123,7 +123,7 @@ def test_a_wrong_edit_is_found_by_name(inside, old, new, fault):
     ],
 )
 def test_no_robot_of_ours_is_refused_in_one_line(text, says):
-    with pytest.raises(SimError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         Robot(text)
     assert says in str(refusal.value)
     assert '\n' not in str(refusal.value)

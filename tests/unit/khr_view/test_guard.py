@@ -4,7 +4,7 @@ import socket
 
 import pytest
 
-from khr_view.errors import ViewError
+from khr_common.errors import KhrError
 from khr_view.guard import AccessGuard, listen
 
 SOCKET = {'Upgrade': 'websocket'}
@@ -86,7 +86,7 @@ def test_only_what_others_reach_has_a_token():
 
 
 def test_a_port_that_is_taken_is_refused_and_a_free_one_found(guard):
-    with pytest.raises(ViewError, match=f'--port: {guard.port} .*accepted: a free port'):
+    with pytest.raises(KhrError, match=f'--port: {guard.port} .*accepted: a free port'):
         listen(port=guard.port)
     other = listen(first=guard.port)
     assert other.port != guard.port
@@ -103,6 +103,6 @@ def test_a_port_that_is_taken_is_refused_and_a_free_one_found(guard):
     ],
 )
 def test_an_address_that_cannot_be_had_is_one_line(host, port, says):
-    with pytest.raises(ViewError, match=says) as caught:
+    with pytest.raises(KhrError, match=says) as caught:
         listen(host, port)
     assert '\n' not in str(caught.value) and 'accepted' in str(caught.value)

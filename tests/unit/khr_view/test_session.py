@@ -2,8 +2,8 @@
 
 import pytest
 
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_view.session import Session
 
 
@@ -55,7 +55,7 @@ def test_a_refused_scenario_changes_nothing(session):
         ('nowhere', None),
         ('mine', '/**/gait: {ros__parameters: {stride: 1.0e+9}}'),
     ):
-        with pytest.raises(BringupError):
+        with pytest.raises(KhrError):
             session.switch(name, text)
     assert session.next is None and not session.advance()
 

@@ -10,10 +10,10 @@ from diagnostic_msgs.msg import DiagnosticStatus
 from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.recording import Recording
 from khr_common import cdr
 from khr_common.block import NodeSpec
+from khr_common.errors import KhrError
 from khr_common.interfaces import CLOCK, LOG, SCENARIO, TRANSFORMS, Topic
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
@@ -82,7 +82,7 @@ class RecorderNode(Listener):
         for name, topic in self._topics.items():
             try:
                 recording.add_topic(name, topic.kind, topic.flow == 'latched')
-            except AnalysisError as error:
+            except KhrError as error:
                 self.get_logger().warning(str(error))
         return recording
 
@@ -158,7 +158,7 @@ class RecorderNode(Listener):
     def _attempt(self, action: Callable[[], object]) -> None:
         try:
             action()
-        except (OSError, AnalysisError) as error:
+        except (OSError, KhrError) as error:
             text = error.strerror or error if isinstance(error, OSError) else error
             self._recording = None
             self._stopped = f'recording stopped: {self.parameters.folder}: {text}'

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from khr_balance import joints
-from khr_balance.errors import BalanceError, UnreachableError
+from khr_balance.errors import GaitError, UnreachableError
 from khr_balance.gaits.body import Array, forward
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import Plan, plan_motion
@@ -38,7 +38,7 @@ class Gait:
         """Plan and check the motion.
 
         Raises:
-            BalanceError: if a leg is too short, a joint leaves its range or outruns its servo;
+            GaitError: if a leg is too short, a joint leaves its range or outruns its servo;
                 the text names the joint (or leg) and the time.
         """
         self.parameters = parameters
@@ -71,10 +71,10 @@ class Gait:
         """Give the start and end (s) of a whole cycle of the walk, the first being number 1.
 
         Raises:
-            BalanceError: if the motion has no such cycle.
+            GaitError: if the motion has no such cycle.
         """
         if not 1 <= number <= len(self._cycles):
-            raise BalanceError(
+            raise GaitError(
                 f'cycle: {number} is not accepted; accepted: integer in [1, {len(self._cycles)}]'
             )
         return self._cycles[number - 1]
@@ -87,7 +87,7 @@ def gait_of(parameters: GaitParameters) -> Gait:
     Planning takes a tenth of a second, and studies run one motion hundreds of times.
 
     Raises:
-        BalanceError: as ``Gait``.
+        GaitError: as ``Gait``.
     """
     return Gait(parameters)
 
@@ -111,7 +111,7 @@ def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
                     _to_torso(attitude, sole.normal(time)),
                 )
             except UnreachableError as error:
-                raise BalanceError(f'{error} (at {time[error.index]:.2f} s)') from error
+                raise GaitError(f'{error} (at {time[error.index]:.2f} s)') from error
         found = torso + np.einsum('nij,nj->ni', attitude, forward(angles).centre_of_mass)
         miss = centre - found[:, :2]
         if np.max(np.abs(miss)) < _TOLERANCE:
@@ -138,7 +138,7 @@ def _check_ranges(time: Array, angles: Array) -> None:
     excess = np.maximum(low - angles, angles - high)
     step, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[step, joint] > 0.0:
-        raise BalanceError(
+        raise GaitError(
             f'{joints.JOINTS[joint]}: {angles[step, joint]:.3f} rad at {time[step]:.2f} s is not '
             f'accepted; accepted: [{low[joint]:.3f}, {high[joint]:.3f}] rad'
         )
@@ -147,7 +147,7 @@ def _check_ranges(time: Array, angles: Array) -> None:
 def _check_speeds(time: Array, speeds: Array) -> None:
     step, joint = np.unravel_index(int(np.argmax(np.abs(speeds))), speeds.shape)
     if abs(speeds[step, joint]) > NO_LOAD_SPEED:
-        raise BalanceError(
+        raise GaitError(
             f'{joints.JOINTS[joint]}: {speeds[step, joint]:.2f} rad/s at {time[step]:.2f} s is '
             f'not accepted; accepted: up to {NO_LOAD_SPEED} rad/s, the speed of its servo'
         )

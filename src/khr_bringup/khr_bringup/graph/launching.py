@@ -10,7 +10,6 @@ from pathlib import Path
 from tempfile import mkdtemp
 
 from khr_bringup.code_version import as_run
-from khr_bringup.errors import BringupError
 from khr_bringup.graph.wiring import Wiring, nodes_of
 from khr_bringup.node_registry import spec_of
 from khr_bringup.run_folder import SCENARIO, claim
@@ -18,6 +17,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.driver import OF_ROBOT, driver_of
 from khr_bringup.scenario.expectation import MEANING, Expectation
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.text.quoting import named
 
@@ -78,7 +78,7 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
         joints: whether the node ``transforms`` is to publish the joints' frames.
 
     Raises:
-        BringupError: if an argument is not accepted.
+        KhrError: if an argument is not accepted.
     """
     record, rviz = (_switch(name, given[name]) for name in ('record', 'rviz'))
     short = [f'simulator.{name}={given[name]}' for name in SHORT if given[name]]
@@ -111,7 +111,7 @@ def on_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> 
     """
     if board:
         if driver:
-            raise BringupError(f'{dashes}board: not with {dashes}driver; accepted: one of them')
+            raise KhrError(f'{dashes}board: not with {dashes}driver; accepted: one of them')
         driver, scenario = OF_ROBOT, scenario.changed({('board', 'port'): board})
     if driver == OF_ROBOT:
         from khr_bringup.board_loop import on_board
@@ -124,17 +124,17 @@ def parameters_of_driver(file: str, option: str, scenario: Scenario) -> Path | N
     """Return the parameter file of a driver, if one is given.
 
     Raises:
-        BringupError: if there is no such file, or no driver to read it.
+        KhrError: if there is no such file, or no driver to read it.
     """
     if not file:
         return None
     if scenario.driver is None or scenario.driver.path is None:
-        raise BringupError(
+        raise KhrError(
             f'{option}: {file!r} is not accepted: no executable of another package drives; '
             'accepted: with driver PACKAGE/EXECUTABLE, or changes of the scenario'
         )
     if not Path(file).is_file():
-        raise BringupError(f'{option}: {file!r}: no such file; accepted: a ROS 2 parameter file')
+        raise KhrError(f'{option}: {file!r}: no such file; accepted: a ROS 2 parameter file')
     return Path(file).absolute()
 
 
@@ -146,12 +146,12 @@ def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
         asked: those of the command line.
 
     Raises:
-        BringupError: if a name is nearly one of this file's: a typing error.
+        KhrError: if a name is nearly one of this file's: a typing error.
     """
     for name in given:
         near = get_close_matches(name, ARGUMENTS, 1, SIMILAR)
         if near and name not in ARGUMENTS:
-            raise BringupError(
+            raise KhrError(
                 f'{named(name)}: no such argument; did you mean {near[0]}? accepted: '
                 f'{", ".join(ARGUMENTS)}'
             )
@@ -160,7 +160,7 @@ def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
 
 def _switch(name: str, text: str) -> bool:
     if text.lower() not in ('true', 'false'):
-        raise BringupError(f'{name}: {text!r} is not accepted; accepted: true | false')
+        raise KhrError(f'{name}: {text!r} is not accepted; accepted: true | false')
     return text.lower() == 'true'
 
 

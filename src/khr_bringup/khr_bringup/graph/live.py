@@ -12,10 +12,10 @@ from typing import Any
 
 import yaml
 
-from khr_bringup.errors import BringupError
 from khr_bringup.graph.run_registry import WITHOUT_LOG, choose
 from khr_bringup.node_registry import registry, table_of
 from khr_common import ParameterError, check, specifications
+from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
 from khr_common.text.strict_yaml import read_file
 
@@ -56,7 +56,7 @@ def get_parameters(
         timeout: s of wall time for the node to appear, and again for each answer.
 
     Raises:
-        BringupError: if no run, node or parameter of that name is there, or no answer comes.
+        KhrError: if no run, node or parameter of that name is there, or no answer comes.
     """
     with _client(node, domain, timeout) as call:
         return _get(call, node, name)
@@ -68,7 +68,7 @@ def set_parameter(
     """Change a parameter of a node; return it before and after the change.
 
     Raises:
-        BringupError: as above, or if the node refuses the value; the text is its reason.
+        KhrError: as above, or if the node refuses the value; the text is its reason.
     """
     from rclpy.parameter import Parameter
 
@@ -78,13 +78,13 @@ def set_parameter(
         try:
             parameter = Parameter(name, value=value)
         except (TypeError, ValueError, AssertionError) as error:
-            raise BringupError(
+            raise KhrError(
                 f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like '
                 f'{before.shown}'
             ) from error
         result = call('set_parameters', [parameter]).results[0]
         if not result.successful:
-            raise BringupError(f'{node}: {result.reason or f"{name} cannot change now"}')
+            raise KhrError(f'{node}: {result.reason or f"{name} cannot change now"}')
         (after,) = _get(call, node, name)
         return before, after
 
@@ -93,11 +93,11 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
     """Refuse a value that the node would refuse, with the text of a scenario file.
 
     Raises:
-        BringupError: if the parameter is fixed, or its specification does not accept the value.
+        KhrError: if the parameter is fixed, or its specification does not accept the value.
     """
     name = parameter.name
     if parameter.fixed:
-        raise BringupError(
+        raise KhrError(
             f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.shown} while it '
             f'runs; accepted: khr run --set {node}.{name}=VALUE'
         )
@@ -105,14 +105,14 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
         try:
             check(table_of(node), name, value)
         except ParameterError as error:
-            raise BringupError(f'{node}: {error}') from error
+            raise KhrError(f'{node}: {error}') from error
 
 
 def switch_scenario(scenario: Path, domain: int | None = None) -> str:
     """Have ``khr view`` end its run and start another scenario; return the title of the run.
 
     Raises:
-        BringupError: if there is no such run, or the scenario is refused; then the run goes on.
+        KhrError: if there is no such run, or the scenario is refused; then the run goes on.
     """
     from rcl_interfaces.srv import SetParametersAtomically
 
@@ -123,9 +123,9 @@ def switch_scenario(scenario: Path, domain: int | None = None) -> str:
     request = to_set({'name': scenario.stem, 'scenario': text})
     answer = _answer(domain, SetParametersAtomically, 'khr/switch', request, PATIENCE)
     if answer is None:
-        raise BringupError('khr: no answer; is the run still there?')
+        raise KhrError('khr: no answer; is the run still there?')
     if not answer.result.successful:
-        raise BringupError(answer.result.reason)
+        raise KhrError(answer.result.reason)
     return entry.title
 
 
@@ -133,15 +133,15 @@ def call_trigger(service: str, domain: int | None = None) -> str:
     """Call a service of the type ``std_srvs/srv/Trigger`` in a running graph; return its answer.
 
     Raises:
-        BringupError: if there is no run or no such service, or it refuses.
+        KhrError: if there is no run or no such service, or it refuses.
     """
     from std_srvs.srv import Trigger
 
     answer = _answer(domain, Trigger, service, Trigger.Request(), PATIENCE)
     if answer is None:
-        raise BringupError(f'{service}: no answer within {PATIENCE:g} s; is the node there?')
+        raise KhrError(f'{service}: no answer within {PATIENCE:g} s; is the node there?')
     if not answer.success:
-        raise BringupError(f'{service}: {answer.message}')
+        raise KhrError(f'{service}: {answer.message}')
     return str(answer.message)
 
 
@@ -163,7 +163,7 @@ def _get(call: Any, node: str, name: str | None) -> list[LiveParameter]:
 
     names = sorted(call('list_parameters').result.names)
     if name is not None and name not in names:
-        raise BringupError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
+        raise KhrError(f'{node}: {name}: no such parameter; accepted: {", ".join(names)}')
     wanted = names if name is None else [name]
     values = map(value_of, call('get_parameters', wanted).values)
     descriptors = call('describe_parameters', wanted).descriptors
@@ -191,7 +191,7 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
             known = ', '.join(
                 sorted(name for name in own.get_node_names() if not name.startswith(('khr', '_')))
             )
-            raise BringupError(
+            raise KhrError(
                 f'{node}: no such node in the running graph within {timeout:g} s; accepted: {known}'
             )
 
@@ -199,7 +199,7 @@ def _client(node: str, domain: int | None, timeout: float) -> Iterator[Any]:
             future = getattr(client, service)(*arguments)
             rclpy.spin_until_future_complete(own, future, timeout_sec=timeout)
             if not future.done():
-                raise BringupError(f'{node}: no answer within {timeout:g} s')
+                raise KhrError(f'{node}: no answer within {timeout:g} s')
             return future.result()
 
         yield call

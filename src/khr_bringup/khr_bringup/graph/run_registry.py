@@ -19,9 +19,9 @@ from stat import S_ISDIR
 from typing import Any
 from uuid import uuid4
 
-from khr_bringup.errors import BringupError
 from khr_bringup.graph.shared_memory import remove_dead_segments
 from khr_common import RunError
+from khr_common.errors import KhrError
 from khr_common.files import write_text
 
 # Above 101 the ports of the middleware overlap the ephemeral ports of the system; users choose
@@ -173,10 +173,10 @@ def check_domain(domain: int | None) -> None:
     """Refuse a domain that no run can have.
 
     Raises:
-        BringupError: if it is out of range.
+        KhrError: if it is out of range.
     """
     if domain is not None and domain not in DOMAINS:
-        raise BringupError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
+        raise KhrError(f'--domain: {domain} is not accepted; accepted: 1 to {DOMAINS[0]}')
 
 
 @contextmanager
@@ -191,7 +191,7 @@ def registered(
     domain is left, one that looks used is taken, and a foreign publisher there ends the run.
 
     Raises:
-        BringupError: if the domain asked for is not accepted or taken, or no domain is free.
+        KhrError: if the domain asked for is not accepted or taken, or no domain is free.
         RunError: if the run cannot be registered.
     """
     check_domain(domain)
@@ -234,7 +234,7 @@ def choose(domain: int | None = None) -> RunEntry:
     folder must be named, since it may belong to other work.
 
     Raises:
-        BringupError: if there is no such run, or several match.
+        KhrError: if there is no such run, or several match.
     """
     entries = running()
     if domain is None:
@@ -247,9 +247,9 @@ def choose(domain: int | None = None) -> RunEntry:
     if entries and domain is None:
         where = f'{len(meant)} runs are going on' if meant else 'no run was started in this folder'
         listed = ', '.join(each.title for each in meant or entries)
-        raise BringupError(f'{where}; name one with --domain or ROS_DOMAIN_ID: {listed}')
+        raise KhrError(f'{where}; name one with --domain or ROS_DOMAIN_ID: {listed}')
     which = f' in domain {domain}' if domain is not None else ''
-    raise BringupError(f'no run is going on{which}; start one with "khr run SCENARIO"')
+    raise KhrError(f'no run is going on{which}; start one with "khr run SCENARIO"')
 
 
 def _claim_domain(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, ...]]:
@@ -264,12 +264,12 @@ def _claim_domain(domain: int | None, held: ExitStack) -> tuple[int, tuple[int, 
             held.push(kept.pop_all())
             return number, (lock, port)
     if domain is not None:
-        raise BringupError(f'--domain: {domain} is taken by another run; accepted: a free one')
+        raise KhrError(f'--domain: {domain} is taken by another run; accepted: a free one')
     for number in DOMAINS:
         lock = _lock_domain(number, held)
         if lock is not None:
             return number, (lock,)
-    raise BringupError('no free ROS domain')
+    raise KhrError('no free ROS domain')
 
 
 def _lock_domain(domain: int, held: ExitStack) -> int | None:

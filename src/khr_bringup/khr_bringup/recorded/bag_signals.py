@@ -7,12 +7,12 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.errors import AnalysisError
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
 from khr_bringup.node_registry import controllers
 from khr_bringup.recorded.bags import Messages, Samples
 from khr_bringup.recorded.run_signals import Array, Series, pitch_of
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.interfaces import (
     BOARD_CORRECTION,
     FOOT_FORCES,
@@ -103,7 +103,7 @@ def judge(
     for stamp_ns, row in zip(shared.tolist(), rows, strict=True):
         try:
             outcomes.append(monitor.update(stamp_ns, dict(zip(OBSERVED, row, strict=True))))
-        except AnalysisError:  # a damaged sample
+        except KhrError:  # a damaged sample
             continue
         stamps.append(stamp_ns)
     return np.array(stamps, dtype=np.int64), outcomes

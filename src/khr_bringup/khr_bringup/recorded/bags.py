@@ -15,7 +15,6 @@ from typing import Any
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
-from khr_bringup.errors import BringupError
 from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
 from khr_common.interfaces import FINISHED, Topic
@@ -69,15 +68,15 @@ def there(bag: Path) -> Path:
     """Return the bag as :func:`bag_of` does.
 
     Raises:
-        BringupError: if there is no bag.
+        KhrError: if there is no bag.
     """
     place = bag_of(bag)
     if not place.exists():
-        raise BringupError(
+        raise KhrError(
             f'{bag}: not there; accepted: a rosbag2 folder, or the folder of a run that recorded one'
         )
     if place.is_dir() and not (place / 'metadata.yaml').exists() and not any(place.glob('*.mcap')):
-        raise BringupError(
+        raise KhrError(
             f'{bag}: no bag in it: an --offline or --no-record run leaves none; accepted: a '
             'rosbag2 folder, or the folder of a run that recorded one'
         )
@@ -95,14 +94,14 @@ def read_messages(
         numbers_of: returns the decoder of a periodic topic.
 
     Raises:
-        BringupError: if it is no bag or is damaged.
+        KhrError: if it is no bag or is damaged.
     """
     place, messages = there(bag), _empty(topics)
     try:
         _collect(place, messages, numbers_of)
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
-        raise BringupError(
+        raise KhrError(
             f'{bag}: not a readable bag ({text}); accepted: a rosbag2 folder or '
             'the folder of a run'
         ) from error
@@ -116,7 +115,7 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
         The messages, and the damage of the bag; empty if it is whole.
 
     Raises:
-        BringupError: if nothing can be read.
+        KhrError: if nothing can be read.
     """
     try:
         return read_messages(bag, topics), ''

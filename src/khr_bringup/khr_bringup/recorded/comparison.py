@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from khr_analysis.outcome import MonitorParameters
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import registry
 from khr_bringup.offline import ControlLoop
 from khr_bringup.recorded.bags import Messages
 from khr_bringup.result import FILE, Result, read_outcome
 from khr_common import cdr
+from khr_common.errors import KhrError
 from khr_common.interfaces import JOINT_STATES, TRUE_POSE, Topic
 from khr_sim.physics.truth import SIGNALS, Truth
 
@@ -108,6 +108,6 @@ def differences_beside(folder: Path, scenario: str, hashed: str, repeated: Resul
                 for name, value in expected.items()
                 if stored.get(name) != value
             ]
-    except BringupError as error:
+    except KhrError as error:
         found.append(str(error))
     return found

@@ -9,7 +9,7 @@ import yaml
 from rosbags.rosbag2.storage_mcap import read_bytes, read_sized, read_string
 
 from khr_analysis.checksums import damage
-from khr_bringup.errors import BringupError
+from khr_common.errors import KhrError
 
 ACCEPTED = 'accepted: a bag as its recorder left it'
 _INFORMATION = 'rosbag2_bagfile_information'
@@ -24,20 +24,20 @@ def check_bag(place: Path) -> None:
         place: a rosbag2 folder, or an MCAP file.
 
     Raises:
-        BringupError: if a file is not as it was written, or the metadata beside it say other
+        KhrError: if a file is not as it was written, or the metadata beside it say other
             than those in it.
     """
     files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
     try:
         if len(files) != 1:
-            raise BringupError(f'{place}: {len(files)} MCAP files; accepted: a bag with one')
+            raise KhrError(f'{place}: {len(files)} MCAP files; accepted: a bag with one')
         (file,) = files
         if found := damage(file):
-            raise BringupError(f'{file}: {found}; {ACCEPTED}')
+            raise KhrError(f'{file}: {found}; {ACCEPTED}')
         if place.is_dir():
             _check_metadata(place / 'metadata.yaml', file)
     except OSError as error:
-        raise BringupError(f'{place}: {error.strerror or error}; {ACCEPTED}') from error
+        raise KhrError(f'{place}: {error.strerror or error}; {ACCEPTED}') from error
 
 
 def _check_metadata(beside: Path, file: Path) -> None:
@@ -46,7 +46,7 @@ def _check_metadata(beside: Path, file: Path) -> None:
         found = yaml.load(beside.read_bytes(), _LOADER)[_INFORMATION]
         differing = [key for key in own if found.get(key) != own[key]]
     except FileNotFoundError as error:
-        raise BringupError(f'{beside}: not there; {ACCEPTED}') from error
+        raise KhrError(f'{beside}: not there; {ACCEPTED}') from error
     except (
         yaml.YAMLError,
         UnicodeError,
@@ -55,9 +55,9 @@ def _check_metadata(beside: Path, file: Path) -> None:
         ValueError,
         AttributeError,
     ) as error:
-        raise BringupError(f'{beside}: not readable; {ACCEPTED}') from error
+        raise KhrError(f'{beside}: not readable; {ACCEPTED}') from error
     if differing:
-        raise BringupError(
+        raise KhrError(
             f'{beside}: {", ".join(differing)}: not as in {file.name} beside it; {ACCEPTED}'
         )
 
@@ -69,7 +69,7 @@ def _metadata_in(file: Path) -> str:
         stream.seek(int.from_bytes(stream.read(8), 'little'))
         while (kind := stream.read(1)[0]) != _METADATA_INDEX:
             if kind == _SUMMARY_OFFSET:
-                raise BringupError(f'{file}: no metadata in it; {ACCEPTED}')
+                raise KhrError(f'{file}: no metadata in it; {ACCEPTED}')
             read_sized(stream)
         stream.seek(8, 1)
         stream.seek(int.from_bytes(stream.read(8), 'little') + 9)

@@ -11,7 +11,6 @@ from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import outcome_of
 from khr_bringup.changes import Change, changes_in
 from khr_bringup.code_version import stated_in, version_in
-from khr_bringup.errors import BringupError
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import (
     Messages,
@@ -72,24 +71,24 @@ class RecordedRun:
         """Return the messages of the bag by topic, in the order they were recorded.
 
         Raises:
-            BringupError: if there is no bag, or it cannot be read.
+            KhrError: if there is no bag, or it cannot be read.
         """
-        if isinstance(self._bag, BringupError):
+        if isinstance(self._bag, KhrError):
             raise self._bag
         return self._bag[0]
 
     @property
     def damage(self) -> str:
         """Describe the damage of the bag in one line; empty if it is whole."""
-        return str(self._bag) if isinstance(self._bag, BringupError) else self._bag[1]
+        return str(self._bag) if isinstance(self._bag, KhrError) else self._bag[1]
 
     @cached_property
-    def _bag(self) -> tuple[Messages, str] | BringupError:
+    def _bag(self) -> tuple[Messages, str] | KhrError:
         try:
             if self._salvage:
                 return read_what_is_left(self.path, self._topics)
             return read_messages(self.path, self._topics, self._numbers_of), ''
-        except BringupError as error:
+        except KhrError as error:
             return error
 
     @cached_property
@@ -99,11 +98,11 @@ class RecordedRun:
         Raises:
             KhrError: if there is neither, or the file cannot be read.
         """
-        if not isinstance(self._bag, BringupError) and self._bag[0][SCENARIO]:
+        if not isinstance(self._bag, KhrError) and self._bag[0][SCENARIO]:
             return str(self._bag[0][SCENARIO][-1].data)
         file = self.folder / SCENARIO_FILE
         if self.path.is_file() or not file.is_file():
-            raise BringupError(f'{file}: not there; {ACCEPTED}')
+            raise KhrError(f'{file}: not there; {ACCEPTED}')
         return read_file(file)
 
     @cached_property
@@ -138,7 +137,7 @@ class RecordedRun:
         """Return the outcome, from ``outcome.json`` or else from the bag.
 
         Raises:
-            BringupError: if there is neither, or the file cannot be read.
+            KhrError: if there is neither, or the file cannot be read.
         """
         if self.path.is_dir() and ((self.folder / FILE).exists() or not self.has_bag):
             return read_outcome(self.folder)
@@ -149,7 +148,7 @@ class RecordedRun:
         """Return the outcome that is in the bag.
 
         Raises:
-            BringupError: if the bag cannot be read.
+            KhrError: if the bag cannot be read.
         """
         state, judged = self.final_state, None
         for status in self.messages[OUTCOME]:
@@ -178,11 +177,11 @@ class RecordedRun:
         """Return the signals of the bag, and the outcome judged by them.
 
         Raises:
-            BringupError: if there is no bag, it cannot be read, or it holds no signal.
+            KhrError: if there is no bag, it cannot be read, or it holds no signal.
         """
         series, outcome = series_of(self.messages, self.parameters)
         if not series.time.size:
-            raise BringupError(f'{self.path}: no signals in it; accepted: the bag of a khr run')
+            raise KhrError(f'{self.path}: no signals in it; accepted: the bag of a khr run')
         return series, outcome
 
     @property

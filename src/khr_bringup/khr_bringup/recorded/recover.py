@@ -11,8 +11,8 @@ from rosbags.interfaces import ConnectionExtRosbag2, QosDurability
 from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import Recording
-from khr_bringup.errors import BringupError
 from khr_bringup.recorded.bags import bag_of, mend
+from khr_common.errors import KhrError
 
 
 @dataclass(frozen=True)
@@ -35,13 +35,13 @@ def recover(bag: Path) -> Recovered | None:
         The recovered bag; None if the bag is whole.
 
     Raises:
-        BringupError: if it is no bag, holds no whole message, or has been recovered before.
+        KhrError: if it is no bag, holds no whole message, or has been recovered before.
         OSError: if the new bag cannot be written; the old one is then as it was.
     """
     place = bag_of(bag)
     files = sorted(place.glob('*.mcap')) if place.is_dir() else []
     if len(files) != 1:
-        raise BringupError(
+        raise KhrError(
             f'{bag}: {len(files)} MCAP files; accepted: a rosbag2 folder with one, or the folder '
             'of a run'
         )
@@ -49,7 +49,7 @@ def recover(bag: Path) -> Recovered | None:
         return None
     kept = place.with_name(f'{place.name}.cut')
     if kept.exists():
-        raise BringupError(f'{kept}: exists; accepted: a bag that has not been recovered before')
+        raise KhrError(f'{kept}: exists; accepted: a bag that has not been recovered before')
     with TemporaryDirectory(dir=place.parent, prefix='.recover-') as folder:
         mended = Path(folder) / 'mended.mcap'
         mended.write_bytes(mend(files[0].read_bytes()))
@@ -82,12 +82,12 @@ def _rewrite(bag: Path, mended: Path, new: Path) -> tuple[int, int]:
         raise
     except Exception as error:
         text = ' '.join(str(error).split()) or type(error).__name__
-        raise BringupError(
+        raise KhrError(
             f'{bag}: cannot be recovered ({text}); accepted: a bag that a recorder was writing'
         ) from error
     count = sum(recording.counts.values())
     if not count:
-        raise BringupError(f'{bag}: no whole message in it; accepted: a bag with some')
+        raise KhrError(f'{bag}: no whole message in it; accepted: a bag with some')
     recording.close()
     return count, end_ns
 

@@ -13,9 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import Outcome
-from khr_bringup.errors import BringupError
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.interfaces import REGIONS
 from khr_sim.physics.truth import Truth
 
@@ -128,7 +128,7 @@ class Series:
         """Read the file that :meth:`save` wrote.
 
         Raises:
-            BringupError: if it is not there or not readable.
+            KhrError: if it is not there or not readable.
         """
         try:
             with np.load(path) as stored:
@@ -147,7 +147,7 @@ class Series:
             BadZipFile,
             zlib.error,
         ) as error:
-            raise BringupError(
+            raise KhrError(
                 f'{path}: not the signals of a run; accepted: a file that '
                 'khr reproduce has written'
             ) from error

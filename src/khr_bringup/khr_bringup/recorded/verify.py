@@ -12,7 +12,6 @@ from rich.progress import Progress
 
 from khr_bringup.changes import Change
 from khr_bringup.code_version import differences, stated_of, surroundings, version_in, version_of
-from khr_bringup.errors import BringupError
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
 from khr_bringup.recorded.bags import Messages, there
 from khr_bringup.recorded.comparison import SideBySide, compared, differences_beside, numbers_of
@@ -67,7 +66,7 @@ def verify(bag: Path) -> int:
         0 if the repetition gives the bag and the other files of the run.
 
     Raises:
-        BringupError: if it is no bag of a run, or not as it was written, or the run cannot be
+        KhrError: if it is no bag of a run, or not as it was written, or the run cannot be
             repeated: it ran against the wall clock, or the time at which a push or change acted
             is unknown.
     """
@@ -103,35 +102,35 @@ def read_recorded(bag: Path) -> Recorded:
     """Read the run of a bag.
 
     Raises:
-        BringupError: if it is no bag, is damaged, has no scenario or end of a run, was made by
+        KhrError: if it is no bag, is damaged, has no scenario or end of a run, was made by
             another version of the project, or lacks something that the repetition needs.
     """
     run = RecordedRun(bag, compared(), numbers_of=numbers_of)
     messages, state = run.messages, run.final_state
     if not messages[SCENARIO]:
-        raise BringupError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
+        raise KhrError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
     time_ns = int(text) if is_integer(text := state.get('time_ns', '')) else 0
     if (
         time_ns
         and not state.get('trajectory_hash')
         and state.get('end') in ('duration', 'stopped')
     ):
-        raise BringupError(
+        raise KhrError(
             f'{bag}: nothing was simulated: it ran on a driver; accepted: the bag of a simulated run'
         )
     if not state.get('trajectory_hash') or time_ns <= 0:
-        raise BringupError(
+        raise KhrError(
             f'{bag}: its run has no end, or ended before it began; accepted: the '
             'bag of a run that ended or was interrupted'
         )
     scenario = _scenario(bag, run.text)
     if scenario.table(RunParameters).sync != 'lockstep':
-        raise BringupError(
+        raise KhrError(
             f'{bag}: the run followed the wall clock, so it cannot be repeated; '
             'accepted: a run in lockstep'
         )
     if not (len(messages[JOINT_STATES]) and len(messages[TRUE_POSE])):
-        raise BringupError(
+        raise KhrError(
             f'{bag}: neither poses nor joints to compare in it; accepted: a bag with '
             f'{TRUE_POSE.name} and {JOINT_STATES.name}'
         )
@@ -157,7 +156,7 @@ def _pushes(
     p = scenario.table(RunParameters)
     for push in pushed:
         if any((each.node, each.parameter) in OF_PUSHES for each in made):
-            raise BringupError(
+            raise KhrError(
                 f'{bag}: the run cannot be repeated: pushes came while '
                 f'{" or ".join(name for _, name in OF_PUSHES)} was changed'
             )
@@ -177,18 +176,18 @@ def _scenario(bag: Path, text: str) -> Scenario:
     try:
         scenario = scenarios.parse(text, 'its scenario', bag.name)
     except KhrError as error:
-        raise BringupError(f'{title}: {error}') from error
+        raise KhrError(f'{title}: {error}') from error
     for node in scenario.nodes:
         missing = set(scenario.whole(node)) - set(scenario.values.get(node, {}))
         if missing:
-            raise BringupError(f'{title}: its scenario does not know {node}.{min(missing)}')
+            raise KhrError(f'{title}: its scenario does not know {node}.{min(missing)}')
     if other := differences(text, surroundings(scenario.table(RunParameters).engine)):
-        raise BringupError(
+        raise KhrError(
             f'{bag}: made with {other}; accepted: what was made with the same, to be repeated '
             'bit for bit'
         )
     if recorded and recorded != version_of(scenario):
-        raise BringupError(
+        raise KhrError(
             f'{title}: its code version is {recorded}, this one is {version_of(scenario)}'
         )
     return scenario

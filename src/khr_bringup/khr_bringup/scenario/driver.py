@@ -15,9 +15,9 @@ from pathlib import Path
 
 from khr_analysis.node_specs import COURSE, MONITOR
 from khr_analysis.outcome import OBSERVED, SENSED
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import controllers, registry, spec_of
 from khr_common.block import NodeSpec
+from khr_common.errors import KhrError
 from khr_common.interfaces import (
     BOARD_CORRECTION,
     CLOCK,
@@ -103,17 +103,15 @@ def driver_of(text: str, option: str) -> Driver:
     """Find a driver, given as PACKAGE/EXECUTABLE.
 
     Raises:
-        BringupError: if there is no such driver, or the file of its package is not accepted.
+        KhrError: if there is no such driver, or the file of its package is not accepted.
     """
     package, _, name = text.partition('/')
     if not (package and name) or '/' in name:
-        raise BringupError(
-            f'{option}: {quoted(text)} is not accepted; accepted: PACKAGE/EXECUTABLE'
-        )
+        raise KhrError(f'{option}: {quoted(text)} is not accepted; accepted: PACKAGE/EXECUTABLE')
     node = registry().get(name)
     if node is not None and node.spec.package == package:
         if not node.spec.drives:
-            raise BringupError(
+            raise KhrError(
                 f'{option}: {text} is no driver; accepted: an executable of another package, or a '
                 f'node that drives: {", ".join(_registered()) or "none is installed"}'
             )
@@ -122,7 +120,7 @@ def driver_of(text: str, option: str) -> Driver:
         path = prefix / 'lib' / package / name
         if path.is_file() and os.access(path, os.X_OK):
             return Driver(package, name, _stated(prefix, package, name), path)
-    raise BringupError(
+    raise KhrError(
         f'{option}: {text}: no such executable; accepted: PACKAGE/EXECUTABLE of lib/ in '
         f'{":".join(map(str, _prefixes()))}'
     )
@@ -150,7 +148,7 @@ def _stated(prefix: Path, package: str, name: str) -> tuple[Topic, ...]:
         return OF_BOARD
     known = {topic.name: topic for each in registry().values() for topic in each.spec.publishes}
     if not isinstance(names, list) or not names or not all(each in known for each in names):
-        raise BringupError(
+        raise KhrError(
             f'{file}: {name}: publishes: {quoted(names)} is not accepted; accepted: a list of '
             f'{", ".join(sorted(known))}'
         )

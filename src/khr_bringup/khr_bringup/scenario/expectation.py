@@ -6,8 +6,8 @@ from dataclasses import dataclass
 from typing import get_args
 
 from khr_analysis.outcome import SensedVerdict, Verdict
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.punctuality import HELD, NOT_HELD, RealTime
 from khr_sim.run_parameters import RunParameters
 
@@ -43,18 +43,18 @@ class Expectation:
             offline: whether it is to run without a graph.
 
         Raises:
-            BringupError: if the text is not accepted, or the run does not follow the wall clock.
+            KhrError: if the text is not accepted, or the run does not follow the wall clock.
         """
         words = [word.strip() for word in text.split(',')] if text else []
         verdicts = [word for word in words if word != REALTIME]
         if len(verdicts) > 1 or set(verdicts) - set(VERDICTS):
-            raise BringupError(
+            raise KhrError(
                 f'{option}: {text!r} is not accepted; accepted: {" | ".join(VERDICTS)}, '
                 f'{REALTIME}, or one of these and {REALTIME} with a comma between'
             )
         lockstep = scenario.table(RunParameters).sync == 'lockstep'
         if REALTIME in words and (lockstep or offline):
-            raise BringupError(
+            raise KhrError(
                 f'{option}: {REALTIME} is not accepted of a run that does not follow the wall '
                 'clock; accepted: with simulator.sync=realtime'
             )

@@ -13,11 +13,11 @@ from typing import Any, TypeVar
 
 import yaml
 
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import controllers, node_of, registry, short_name, table_of
 from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
 from khr_common import ParameterError, build, check, specifications
+from khr_common.errors import KhrError
 from khr_common.interfaces import Topic
 from khr_common.text.quoting import LONGEST, named, quoted
 from khr_common.text.strict_yaml import read_file, read_yaml
@@ -94,7 +94,7 @@ class Scenario:
             changes: values by (node, key).
 
         Raises:
-            BringupError: if a node or key is unknown or a value is not accepted.
+            KhrError: if a node or key is unknown or a value is not accepted.
         """
         values = {node: dict(keys) for node, keys in self.values.items()}
         for (node, key), value in changes.items():
@@ -107,7 +107,7 @@ class Scenario:
         It runs in real time unless the scenario states otherwise.
 
         Raises:
-            BringupError: if a node needs a topic that is not published then.
+            KhrError: if a node needs a topic that is not published then.
         """
         if driver.path is None and (node := registry().get(driver.name)):
             table = build(node.spec.table, self.of(driver.name))
@@ -126,7 +126,7 @@ class Scenario:
                 continue
             for topic in spec.block(driven.table(spec.table)).needs:
                 if topic not in flows:
-                    raise BringupError(
+                    raise KhrError(
                         f'{self.name}: {spec.name} needs the topic {topic.name}, which nobody '
                         f'publishes; accepted: a driver that publishes it, or a scenario without'
                     )
@@ -142,7 +142,7 @@ class Scenario:
             more: further changes, as of :meth:`changed`, which the title does not name.
 
         Raises:
-            BringupError: as :meth:`changed`, or if a text is not of that form.
+            KhrError: as :meth:`changed`, or if a text is not of that form.
         """
         given = list(texts)
         changed = self.changed({**changes_of(given), **(more or {})})
@@ -182,7 +182,7 @@ def load_scenario(name: str, sought: str = 'scenario') -> Scenario:
         sought: the kind of thing that the name may be, for the error text.
 
     Raises:
-        BringupError: if there is no such scenario, or it is not accepted; the text names file,
+        KhrError: if there is no such scenario, or it is not accepted; the text names file,
             node, key, value and the accepted values.
     """
     path = find_scenario(name, sought)
@@ -193,16 +193,16 @@ def parse(text: str, file: str, name: str) -> Scenario:
     """Read a scenario from the text of a ROS 2 parameter file.
 
     Raises:
-        BringupError: as :func:`load_scenario`; ``file`` is the name in the text.
+        KhrError: as :func:`load_scenario`; ``file`` is the name in the text.
     """
     document = read_yaml(text, file)
     if not isinstance(document, dict):
-        raise BringupError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
+        raise KhrError(f'{file}: not a parameter file; accepted: "node: ros__parameters: ..."')
     values: Values = {}
     for node, body in document.items():
         known = _known_node(file, node)
         if known in values:
-            raise BringupError(f'{file}: {known}: given twice; accepted: one block per node')
+            raise KhrError(f'{file}: {known}: given twice; accepted: one block per node')
         values[known] = _node_values(file, node, body)
     return Scenario(name, _consistent(file, values), title_of(text))
 
@@ -217,7 +217,7 @@ def find_scenario(name: str, sought: str = 'scenario') -> Path:
     """Return the file of a scenario given by path or name.
 
     Raises:
-        BringupError: if there is no such file, as :func:`load_scenario`.
+        KhrError: if there is no such file, as :func:`load_scenario`.
     """
     for path in (
         Path(name),
@@ -228,7 +228,7 @@ def find_scenario(name: str, sought: str = 'scenario') -> Path:
         if isfile(path):  # Path.is_file raises if the name is too long to be one
             return path
     near = _near(name)
-    raise BringupError(
+    raise KhrError(
         f'{named(name)}: no such {sought}; '
         + (f'did you mean {near}? ' if near else '')
         + 'accepted: a path, or a name ("khr scenarios" lists them)'
@@ -255,11 +255,11 @@ def parse_change(text: str) -> tuple[tuple[str, str], Any]:
     """Read ``node.key=value`` as on a command line.
 
     Raises:
-        BringupError: if it is not of that form, or the value is not YAML.
+        KhrError: if it is not of that form, or the value is not YAML.
     """
     match = re.fullmatch(r'(\w+)\.(\w+)=(.*)', text, re.DOTALL)
     if not match:
-        raise BringupError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
+        raise KhrError(f'{quoted(text)} is not accepted; accepted: node.parameter=value')
     node, key, value = match.groups()
     return (node, key), parse_value(node, key, value)
 
@@ -268,7 +268,7 @@ def parse_value(node: str, key: str, text: str) -> Any:
     """Read a value as typed; an integer for a float parameter is taken as that float.
 
     Raises:
-        BringupError: if it is not a YAML value.
+        KhrError: if it is not a YAML value.
     """
     value = read_yaml(text, named(f'{node}.{key}'))
     known = specifications(table_of(node)).get(key) if node in registry() else None
@@ -293,18 +293,16 @@ def _natural(stem: str) -> list[Any]:
 def _known_node(file: str, node: Any) -> str:
     name = str(node).rsplit('/', 1)[-1]
     if name not in registry():
-        raise BringupError(
-            f'{file}: {named(node)}: no such node; accepted: {", ".join(registry())}'
-        )
+        raise KhrError(f'{file}: {named(node)}: no such node; accepted: {", ".join(registry())}')
     return name
 
 
 def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
     if not isinstance(body, dict) or list(body) != ['ros__parameters']:
-        raise BringupError(f'{file}: {named(node)}: accepted: one key ros__parameters')
+        raise KhrError(f'{file}: {named(node)}: accepted: one key ros__parameters')
     keys = body['ros__parameters']
     if not isinstance(keys, dict):
-        raise BringupError(
+        raise KhrError(
             f'{file}: {named(node)}: ros__parameters: accepted: a mapping of parameters'
         )
     name = _known_node(file, node)
@@ -323,14 +321,14 @@ def _is_wiring(node: str, key: Any) -> bool:
 def _checked(file: str, node: str, key: str, value: Any) -> Any:
     _known_node(file, node)
     if _is_wiring(node, key):
-        raise BringupError(
+        raise KhrError(
             f'{file}: {node}: {key} is not accepted: it is set when a run starts; accepted: a '
             'scenario without it'
         )
     try:
         return check(table_of(node), key, value)
     except ParameterError as error:
-        raise BringupError(f'{file}: {node}: {error}') from error
+        raise KhrError(f'{file}: {node}: {error}') from error
 
 
 def _consistent(file: str, values: Values) -> Values:
@@ -338,11 +336,11 @@ def _consistent(file: str, values: Values) -> Values:
         try:
             build(table_of(node), keys)
         except ParameterError as error:
-            raise BringupError(f'{file}: {node}: {error}') from error
+            raise KhrError(f'{file}: {node}: {error}') from error
     if values.get('stage', {}).get('mode', 'none') == 'none':
         for node in registry():
             if values.get(node, {}).get('staged'):
-                raise BringupError(
+                raise KhrError(
                     f'{file}: {node}: staged: True is not accepted; accepted: '
                     'False while the mode of stage is none'
                 )

@@ -37,7 +37,6 @@ from khr_common.run_identity import KEY, MalformedError
 from khr_common.scheduling import ask_for_real_time
 from khr_hardware.client import connect
 from khr_hardware.driver import BoardDriver
-from khr_hardware.errors import HardwareError
 from khr_hardware.feedback import AT_REST
 from khr_hardware.inspection import Inspection
 from khr_hardware.joint_map import JointMap
@@ -295,4 +294,4 @@ def _text(path: str) -> str:
     try:
         return Path(path).read_text(encoding='utf-8') if path else ''
     except (OSError, UnicodeDecodeError) as error:
-        raise HardwareError(f'urdf: {path}: {error}; accepted: a file that can be read') from error
+        raise KhrError(f'urdf: {path}: {error}; accepted: a file that can be read') from error

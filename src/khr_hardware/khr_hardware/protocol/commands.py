@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from enum import IntEnum
 
-from khr_hardware.errors import HardwareError
+from khr_common.errors import KhrError
 from khr_hardware.protocol.frames import Command, Packet
 from khr_hardware.protocol.memory import RAM_SIZE, check_ics
 
@@ -45,7 +45,7 @@ def write_ram(address: int, data: bytes) -> Packet:
 def move_servos(positions: Mapping[int, int], cycles: int = 1) -> Packet:
     """Return the command to move servos, by ICS number, in so many output cycles."""
     if not 1 <= cycles <= 255:
-        raise HardwareError(f'cycles: {cycles} is not accepted; accepted: 1 to 255')
+        raise KhrError(f'cycles: {cycles} is not accepted; accepted: 1 to 255')
     words = b''.join(_word(positions[ics]) for ics in sorted(positions))
     return Packet(Command.SERVOS, servo_map(positions) + bytes((cycles,)) + words)
 
@@ -63,13 +63,13 @@ def servos_of(bits: bytes) -> list[int]:
 
 def _word(value: int) -> bytes:
     if not 0 <= value <= 0xFFFF:
-        raise HardwareError(f'word: {value} is not accepted; accepted: 0 to 65535')
+        raise KhrError(f'word: {value} is not accepted; accepted: 0 to 65535')
     return value.to_bytes(2, 'little')
 
 
 def _check_span(address: int, size: int, fewest: int, most: int) -> None:
     if not fewest <= size <= most or not 0 <= address <= RAM_SIZE - size:
-        raise HardwareError(
+        raise KhrError(
             f'{size} bytes at {address:#06x} are not accepted; accepted: {fewest} to {most} '
             f'bytes below {RAM_SIZE:#06x}'
         )

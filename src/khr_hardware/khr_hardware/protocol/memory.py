@@ -9,8 +9,8 @@ from __future__ import annotations
 from dataclasses import astuple, dataclass, replace
 from struct import Struct
 
+from khr_common.errors import KhrError
 from khr_common.published import CONTROL_PERIODS
-from khr_hardware.errors import HardwareError
 
 RAM_SIZE = 0x0490
 ROM_SIZE = 0x40000
@@ -78,10 +78,10 @@ class Config:
         """Return it with another output cycle.
 
         Raises:
-            HardwareError: if the board has no such cycle.
+            KhrError: if the board has no such cycle.
         """
         if cycle not in CONTROL_PERIODS:
-            raise HardwareError(
+            raise KhrError(
                 f'output cycle: {cycle:g} s is not accepted; accepted: '
                 f'{" | ".join(f"{each:g}" for each in CONTROL_PERIODS)} s'
             )
@@ -105,14 +105,14 @@ class Mixing:
         """Return ``factor`` counts per step of an AD channel; negative factors set the sign bit.
 
         Raises:
-            HardwareError: if there is no such channel, or the factor is no integer of 7 bits.
+            KhrError: if there is no such channel, or the factor is no integer of 7 bits.
         """
         if not 0 <= channel < AD_CHANNELS:
-            raise HardwareError(
+            raise KhrError(
                 f'AD channel: {channel} is not accepted; accepted: 0 to {AD_CHANNELS - 1}'
             )
         if type(factor) is not int or abs(factor) > LARGEST_RATIO:
-            raise HardwareError(
+            raise KhrError(
                 f'mixing ratio: {factor!r} is not accepted; accepted: an integer '
                 f'from -{LARGEST_RATIO} to {LARGEST_RATIO}'
             )
@@ -180,8 +180,8 @@ def check_ics(ics: int) -> int:
     """Return an ICS number: twice the servo's ID, and one more on SIO5 to 8.
 
     Raises:
-        HardwareError: if the board has no such number.
+        KhrError: if the board has no such number.
     """
     if not 0 <= ics < ICS_NUMBERS:
-        raise HardwareError(f'ICS number: {ics} is not accepted; accepted: 0 to {ICS_NUMBERS - 1}')
+        raise KhrError(f'ICS number: {ics} is not accepted; accepted: 0 to {ICS_NUMBERS - 1}')
     return ics

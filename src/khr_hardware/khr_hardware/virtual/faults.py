@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from random import Random
 
-from khr_hardware.errors import HardwareError
+from khr_common.errors import KhrError
 from khr_hardware.protocol.frames import decode, refusal
 
 KINDS = ('lost', 'late', 'corrupt', 'nck', 'silence', 'brownout')
@@ -34,7 +34,7 @@ class Fault:
         """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is needed.
 
         Raises:
-            HardwareError: if it does not read.
+            KhrError: if it does not read.
         """
         kinds = {'kind': str, 'start': float, 'count': int, 'duration': float}
         values = {}
@@ -51,8 +51,8 @@ class Fault:
         return fault
 
 
-def _refused(text: str) -> HardwareError:
-    return HardwareError(
+def _refused(text: str) -> KhrError:
+    return KhrError(
         f'fault: {text!r:.80} is not accepted; accepted: "kind=KIND start=S count=N duration=S", '
         f'KIND one of {" | ".join(KINDS)}'
     )

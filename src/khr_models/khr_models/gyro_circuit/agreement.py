@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from khr_models.checks import positive
+from khr_common.checks import positive
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.gyro_circuit.carrier import simulate
 from khr_models.gyro_circuit.circuit import KRG4, Circuit
@@ -30,7 +30,7 @@ def disagreement(
         circuit: the constants.
 
     Raises:
-        ModelError: if the sample period is not positive.
+        KhrError: if the sample period is not positive.
     """
     positive('sample_period', sample_period, 's')
     count = math.ceil(DURATION / sample_period)

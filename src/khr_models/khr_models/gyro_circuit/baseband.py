@@ -12,8 +12,8 @@ from __future__ import annotations
 import cmath
 import math
 
-from khr_models.checks import positive
-from khr_models.errors import ModelError
+from khr_common.checks import positive
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.circuit import KRG4, Circuit
 
 
@@ -28,7 +28,7 @@ class Baseband:
             circuit: the constants.
 
         Raises:
-            ModelError: if the sample period is not positive.
+            KhrError: if the sample period is not positive.
         """
         positive('sample_period', sample_period, 's')
         self.sample_period = sample_period
@@ -63,10 +63,10 @@ class Baseband:
             rad/s: the output voltage over the static sensitivity.
 
         Raises:
-            ModelError: if the rate is not finite.
+            KhrError: if the rate is not finite.
         """
         if not math.isfinite(rate):
-            raise ModelError(f'rate: {rate!r} is not accepted; accepted: (-inf, inf) rad/s')
+            raise KhrError(f'rate: {rate!r} is not accepted; accepted: (-inf, inf) rad/s')
         (decay_1, drive_1, read_1, _), (decay_2, drive_2, read_2, _) = self._modes
         envelope = read_1 * self._upper + read_2 * self._lower
         self._output = self._fade * self._output + envelope.real + self._direct * rate

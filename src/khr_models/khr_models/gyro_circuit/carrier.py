@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.signal import cont2discrete, lfilter
 
-from khr_models.checks import positive
-from khr_models.errors import ModelError
+from khr_common.checks import positive
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.circuit import BOLTZMANN, KRG4, Circuit
 from khr_models.gyro_circuit.motion import Array, move
 
@@ -55,11 +55,11 @@ def simulate(
         seed: of that noise.
 
     Raises:
-        ModelError: if an argument is out of its range or the rate is not finite.
+        KhrError: if an argument is out of its range or the rate is not finite.
     """
     positive('duration', duration, 's')
     if not (isinstance(steps_per_cycle, int) and steps_per_cycle > 4):
-        raise ModelError(
+        raise KhrError(
             f'steps_per_cycle: {steps_per_cycle!r} is not accepted; accepted: integer '
             f'in [5, inf) (the Nyquist rate of twice the carrier is 4)'
         )
@@ -68,7 +68,7 @@ def simulate(
     time = np.arange(count, dtype=np.float64) * step
     turning: Array = np.broadcast_to(np.asarray(rate(time), dtype=np.float64), time.shape)
     if not np.isfinite(turning).all():
-        raise ModelError(
+        raise KhrError(
             'rate: a value that is not finite is not accepted; accepted: (-inf, inf) rad/s'
         )
     tone = circuit.carrier
@@ -128,7 +128,7 @@ def _thermal_force(
     circuit: Circuit, temperature: float, step: float, count: int, seed: int
 ) -> Array | float:
     if temperature < 0.0 or not math.isfinite(temperature):
-        raise ModelError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
+        raise KhrError(f'temperature: {temperature!r} is not accepted; accepted: [0, inf) K')
     if temperature == 0.0:
         return 0.0
     deviation = math.sqrt(2.0 * BOLTZMANN * temperature * circuit.sense_damping / step)

@@ -8,8 +8,8 @@ import functools
 import math
 from typing import Any
 
+from khr_common.checks import between, positive
 from khr_common.published import GYRO_SENSITIVITY
-from khr_models.checks import between, positive
 from khr_models.gyro_circuit.resonator import Resonator
 
 BOLTZMANN = 1.380649e-23  # J/K
@@ -26,7 +26,7 @@ class Circuit:
     """One vibratory gyro: two mechanical axes, two capacitances, amplifier and demodulator.
 
     Raises:
-        ModelError: if a value is not positive, an axis is overdamped, or the bandwidth reaches a
+        KhrError: if a value is not positive, an axis is overdamped, or the bandwidth reaches a
             tenth of the carrier (then the low-pass would no longer remove it).
     """
 
@@ -154,7 +154,7 @@ class Circuit:
             temperature: K.
 
         Raises:
-            ModelError: if the temperature is not positive.
+            KhrError: if the temperature is not positive.
         """
         positive('temperature', temperature, 'K')
         force = math.sqrt(4.0 * BOLTZMANN * temperature * self.sense_damping)
@@ -169,7 +169,7 @@ def fit_sense_stiffness(circuit: Circuit, sensitivity: float) -> Circuit:
         sensitivity: V per rad/s.
 
     Raises:
-        ModelError: if it is not positive, or above the sensitivity of matched resonances.
+        KhrError: if it is not positive, or above the sensitivity of matched resonances.
     """
     inertia = circuit.mass * circuit.carrier**2
     resistance = circuit.carrier * circuit.sense_damping

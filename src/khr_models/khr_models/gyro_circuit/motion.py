@@ -13,8 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.signal import lfilter
 
-from khr_models.checks import between, positive
-from khr_models.errors import ModelError
+from khr_common.checks import between, positive
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.resonator import Resonator
 
 Array = NDArray[np.float64]
@@ -43,7 +43,7 @@ def move(
         velocity: at t = 0, m/s.
 
     Raises:
-        ModelError: if ``step`` or ``tone`` is out of its range.
+        KhrError: if ``step`` or ``tone`` is out of its range.
     """
     pole = resonator.pole
     decay, growth = hold_tone(pole, step, tone)
@@ -73,10 +73,10 @@ def hold_tone(pole: complex, step: float, tone: float) -> tuple[complex, list[co
         e and [b_0, b_1].
 
     Raises:
-        ModelError: if the recurrence would be unstable, or the tone sampled too slowly.
+        KhrError: if the recurrence would be unstable, or the tone sampled too slowly.
     """
     if not pole.real < 0.0:
-        raise ModelError(
+        raise KhrError(
             f'pole: {pole!r} makes an unstable recurrence; '
             f'accepted: a real part in (-inf, 0) rad/s'
         )

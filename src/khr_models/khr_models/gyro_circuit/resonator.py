@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from khr_models.checks import between, positive
+from khr_common.checks import between, positive
 
 
 @dataclass(frozen=True)
@@ -13,7 +13,7 @@ class Resonator:
     """Mass (kg), damping (N s/m) and stiffness (N/m) of one axis; it must be underdamped.
 
     Raises:
-        ModelError: if one of them is not positive or the damping is not below critical.
+        KhrError: if one of them is not positive or the damping is not below critical.
     """
 
     mass: float

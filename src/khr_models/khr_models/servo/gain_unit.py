@@ -14,8 +14,8 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from khr_models.checks import finite, positive, within
-from khr_models.errors import ModelError
+from khr_common.checks import finite, positive, within
+from khr_common.errors import KhrError
 from khr_models.servo.servo_loop import gain_of_board
 
 
@@ -75,11 +75,11 @@ def solve_loop(published: PublishedLoop, natural_frequency: float) -> LoopSoluti
         natural_frequency: f_n, Hz, above both frequencies.
 
     Raises:
-        ModelError: if f_n is not above both frequencies.
+        KhrError: if f_n is not above both frequencies.
     """
     finite('natural_frequency', natural_frequency)
     if natural_frequency <= published.frequencies[1]:
-        raise ModelError(
+        raise KhrError(
             f'natural_frequency: {natural_frequency!r} is not accepted; accepted: above '
             f'{published.frequencies[1]!r}, the higher published frequency'
         )
@@ -110,7 +110,7 @@ def solve_for_unit(
         highest: bound of f_n, as a multiple of the higher published frequency.
 
     Raises:
-        ModelError: if no f_n below the bound has this unit.
+        KhrError: if no f_n below the bound has this unit.
     """
     from scipy.optimize import brentq
 
@@ -119,7 +119,7 @@ def solve_for_unit(
     low, high = (published.frequencies[1] * factor for factor in (1.0 + 1e-9, highest))
     units = [solve_loop(published, frequency).gain_unit for frequency in (low, high)]
     if not units[1] <= gain_unit <= units[0]:
-        raise ModelError(
+        raise KhrError(
             f'gain_unit: {gain_unit!r} is not accepted; accepted: [{units[1]:.3g}, {units[0]:.3g}]'
         )
     return solve_loop(
@@ -130,6 +130,6 @@ def solve_for_unit(
 
 def _check_rising(name: str, values: Sequence[float]) -> None:
     if len(values) != 2 or not -math.inf < values[0] < values[1] < math.inf:
-        raise ModelError(
+        raise KhrError(
             f'{name}: {tuple(values)} is not accepted; accepted: two finite values, rising'
         )

@@ -15,9 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize.elementwise import find_root
 
+from khr_common.checks import finite, non_negative, one_of, positive
+from khr_common.errors import KhrError
 from khr_common.published import GAIT_PERIOD
-from khr_models.checks import FORMS, Array, Form, finite, non_negative, one_of, positive
-from khr_models.errors import ModelError
+from khr_models.checks import FORMS, Array, Form
 from khr_models.servo.servo_loop import ServoLoop
 
 CYCLE_RESOLUTION = 1.0 / (2.0 * GAIT_PERIOD)  # Hz, half a spectral line of one gait cycle
@@ -86,7 +87,7 @@ def identify(
         inertia: J, kg m^2; the printed form needs it, the physical one only passes it on.
 
     Raises:
-        ModelError: if the peaks or gains do not rise, or no stable servo has such peaks.
+        KhrError: if the peaks or gains do not rise, or no stable servo has such peaks.
     """
     one_of('form', form, FORMS)
     positive('inertia', inertia)
@@ -97,7 +98,7 @@ def identify(
     measured = np.array(peaks)[:, np.newaxis]
     best = _solve(gains, measured, form, inertia)
     if np.isnan(best).any():
-        raise ModelError(
+        raise KhrError(
             f'peaks: {tuple(peaks)} at gains {tuple(gains)} fit no stable servo; '
             'accepted: peaks further apart, or gains closer together'
         )
@@ -120,7 +121,7 @@ def identify(
 
 def _rising(name: str, values: Sequence[float]) -> None:
     if len(values) != 2 or not -math.inf < values[0] < values[1] < math.inf:
-        raise ModelError(
+        raise KhrError(
             f'{name}: {tuple(values)} is not accepted; '
             'accepted: two finite values, the second larger'
         )

@@ -23,9 +23,10 @@ from typing import Any, Literal
 import numpy as np
 from scipy import signal
 
+from khr_common.checks import finite, non_negative, one_of, positive
+from khr_common.errors import KhrError
 from khr_common.published import AD_STEP, GYRO_SENSITIVITY, SERVO_STEP_DEG
-from khr_models.checks import FORMS, Array, Form, finite, non_negative, one_of, positive
-from khr_models.errors import ModelError
+from khr_models.checks import FORMS, Array, Form
 from khr_models.integrate import integrate
 
 Discretisation = Literal['euler', 'zoh', 'bilinear']
@@ -82,7 +83,7 @@ class ServoLoop:
     """A servo with gyro feedback.
 
     Raises:
-        ModelError: if inertia or stiffness is not positive, damping is negative, or the form
+        KhrError: if inertia or stiffness is not positive, damping is negative, or the form
             is unknown.
     """
 
@@ -213,11 +214,11 @@ def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
     phase of G_f and b_0, beta from the initial conditions (5.14): from rest, those that G_f has.
 
     Raises:
-        ModelError: if the loop does not ring, so that (5.11) has no b_0 term.
+        KhrError: if the loop does not ring, so that (5.11) has no b_0 term.
     """
     ringing = 2.0 * math.pi * loop.ringing_frequency
     if ringing == 0.0:
-        raise ModelError(
+        raise KhrError(
             f'damping: {loop.damping!r} leaves no ringing; accepted: below the '
             'value at which f_A0 of (5.12) is 0'
         )
@@ -241,20 +242,20 @@ def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -
     """Return G_f sampled at a period (s), as a discrete scipy.signal.StateSpace.
 
     Raises:
-        ModelError: if the loop itself is unstable (its gain at or above the limit), or the
+        KhrError: if the loop itself is unstable (its gain at or above the limit), or the
             explicit Euler method is at this period (the message gives the longest accepted).
     """
     positive('period', period)
     one_of('method', method, ('euler', 'zoh', 'bilinear'))
     if loop.feedback_damping <= 0.0:
-        raise ModelError(
+        raise KhrError(
             f'gain: {loop.gain!r} makes the loop unstable; '
             f'accepted: (-inf, {loop.stability_limit:.6g})'
         )
     system = loop.transfer_function()
     longest = min(-2.0 * pole.real / abs(pole) ** 2 for pole in system.poles)
     if method == 'euler' and period >= longest:
-        raise ModelError(
+        raise KhrError(
             f'period: {period!r} makes the Euler discretisation unstable; '
             f'accepted: (0, {longest:.6g})'
         )

@@ -14,17 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from khr_models.checks import (
-    RIGHT_ANGLE,
-    Array,
-    Form,
-    finite,
-    inclination_within,
-    non_negative,
-    sign_of,
-    time_grid,
-    within,
-)
+from khr_common.checks import finite, non_negative, within
+from khr_models.checks import RIGHT_ANGLE, Array, Form, inclination_within, sign_of, time_grid
 from khr_models.integrate import integrate
 from khr_models.pendulum import Pendulum, PendulumMotion, Value, until_lying
 
@@ -34,7 +25,7 @@ class Pid:
     """The servo's gains, of (3.12), read as torque per angle: the thesis prints no units.
 
     Raises:
-        ModelError: if a gain is negative.
+        KhrError: if a gain is negative.
     """
 
     proportional: float = 69.0  # N m/rad
@@ -75,7 +66,7 @@ def simulate_servo(
     The derivative acts on the measured lean alone: the target's own step is no impulse.
 
     Raises:
-        ModelError: if an argument is out of range.
+        KhrError: if an argument is out of range.
     """
     inclination_within(inclination)
     sign = sign_of(form)
@@ -113,7 +104,7 @@ def corrected_motion(
         gain: K_A on the force difference, rad/N.
 
     Raises:
-        ModelError: as ``simulate_servo`` and ``controlled_lean``.
+        KhrError: as ``simulate_servo`` and ``controlled_lean``.
     """
     return simulate_servo(
         pendulum,
@@ -144,7 +135,7 @@ def controlled_lean(
             (3.10), that would lean the robot further downhill. 'physical' subtracts it.
 
     Raises:
-        ModelError: if an argument is out of range, or the loop has no equilibrium within
+        KhrError: if an argument is out of range, or the loop has no equilibrium within
             a quarter turn of upright.
     """
     inclination_within(inclination)

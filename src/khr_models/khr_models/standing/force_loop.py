@@ -22,8 +22,9 @@ from math import tau
 import numpy as np
 from scipy.linalg import expm
 
-from khr_models.checks import Array, finite, positive
-from khr_models.errors import ModelError
+from khr_common.checks import finite, positive
+from khr_common.errors import KhrError
+from khr_models.checks import Array
 from khr_models.pendulum import GRAVITY
 
 SLOWEST = 0.05  # Hz, of a swing; slower motions count as creeping
@@ -50,7 +51,7 @@ class Chain:
         count = len(self.masses)
         shapes = [each.shape for each in (self.joints, self.centres, self.inertias)]
         if count < 1 or shapes != [(count, 2), (count, 2), (count,)]:
-            raise ModelError(
+            raise KhrError(
                 f'chain: shapes {shapes} are not accepted; accepted: (n, 2), (n, 2), (n,) for n '
                 'masses'
             )
@@ -135,7 +136,7 @@ class StandingLoop:
         positive('gyro_time', self.gyro_time)
         positive('period', self.period)
         if self.delay not in (0, 1):
-            raise ModelError(f'delay: {self.delay!r} is not accepted; accepted: 0, 1')
+            raise KhrError(f'delay: {self.delay!r} is not accepted; accepted: 0, 1')
 
     @cached_property
     def _plant(self) -> tuple[Array, Array]:

@@ -20,16 +20,9 @@ from typing import Any
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from khr_models.checks import (
-    RIGHT_ANGLE,
-    Array,
-    inclination_within,
-    non_negative,
-    positive,
-    time_grid,
-    within,
-)
-from khr_models.errors import ModelError
+from khr_common.checks import non_negative, positive, within
+from khr_common.errors import KhrError
+from khr_models.checks import RIGHT_ANGLE, Array, inclination_within, time_grid
 from khr_models.pendulum import GRAVITY, Pendulum, critical_inclination
 from khr_models.standing.ankle_servo import Pid, ServoMotion
 
@@ -42,7 +35,7 @@ class SlidingFoot:
     """The foot's constants.
 
     Raises:
-        ModelError: if the mass is not positive or the friction negative.
+        KhrError: if the mass is not positive or the friction negative.
     """
 
     friction: float = 0.18  # mu; static and sliding alike; slips near 10 deg
@@ -127,7 +120,7 @@ class _Dynamics:
             drive = self._downhill + spin * (sine + cone * cosine) - cone * self._into
             determinant = self._total - lever * couple * cosine / inertia
             if determinant <= 0.0:
-                raise ModelError(
+                raise KhrError(
                     f'friction: {self._foot.friction!r} jams the sliding foot at a lean of '
                     f'{math.degrees(lean):.1f} deg; accepted: below '
                     f'{self._jam(sine, cosine):.3g} there, or a heavier foot'
@@ -185,7 +178,7 @@ def simulate_sliding(
         The motion, ended early if the body comes to lie on the surface or the foot leaves it.
 
     Raises:
-        ModelError: if an argument is out of range, or the friction is so large at the lean
+        KhrError: if an argument is out of range, or the friction is so large at the lean
             reached that rigid-body sliding has no solution (the message says from where).
     """
     inclination_within(inclination)
@@ -211,7 +204,7 @@ def simulate_sliding(
             if direction
             else dynamics.direction_of_slide(state)
         )
-    raise ModelError(
+    raise KhrError(
         f'pid: {pid!r} makes the foot chatter; accepted: gains that change '
         f'between sticking and sliding fewer than {MODE_CHANGES} times'
     )

@@ -10,8 +10,9 @@ from typing import Literal
 
 import numpy as np
 
+from khr_common.checks import one_of, positive
 from khr_common.maths.limit import bracket_limit
-from khr_models.checks import Array, one_of, positive
+from khr_models.checks import Array
 from khr_models.pendulum import Pendulum
 from khr_models.standing.tipping import ForcePulse, Physical, Published, PushLoop, tipping_force
 
@@ -121,7 +122,7 @@ def capture_force(pendulum: Pendulum, inertia: float, duration: float) -> float:
         duration: T, s.
 
     Raises:
-        ModelError: if inertia or duration is not positive.
+        KhrError: if inertia or duration is not positive.
     """
     positive('inertia', inertia)
     positive('duration', duration)

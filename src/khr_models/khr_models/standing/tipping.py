@@ -25,17 +25,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from khr_models.checks import (
-    FORMS,
-    RIGHT_ANGLE,
-    Form,
-    finite,
-    inclination_within,
-    one_of,
-    positive,
-    within,
-)
-from khr_models.errors import ModelError
+from khr_common.checks import finite, one_of, positive, within
+from khr_common.errors import KhrError
+from khr_models.checks import FORMS, RIGHT_ANGLE, Form, inclination_within
 from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid
 
@@ -53,7 +45,7 @@ class ForcePulse:
     def __post_init__(self) -> None:
         finite('force', self.force)
         if not self.duration > 0.0:
-            raise ModelError(f'duration: {self.duration!r} is not accepted; accepted: (0, inf]')
+            raise KhrError(f'duration: {self.duration!r} is not accepted; accepted: (0, inf]')
 
 
 @dataclass(frozen=True)
@@ -61,7 +53,7 @@ class PushLoop:
     """The robot and its loop.
 
     Raises:
-        ModelError: if a value is out of range, or the integration step is so long that the
+        KhrError: if a value is out of range, or the integration step is so long that the
             loop would blow up (the message gives the longest).
     """
 
@@ -79,7 +71,7 @@ class PushLoop:
         finite('gain', self.gain)
         positive('period', self.period)
         if self.delay < 0:
-            raise ModelError(f'delay: {self.delay!r} is not accepted; accepted: 0, 1, 2, ...')
+            raise KhrError(f'delay: {self.delay!r} is not accepted; accepted: 0, 1, 2, ...')
         inclination_within(self.inclination)
         within('initial_lean', self.initial_lean, -RIGHT_ANGLE, RIGHT_ANGLE)
         one_of('form', self.form, FORMS)
@@ -89,7 +81,7 @@ class PushLoop:
         positive('step', self.step)
         longest = min(self.period, self._longest_step())
         if self.step > longest:
-            raise ModelError(
+            raise KhrError(
                 f'step: {self.step!r} makes the integration unstable or longer '
                 f'than a period; accepted: (0, {longest:.3g}]'
             )

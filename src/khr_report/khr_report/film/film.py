@@ -13,8 +13,8 @@ from PIL import Image
 
 from khr_bringup.offline import duration
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.files import written
-from khr_report.errors import ReportError
 from khr_report.film.overlay import COLORS, Overlay
 from khr_report.film.scene import Frame, Look, PosedScene, frames, scenario_of
 from khr_report.folders import make_folder
@@ -60,7 +60,7 @@ def render_run(
         show: called with the name of the task, its progress and its total, s.
 
     Raises:
-        ReportError: if an argument is not accepted or the files cannot be written.
+        KhrError: if an argument is not accepted or the files cannot be written.
         RunError: if a run does not repeat.
     """
     runs = [run] if against is None else [run, against]
@@ -76,14 +76,14 @@ def render_run(
     last = max(track.kept[-1].time for track in tracks)
     if still is not None:
         if still > last:
-            raise ReportError(f'--still: {still:g} is not accepted; accepted: [0, {last:g}] s')
+            raise KhrError(f'--still: {still:g} is not accepted; accepted: [0, {last:g}] s')
         (picture,) = pictures(tracks, [still], look)
         picture.save(f'{base}.png', optimize=True)
         return [Path(f'{base}.png')]
     start, end = part
     wanted = np.arange(start, min(last if end is None else end, last), 1.0 / look.rate).tolist()
     if not wanted:
-        raise ReportError(
+        raise KhrError(
             f'--start {start:g}, --end {end}: nothing to show; accepted: a part of [0, {last:g}] s'
         )
     shown = []
@@ -130,9 +130,9 @@ def _within(longest: float, still: float | None, part: tuple[float, float | None
     """Check the times against the length of the run before it is repeated."""
     for name, time in (('still', still), ('start', part[0]), ('end', part[1])):
         if time is not None and not 0.0 <= time <= longest:
-            raise ReportError(f'--{name}: {time:g} is not accepted; accepted: [0, {longest:g}] s')
+            raise KhrError(f'--{name}: {time:g} is not accepted; accepted: [0, {longest:g}] s')
     if part[1] is not None and part[1] <= part[0]:
-        raise ReportError(
+        raise KhrError(
             f'--end: {part[1]:g} is not accepted; accepted: after --start, '
             f'({part[0]:g}, {longest:g}] s'
         )
@@ -141,11 +141,11 @@ def _within(longest: float, still: float | None, part: tuple[float, float | None
 def _look(width: int, height: int, rate: float, panels: int) -> Look:
     for name, value, most in (('width', width, WIDEST // panels), ('height', height, WIDEST)):
         if not 64 <= value <= most or value % 2:
-            raise ReportError(
+            raise KhrError(
                 f'--{name}: {value} is not accepted; accepted: even integer in [64, {most}] px'
             )
     if not 1.0 <= rate <= 60.0:
-        raise ReportError(f'--rate: {rate:g} is not accepted; accepted: [1, 60] per s')
+        raise KhrError(f'--rate: {rate:g} is not accepted; accepted: [1, 60] per s')
     return Look(width, height, rate)
 
 

@@ -18,9 +18,9 @@ from khr_bringup.offline import ControlLoop, run_offline
 from khr_bringup.result import FILE, read_outcome
 from khr_bringup.scenario.scenario import Scenario, load_scenario
 from khr_common import RunError
+from khr_common.errors import KhrError
 from khr_common.maths.rotation import matrix
 from khr_common.text.quoting import quoted
-from khr_report.errors import ReportError
 from khr_report.film.shadow import Shadow
 from khr_sim.physics import engines
 from khr_sim.physics.camera import Camera
@@ -80,7 +80,7 @@ def scenario_of(run: str) -> Scenario:
     folder = Path(run)
     if folder.is_dir():
         if not (folder / 'scenario.yaml').is_file():
-            raise ReportError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
+            raise KhrError(f'{run}: no scenario.yaml in it; accepted: the folder of a run')
         return load_scenario(str(folder / 'scenario.yaml'))
     return load_scenario(run, 'run or scenario')
 

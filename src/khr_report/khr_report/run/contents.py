@@ -15,7 +15,6 @@ from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import PUSHED
-from khr_report.errors import ReportError
 from khr_sim.run_parameters import RunParameters
 
 Part = TypeVar('Part')
@@ -77,10 +76,10 @@ def contents_of(path: Path) -> RunContents:
     """Read a run, its bag up to the first damage.
 
     Raises:
-        ReportError: if it is not there.
+        KhrError: if it is not there.
     """
     if not path.exists():
-        raise ReportError(f'{path}: no such run; {ACCEPTED}')
+        raise KhrError(f'{path}: no such run; {ACCEPTED}')
     run = RecordedRun(path, salvage=True)
     found = RunContents(run.name, run.folder)
     if path.is_dir():

@@ -19,7 +19,7 @@ from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.result import NO_HASH
 from khr_common import specifications
-from khr_report.errors import ReportError
+from khr_common.errors import KhrError
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
@@ -45,16 +45,14 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
         out: the page; ``report.html`` in the run's folder by default.
 
     Raises:
-        ReportError: if a run has nothing to show, or the page cannot be written.
+        KhrError: if a run has nothing to show, or the page cannot be written.
     """
     paths = {'this run': run} if against is None else {'A': run, 'B': against}
     found = {name: contents_of(path) for name, path in paths.items()}
     for each in found.values():
         if each.record is None and each.series is None:
             reasons = '; '.join(each.notes)
-            raise ReportError(
-                f'{each.folder}: neither outcome nor signals ({reasons}); {ACCEPTED}'
-            )
+            raise KhrError(f'{each.folder}: neither outcome nor signals ({reasons}); {ACCEPTED}')
     warnings = [f'{each.name}: {note}' for each in found.values() for note in each.notes]
     if len(found) == 2 and (other := _difference(*found.values())):
         warnings.insert(0, other)
@@ -68,7 +66,7 @@ def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:
     """Write the page of one run, or of two compared; return its path.
 
     Raises:
-        ReportError: if the file cannot be written.
+        KhrError: if the file cannot be written.
     """
     title = ' against '.join(run.name for run in found.values())
     titles = [

@@ -19,7 +19,7 @@ def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) ->
         now_ns: time of the latest sample, ns.
 
     Raises:
-        SimError: if it is not accepted.
+        KhrError: if it is not accepted.
     """
     p, force = parameters, message.wrench.force
     frame = message.header.frame_id or WORLD

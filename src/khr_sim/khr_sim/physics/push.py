@@ -6,8 +6,8 @@ import math
 from dataclasses import dataclass
 from typing import NoReturn
 
+from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
-from khr_sim.errors import SimError
 
 Vector = tuple[float, ...]
 
@@ -25,7 +25,7 @@ class Push:
         point: where it acts, m in the link's own frame.
 
     Raises:
-        SimError: naming the field, its value and what is accepted.
+        KhrError: naming the field, its value and what is accepted.
     """
 
     start: float
@@ -55,7 +55,7 @@ class Push:
         ``t=5.0 duration=0.1 link=base_link frame=odom force=8,0,0 point=0,0,0.05``
 
         Raises:
-            SimError: if a word is unknown, given twice, missing or not accepted.
+            KhrError: if a word is unknown, given twice, missing or not accepted.
         """
         values: dict[str, str] = {}
         for word in text.split():
@@ -94,4 +94,4 @@ def _triple(key: str, text: str) -> Vector:
 
 
 def _refuse(name: str, value: object, accepted: str) -> NoReturn:
-    raise SimError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')
+    raise KhrError(f'{name}: {quoted(value)} is not accepted; accepted: {accepted}')

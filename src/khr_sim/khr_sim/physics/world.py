@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common import ParameterError, specifications
+from khr_common.errors import KhrError
 from khr_common.interfaces import BODY, TORSO
 from khr_common.maths.rotation import applied, carried, matrix, pitched, product, rotated, turned
 from khr_common.maths.seeding import generator
 from khr_common.text.quoting import quoted
 from khr_sim.board import Board
-from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import contact, engines, statics
 from khr_sim.physics.push import Push
@@ -41,7 +41,7 @@ class World:
     after a reset.
 
     Raises:
-        SimError: if the description of the robot is not that of the KHR-3HV.
+        KhrError: if the description of the robot is not that of the KHR-3HV.
     """
 
     def __init__(self, parameters: SimulatorParameters) -> None:
@@ -66,7 +66,7 @@ class World:
             clearance: height of the soles above the ground, in m; in the air nothing is loaded.
 
         Raises:
-            SimError: if the angles are not 17 finite numbers.
+            KhrError: if the angles are not 17 finite numbers.
         """
         p = self.parameters
         # What a servo takes for its middle is not quite the link's, as horn and spline meet.
@@ -95,7 +95,7 @@ class World:
             target: 17 joint angles in rad, reached at the end of the period.
 
         Raises:
-            SimError: if they are not 17 finite numbers.
+            KhrError: if they are not 17 finite numbers.
         """
         commands = self._displaced(self._board.update(target))
         rows = 1 if self._pushes or self._tilting else len(commands)
@@ -113,16 +113,16 @@ class World:
         """Add a push; one that is already over has no effect.
 
         Raises:
-            SimError: if the robot has no such link, or too many pushes are under way.
+            KhrError: if the robot has no such link, or too many pushes are under way.
         """
         if push.link not in self.robot.links:
-            raise SimError(
+            raise KhrError(
                 f'link: {quoted(push.link)} is not accepted; accepted: {" | ".join(self.robot.links)}'
             )
         now = self._step * self.parameters.physics_step
         self._pushes = [each for each in self._pushes if each.start + each.duration >= now]
         if len(self._pushes) >= MOST_PUSHES:
-            raise SimError(f'push: {MOST_PUSHES} are under way; accepted: fewer')
+            raise KhrError(f'push: {MOST_PUSHES} are under way; accepted: fewer')
         self._pushes.append(push)
 
     def configure(self, parameters: SimulatorParameters) -> None:

@@ -11,9 +11,9 @@ from dataclasses import dataclass
 from math import isfinite
 
 from khr_common import parameter, sample_period
+from khr_common.errors import KhrError
 from khr_common.maths.low_pass import LowPass
 from khr_common.maths.seeding import generator
-from khr_sim.errors import SimError
 
 
 @dataclass(frozen=True)
@@ -73,10 +73,10 @@ class FootForce:
             Four normal forces in the same order, each along the normal of its own sole.
 
         Raises:
-            SimError: if the forces are not (4, 3) finite numbers.
+            KhrError: if the forces are not (4, 3) finite numbers.
         """
         if [*map(len, contact_force)] != [3] * 4 or not isfinite(sum(map(sum, contact_force))):
-            raise SimError(
+            raise KhrError(
                 f'contact_force: {contact_force!r} is not accepted; '
                 f'accepted: (4, 3) finite forces in N'
             )

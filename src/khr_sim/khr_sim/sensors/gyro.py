@@ -15,12 +15,12 @@ from dataclasses import dataclass, replace
 from math import isfinite, radians, tau
 
 from khr_common import parameter, sample_period
+from khr_common.errors import KhrError
 from khr_common.maths.low_pass import LowPass
 from khr_common.maths.seeding import generator
 from khr_common.published import AD_STEP
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.gyro_circuit.circuit import KRG4, PACKAGED_SENSITIVITY
-from khr_sim.errors import SimError
 
 AD_HALF_RANGE = 512  # steps between the voltage at rest, taken at mid-range, and the rails
 
@@ -101,10 +101,10 @@ class Gyro:
             Rates about x, y, z in rad/s.
 
         Raises:
-            SimError: if the rates are not three finite numbers.
+            KhrError: if the rates are not three finite numbers.
         """
         if len(angular_rate) != 3 or not all(map(isfinite, angular_rate)):
-            raise SimError(
+            raise KhrError(
                 f'angular_rate: {angular_rate!r} is not accepted; '
                 f'accepted: three finite rates in rad/s'
             )

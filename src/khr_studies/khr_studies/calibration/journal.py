@@ -18,10 +18,10 @@ from typing import Any
 from pydantic import TypeAdapter
 
 from khr_bringup.offline import run_offline
+from khr_common.errors import KhrError
 from khr_studies.calibration import objective
 from khr_studies.calibration.objective import Candidate
 from khr_studies.calibration.plan import CalibrationPlan
-from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Condition, with_engine
 from khr_sweeps.results.store import OtherResultsError, Store
 
@@ -39,7 +39,7 @@ class Journal:
         head: all that determines the candidates and their costs, as plain data.
 
     Raises:
-        StudyError: if the file has candidates of another search, is no such file, or cannot be
+        KhrError: if the file has candidates of another search, is no such file, or cannot be
             written.
     """
 
@@ -53,11 +53,11 @@ class Journal:
                 if error.key
                 else 'not a journal of khr calibrate, or damaged'
             )
-            raise StudyError(
+            raise KhrError(
                 f'{path}: {found}; accepted: another --journal, or the same plan, seeds and physics'
             ) from error
         except OSError as error:
-            raise StudyError(f'{path}: {error.strerror}; accepted: another --journal') from error
+            raise KhrError(f'{path}: {error.strerror}; accepted: another --journal') from error
 
     def __enter__(self) -> Journal:
         return self

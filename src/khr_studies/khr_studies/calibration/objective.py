@@ -14,9 +14,9 @@ from functools import partial
 import numpy as np
 
 from khr_analysis.outcome import Outcome
-from khr_balance.errors import BalanceError
 from khr_bringup.offline import duration
 from khr_common import RunError
+from khr_common.errors import KhrError
 from khr_common.maths.limit import bracket_limit
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.rows import WantedLimit, WantedWalk
@@ -255,7 +255,7 @@ class _Counter:
         """Run once; None if the legs do not reach, or the physics engine fails."""
         self.runs += 1
         changes = (*self._changes, *row.condition.changes)
-        with suppress(RunError, BalanceError):
+        with suppress(RunError, KhrError):
             return run_condition(replace(row.condition, changes=changes), inclination_deg, seed)
         return None
 

@@ -28,7 +28,6 @@ from khr_studies.calibration.rows import (
     WantedLimit,
     WantedWalk,
 )
-from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Changes
 
 SHIPPED_PLAN = CONFIG / 'calibration.yaml'
@@ -168,15 +167,15 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
     except ValidationError as error:
         first = error.errors()[0]
         place = '.'.join(named(part) for part in first['loc']) or 'the file'
-        raise StudyError(
+        raise KhrError(
             f'{path}: {place}: {first["msg"]}; accepted: constants, limits and walks as in the '
             'shipped config/calibration.yaml'
         ) from error
     if not plan.constants or not plan.fitted:
-        raise StudyError(f'{path}: accepted: at least one constant and one fitted limit')
+        raise KhrError(f'{path}: accepted: at least one constant and one fitted limit')
     for number, candidate in enumerate(plan.placed):
         if set(candidate) != set(plan.constants):
-            raise StudyError(
+            raise KhrError(
                 f'{path}: placed.{number}: {one_line(", ".join(candidate))} are not accepted; '
                 f'accepted: {", ".join(plan.constants)}'
             )
@@ -184,7 +183,7 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
     for number, row in enumerate(plan.differences):
         for title in (row.above, row.below):
             if title not in titles:
-                raise StudyError(
+                raise KhrError(
                     f'{path}: differences.{number}: {quoted(title)} is not accepted; '
                     f'accepted: {" | ".join(titles)}'
                 )
@@ -198,9 +197,9 @@ def read_plan(path: Path = SHIPPED_PLAN) -> CalibrationPlan:
 def _check_constant(place: str, constant: FreeConstant) -> None:
     low, high = constant.range
     if not (isfinite(low) and isfinite(high) and low < high):
-        raise StudyError(f'{place}: range: {constant.range} is not accepted; accepted: rising')
+        raise KhrError(f'{place}: range: {constant.range} is not accepted; accepted: rising')
     if constant.logarithmic and low <= 0.0:
-        raise StudyError(f'{place}: range: {constant.range} is not accepted; accepted: > 0')
+        raise KhrError(f'{place}: range: {constant.range} is not accepted; accepted: > 0')
     for parameter in constant.parameters:
         for value in constant.range:
             _check_parameter(place, parameter, value)
@@ -211,7 +210,7 @@ def _check_parameter(place: str, parameter: str, value: Any) -> None:
         node, key = _parameter(parameter)
         check(table_of(node), key, value)
     except (KhrError, KeyError, ValueError) as error:
-        raise StudyError(f'{place}: {named(parameter)}: {one_line(str(error))}') from error
+        raise KhrError(f'{place}: {named(parameter)}: {one_line(str(error))}') from error
 
 
 def _parameter(text: str) -> tuple[str, str]:

@@ -18,11 +18,11 @@ from scipy.stats import qmc
 
 from khr_bringup.node_registry import table_of
 from khr_common import check
+from khr_common.checks import integer
 from khr_sim.physics.engines import LIBRARIES
 from khr_studies.calibration.journal import SEARCH, Journal, cost_digest, physics_digest, ranked
 from khr_studies.calibration.objective import Candidate, Task, measure_robot
 from khr_studies.calibration.plan import CalibrationPlan, Kind
-from khr_studies.errors import check_integer
 from khr_studies.measuring.optimiser import evolution
 from khr_sweeps.pool import Pool, compute
 
@@ -55,10 +55,10 @@ class Search:
     candidates: int
 
     def __post_init__(self) -> None:
-        check_integer('--candidates', self.candidates, 4, 1_000_000)
-        check_integer('--population', self.population, 4, 1000)
-        check_integer('--seed', self.seed, 0, 2**31)
-        check_integer('--seeds', self.seeds, 1, 100)
+        integer('--candidates', self.candidates, 4, 1_000_000)
+        integer('--population', self.population, 4, 1000)
+        integer('--seed', self.seed, 0, 2**31)
+        integer('--seeds', self.seeds, 1, 100)
         check(table_of('simulator'), 'engine', self.engine)
 
     @property

@@ -15,13 +15,13 @@ import numpy as np
 
 from khr_bringup.recorded.run_signals import run_with_series
 from khr_common import RunError
+from khr_common.checks import integer
 from khr_studies.calibration.ensemble import ensemble, merit, rows_in_conflict
 from khr_studies.calibration.journal import Journal, ranked
 from khr_studies.calibration.objective import Candidate, Task
 from khr_studies.calibration.plan import CalibrationPlan
 from khr_studies.calibration.result import Calibration, ConstantLean
 from khr_studies.calibration.search import Measurement, Search, run_search
-from khr_studies.errors import check_integer
 from khr_studies.measuring.condition import Condition
 from khr_sweeps.cluster import Scheduler, open_pool
 from khr_sweeps.pool import check_workers
@@ -50,7 +50,7 @@ def calibrate(
         KhrError: if an option is not accepted, or the journal is of another search.
         RunError: if no candidate could be measured on every row, or a worker fails.
     """
-    check_integer('--confirm', best, 0, 10_000)
+    integer('--confirm', best, 0, 10_000)
     processes = check_workers(workers)
     with Journal(path, search.head) as journal, open_pool(processes, scheduler) as pool:
         measurement = Measurement(journal, pool)

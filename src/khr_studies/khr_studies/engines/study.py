@@ -20,10 +20,10 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario import scenario as scenarios
+from khr_common.checks import integer
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.truth import Truth
-from khr_studies.errors import check_integer
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Changes, Condition, with_engine, with_seed
 from khr_studies.measuring.critical import START, limit_of_seed
@@ -119,9 +119,9 @@ def compare_engines(
         only: names of scenarios with commas; all shipped scenarios by default.
 
     Raises:
-        StudyError: if an argument is not accepted.
+        KhrError: if an argument is not accepted.
     """
-    check_integer('--seeds', seeds, 2, 100)
+    integer('--seeds', seeds, 2, 100)
     names = only.split(',') if only else [path.stem for path in scenarios.shipped()]
     for name in names:
         scenarios.load_scenario(name)  # reports a mistake before anything starts

@@ -116,7 +116,7 @@ class Condition:
         a robot close to its limit may fall although it stays up at 10.2 deg.
 
         Raises:
-            StudyError: if a parameter is not accepted.
+            KhrError: if a parameter is not accepted.
         """
         standing = self.motion == 'leg_lift'
         changes: dict[tuple[str, str], object] = {

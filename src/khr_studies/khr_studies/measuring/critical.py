@@ -15,8 +15,9 @@ import pandas as pd
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.offline import Watch, run_offline
+from khr_common.checks import integer
+from khr_common.errors import KhrError
 from khr_common.maths.limit import bracket_limit
-from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.limit import Limit
 from khr_studies.measuring.run_table import measure
@@ -76,11 +77,11 @@ def measure_limit(condition: Condition, seeds: int, tolerance: float, pool: Pool
         pool: computes the seeds in parallel.
 
     Raises:
-        StudyError: if an argument is not accepted.
+        KhrError: if an argument is not accepted.
     """
-    check_integer('--seeds', seeds, 1, 1000)
+    integer('--seeds', seeds, 1, 1000)
     if not 0.01 <= tolerance <= STEP:
-        raise StudyError(
+        raise KhrError(
             f'--tolerance: {tolerance:g} is not accepted; accepted: [0.01, {STEP:g}] deg'
         )
     condition.scenario(START, 0)  # raises before anything starts

@@ -13,7 +13,7 @@ from pathlib import Path
 from pydantic import TypeAdapter, ValidationError
 
 from khr_bringup.scenario.scenario import CONFIG
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 
 SHIPPED_ENSEMBLE = CONFIG / 'ensemble.json'
 
@@ -35,12 +35,12 @@ def read_ensemble(path: Path = SHIPPED_ENSEMBLE) -> list[Member]:
     """Read the members of an ensemble, the best first.
 
     Raises:
-        StudyError: if the file cannot be read or holds no ensemble.
+        KhrError: if the file cannot be read or holds no ensemble.
     """
     try:
         return TypeAdapter(list[Member]).validate_json(path.read_bytes())
     except (OSError, ValidationError) as error:
-        raise StudyError(
+        raise KhrError(
             f'{path}: not an ensemble; accepted: a file that khr calibrate wrote '
             f'({" ".join(str(error).split())[:120]})'
         ) from error

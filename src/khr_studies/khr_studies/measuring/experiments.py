@@ -15,9 +15,9 @@ import pandas as pd
 from khr_bringup.code_version import code_version
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import CONFIG, Scenario
+from khr_common.errors import KhrError
 from khr_sim.physics import engines
 from khr_sim.run_parameters import RunParameters
-from khr_studies.errors import StudyError
 from khr_studies.measuring.run_table import parameter_columns, run_table
 from khr_sweeps.pool import Pool, local_pool
 from khr_sweeps.progress import ProgressBar
@@ -75,7 +75,7 @@ def runs_of(folder: Path) -> Runs:
     """Return the finished runs in the folder of a sweep, in the order of its axes, then of seeds.
 
     Raises:
-        SweepError: if the folder holds no sweep.
+        KhrError: if the folder holds no sweep.
     """
     results = read_results(folder)
     request = request_of(results)
@@ -144,11 +144,11 @@ def specification_of(name: str, fast: bool) -> Sweep:
     """Read an experiment.
 
     Raises:
-        StudyError: if there is no such experiment, or it is not valid.
+        KhrError: if there is no such experiment, or it is not valid.
     """
     files = experiment_files()
     if name not in files:
-        raise StudyError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')
+        raise KhrError(f'experiment: {name!r} is not known; accepted: {", ".join(files)}')
     return load_sweep(files[name], fast)
 
 
@@ -173,7 +173,7 @@ def sweeps_of(
         engine: physics engine of all runs.
 
     Raises:
-        StudyError: if an experiment is not known or not valid.
+        KhrError: if an experiment is not known or not valid.
     """
     root = root_of(engine)
     return {
@@ -199,7 +199,7 @@ def open_sweeps(sweeps: Mapping[Path, Sweep]) -> Iterator[list[OpenSweep]]:
     experiment are discarded.
 
     Raises:
-        StudyError: if a folder cannot be written.
+        KhrError: if a folder cannot be written.
     """
     with ExitStack() as stack:
         entered = []
@@ -245,7 +245,7 @@ def run_sweeps(sweeps: Mapping[Path, Sweep], workers: int, title: str = 'experim
     """Compute the missing runs of sweeps, given by folder, on this machine.
 
     Raises:
-        SweepError: if a folder cannot be written.
+        KhrError: if a folder cannot be written.
         RunError: if the computation had to stop; finished runs are kept.
     """
     with open_sweeps(sweeps) as entered:

@@ -7,9 +7,9 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter, ValidationError
 
+from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.text.quoting import LONGEST
-from khr_studies.errors import StudyError
 
 Result = TypeVar('Result')
 
@@ -28,16 +28,16 @@ def read_json(path: Path, kind: type[Result]) -> Result:
     """Read a dataclass that :func:`write_json` wrote.
 
     Raises:
-        StudyError: if the file cannot be read or holds another result.
+        KhrError: if the file cannot be read or holds another result.
     """
     try:
         return TypeAdapter(kind).validate_json(path.read_bytes())
     except OSError as error:
-        raise StudyError(f'{path}: {error.strerror}; accepted: a file that khr wrote') from error
+        raise KhrError(f'{path}: {error.strerror}; accepted: a file that khr wrote') from error
     except ValidationError as error:
         first = error.errors()[0]
         where = '.'.join(map(str, first['loc']))
-        raise StudyError(
+        raise KhrError(
             f'{path}: not a {kind.__name__.lower()} of this version '
             f'({": ".join(filter(None, (where, first["msg"][:LONGEST])))}); '
             'accepted: a file that khr wrote'

@@ -18,8 +18,8 @@ import pandas as pd
 from scipy import stats
 
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.files import write_text
-from khr_studies.errors import StudyError
 from khr_sweeps.pool import Pool
 from khr_sweeps.trial import RESULTS, Row, complete
 
@@ -156,7 +156,7 @@ def read_table(path: Path, columns: Iterable[str] = ()) -> pd.DataFrame:
         columns: names of columns that the table must have.
 
     Raises:
-        StudyError: if the file cannot be read or is no such table.
+        KhrError: if the file cannot be read or is no such table.
     """
     try:
         table = pd.read_csv(path)
@@ -166,6 +166,6 @@ def read_table(path: Path, columns: Iterable[str] = ()) -> pd.DataFrame:
         return table.astype({name: kind for name, kind in SCHEMA.items() if name in table})
     except (OSError, ValueError, TypeError) as error:
         reason = ' '.join(str(error).split())[:120]
-        raise StudyError(
+        raise KhrError(
             f'{path}: not a table of runs ({reason}); accepted: a CSV file that khr wrote'
         ) from error

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 
 Array = NDArray[np.float64]
 HIGHEST = 15.0  # Hz
@@ -68,7 +68,7 @@ class Walks:
         control_period: period of the samples, s.
 
     Raises:
-        StudyError: if there is no record, or a record is shorter than two whole cycles.
+        KhrError: if there is no record, or a record is shorter than two whole cycles.
     """
 
     label: str
@@ -79,7 +79,7 @@ class Walks:
     def __post_init__(self) -> None:
         shortest = min((record.rate.size for record in self.records), default=0)
         if shortest < round(2.0 * self.treatment.cycle_period / self.control_period):
-            raise StudyError(
+            raise KhrError(
                 f'records: {len(self.records)} of at least {shortest} samples are '
                 'not accepted; accepted: one or more of two whole cycles or more'
             )

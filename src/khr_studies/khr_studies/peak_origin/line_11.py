@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin.cycle_spectrum import Walks
 from khr_studies.peak_origin.study import walks_of
@@ -37,11 +37,11 @@ def measure_line_11(runs: Mapping[str, Runs]) -> list[Row]:
         largest lines, and the root-sum-square ratio of ``odd`` over even lines.
 
     Raises:
-        StudyError: if no walk stayed up.
+        KhrError: if no walk stayed up.
     """
     done = runs[EXPERIMENT]
     if not done:
-        raise StudyError(f'{EXPERIMENT}: 0 runs are not accepted; accepted: finished runs')
+        raise KhrError(f'{EXPERIMENT}: 0 runs are not accepted; accepted: finished runs')
     counts = Counter(run.point[CASE] for run in done)
     return [
         {'case': walks.label, 'runs': counts[walks.label], **_lines(walks)}

@@ -14,8 +14,8 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_sim.run_parameters import RunParameters
-from khr_studies.errors import StudyError
 from khr_studies.peak_origin.study import whole_cycles
 
 SYSTEM_TIME = 1e6  # s, longer than any run: a larger timestamp is system time
@@ -52,8 +52,8 @@ def peaks_of_run(folder: Path) -> RecordedPeaks:
         folder: of the run, or its bag.
 
     Raises:
-        BringupError: if there is no bag, or the bag is damaged.
-        StudyError: see :func:`peaks_of`.
+        KhrError: if there is no bag, or the bag is damaged.
+        KhrError: see :func:`peaks_of`.
     """
     run = RecordedRun(folder)
     return peaks_of(str(folder), run.parameters, run.series)
@@ -71,7 +71,7 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
         series: signals of the run.
 
     Raises:
-        StudyError: if the pitch rate is shorter than the window of a spectrum.
+        KhrError: if the pitch rate is shorter than the window of a spectrum.
     """
     gait, period = scenario.table(GaitParameters), scenario.table(RunParameters).control_period
     walks = gait.motion == 'walk'
@@ -79,7 +79,7 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     rate = series.pitch_rate if simulated else series.gyro_rate
     known = np.isfinite(rate)
     if not known.any():
-        raise StudyError(f'{name}: no pitch rate in it; accepted: a run with a gyro')
+        raise KhrError(f'{name}: no pitch rate in it; accepted: a run with a gyro')
     # A driver may use system time and drop samples.
     own = series.time[known] - (series.time[known][0] if series.time[0] > SYSTEM_TIME else 0.0)
     times = np.arange(own[0], own[-1] + period / 2.0, period)
@@ -91,7 +91,7 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     inside = (times > begin - period / 2.0) & (times < end - period / 2.0)
     parameters = FftAnalyserParameters(control_period=period)
     if inside.sum() < parameters.size:
-        raise StudyError(
+        raise KhrError(
             f'{name}: {"no whole cycle of the gait" if walks else f"{own[-1] - own[0]:.2f} s"} '
             f'is not enough; accepted: {"one" if walks else f"{parameters.window_length:g} s"} or more'
         )

@@ -11,9 +11,9 @@ from typing import NamedTuple
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.scenario import changes_of, load_scenario
+from khr_common.errors import KhrError
 from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
-from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.experiments import (
     Run,
@@ -88,11 +88,11 @@ def walks_of(runs: Runs) -> tuple[Walks, ...]:
     """Return the records of the runs that stayed up, by case.
 
     Raises:
-        StudyError: if no run stayed up, or no run has its signals.
+        KhrError: if no run stayed up, or no run has its signals.
     """
     kept = group_by((run for run in runs if run.stayed_up and run.series), _case)
     if not kept:
-        raise StudyError('lines: no walk stayed up; accepted: a scenario that the robot walks')
+        raise KhrError('lines: no walk stayed up; accepted: a scenario that the robot walks')
     return tuple(_walks(label, some) for label, some in kept.items())
 
 
@@ -147,7 +147,7 @@ def study(runs: Runs) -> PeakStudy:
         runs: of the experiment ``lines``, or of its cases on another scenario.
 
     Raises:
-        StudyError: if no walk stayed up.
+        KhrError: if no walk stayed up.
     """
     walks = walks_of(runs)
     bands = compare_gains(walks)
@@ -166,7 +166,7 @@ def explain_all(runs: Mapping[str, Runs]) -> list[ExplainedWalks]:
     """Find the origin of the peaks of every walk of the experiment ``lines``.
 
     Raises:
-        StudyError: if no walk stayed up.
+        KhrError: if no walk stayed up.
     """
     walks = walks_of(runs[EXPERIMENT])
     bands = {band.more.label: band for band in compare_gains(walks)}
@@ -197,13 +197,13 @@ def run_variants(
         changed: parameters to change in all variants, each ``node.parameter=value``.
 
     Raises:
-        StudyError: if the scenario is no walk, or is not accepted.
+        KhrError: if the scenario is no walk, or is not accepted.
         RunError: if the computation was aborted; finished runs are kept.
     """
     processes = check_workers(workers)
     walk = load_scenario(scenario)
     if walk.table(GaitParameters).motion != 'walk':
-        raise StudyError(f'{scenario}: its motion is not accepted; accepted: a walk')
+        raise KhrError(f'{scenario}: its motion is not accepted; accepted: a walk')
     text = experiment_files()[EXPERIMENT].read_text(encoding='utf-8')
     given = read_yaml(text, EXPERIMENT) | {'scenario': scenario}
     changes = {'.'.join(key): value for key, value in changes_of(changed).items()}

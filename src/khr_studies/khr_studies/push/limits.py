@@ -9,13 +9,13 @@ from itertools import product
 
 import pandas as pd
 
+from khr_common.errors import KhrError
 from khr_models.checks import FORMS
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import Pid
 from khr_models.standing.push import DIRECTIONS, capture_force
 from khr_models.standing.push import largest_push as largest_of_model
 from khr_sim.physics import engines
-from khr_studies.errors import StudyError
 from khr_studies.measuring.condition import Changes, stiffer_pid, with_engine
 from khr_studies.push.model import BODIES, model_loop, model_push
 from khr_studies.push.motions import (
@@ -52,7 +52,7 @@ def conditions(
     """Return all combinations; without control only the first gyro, as it has no effect.
 
     Raises:
-        StudyError: if a value is not accepted.
+        KhrError: if a value is not accepted.
     """
     return [
         PushCondition(gain, duration, direction, gyro, changes)  # type: ignore[arg-type]
@@ -206,11 +206,11 @@ def numbers(name: str, text: str) -> list[float]:
     """Parse a list such as 0,12,18.
 
     Raises:
-        StudyError: if it is not such a list.
+        KhrError: if it is not such a list.
     """
     try:
         return [float(word) for word in text.split(',')]
     except ValueError:
-        raise StudyError(
+        raise KhrError(
             f'{name}: {text!r} is not accepted; accepted: numbers, separated by commas'
         ) from None

@@ -19,10 +19,11 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.checks import non_negative, one_of, within
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO
 from khr_common.maths.limit import bracket_limit
 from khr_common.maths.rotation import matrix
-from khr_models.checks import Array, non_negative, one_of, within
+from khr_models.checks import Array
 from khr_models.gyro_circuit.circuit import KRG4
 from khr_models.pendulum import Pendulum
 from khr_models.standing.push import DIRECTIONS, Direction, capture_force
@@ -97,7 +98,7 @@ class PushCondition:
         """Return the scenario of a push with a force of at least 0, N.
 
         Raises:
-            ModelError: if the force is negative or not finite.
+            KhrError: if the force is negative or not finite.
         """
         non_negative('force', force)
         base = self.base()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from khr_report.errors import ReportError
+from khr_common.errors import KhrError
 from khr_sim.physics import engines
 from khr_studies.measuring.experiments import experiment_files
 from khr_studies.thesis_figures.registry import FIGURES
@@ -44,17 +44,17 @@ def parse_plan(only: str | None, fast: bool, engine: str = engines.DEFAULT) -> E
     """Parse the names of parts, separated by commas; None stands for everything.
 
     Raises:
-        ReportError: if a name is not known.
+        KhrError: if a name is not known.
     """
     maps = [name for name in experiment_files() if name.startswith(MAP)]
     every = (*FIGURES, *maps, SCOREBOARD)
     names = every if only is None else tuple(name.strip() for name in only.split(','))
     for name in names:
         if name not in every:
-            raise ReportError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
+            raise KhrError(f'--only: {name!r} is not known; accepted: {", ".join(every)}')
     if engine not in engines.LIBRARIES:
         accepted = ' | '.join(engines.LIBRARIES)
-        raise ReportError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
+        raise KhrError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
     return ExperimentPlan(
         tuple(number for number in FIGURES if number in names),
         tuple(name for name in maps if name in names),

@@ -64,7 +64,7 @@ def write_index(out: Path, results: Reproduction) -> Path:
         results: content of the page.
 
     Raises:
-        ReportError: if the file cannot be written.
+        KhrError: if the file cannot be written.
     """
     board = results.findings.scoreboard
     sections = [

@@ -111,7 +111,7 @@ def reproduce(plan: ExperimentPlan, out: Path, workers: int | None = None) -> Re
         workers: processes; one per core by default.
 
     Raises:
-        ReportError: if the folder cannot be written.
+        KhrError: if the folder cannot be written.
         RunError: if the computation had to stop, or results contradict one another; finished
             results are kept.
     """

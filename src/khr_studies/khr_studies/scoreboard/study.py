@@ -10,7 +10,7 @@ from dataclasses import replace
 from math import isfinite
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_studies.errors import check_integer
+from khr_common.checks import integer
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
@@ -79,9 +79,9 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
             facing uphill.
 
     Raises:
-        StudyError: if an argument is not accepted.
+        KhrError: if an argument is not accepted.
     """
-    check_integer('--seeds', seeds, 2, 100)
+    integer('--seeds', seeds, 2, 100)
     spread = spread_of(read_ensemble())
     with local_pool(jobs, '--jobs') as pool:
         return compare(Bench(pool, seeds, tolerance, spread=spread), explain)

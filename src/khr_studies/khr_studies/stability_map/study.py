@@ -13,7 +13,7 @@ import pandas as pd
 import pyarrow as pa
 from numpy.typing import NDArray
 
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 from khr_studies.measuring.run_table import run_table, tally
 from khr_studies.stability_map.best_gain import GAINS, INCLINATION, best_cells, crossing_of
 from khr_studies.stability_map.statistics import Array, Crossing
@@ -115,21 +115,19 @@ def stability_map(results: pa.Table, x: str, y: str) -> StabilityMap:
         x, y: swept parameters, ``node.parameter``.
 
     Raises:
-        StudyError: if a parameter is not swept, both are the same, or no run has an outcome.
+        KhrError: if a parameter is not swept, both are the same, or no run has an outcome.
     """
     request = request_of(results)
     for option, name in (('--x', x), ('--y', y)):
         if name not in request['axes'] or x == y:
-            raise StudyError(
+            raise KhrError(
                 f'{option}: {name!r} is not accepted; accepted: two of '
                 f'{", ".join(request["axes"])}'
             )
     runs = run_table(results.to_pylist())
     runs = runs[runs['stayed_up'].notna()]
     if runs.empty:
-        raise StudyError(
-            'no run of the sweep has an outcome; accepted: a sweep with finished runs'
-        )
+        raise KhrError('no run of the sweep has an outcome; accepted: a sweep with finished runs')
     bins = int(np.clip(np.sqrt(len(runs) / RUNS_PER_CELL), 2, 20))
     (across, columns), (along, lines) = (
         _direction(name, request['axes'][name], runs[name].tolist(), bins) for name in (x, y)

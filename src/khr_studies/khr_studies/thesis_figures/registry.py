@@ -14,12 +14,12 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
+from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.folders import make_folder
 from khr_report.plots.plot_style import head, save, styled
 from khr_report.plots.points import write_points
 from khr_sim.physics import engines
-from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import Runs
 from khr_studies.peak_origin import figure as lines
@@ -178,10 +178,10 @@ def drawing_of(number: str) -> Drawing:
     """Return the drawing of a figure.
 
     Raises:
-        StudyError: if there is no such figure.
+        KhrError: if there is no such figure.
     """
     if number not in FIGURES:
-        raise StudyError(f'figure: {number!r} is not known; accepted: {ALL}, {", ".join(FIGURES)}')
+        raise KhrError(f'figure: {number!r} is not known; accepted: {ALL}, {", ".join(FIGURES)}')
     return FIGURES[number]
 
 
@@ -192,7 +192,7 @@ def expand_numbers(asked: Sequence[str]) -> list[str]:
         asked: numbers; ``all`` stands for all figures, and 3.11 also for 3.11b.
 
     Raises:
-        StudyError: if there is no such figure.
+        KhrError: if there is no such figure.
     """
     found: dict[str, None] = {}
     for number in asked:
@@ -237,11 +237,11 @@ def draw(
         The paths of the PNG and the CSV.
 
     Raises:
-        StudyError: if there is no such figure or signal, or the folder cannot be written.
+        KhrError: if there is no such figure or signal, or the folder cannot be written.
     """
     drawing = drawing_of(number)
     if signal is not None and signal not in RATES:
-        raise StudyError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
+        raise KhrError(f'signal: {signal!r} is not known; accepted: {", ".join(RATES)}')
     make_folder(out)
     image, points = paths(number, out, engine)
     with styled():
@@ -262,12 +262,12 @@ def run_experiments(
     """Run the missing runs of the experiments of figures; return all their runs by experiment.
 
     Raises:
-        StudyError: if there is no such figure or engine.
+        KhrError: if there is no such figure or engine.
         RunError: if the computation was aborted; finished runs are kept.
     """
     if engine not in engines.LIBRARIES:
         accepted = ' | '.join(engines.LIBRARIES)
-        raise StudyError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
+        raise KhrError(f'--engine: {engine!r} is not accepted; accepted: {accepted}')
     needed = {name: None for number in numbers for name in drawing_of(number).experiments}
     experiments.run_sweeps(experiments.sweeps_of([*needed], fast, engine), check_workers(None))
     return experiments.runs_by_name(needed, experiments.root_of(engine), fast)

@@ -20,9 +20,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from khr_common.checks import integer
+from khr_common.errors import KhrError
 from khr_common.maths.limit import bracket_limit
 from khr_sim.physics.engines import LIBRARIES
-from khr_studies.errors import StudyError, check_integer
 from khr_studies.measuring.bench import lift
 from khr_studies.measuring.condition import Changes, Condition
 from khr_studies.measuring.run_table import measure, read_table
@@ -122,7 +123,7 @@ class Plane:
         """Read the climbs from a CSV file.
 
         Raises:
-            StudyError: if the file cannot be read or holds no climbs.
+            KhrError: if the file cannot be read or holds no climbs.
         """
         return Plane(read_table(path, COLUMNS))
 
@@ -245,11 +246,11 @@ def measure_plane(
         quiet: whether to show no progress.
 
     Raises:
-        StudyError: if an argument is not accepted.
+        KhrError: if an argument is not accepted.
     """
-    check_integer('--seeds', seeds, 1, 100)
+    integer('--seeds', seeds, 1, 100)
     if not (scales and times):
-        raise StudyError('scales, times: accepted: one value of each, or more')
+        raise KhrError('scales, times: accepted: one value of each, or more')
     other = next(name for name in LIBRARIES if name != engine)
     points = [Setting(scale, time, *hip) for scale, time, hip in product(scales, times, HIPS)]
     settings = [Setting(0.0, times[0], 0.0), *points]

@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from khr_balance.errors import BalanceError
+from khr_balance.errors import GaitError
 from khr_bringup.offline import duration, run_offline
 from khr_bringup.scenario.scenario import Scenario, changes_of
-from khr_studies.errors import StudyError, check_integer
+from khr_common.checks import integer
+from khr_common.errors import KhrError
 from khr_studies.measuring.condition import with_seed
 from khr_studies.measuring.ensemble_file import Member, read_ensemble
 from khr_studies.measuring.optimiser import evolution
@@ -54,7 +55,7 @@ class Question:
         seed: of the optimiser.
 
     Raises:
-        StudyError: if a number is not accepted, or a searched parameter is a constant of a robot.
+        KhrError: if a number is not accepted, or a searched parameter is a constant of a robot.
     """
 
     scenario: Scenario
@@ -65,12 +66,12 @@ class Question:
     seed: int = 0
 
     def __post_init__(self) -> None:
-        check_integer('--seeds', self.seeds, *SEEDS)
-        check_integer('--candidates', self.candidates, *CANDIDATES)
-        check_integer('--seed', self.seed, 0, 2**31)
+        integer('--seeds', self.seeds, *SEEDS)
+        integer('--candidates', self.candidates, *CANDIDATES)
+        integer('--seed', self.seed, 0, 2**31)
         for robot in self.robots:
             if both := sorted(set(self.names) & set(robot.constants)):
-                raise StudyError(
+                raise KhrError(
                     f'{both[0]}: is a constant of the robots and cannot be tuned for all of them; '
                     'accepted: --robust without --gait'
                 )
@@ -89,7 +90,7 @@ class Question:
         """Return the scenario of a candidate with each robot.
 
         Raises:
-            BringupError: if a value is not accepted.
+            KhrError: if a value is not accepted.
         """
         found = []
         for constants in [robot.constants for robot in self.robots] or [{}]:
@@ -190,7 +191,7 @@ def ask(
     """
     robots = tuple(read_ensemble()) if robust else ()
     if robust and not robots:
-        raise StudyError('--robust: the ensemble has no robot; accepted: after khr calibrate')
+        raise KhrError('--robust: the ensemble has no robot; accepted: after khr calibrate')
     axes = (*GAINS, *(PLACEMENT if gait else ()))
     return Question(scenario, axes, robots, seeds, candidates, seed)
 
@@ -204,7 +205,7 @@ def attempt(scenario: Scenario) -> Row:
     """
     try:
         outcome = run_offline(scenario).outcome
-    except BalanceError:
+    except GaitError:
         return {'stayed_up': False, 'lasted': 0.0, 'slip_m': None, 'vibration_rad_s': None}
     return {
         'stayed_up': outcome.stayed_up,
@@ -258,7 +259,7 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
         quiet: whether to hide the progress.
 
     Raises:
-        StudyError, BringupError: if an argument is not accepted.
+        KhrError, KhrError: if an argument is not accepted.
     """
     check_workers(jobs, '--jobs')
     first = tuple(axis.value_in(question.scenario) for axis in question.axes)

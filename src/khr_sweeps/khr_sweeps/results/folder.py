@@ -17,11 +17,10 @@ from typing import Any
 import pyarrow as pa
 import pyarrow.parquet
 
-from khr_bringup.errors import BringupError
 from khr_bringup.recorded.run_signals import Series
+from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_sweeps.axes import column_named
-from khr_sweeps.errors import SweepError
 from khr_sweeps.results.store import BusyError, OtherResultsError, Store, read_store
 from khr_sweeps.trial import RESULTS, Row
 
@@ -54,7 +53,7 @@ class Folder:
         replaced: whether runs of another sweep or version were removed.
 
     Raises:
-        SweepError: if the folder cannot be written, contains another sweep or other files, or is
+        KhrError: if the folder cannot be written, contains another sweep or other files, or is
             being written by another command.
     """
 
@@ -72,15 +71,15 @@ class Folder:
                 if error.key
                 else 'something else, or damaged results'
             )
-            raise SweepError(
+            raise KhrError(
                 f'--out: {str(path)!r} contains {found}; accepted: {_ACCEPTED}'
             ) from error
         except BusyError as error:
-            raise SweepError(
+            raise KhrError(
                 f'--out: {str(path)!r} is being written by another command; accepted: {_ACCEPTED}'
             ) from error
         except OSError as error:
-            raise SweepError(
+            raise KhrError(
                 f'--out: {str(path)!r}: {error.strerror}; accepted: a folder that can be written'
             ) from error
         self.replaced = self._rows.replaced
@@ -125,7 +124,7 @@ class Folder:
         if self._keeps and up is not None:
             try:
                 Series.load(series_path(self.path, row['id']))
-            except BringupError as error:
+            except KhrError as error:
                 raise ValueError(str(error)) from error
         return up
 
@@ -142,14 +141,14 @@ def read_results(path: Path) -> pa.Table:
         path: the sweep's folder, or its Parquet file alone.
 
     Raises:
-        SweepError: if there is no sweep, or one of another version with other columns.
+        KhrError: if there is no sweep, or one of another version with other columns.
     """
     try:
         if (path / ROWS).is_file():
             return _read_rows(path)
         return pyarrow.parquet.read_table(path / PARQUET if path.is_dir() else path)
     except (OSError, ValueError, OtherResultsError, pa.ArrowException) as error:
-        raise SweepError(
+        raise KhrError(
             f'{path}: no results of a sweep; accepted: the folder of a sweep, or its {PARQUET}'
         ) from error
 
@@ -158,13 +157,13 @@ def request_of(results: pa.Table) -> dict[str, Any]:
     """Return the request of the sweep that made the results.
 
     Raises:
-        SweepError: if the results are not from a sweep, or lack a column of this version.
+        KhrError: if the results are not from a sweep, or lack a column of this version.
     """
     try:
         request: dict[str, Any] = json.loads(results.schema.metadata[b'khr.sweep'])
         names = results.column_names
     except (KeyError, TypeError, ValueError) as error:
-        raise SweepError('the file is not from a sweep; accepted: results of khr sweep') from error
+        raise KhrError('the file is not from a sweep; accepted: results of khr sweep') from error
     _check_columns(names)
     return request
 
@@ -186,7 +185,7 @@ def _check_place(path: Path) -> None:
 def _check_columns(columns: Container[str]) -> None:
     for name in RESULTS:
         if name not in columns:
-            raise SweepError(
+            raise KhrError(
                 f'the results lack the column {name!r}; accepted: those of this version of the '
                 'project, so repeat the sweep in a new folder'
             )

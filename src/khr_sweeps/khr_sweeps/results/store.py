@@ -19,7 +19,7 @@ from threading import Lock
 from typing import Any, Generic, TextIO, TypeVar
 
 from khr_common import RunError
-from khr_sweeps.errors import SweepError
+from khr_common.errors import KhrError
 
 Kept = TypeVar('Kept')
 HEAD = ''  # id of the entry that states what determines the results
@@ -28,7 +28,7 @@ _UNREADABLE = sqlite3.Error, UnicodeDecodeError  # the latter of a damaged name 
 _ADD = 'INSERT OR REPLACE INTO results VALUES (?, ?, ?)'
 
 
-class OtherResultsError(SweepError):
+class OtherResultsError(KhrError):
     """A file with results of another computation, or one that cannot be read.
 
     Attributes:
@@ -46,7 +46,7 @@ class OtherResultsError(SweepError):
         self.key, self.there, self.here = key, there, here
 
 
-class BusyError(SweepError):
+class BusyError(KhrError):
     """A file of results that another command is writing."""
 
 

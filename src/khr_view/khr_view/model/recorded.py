@@ -15,13 +15,13 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.bag_signals import Track, judge
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
+from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, ROBOT_DESCRIPTION, STAGE, TRUE_POSE, Topic
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import SLIP, Chart, tapped
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
 from khr_view.charts.traces import SPAN
-from khr_view.errors import ViewError
 from khr_view.model.motion import motion_of
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
 from khr_view.model.status import Status
@@ -44,7 +44,7 @@ class Timeline:
         path: the folder of a run, or its bag.
 
     Raises:
-        ViewError: if nothing in it can be shown.
+        KhrError: if nothing in it can be shown.
         KhrError: if it is no bag.
 
     Attributes:
@@ -63,9 +63,7 @@ class Timeline:
         self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
         absent = [topic.name for topic in NEEDED if topic not in self._tracks]
         if absent:
-            raise ViewError(
-                f'{path}: no {", ".join(absent)} in it; accepted: the bag of a khr run'
-            )
+            raise KhrError(f'{path}: no {", ".join(absent)} in it; accepted: the bag of a khr run')
         descriptions = messages[ROBOT_DESCRIPTION]
         self.robot = Robot(descriptions[-1].data) if descriptions else Robot.load()
         scenario = run.parameters

@@ -6,11 +6,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance import joints
-from khr_balance.errors import BalanceError
 from khr_balance.gaits.body import HEEL_X, TOE_X, forward
 from khr_balance.gaits.gait import Gait, gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common import ParameterError, build, specifications
+from khr_common.errors import KhrError
 from tests.fakes.postures import mirrored
 
 
@@ -175,16 +175,16 @@ def test_no_hold_is_a_leg_lift_too():
     ],
 )
 def test_refuses_in_one_line_what_the_robot_cannot_do(values, message):
-    with pytest.raises(BalanceError, match=message) as info:
+    with pytest.raises(KhrError, match=message) as info:
         gait(**values)
     assert '\n' not in str(info.value)
 
 
 def test_refuses_a_cycle_that_is_not_there(walk):
     for number in (0, 5):
-        with pytest.raises(BalanceError, match=r'cycle: \d is not accepted; .* \[1, 4\]'):
+        with pytest.raises(KhrError, match=r'cycle: \d is not accepted; .* \[1, 4\]'):
             walk.cycle(number)
-    with pytest.raises(BalanceError):
+    with pytest.raises(KhrError):
         gait(motion='stand').cycle(1)
 
 

@@ -4,9 +4,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance import joints
-from khr_balance.errors import BalanceError
 from khr_balance.gaits.body import MASS, forward
 from khr_balance.gaits.kinematics import leg_angles
+from khr_common.errors import KhrError
 from tests.fakes.postures import mirrored
 
 SIDE = st.sampled_from(joints.SIDES)
@@ -50,7 +50,7 @@ def test_forward_undoes_inverse(side, x, outward, z, pitch, roll):
     normal = sole_normal(pitch, roll)
     try:
         leg = leg_angles(side, sole, normal)
-    except BalanceError:
+    except KhrError:
         return
     body = forward(posture(side, leg))
     assert body.sole_position[side] == pytest.approx(sole, abs=1e-9)
@@ -82,14 +82,14 @@ def test_many_soles_are_solved_as_one_by_one():
 
 def test_a_leg_too_short_is_named_with_its_distance():
     soles = np.array([[0.0, -0.042, -0.22], [0.0, -0.042, -0.24]])
-    with pytest.raises(BalanceError, match=r'right leg: .* 137\.0 mm .* up to 130\.0 mm') as info:
+    with pytest.raises(KhrError, match=r'right leg: .* 137\.0 mm .* up to 130\.0 mm') as info:
         leg_angles('r', soles, sole_normal([0.0, 0.0], 0.0))
     assert info.value.index == 1
     assert '\n' not in str(info.value)
 
 
 def test_a_sole_inside_the_hip_is_refused():
-    with pytest.raises(BalanceError, match='left leg'):
+    with pytest.raises(KhrError, match='left leg'):
         leg_angles('l', [0.0, 0.017, 0.0], [0.0, 0.0, 1.0])
 
 

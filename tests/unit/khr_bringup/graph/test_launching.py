@@ -5,8 +5,8 @@ import re
 import pytest
 import yaml
 
-from khr_bringup.errors import BringupError
 from khr_bringup.graph.launching import ARGUMENTS, check_names, prepare_launch
+from khr_common.errors import KhrError
 from tests import ROOT
 from tests.support.drivers import PENDULUM, install_example
 
@@ -62,7 +62,7 @@ def test_arguments_reach_the_nodes(tmp_path):
     ],
 )
 def test_mistakes_are_one_line(tmp_path, name, value, says):
-    with pytest.raises(BringupError, match=re.escape(says)) as refusal:
+    with pytest.raises(KhrError, match=re.escape(says)) as refusal:
         prepare_launch({**DEFAULTS, 'out': str(tmp_path / 'run'), name: value})
     assert '\n' not in str(refusal.value)
     assert not (tmp_path / 'run').exists()
@@ -70,7 +70,7 @@ def test_mistakes_are_one_line(tmp_path, name, value, says):
 
 def test_a_folder_that_holds_something_is_left_alone(tmp_path):
     (tmp_path / 'mine.txt').write_text('keep me')
-    with pytest.raises(BringupError, match='holds something'):
+    with pytest.raises(KhrError, match='holds something'):
         prepare_launch({**DEFAULTS, 'out': str(tmp_path)})
 
 
@@ -80,7 +80,7 @@ def test_the_launch_file_declares_these_arguments():
 
 
 def test_an_argument_that_is_nearly_one_is_refused():
-    with pytest.raises(BringupError, match=r'scenari: no such argument; did you mean scenario\?'):
+    with pytest.raises(KhrError, match=r'scenari: no such argument; did you mean scenario\?'):
         check_names([*ARGUMENTS, 'scenari'], ['scenari'])
 
 
@@ -99,7 +99,7 @@ def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeyp
 
 
 def test_parameters_for_no_driver_are_refused(tmp_path):
-    with pytest.raises(BringupError, match='no executable of another package drives'):
+    with pytest.raises(KhrError, match='no executable of another package drives'):
         prepare_launch({**DEFAULTS, 'driver_params': 'file.yaml', 'out': str(tmp_path)})
 
 
@@ -116,5 +116,5 @@ def test_the_real_robot_takes_the_place_of_the_simulator_in_a_launch(tmp_path):
     board = yaml.safe_load(launch.parameters[0].read_text())['/**/board']['ros__parameters']
     assert (board['port'], board['ankle_ratio']) == ('/dev/ttyUSB7', 12)
     assert launch.wiring.values['board']['answers'] == ['gait']
-    with pytest.raises(BringupError, match='board: not with driver'):
+    with pytest.raises(KhrError, match='board: not with driver'):
         prepare_launch({**DEFAULTS, **given, 'driver': PENDULUM})

@@ -5,9 +5,9 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_bringup.errors import BringupError
 from khr_bringup.graph.live import LiveParameter, check_change
 from khr_bringup.scenario.scenario import parse_value
+from khr_common.errors import KhrError
 
 SCALARS = (
     st.booleans()
@@ -48,12 +48,12 @@ def test_what_a_node_would_refuse_is_refused_in_our_own_words():
     check_change('ankle_controller', gain, 18.0)
     check_change('another_node', gain, 900.0)
     check_change('simulator', LiveParameter('use_sim_time', False, ''), True)
-    with pytest.raises(BringupError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         check_change('ankle_controller', gain, 900.0)
     assert str(refusal.value) == (
         'ankle_controller: gain: 900.0 is not accepted; accepted: float in [0, 60]'
     )
-    with pytest.raises(BringupError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         check_change('simulator', seed, 3)
     assert str(refusal.value) == (
         'simulator: seed: 3 is not accepted: fixed at 0 while it runs; accepted: '

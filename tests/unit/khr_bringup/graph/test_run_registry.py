@@ -11,12 +11,12 @@ from dataclasses import asdict
 
 import pytest
 
-from khr_bringup.errors import BringupError
 from khr_bringup.graph import run_registry
 from khr_bringup.graph.run_registry import choose, ports_of, register, registered, running
 from khr_bringup.result import Progress
 from khr_bringup.running import note_progress
 from khr_common import RunError
+from khr_common.errors import KhrError
 
 
 @pytest.fixture(autouse=True)
@@ -29,14 +29,14 @@ def own_register(tmp_path, monkeypatch):
 
 
 def test_without_a_run_there_is_none_to_mean():
-    with pytest.raises(BringupError, match='no run is going on; start one'):
+    with pytest.raises(KhrError, match='no run is going on; start one'):
         choose()
 
 
 def test_a_run_of_another_folder_has_to_be_named(tmp_path, monkeypatch):
     with registered('walk', tmp_path / 'results') as only:
         monkeypatch.chdir(tmp_path)
-        with pytest.raises(BringupError, match=f'in this folder; .*{tmp_path}/results'):
+        with pytest.raises(KhrError, match=f'in this folder; .*{tmp_path}/results'):
             choose()
         assert choose(only.domain) == only
         monkeypatch.setenv('ROS_DOMAIN_ID', str(only.domain))
@@ -61,7 +61,7 @@ def test_the_only_run_is_meant_whatever_the_environment(tmp_path, monkeypatch):
     monkeypatch.setenv('ROS_DOMAIN_ID', '42')
     with registered('walk', tmp_path) as only:
         assert choose() == only
-        with pytest.raises(BringupError, match='in domain 42'):
+        with pytest.raises(KhrError, match='in domain 42'):
             choose(42)
     assert not running()
 
@@ -69,7 +69,7 @@ def test_the_only_run_is_meant_whatever_the_environment(tmp_path, monkeypatch):
 def test_of_several_the_domain_decides_by_option_or_as_for_every_ros_tool(tmp_path, monkeypatch):
     with registered('walk', tmp_path) as first, registered('stand', tmp_path) as second:
         assert first.domain != second.domain
-        with pytest.raises(BringupError, match=r'--domain or ROS_DOMAIN_ID: .*walk.*stand'):
+        with pytest.raises(KhrError, match=r'--domain or ROS_DOMAIN_ID: .*walk.*stand'):
             choose()
         assert choose(second.domain) == second
         monkeypatch.setenv('ROS_DOMAIN_ID', str(first.domain))
@@ -83,7 +83,7 @@ def test_a_domain_is_taken_as_long_as_anybody_has_inherited_it(tmp_path):
             [sys.executable, '-c', 'input()'], stdin=subprocess.PIPE, pass_fds=entry.locks
         )
     assert not running()
-    with pytest.raises(BringupError, match='is taken by another run'):
+    with pytest.raises(KhrError, match='is taken by another run'):
         registered('walk', tmp_path, entry.domain).__enter__()
     with registered('stand', tmp_path) as other:
         assert other.domain != entry.domain

@@ -3,12 +3,12 @@
 import pytest
 import yaml
 
-from khr_bringup.errors import BringupError
 from khr_bringup.graph.wiring import Wiring
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario.driver import Driver
 from khr_bringup.scenario.scenario import load_scenario, parse
 from khr_common import specifications
+from khr_common.errors import KhrError
 
 WALK = load_scenario('walk_7.68deg_ka12')
 CONNECTING = {
@@ -29,7 +29,7 @@ def test_a_scenario_holds_no_wiring(tmp_path):
     derived = {(node, name) for node, values in wiring.values.items() for name in values}
     assert CONNECTING and not stated & CONNECTING
     assert derived - CONNECTING == {('simulator', 'duration')}
-    with pytest.raises(BringupError, match=r'recorder: folder is not accepted: it is set when'):
+    with pytest.raises(KhrError, match=r'recorder: folder is not accepted: it is set when'):
         WALK.changed({('recorder', 'folder'): 'elsewhere'})
 
 

@@ -9,9 +9,9 @@ from rosbags.highlevel import AnyReader
 from rosbags.interfaces import QosDurability
 
 from khr_analysis.recording import FLUSH_PERIOD, Recording
-from khr_bringup.errors import BringupError
 from khr_bringup.recorded.bags import bag_of
 from khr_bringup.recorded.recover import recover
+from khr_common.errors import KhrError
 from tests.fakes.bags import STORE, TYPES
 
 PERIOD = 15_000_000
@@ -75,7 +75,7 @@ def test_the_cut_bag_is_kept_and_not_recovered_twice(killed, tmp_path):
     assert recover(run) is None, 'it is whole now'
     shutil.rmtree(run / 'bag')
     shutil.copytree(run / 'bag.cut', run / 'bag')
-    with pytest.raises(BringupError, match=r'bag\.cut: exists'):
+    with pytest.raises(KhrError, match=r'bag\.cut: exists'):
         recover(run)
 
 
@@ -96,7 +96,7 @@ def test_wherever_it_is_cut_a_beginning_is_left(killed, tmp_path_factory, share)
     file.write_bytes(content[: int(share * len(content))])
     try:
         recover(run)
-    except BringupError as error:
+    except KhrError as error:
         assert 'no whole message' in str(error)
         assert file.read_bytes() == content[: int(share * len(content))]
         return
@@ -107,7 +107,7 @@ def test_wherever_it_is_cut_a_beginning_is_left(killed, tmp_path_factory, share)
 @pytest.mark.parametrize('name', ['', 'bag'])
 def test_what_is_no_bag_is_one_line(tmp_path, name):
     (tmp_path / 'bag').mkdir()
-    with pytest.raises(BringupError, match='0 MCAP files; accepted'):
+    with pytest.raises(KhrError, match='0 MCAP files; accepted'):
         recover(tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == ['bag']
 

@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from khr_bringup.errors import BringupError
 from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 
 WEIGHT = 1.5 * 9.81  # N
 
@@ -55,7 +55,7 @@ def test_signals_survive_being_written(standing, tmp_path: Path):
     whole = (tmp_path / 'run.npz').read_bytes()
     for damaged in (b'', b'torn', whole[: len(whole) // 2]):
         (tmp_path / 'run.npz').write_bytes(damaged)
-        with pytest.raises(BringupError, match=r'run\.npz: not the signals of a run'):
+        with pytest.raises(KhrError, match=r'run\.npz: not the signals of a run'):
             Series.load(tmp_path / 'run.npz')
 
 

@@ -3,9 +3,9 @@
 import pytest
 
 from khr_analysis.outcome import OBSERVED
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario.driver import OF_BOARD, STATED, Driver, driver_of
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_common.interfaces import CLOCK, GYRO, JOINT_STATES, STATE, TRUE_FORCES, TRUE_RATE
 from tests.support.drivers import PENDULUM, install_example
 
@@ -60,9 +60,7 @@ def test_a_driver_that_reports_its_state_keeps_the_course_itself():
 
 
 def test_a_controller_without_its_sensor_is_refused_by_name():
-    with pytest.raises(
-        BringupError, match=r'ankle_controller needs the topic foot_force/left_toe'
-    ):
+    with pytest.raises(KhrError, match=r'ankle_controller needs the topic foot_force/left_toe'):
         nodes(CLOCK, JOINT_STATES, GYRO, scenario='lift_7.6deg_ka12')
 
 
@@ -87,7 +85,7 @@ def test_a_package_says_what_its_driver_publishes(prefix):
     )
     assert driver_of(PENDULUM, '--driver').publishes == (CLOCK, TRUE_RATE)
     file.write_text('pendulum: {publishes: [clok]}\n')
-    with pytest.raises(BringupError, match=r"pendulum: publishes: \['clok'\] is not accepted"):
+    with pytest.raises(KhrError, match=r"pendulum: publishes: \['clok'\] is not accepted"):
         driver_of(PENDULUM, '--driver')
 
 
@@ -100,5 +98,5 @@ def test_a_package_says_what_its_driver_publishes(prefix):
     ],
 )
 def test_what_is_no_driver_is_refused(prefix, text, reason):
-    with pytest.raises(BringupError, match=reason):
+    with pytest.raises(KhrError, match=reason):
         driver_of(text, '--driver')

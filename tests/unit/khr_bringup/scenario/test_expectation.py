@@ -2,9 +2,9 @@
 
 import pytest
 
-from khr_bringup.errors import BringupError
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import Expectation
+from khr_common.errors import KhrError
 from khr_common.punctuality import Punctuality
 
 LOCKSTEP = scenarios.load_scenario('stand_0deg')
@@ -33,11 +33,11 @@ def test_what_is_expected_must_come(text, verdict, realtime, says):
 
 @pytest.mark.parametrize('text', ['flown', 'walked,fell', 'realtime,', ','])
 def test_what_is_no_outcome_is_refused(text):
-    with pytest.raises(BringupError, match=r'--expect: .* walked \| stood .* realtime'):
+    with pytest.raises(KhrError, match=r'--expect: .* walked \| stood .* realtime'):
         Expectation.parse(text, '--expect', WALL_CLOCK)
 
 
 @pytest.mark.parametrize(('scenario', 'offline'), [(LOCKSTEP, False), (WALL_CLOCK, True)])
 def test_real_time_is_expected_of_the_wall_clock_alone(scenario, offline):
-    with pytest.raises(BringupError, match=r'simulator\.sync=realtime'):
+    with pytest.raises(KhrError, match=r'simulator\.sync=realtime'):
         Expectation.parse('realtime', '--expect', scenario, offline)

@@ -8,7 +8,6 @@ from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.hip import HipControllerParameters
 from khr_balance.stage import StageParameters
-from khr_bringup.errors import BringupError
 from khr_bringup.node_registry import registry, table_of
 from khr_bringup.scenario import scenario as scenarios
 from khr_common import KhrError, specifications
@@ -236,7 +235,7 @@ def test_nodes_of_a_run_are_those_that_it_needs():
 
 def test_a_node_is_described_once():
     text = '/**/gait: {ros__parameters: {motion: walk}}\ngait: {ros__parameters: {motion: stand}}'
-    with pytest.raises(BringupError, match=r'mine\.yaml: gait: given twice'):
+    with pytest.raises(KhrError, match=r'mine\.yaml: gait: given twice'):
         scenarios.parse(text, 'mine.yaml', 'mine')
 
 

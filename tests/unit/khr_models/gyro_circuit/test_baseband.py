@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.agreement import disagreement
 from khr_models.gyro_circuit.baseband import Baseband
 from khr_models.gyro_circuit.circuit import KRG4, TABLE_III
@@ -51,7 +51,7 @@ def test_a_node_need_not_load_scipy():
 
 
 def test_agreement_refuses_a_bad_period():
-    with pytest.raises(ModelError, match='sample_period'):
+    with pytest.raises(KhrError, match='sample_period'):
         disagreement(1.0, 0.0, held=True)
 
 
@@ -126,13 +126,13 @@ def test_a_changed_bandwidth_keeps_the_state():
 
 @pytest.mark.parametrize('sample_period', [0.0, -0.015, math.nan, math.inf])
 def test_a_bad_sample_period_is_refused(sample_period):
-    with pytest.raises(ModelError, match=r'^sample_period: .*accepted: \(0, inf\) s'):
+    with pytest.raises(KhrError, match=r'^sample_period: .*accepted: \(0, inf\) s'):
         Baseband(sample_period)
 
 
 @pytest.mark.parametrize('rate', [math.nan, math.inf])
 def test_a_rate_that_is_not_finite_is_refused_and_leaves_the_state(rate):
     baseband = Baseband(PERIOD)
-    with pytest.raises(ModelError, match=r'^rate: .*accepted: \(-inf, inf\)'):
+    with pytest.raises(KhrError, match=r'^rate: .*accepted: \(-inf, inf\)'):
         baseband.update(rate)
     assert baseband.update(0.0) == 0.0

@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.carrier import simulate, static_characteristic
 from khr_models.gyro_circuit.circuit import KRG4
 from tests.support.gyro_noise import allan_deviation
@@ -111,7 +111,7 @@ def test_noise_is_repeatable_and_its_seed_matters():
 
 @pytest.mark.parametrize('steps_per_cycle', [4, 2, 0, -8, 16.0])
 def test_a_carrier_below_its_nyquist_rate_is_refused(steps_per_cycle):
-    with pytest.raises(ModelError, match=r'^steps_per_cycle: .*accepted: integer in \[5, inf\)'):
+    with pytest.raises(KhrError, match=r'^steps_per_cycle: .*accepted: integer in \[5, inf\)'):
         simulate(constant(0.0), 0.001, steps_per_cycle=steps_per_cycle)
 
 
@@ -125,5 +125,5 @@ def test_a_carrier_below_its_nyquist_rate_is_refused(steps_per_cycle):
     ],
 )
 def test_other_bad_input_is_refused(arguments, name):
-    with pytest.raises(ModelError, match=rf'^{name}: .*accepted: [(\[]'):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: [(\[]'):
         simulate(**{'rate': constant(0.0), 'duration': 0.001, **arguments})

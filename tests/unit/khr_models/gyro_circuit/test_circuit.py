@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.circuit import (
     KRG4,
     PACKAGED_SENSITIVITY,
@@ -60,7 +60,7 @@ def test_the_fit_meets_any_sensitivity_it_accepts(factor):
 
 @pytest.mark.parametrize('factor', [-1.0, 0.0, 100.0, math.nan])
 def test_a_sensitivity_out_of_reach_is_refused(factor):
-    with pytest.raises(ModelError, match=r'^sensitivity: .*accepted: \(0, '):
+    with pytest.raises(KhrError, match=r'^sensitivity: .*accepted: \(0, '):
         fit_sense_stiffness(TABLE_III, factor * PACKAGED_SENSITIVITY)
 
 
@@ -81,7 +81,7 @@ def test_matched_resonances_show_the_sense_axis_as_a_second_low_pass():
 @pytest.mark.parametrize('name', [field.name for field in dataclasses.fields(Circuit)])
 @pytest.mark.parametrize('value', [0.0, -1.0, math.nan, math.inf])
 def test_values_that_are_not_positive_are_refused(name, value):
-    with pytest.raises(ModelError, match=rf'^{name}: .* is not accepted; accepted: \(0, inf\)'):
+    with pytest.raises(KhrError, match=rf'^{name}: .* is not accepted; accepted: \(0, inf\)'):
         Circuit(**{name: value})
 
 
@@ -89,10 +89,10 @@ def test_values_that_are_not_positive_are_refused(name, value):
     ('name', 'value'), [('drive_damping', 3e-6), ('sense_damping', 4e-6), ('bandwidth', 1100.0)]
 )
 def test_overdamped_axes_and_a_corner_near_the_carrier_are_refused(name, value):
-    with pytest.raises(ModelError, match=rf'^{name}: .*accepted: \(0, '):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \(0, '):
         Circuit(**{name: value})
 
 
 def test_thermal_noise_refuses_no_temperature():
-    with pytest.raises(ModelError, match='temperature'):
+    with pytest.raises(KhrError, match='temperature'):
         KRG4.thermal_noise(0.0)

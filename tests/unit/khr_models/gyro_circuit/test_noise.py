@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import nnls
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from tests.support.gyro_noise import Noise, allan_deviation
 
 PERIOD = 0.015
@@ -76,7 +76,7 @@ def test_no_noise_is_silent():
     ],
 )
 def test_bad_noise_is_refused(arguments, name):
-    with pytest.raises(ModelError, match=rf'^{name}: .*accepted: [\[(]0, inf'):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: [\[(]0, inf'):
         Noise(*arguments)
 
 
@@ -90,5 +90,5 @@ def test_bad_noise_is_refused(arguments, name):
     ],
 )
 def test_bad_records_are_refused(rate, averages, name):
-    with pytest.raises(ModelError, match=rf'^{name}: .*accepted: '):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: '):
         allan_deviation(rate, PERIOD, averages)

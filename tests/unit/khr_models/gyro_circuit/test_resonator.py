@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import cumulative_simpson, solve_ivp
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.motion import hold_tone, move
 from khr_models.gyro_circuit.resonator import Resonator
 
@@ -118,7 +118,7 @@ def test_the_recurrence_never_grows(pole):
 
 @pytest.mark.parametrize('pole', [1j, 1.0, complex(math.nan, 0.0)])
 def test_an_unstable_recurrence_is_refused(pole):
-    with pytest.raises(ModelError, match=r'pole: .*accepted: a real part in \(-inf, 0\)'):
+    with pytest.raises(KhrError, match=r'pole: .*accepted: a real part in \(-inf, 0\)'):
         hold_tone(pole, 1e-5, 1e4)
 
 
@@ -133,7 +133,7 @@ def test_an_unstable_recurrence_is_refused(pole):
     ],
 )
 def test_a_tone_sampled_below_its_nyquist_rate_is_refused(step, tone, name):
-    with pytest.raises(ModelError, match=rf'^{name}: .*accepted: \('):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \('):
         hold_tone(-1.0 + 0j, step, tone)
 
 
@@ -148,5 +148,5 @@ def test_a_tone_sampled_below_its_nyquist_rate_is_refused(step, tone, name):
     ],
 )
 def test_impossible_axes_are_refused(values, name):
-    with pytest.raises(ModelError, match=rf'^{name}: .*accepted: \('):
+    with pytest.raises(KhrError, match=rf'^{name}: .*accepted: \('):
         Resonator(*values)

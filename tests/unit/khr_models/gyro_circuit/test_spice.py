@@ -6,7 +6,7 @@ import subprocess
 import numpy as np
 import pytest
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.gyro_circuit.carrier import simulate
 from khr_models.gyro_circuit.circuit import KRG4, TABLE_III
 from tests.support.gyro_netlist import VECTORS, netlist, sine
@@ -77,5 +77,5 @@ def test_ngspice_settles_to_the_packaged_sensitivity(tmp_path):
     [({'duration': 0.0}, 'duration'), ({'steps_per_cycle': 0}, 'steps_per_cycle')],
 )
 def test_bad_input_is_refused(arguments, name):
-    with pytest.raises(ModelError, match=rf'^{name}: '):
+    with pytest.raises(KhrError, match=rf'^{name}: '):
         netlist('1', **{'duration': 0.01, 'output': 'x', **arguments})

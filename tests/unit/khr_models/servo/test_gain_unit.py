@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.servo.gain_unit import PublishedLoop, solve_for_unit, solve_loop
 from khr_models.servo.servo_loop import ServoLoop, gain_of_board
 
@@ -59,5 +59,5 @@ def test_a_unit_leads_back_to_its_solution(unit):
     ],
 )
 def test_a_mistake_is_refused(call, message):
-    with pytest.raises(ModelError, match=message):
+    with pytest.raises(KhrError, match=message):
         call()

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.servo.identification import identify
 from khr_models.servo.servo_loop import ServoLoop, gain_of_board
 
@@ -95,5 +95,5 @@ def test_the_same_seed_gives_the_same_samples():
     ],
 )
 def test_refusals_name_the_argument(gains, peaks, name):
-    with pytest.raises(ModelError, match=f'^{name}.*accepted: '):
+    with pytest.raises(KhrError, match=f'^{name}.*accepted: '):
         identify(gains, peaks)

@@ -9,7 +9,7 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.servo.servo_loop import (
     ServoLoop,
     Tone,
@@ -178,7 +178,7 @@ def test_a_discrete_loop_is_stable_and_keeps_the_static_gain(method):
 
 
 def test_the_longest_period_of_euler_is_the_one_it_names():
-    with pytest.raises(ModelError, match=r'^period: 1.0 .*accepted: \(0, ') as refusal:
+    with pytest.raises(KhrError, match=r'^period: 1.0 .*accepted: \(0, ') as refusal:
         discretise(LOOP, 1.0, 'euler')
     longest = float(str(refusal.value).rsplit(' ', 1)[1].rstrip(')'))
     poles = LOOP.transfer_function().poles
@@ -188,7 +188,7 @@ def test_the_longest_period_of_euler_is_the_one_it_names():
 
 
 def test_an_unstable_gain_is_refused_at_its_limit():
-    with pytest.raises(ModelError, match=r'^gain: .*unstable; accepted: '):
+    with pytest.raises(KhrError, match=r'^gain: .*unstable; accepted: '):
         discretise(replace(LOOP, gain=LOOP.stability_limit), 1e-3)
     discretise(replace(LOOP, gain=0.99 * LOOP.stability_limit), 1e-3)
 
@@ -219,5 +219,5 @@ def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
     ],
 )
 def test_refusals_name_the_argument(call, name):
-    with pytest.raises(ModelError, match=f'^{name}: .*accepted: '):
+    with pytest.raises(KhrError, match=f'^{name}: .*accepted: '):
         call()

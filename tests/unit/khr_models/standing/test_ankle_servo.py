@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import signal
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.pendulum import Pendulum, critical_inclination, static_force_difference
 from khr_models.standing.ankle_servo import (
     Pid,
@@ -113,5 +113,5 @@ def test_the_printed_sign_of_the_force_loop_lowers_the_critical_inclination():
     ],
 )
 def test_refusals_name_the_argument(call, name):
-    with pytest.raises(ModelError, match=f'^{name}.*accepted: '):
+    with pytest.raises(KhrError, match=f'^{name}.*accepted: '):
         call()

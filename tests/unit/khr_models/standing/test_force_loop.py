@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.pendulum import GRAVITY
 from khr_models.standing.force_loop import Chain, JointServos, StandingLoop
 
@@ -183,12 +183,12 @@ def test_a_stronger_or_faster_force_loop_swings_and_the_hip_damps_it():
     ],
 )
 def test_a_loop_that_cannot_be_is_refused(change, word):
-    with pytest.raises(ModelError, match=word):
+    with pytest.raises(KhrError, match=word):
         replace(CALM, **change)
 
 
 def test_a_chain_of_other_shapes_is_refused():
-    with pytest.raises(ModelError, match='chain'):
+    with pytest.raises(KhrError, match='chain'):
         replace(LEGS, masses=np.ones(2))
-    with pytest.raises(ModelError, match='mass'):
+    with pytest.raises(KhrError, match='mass'):
         replace(LEGS, masses=np.zeros(3))

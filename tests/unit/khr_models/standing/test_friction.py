@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.pendulum import GRAVITY, Pendulum, critical_inclination
 from khr_models.standing.ankle_servo import Pid, simulate_servo
 from khr_models.standing.friction import (
@@ -142,5 +142,5 @@ def test_it_stands_up_to_the_smaller_of_sliding_and_tipping():
     ],
 )
 def test_refusals_name_the_argument(call, name):
-    with pytest.raises(ModelError, match=f'^{name}.*accepted: '):
+    with pytest.raises(KhrError, match=f'^{name}.*accepted: '):
         call()

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from khr_models.errors import ModelError
+from khr_common.errors import KhrError
 from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid
 from khr_models.standing.push import capture_force, largest_push, simulate_push
@@ -245,7 +245,7 @@ def test_a_finer_step_changes_little():
     ],
 )
 def test_refusals_name_the_argument(call, name):
-    with pytest.raises(ModelError, match=f'^{name}.*accepted: '):
+    with pytest.raises(KhrError, match=f'^{name}.*accepted: '):
         call()
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from khr_common import RunError, build
+from khr_common.errors import KhrError
 from khr_common.maths.rotation import matrix, pitched
-from khr_sim.errors import SimError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import engines
 from khr_sim.physics.camera import Camera
@@ -184,13 +184,13 @@ def test_nothing_is_left_to_be_compiled_in_the_first_period(engine):
 def test_a_missing_library_is_one_line(monkeypatch):
     monkeypatch.setitem(sys.modules, 'mujoco', None)
     monkeypatch.delitem(sys.modules, 'khr_sim.physics.engines.mujoco', raising=False)
-    with pytest.raises(SimError, match=r"^engine: 'mujoco' is not installed; accepted: .*$"):
+    with pytest.raises(KhrError, match=r"^engine: 'mujoco' is not installed; accepted: .*$"):
         World(SimulatorParameters(engine='mujoco'))
 
 
 def test_a_window_without_a_screen_is_one_line(monkeypatch, world_with):
     monkeypatch.delenv('DISPLAY', raising=False)
-    with pytest.raises(SimError, match=r'^gui: no screen .*; accepted: .*$'):
+    with pytest.raises(KhrError, match=r'^gui: no screen .*; accepted: .*$'):
         world_with(gui=True)
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from khr_common import build
-from khr_sim.errors import SimError
+from khr_common.errors import KhrError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.push import Push
@@ -39,7 +39,7 @@ def test_reads_a_scenario_line():
     ],
 )
 def test_refuses_anything_else_in_one_line(text, says):
-    with pytest.raises(SimError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         Push.parse(text)
     assert says in str(refusal.value)
     assert '\n' not in str(refusal.value)
@@ -94,7 +94,7 @@ def test_a_push_lasts_its_duration(world, duration):
 
 
 def test_an_unknown_link_is_refused_with_those_there_are(world):
-    with pytest.raises(SimError, match=r'l_ankel.*l_ankle'):
+    with pytest.raises(KhrError, match=r'l_ankel.*l_ankle'):
         world.push(Push(0.0, 0.1, 'l_ankel', 'odom', (1.0, 0.0, 0.0)))
 
 

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from khr_sim.errors import SimError
+from khr_common.errors import KhrError
 from khr_sim.sensors.foot_force import FootForce, FootForceParameters
 
 CLEAN = FootForceParameters(noise=0.0, resolution=0.0, time_constant=0.0)
@@ -76,5 +76,5 @@ def test_changed_parameters_keep_the_state():
 
 @pytest.mark.parametrize('force', [[(0.0, 0.0, 1.0)] * 3, [(0.0, 0.0, float('nan'))] * 4])
 def test_refuses_what_are_no_forces(force):
-    with pytest.raises(SimError, match='contact_force'):
+    with pytest.raises(KhrError, match='contact_force'):
         FootForce(CLEAN).update(force)

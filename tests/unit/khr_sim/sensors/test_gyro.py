@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_common import ParameterError, build
+from khr_common.errors import KhrError
 from khr_common.published import AD_STEP
-from khr_sim.errors import SimError
 from khr_sim.sensors.gyro import Gyro, GyroParameters
 
 PERIOD = 0.015
@@ -146,7 +146,7 @@ def test_axes_do_not_mix():
 
 @pytest.mark.parametrize('rate', [(0.0, 0.0), (0.0, float('nan'), 0.0), (0.0, 0.0, float('inf'))])
 def test_refuses_what_is_no_rate(rate):
-    with pytest.raises(SimError, match='angular_rate'):
+    with pytest.raises(KhrError, match='angular_rate'):
         Gyro(CLEAN).update(rate)
 
 

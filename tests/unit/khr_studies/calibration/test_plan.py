@@ -7,7 +7,6 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from khr_balance.errors import BalanceError
 from khr_bringup.node_registry import table_of
 from khr_common import KhrError, RunError, check, specifications
 from khr_studies.calibration import objective as calibration_objective
@@ -180,7 +179,7 @@ def test_robot_is_measured_on_the_second_engine_if_the_first_has_hope_and_costs_
     assert on.count('bullet') < on.count('mujoco'), 'its searches begin at the limits of the first'
 
 
-@pytest.mark.parametrize('error', [RunError('unstable'), BalanceError('left leg: too short')])
+@pytest.mark.parametrize('error', [RunError('unstable'), KhrError('left leg: too short')])
 def test_robot_that_cannot_be_computed_has_fallen(monkeypatch, error):
     def unstable(*_):
         raise error

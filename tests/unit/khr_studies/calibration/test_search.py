@@ -24,7 +24,6 @@ from khr_studies.calibration.plan import FreeConstant
 from khr_studies.calibration.result import Calibration
 from khr_studies.calibration.search import KindSearch, Measurement, Search, run_search
 from khr_studies.calibration.study import best_of_kinds, calibration_of, confirm, constant_lean
-from khr_studies.errors import StudyError
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
 from khr_studies.measuring.json_file import read_json, write_json
 from tests.fakes.robots import PLAN, TITLES, measure, robot
@@ -120,13 +119,13 @@ def test_search_that_was_interrupted_goes_on_as_if_it_had_not_been(tmp_path, her
 def test_journal_of_another_search_or_of_other_physics_is_refused(tmp_path, here, monkeypatch):
     journal = tmp_path / 'journal'
     searched(journal)
-    with pytest.raises(StudyError, match='seeds'):
+    with pytest.raises(KhrError, match='seeds'):
         searched(journal, replace(SEARCH, seeds=3))
     monkeypatch.setattr(calibration_search, 'physics_digest', lambda *_: 'other')
-    with pytest.raises(StudyError, match=r"physics: .*'invented'.*, now .*'other'"):
+    with pytest.raises(KhrError, match=r"physics: .*'invented'.*, now .*'other'"):
         searched(journal)
     journal.write_text('{"no": "journal"}\n')
-    with pytest.raises(StudyError, match='not a journal'):
+    with pytest.raises(KhrError, match='not a journal'):
         searched(journal)
 
 
@@ -269,7 +268,7 @@ def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
     assert [member.constants['gait.sway'] for member in kept] == [0.025, 0.0255]
     assert spread_of(kept)[TITLES[0]] == pytest.approx((5.9, 6.0))
     path.write_text('{}')
-    with pytest.raises(StudyError, match='not an ensemble'):
+    with pytest.raises(KhrError, match='not an ensemble'):
         read_ensemble(path)
 
 

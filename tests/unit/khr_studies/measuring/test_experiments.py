@@ -10,7 +10,7 @@ import pytest
 from khr_balance.ankle import AnkleControllerParameters
 from khr_bringup.offline import run_offline
 from khr_bringup.recorded.run_signals import run_with_series
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import (
     experiment_files,
@@ -140,7 +140,7 @@ def test_another_version_s_runs_are_replaced(here, tmp_path, monkeypatch):
 
 
 def test_an_unknown_experiment_is_one_line():
-    with pytest.raises(StudyError, match=r"experiment: 'walks' is not known; accepted: .*walk"):
+    with pytest.raises(KhrError, match=r"experiment: 'walks' is not known; accepted: .*walk"):
         specification_of('walks', fast=False)
 
 

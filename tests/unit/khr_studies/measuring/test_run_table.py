@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.stats import binomtest, t
 
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 from khr_studies.measuring.experiments import table_of
 from khr_studies.measuring.run_table import (
     half_interval,
@@ -102,9 +102,7 @@ def test_a_file_that_holds_no_such_table_is_refused_in_one_line(tmp_path, text, 
     path = tmp_path / 'runs.csv'
     if text is not None:
         path.write_text(text)
-    with pytest.raises(
-        StudyError, match=rf'runs\.csv: not a table of runs \(.*{reason}.*accepted'
-    ):
+    with pytest.raises(KhrError, match=rf'runs\.csv: not a table of runs \(.*{reason}.*accepted'):
         read_table(path, ['seed'])
 
 

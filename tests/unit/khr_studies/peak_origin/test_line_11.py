@@ -8,8 +8,8 @@ import pytest
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
+from khr_common.errors import KhrError
 from khr_report.page.document import markdown
-from khr_studies.errors import StudyError
 from khr_studies.peak_origin.figure import line_11
 from khr_studies.peak_origin.line_11 import measure_line_11
 from khr_studies.reproduction.findings_page import blocks
@@ -71,7 +71,7 @@ def test_a_walk_that_falls_counts_as_tried_alone(runs):
 
 
 def test_without_runs_it_says_so():
-    with pytest.raises(StudyError, match='0 runs'):
+    with pytest.raises(KhrError, match='0 runs'):
         measure_line_11({'line_11': []})
 
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from khr_studies.errors import StudyError
+from khr_common.errors import KhrError
 from khr_studies.peak_origin.cycle_spectrum import Record, Treatment, Walks
 from khr_studies.peak_origin.evidence import ratio
 from khr_studies.peak_origin.false_labels import count_false_labels
@@ -292,9 +292,9 @@ def test_a_band_that_rings_is_found_where_it_rings():
 
 def test_too_short_records_are_refused():
     time = np.arange(100) * PERIOD
-    with pytest.raises(StudyError, match='two whole cycles'):
+    with pytest.raises(KhrError, match='two whole cycles'):
         Walks('', BASE, (Record(time, time, time),), PERIOD)
-    with pytest.raises(StudyError, match='one or more'):
+    with pytest.raises(KhrError, match='one or more'):
         Walks('', BASE, (), PERIOD)
 
 

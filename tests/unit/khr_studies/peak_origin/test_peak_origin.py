@@ -9,9 +9,9 @@ import khr_studies.thesis_figures.registry as figures
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.recorded.run_signals import Series
+from khr_common.errors import KhrError
 from khr_common.published import GAIT_PERIOD
 from khr_report.page.document import markdown
-from khr_studies.errors import StudyError
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import specification_of
 from khr_studies.peak_origin import study as lines
@@ -103,7 +103,7 @@ def test_other_cycles_separate_every_line_from_a_fixed_frequency(ground):
 def test_walks_that_do_not_stay_up_are_left_out_and_named(runs):
     assert 'K_A 9' not in [each.label for each in walks_of(runs)]
     assert 'did not stay up: K_A 9 (2 of 2)' in markdown(blocks(lines.study(runs)))
-    with pytest.raises(StudyError, match='no walk stayed up'):
+    with pytest.raises(KhrError, match='no walk stayed up'):
         walks_of([run for run in runs if run.point['case'] == 'K_A 9'])
 
 
@@ -199,7 +199,7 @@ def test_the_figure_marks_every_peak_by_its_origin(runs, monkeypatch, origin, su
 
 
 def test_what_is_no_walk_is_refused(tmp_path):
-    with pytest.raises(StudyError, match='accepted: a walk'):
+    with pytest.raises(KhrError, match='accepted: a walk'):
         run_variants('stand_0deg', True, 1, tmp_path)
     assert not list(tmp_path.iterdir())
 

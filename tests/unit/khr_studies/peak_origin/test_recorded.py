@@ -8,8 +8,8 @@ import pytest
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import load_scenario
+from khr_common.errors import KhrError
 from khr_common.published import GAIT_PERIOD
-from khr_studies.errors import StudyError
 from khr_studies.peak_origin.page import recorded_page
 from khr_studies.peak_origin.recorded import peaks_of
 from khr_studies.peak_origin.study import whole_cycles
@@ -61,5 +61,5 @@ def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
      ('walk_0deg', 9.0, 'pitch', 'no pitch rate')],
 )  # fmt: skip
 def test_too_little_is_one_line(scenario, seconds, name, says):
-    with pytest.raises(StudyError, match=says):
+    with pytest.raises(KhrError, match=says):
         peaks_of('run', load_scenario(scenario), series(seconds, (0.2, 3.0), name=name))

@@ -7,7 +7,6 @@ from typer.testing import CliRunner
 
 from khr.cli.app import app
 from khr_common import KhrError
-from khr_report.errors import ReportError
 from khr_report.folders import make_folder
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
@@ -174,7 +173,7 @@ def test_the_table_has_a_line_per_push_and_body(monkeypatch, tmp_path):
     make_folder(tmp_path / 'new')
     path = push_page.write(found, tmp_path / 'new')[0]
     assert pd.read_csv(path).shape == (30, 10)
-    with pytest.raises(ReportError, match=r'^--out: .*accepted: '):
+    with pytest.raises(KhrError, match=r'^--out: .*accepted: '):
         make_folder(path)
 
 

@@ -14,7 +14,6 @@ from khr_bringup.scenario.scenario import load_scenario, shipped
 from khr_common import KhrError, check
 from khr_common.maths.limit import bracket_limit
 from khr_sim.run_parameters import RunParameters
-from khr_studies.errors import StudyError
 from khr_studies.measuring.bench import Bench, lift, walk
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import START, STEP
@@ -103,7 +102,7 @@ def test_file_that_holds_no_scoreboard_is_one_line(tmp_path, text, said):
     path = tmp_path / 'board.json'
     if text is not None:
         path.write_text(text)
-    with pytest.raises(StudyError, match=rf'^\S*board\.json: {said}; accepted: .*$'):
+    with pytest.raises(KhrError, match=rf'^\S*board\.json: {said}; accepted: .*$'):
         read_json(path, Scoreboard)
 
 

@@ -8,11 +8,9 @@ import numpy as np
 import pytest
 
 from khr_common import KhrError
-from khr_studies.errors import StudyError
 from khr_studies.stability_map.figure import figure
 from khr_studies.stability_map.files import draw_map
 from khr_studies.stability_map.study import stability_map
-from khr_sweeps.errors import SweepError
 from khr_sweeps.results.folder import Folder, read_results
 from khr_sweeps.trial import RESULTS
 
@@ -200,7 +198,7 @@ def test_draws_are_gathered_in_bins_that_lose_none(tmp_path):
     ],
 )
 def test_what_is_not_swept_is_refused(folder, x, y, says):
-    with pytest.raises(StudyError) as refusal:
+    with pytest.raises(KhrError) as refusal:
         draw_map(folder, x, y)
     assert says in str(refusal.value) and f'{Y}, {X}, {Z}' in str(refusal.value)
 
@@ -208,9 +206,9 @@ def test_what_is_not_swept_is_refused(folder, x, y, says):
 def test_an_empty_sweep_and_no_sweep_are_named(tmp_path):
     with Folder(tmp_path / 'sweep', request({X: INCLINATIONS, Y: GAINS})):
         pass
-    with pytest.raises(StudyError, match='no run'):
+    with pytest.raises(KhrError, match='no run'):
         draw_map(tmp_path / 'sweep', X, Y)
-    with pytest.raises(SweepError, match='no results of a sweep'):
+    with pytest.raises(KhrError, match='no results of a sweep'):
         draw_map(tmp_path, X, Y)
 
 

@@ -69,7 +69,7 @@ def scheduler_of(address: str | None, tls: Path | None, unauthenticated: bool) -
     """Return the scheduler that the options name, or None.
 
     Raises:
-        SweepError: if the options do not go together, or a credential is missing.
+        KhrError: if the options do not go together, or a credential is missing.
     """
     from khr_sweeps.cluster import Scheduler
 

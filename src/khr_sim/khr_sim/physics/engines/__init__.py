@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from dataclasses import replace
 
-from khr_sim.errors import SimError
+from khr_common.errors import KhrError
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines.base import Engine, Painter
 from khr_sim.robot import Robot
@@ -18,10 +18,10 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
     """Return the engine that the parameters ask for, and import its library only now.
 
     Raises:
-        SimError: if the library is not installed, or its window has no screen.
+        KhrError: if the library is not installed, or its window has no screen.
     """
     if parameters.gui and not os.environ.get('DISPLAY'):
-        raise SimError(
+        raise KhrError(
             'gui: no screen for the window of the physics engine (DISPLAY is not set); accepted: '
             'false, with khr view in a browser, or a screen'
         )
@@ -34,7 +34,7 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
     except ModuleNotFoundError as error:
         if error.name != LIBRARIES['mujoco']:
             raise
-        raise SimError(
+        raise KhrError(
             "engine: 'mujoco' is not installed; accepted: bullet, or mujoco after "
             "pip install 'mujoco<4'"
         ) from error
