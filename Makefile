@@ -3,7 +3,7 @@
 # make quick  runs the unit tests and golden hashes, but the slow ones, within about a minute
 # make nightly  runs all tests, also those of whole studies and the longest of the others
 # make coverage  runs all tests, measured, and prints their coverage by package
-# make mutants  changes core modules and counts what no test notices; resumes, writes docs/mutants.md
+# make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes
 # make film   renders docs/walk.gif; make site makes pages of the documents
 # make chaos  does every kind of harm to runs, for hours; resumes, writes docs/reliability.md
 
@@ -64,9 +64,10 @@ JOBS := 1
 chaos: tools
 	$(BIN)/python -m tests.reliability --jobs $(JOBS)
 
-# MODULES='khr_sim.servo ...' chooses core modules; a module takes some minutes
+# a module takes from some minutes to an hour
+MODULES := khr_sim.servo khr_sim.sensors.gyro khr_balance.ankle khr_models.standing.tipping
 mutants: tools
-	$(BIN)/python -m tests.mutation $(MODULES) --write docs/mutants.md
+	.ci/mutants $(MODULES)
 
 lint: tools
 	$(BIN)/ruff format --check --quiet src tests examples

@@ -59,7 +59,6 @@ BY_NIGHT = {
     'tests/unit/khr/test_examples.py::test_an_example_does_what_it_says[tune]': 'gains tuned by the Python API',
     'tests/unit/khr_studies/third_stage/test_stage3.py::test_a_plane_is_measured_once': 'a climb, and planes that are invented',
     'tests/unit/khr_sweeps/test_bisection.py::test_each_line_is_bisected': 'limits in rounds that are invented; one by the Python API',
-    'tests/unit/mutation/test_mutation.py::test_what_no_test_notices': 'mutants made and counted',
 }  # fmt: skip
 
 

@@ -1,7 +1,7 @@
-"""What is left to the night is there, and by day something else is left."""
+"""Every entry of tests/nightly.py is a test that exists."""
 
 from tests import ROOT
-from tests.nightly import BY_NIGHT, is_by_night
+from tests.nightly import BY_NIGHT
 
 
 def test_each_test_by_night_is_one_that_there_is():
@@ -10,9 +10,3 @@ def test_each_test_by_night_is_one_that_there_is():
         text = (ROOT / path).read_text(encoding='utf-8')
         assert f'def {name.partition("[")[0]}' in text, each
         assert instead, each
-
-
-def test_others_are_for_the_day():
-    assert is_by_night('tests/reliability/test_viewers.py::test_ten_viewers')
-    assert not is_by_night('tests/graph/test_live.py::test_two_runs_do_not_meet')
-    assert not is_by_night('tests/unit/test_nightly.py::test_others_are_for_the_day')

@@ -1,7 +1,6 @@
 """Rules for the sources that no linter checks."""
 
 import ast
-from collections import defaultdict
 
 import pytest
 
@@ -9,24 +8,7 @@ from khr_bringup.code_version import SOURCES
 from khr_studies.measuring.study_version import sources_of_study
 from tests import ROOT
 
-PACKAGES = sorted(path for path in (ROOT / 'src').glob('khr*') if (path / 'setup.py').is_file())
-
 KEEPING = ('scoreboard', 'third_stage', 'tuning')  # studies that keep what they measure
-
-
-def sources(package):
-    return sorted(package.rglob('*.py'))
-
-
-@pytest.mark.slow
-def test_no_two_classes_share_a_name():
-    places = defaultdict(list)
-    for path in (path for package in PACKAGES for path in sources(package)):
-        for node in ast.parse(path.read_text()).body:
-            if isinstance(node, ast.ClassDef) and not node.name.startswith('_'):
-                places[node.name].append(str(path.relative_to(ROOT)))
-    assert len(places) > 100
-    assert {name: files for name, files in places.items() if len(files) > 1} == {}
 
 
 @pytest.mark.slow

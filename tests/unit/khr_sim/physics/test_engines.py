@@ -26,19 +26,6 @@ PERIOD = 0.015
 STIFF = {f'stretch_{joint}': 127 for joint in ('hip', 'knee', 'ankle_pitch', 'ankle_roll')}
 
 
-@pytest.fixture(params=engines.LIBRARIES)
-def world_with(request):
-    worlds = []
-
-    def make(**values):
-        worlds.append(World(build(SimulatorParameters, {'engine': request.param} | values)))
-        return worlds[-1]
-
-    yield make
-    for world in worlds:
-        world.close()
-
-
 def stepping(k):
     """Return a target that shifts the weight from foot to foot and lifts them a little."""
     return [

@@ -11,29 +11,14 @@ from scipy.spatial.transform import Rotation
 from khr_common import ParameterError, build
 from khr_common.maths.rotation import matrix, pitched
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.engines import LIBRARIES
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.physics.truth import Truth
-from khr_sim.physics.world import World
 from khr_sim.robot import JOINTS
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
 from tests.support.mechanics import PLAIN_SERVOS, momenta
 
 WEIGHT = 1.5 * GRAVITY
-
-
-@pytest.fixture(params=LIBRARIES)
-def world_with(request):
-    worlds = []
-
-    def make(**values):
-        worlds.append(World(build(SimulatorParameters, {'engine': request.param} | values)))
-        return worlds[-1]
-
-    yield make
-    for world in worlds:
-        world.close()
 
 
 def wave(k):

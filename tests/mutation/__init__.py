@@ -1,1 +1,0 @@
-"""Mutation tests of the cores: what the tests would not notice."""
