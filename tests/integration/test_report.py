@@ -113,7 +113,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
         'Spectrogram',
     ):
         assert word in page.text
-    differs = rows_after(page, 'What differs from the defaults').split('Changes while')[0]
+    differs = rows_after(page, 'Differences from the defaults').split('Changes while')[0]
     assert 'simulator.inclination_deg 6.99 0.0 deg' in differs
     assert 'ankle_controller.gain 15.0 12.0' in differs
     assert 'hip_controller.gain' not in differs
@@ -330,7 +330,7 @@ def test_page_that_cannot_be_written_is_refused(offline, tmp_path):
 def test_two_runs_are_compared(recorded, offline, tmp_path, capsys):
     page = check_alone(report(recorded, offline, tmp_path / 'page.html'))
     assert 'different scenarios' not in page.text + capsys.readouterr().err
-    between = rows_after(page, 'What differs between A and B').split('What differs from')[0]
+    between = rows_after(page, 'Differences between A and B').split('Differences from')[0]
     assert 'ankle_controller.gain 15.0 12.0 12.0' in between
     assert 'simulator.inclination_deg' not in between
     outcomes = [
@@ -351,4 +351,4 @@ def test_runs_of_different_scenarios_are_warned_of_and_compared(recorded, tmp_pa
     assert page.text.index(warning) < page.text.index('Signals')
     assert f'khr: {warning}\n' in capsys.readouterr().err
     assert 'Too short for a spectrogram: B' in page.text
-    assert 'gait.motion walk stand' in rows_after(page, 'What differs between A and B')
+    assert 'gait.motion walk stand' in rows_after(page, 'Differences between A and B')

@@ -92,7 +92,7 @@ def test_a_real_recorded_run_is_repeated_bit_for_bit(run, text, capsys):
     assert read_recorded(run).scenario.title  # which the line with the version does not replace
     version = code_version(engine='bullet')
     assert f'{MARK}{version}\n' in text
-    compared = 'compared 21 instants of 18 topics'
+    compared = 'compared 21 samples of 18 topics'
     assert out[1:5] == [f'recorded {hashed}', f'repeated {hashed}', compared, 'same']
 
 

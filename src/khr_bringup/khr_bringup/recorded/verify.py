@@ -85,7 +85,7 @@ def verify(bag: Path) -> int:
     print(f'recorded {recorded.trajectory_hash}')
     repeated, comparison = _repeat(recorded)
     print(f'repeated {repeated.trajectory_hash}')
-    print(f'compared {comparison.instants} instants of {comparison.topics} topics')
+    print(f'compared {comparison.instants} samples of {comparison.topics} topics')
     found = comparison.differences(recorded.time_ns, recorded.end == 'stopped')
     if bag != place:
         found += differences_beside(bag, recorded.text, recorded.trajectory_hash, repeated)

@@ -69,7 +69,7 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
         Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
         Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
         *map(correction, controllers),
-        Signal('Slip of the loaded soles, summed', '', 'way (mm)', lambda s: 1000.0 * s.slip),
+        Signal('Slip of the loaded soles, summed', '', 'slip (mm)', lambda s: 1000.0 * s.slip),
         Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
         Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
         Signal(STAGE, '', 'stage', lambda s: s.stage),

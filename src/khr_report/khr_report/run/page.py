@@ -93,7 +93,7 @@ def _outcome(found: Found) -> Markup:
         for name, text in OUTCOME.items()
         if name == HASH or any(outcome.get(name, '') != '' for outcome in outcomes)
     ]
-    heads = ['what', *found]
+    heads = ['quantity', *found]
     if len(found) == 2:
         heads.append('B - A')
         rows = [[*row, _step(row[1], row[2])] for row in rows]
@@ -177,9 +177,9 @@ def _parameters(found: Found) -> Markup:
     body = Markup()
     if len(known) == 2:
         differing = [row for row in rows if row[1] != row[2]]
-        body += Markup('<h3>What differs between A and B</h3>')
+        body += Markup('<h3>Differences between A and B</h3>')
         body += _table(heads, differing, looks)
-    body += Markup('<h3>What differs from the defaults</h3>')
+    body += Markup('<h3>Differences from the defaults</h3>')
     body += _table(heads, rows, looks)
     body += Markup('<h3>Changes while it ran</h3>')
     for name, run in found.items():
