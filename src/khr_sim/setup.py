@@ -24,7 +24,7 @@ setup(
             'transforms = khr_sim.node_specs:TRANSFORMS',
         ]
     },
-    package_data={'': ['py.typed', 'urdf/*.urdf', '*.ll']},
+    package_data={'': ['py.typed', 'urdf/*.urdf']},
     install_requires=['khr_common', 'khr_models', 'llvmlite', 'numba', 'numpy', 'pybullet'],
     extras_require={'mujoco': ['mujoco<4'], 'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

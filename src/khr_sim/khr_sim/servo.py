@@ -9,6 +9,7 @@ step resolves. The physics engine has no rotor inertia of its own, and its joint
 
 from __future__ import annotations
 
+from functools import partial
 from math import radians
 from typing import NamedTuple
 
@@ -16,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
-from khr_sim.compiled import bound
+from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS
 
@@ -43,7 +44,7 @@ SHAPE, CONSTANTS = (13, len(JOINTS)), (8,)
 
 
 def law(servos: Array, constants: Array) -> None:
-    """Advance the rotors by one step, in plain Python; :mod:`khr_sim.compiled` compiles it.
+    """Advance the rotors by one physics step; :mod:`khr_sim.jit` compiles this function.
 
     Args:
         servos: their table, whose state and torques are changed in place, (13, n).
@@ -112,7 +113,8 @@ class Servos:
         self.state: Array = self.table[: COMMAND + 1]
         self.torque: Array = self.table[TORQUE]
         self._inputs = [self.table[row].data for row in (GOAL, POSITION, VELOCITY)]
-        self._step = bound(law, self.table, self.constants)
+        self._step = partial(jit(law), self.table, self.constants)
+        self._step()  # load or compile the law before time matters; a table of zeros stays zero
         self._own_stretch: Array | None = None
         self._strength = np.full(len(JOINTS), STALL_TORQUE)
         self.configure(parameters)

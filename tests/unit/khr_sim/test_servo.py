@@ -1,7 +1,6 @@
 """The servo is the DC motor of the data sheet behind a spring, and agrees with an integrator."""
 
 from dataclasses import replace
-from functools import partial
 from math import radians
 
 import numpy as np
@@ -11,7 +10,7 @@ from scipy.integrate import solve_ivp
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import JOINTS, Robot
-from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, law, position_loop, stretches
+from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, position_loop, stretches
 from tests.support.mechanics import PLAIN_SERVOS
 
 CARRIED = Robot.load().joint_inertia()
@@ -278,20 +277,3 @@ def test_the_ankles_have_a_gear_stiffness_of_their_own():
     torque = settled(parameters, ZERO + 0.02, ZERO)
     assert torque[ankle] == pytest.approx(0.02 * stretch * 18.0 / (stretch + 18.0), rel=1e-6)
     assert torque[KNEE] == settled(SMOOTH, ZERO + 0.02, ZERO)[KNEE]
-
-
-def test_the_compiled_law_is_the_plain_one_bit_for_bit():
-    rng = np.random.default_rng(0)
-    parameters = replace(
-        SMOOTH, derivative_time=0.029, gear_stiffness_ankle=18.0, backlash_deg=0.5,
-        servo_friction=0.1,
-    )  # fmt: skip
-    for model in ('stretch', 'pid'):
-        plain, compiled = (
-            Servos(replace(parameters, servo_model=model), CARRIED) for _ in range(2)
-        )
-        plain._step = partial(law, plain.table, plain.constants)
-        for _ in range(100):
-            given = rng.normal(size=(3, len(JOINTS))) * 0.1
-            assert (plain.update(*given) == compiled.update(*given)).all()
-        assert (plain.state == compiled.state).all()

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from khr_common import RunError
 from khr_common.interfaces import TORSO
 from khr_common.maths.rotation import Array, carried, cross, pitched, quaternion
-from khr_sim.compiled import compiled
+from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, SPHERES, ContactForces, Pose, physics_urdf
 from khr_sim.physics.engines.base import Motion
@@ -37,7 +37,7 @@ _FREE = 6  # degrees of freedom of base_link, which come before the joints'
 _warnings: list[str] = []  # which the engine would write to a file where it was started
 mujoco.set_mju_user_warning(_warnings.append)
 _library = ctypes.CDLL(mujoco._functions.__file__)
-_servo_law = compiled(law)
+_servo_law = jit(law)
 _MJ_STEP: int = ctypes.cast(_library.mj_step, ctypes.c_void_p).value or 0
 
 
@@ -97,7 +97,7 @@ def _run(
                 forces[sphere // 2, axis] += contacts[sphere, axis]
 
 
-_compiled_run = compiled(_run)
+_compiled_run = jit(_run)
 
 
 class MuJoCo:
