@@ -10,7 +10,7 @@ from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.frames import refusal
 from khr_hardware.protocol.memory import FREE
-from khr_hardware.virtual.board import Setup, VirtualBoard
+from khr_hardware.virtual.board import PowerOnSettings, VirtualBoard
 from tests.fakes.loopback import Loopback, TableServos
 
 TRIMS = {0: 0, 2: -1350, 3: 1350, 12: 20, 13: -20, 18: -600, 19: 600}
@@ -26,7 +26,7 @@ PARAMETERS = BoardParameters()
 def bench_board(**changes):
     """Return a board of seven servos, each at its trimmed centre, and a gyro on AD1."""
     bench = TableServos({ics: 7500 + trim for ics, trim in TRIMS.items()}, AD)
-    return VirtualBoard(bench, Setup(TRIMS, ad_references={1: 512}, **changes))
+    return VirtualBoard(bench, PowerOnSettings(TRIMS, ad_references={1: 512}, **changes))
 
 
 class Rig:
@@ -35,7 +35,7 @@ class Rig:
     def __init__(self, retries=0, joint_map=MAP, **changes):
         servos = {servo.ics: 7500 + servo.trim for servo in MAP.servos.values()}
         self.board = VirtualBoard(
-            TableServos(servos, {0: 455, 1: 512}), Setup(MAP.trims, 0x809B, {1: 512})
+            TableServos(servos, {0: 455, 1: 512}), PowerOnSettings(MAP.trims, 0x809B, {1: 512})
         )
         self.port = Loopback(self.board)
         self.client = Client(self.port, retries=retries)

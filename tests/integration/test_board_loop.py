@@ -86,7 +86,7 @@ def test_undo_restores_what_was_there(rig):
 def test_an_undo_of_something_else_writes_nothing(rig, data):
     board, _, client = rig
     before = bytes(board.ram)
-    with pytest.raises(KhrError, match='accepted: what khr board deploy wrote'):
+    with pytest.raises(KhrError, match='accepted: the file of khr board deploy'):
         undo(client, data)
     assert bytes(board.ram) == before
 
@@ -103,14 +103,14 @@ def test_a_second_mixing_of_the_gyro_is_refused_by_name_and_nothing_is_written(
     client.write_ram(0x44 + 2 * ics, (0x90 + 20 * ics).to_bytes(2, 'little'))
     client.set_mixing(ics, slot, Mixing.of_ad(1, -3))
     before, kept = bytes(board.ram), []
-    with pytest.raises(KhrError, match=f'{says}.* reads AD1 too; accepted: none'):
+    with pytest.raises(KhrError, match=f'{says}.* also reads AD1; accepted: no other'):
         deploy(client, MAP, loop_of(WALK, MAP), kept.append)
     assert bytes(board.ram) == before and not kept
 
 
 def test_a_reference_that_the_board_does_not_take_is_told(rig, monkeypatch):
     monkeypatch.setattr(Client, 'set_ad_reference', lambda *_: None)
-    with pytest.raises(KhrError, match='AD_ref of AD1: reads 512 after 507 was written'):
+    with pytest.raises(KhrError, match='AD_ref of AD1: 512 was read back; expected: 507'):
         write(rig[2], loop_of(WALK, MAP))
 
 

@@ -25,7 +25,7 @@ from khr_hardware.errors import BoardError, PortError
 from khr_hardware.inspection import hold_pose, inspect
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.memory import FREE, TRIM, Mixing, record_address
-from khr_hardware.virtual.board import Setup, VirtualBoard
+from khr_hardware.virtual.board import PowerOnSettings, VirtualBoard
 from khr_sim.plant import mix
 from khr_sim.robot import JOINTS
 from tests import ROOT
@@ -107,7 +107,7 @@ def test_as_it_is_a_scenario_differs_by_the_rounding_of_its_offset(name, gains):
         [*BOARD_UNITS, 'simulator.engine=mujoco', f'simulator.duration={PERIODS * 0.015}']
     )
     bench = TableServos(counts([0.0] * len(JOINTS)), {1: 512})
-    board = VirtualBoard(bench, Setup(MAP.trims, ad_references={1: 512}, mixing_delay=0))
+    board = VirtualBoard(bench, PowerOnSettings(MAP.trims, ad_references={1: 512}, mixing_delay=0))
     client = Client(Loopback(board))
     deployed(client, scenario)
     asked = scenario.table(ANKLE_CONTROLLER.table).reference_offset / MAP.gyro.step

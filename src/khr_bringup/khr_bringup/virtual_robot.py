@@ -16,15 +16,15 @@ from khr_common.published import AD_STEP, NO_LOAD_SPEED
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol import commands
 from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, Config
-from khr_hardware.virtual.board import AD_TOP, Setup, VirtualBoard
+from khr_hardware.virtual.board import AD_TOP, PowerOnSettings, VirtualBoard
 from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from khr_sim.servo import SUPPLY, stretches
 
-AT_REST = 512  # AD steps of a gyro that does not turn
+GYRO_REST_STEPS = 512  # AD steps of a gyro that does not turn
 NEAR = radians(3.0)  # of the stance, in every joint
-STILL = 3  # output cycles without a change of any target
+SETTLED_CYCLES = 3  # output cycles without a change of any target
 OF_PROJECT = 0x809B  # the configuration of the maker's project, its ROM program on
 SENSORS = ('gyro', 'foot_force')
 
@@ -151,7 +151,7 @@ class SimulatedRobot:
 
     @property
     def _ready(self) -> bool:
-        return self._still >= STILL and all(
+        return self._still >= SETTLED_CYCLES and all(
             goal is not None and abs(goal - stance) < NEAR and abs(goal - angle) < NEAR
             for goal, stance, angle in zip(self._targets, self.stance, self._angles, strict=True)
         )
@@ -169,7 +169,7 @@ class SimulatedRobot:
         self.pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0
         if self._map.gyro:
             steps = round(self.pitch_rate / self._map.gyro.step)
-            self._ad[self._map.gyro.channel] = _clamped(AT_REST + steps)
+            self._ad[self._map.gyro.channel] = _clamped(GYRO_REST_STEPS + steps)
         for region, topic in zip(REGIONS, FOOT_FORCES, strict=True):
             if region in self._map.forces and topic in signals:
                 force = self._map.forces[region]
@@ -177,7 +177,7 @@ class SimulatedRobot:
                 self._ad[force.channel] = _clamped(round(volts / AD_STEP))
 
     def _at_rest(self) -> dict[int, int]:
-        gyro = {self._map.gyro.channel: AT_REST} if self._map.gyro else {}
+        gyro = {self._map.gyro.channel: GYRO_REST_STEPS} if self._map.gyro else {}
         return gyro | {force.channel: 0 for force in self._map.forces.values()}
 
 
@@ -198,10 +198,10 @@ def virtual_board(
     """
     robot = SimulatedRobot(scenario, joint_map)
     parameters = scenario.table(RunParameters)
-    setup = Setup(
+    setup = PowerOnSettings(
         joint_map.trims,
         Config(OF_PROJECT).with_cycle(parameters.control_period).word,
-        {joint_map.gyro.channel: AT_REST} if joint_map.gyro else {},
+        {joint_map.gyro.channel: GYRO_REST_STEPS} if joint_map.gyro else {},
         parameters.control_delay,
     )
     board = VirtualBoard(robot, setup)

@@ -1,9 +1,9 @@
-"""A strict client of the board: no value that was not read whole, and no wait without an end.
+"""A strict client of the board: it accepts only complete replies, and every wait has a timeout.
 
-The protocol has no sequence numbers, so a reply that comes late looks like the reply to the next
-request of its kind. Therefore, after every exchange that failed, the client reads a few bytes of
-RAM and throws away all that comes before them (a *fence*): the board answers in order. Fences in a
-row have other lengths, so a late reply to an earlier one does not pass for the last.
+The protocol has no sequence numbers, so a late reply looks like the reply to the next request of
+its kind. Therefore the client synchronises after every failed exchange (a *fence*): it reads a few
+bytes of RAM and drops all input before them, because the board answers in order. Consecutive
+fences read different lengths, so a late reply to an earlier fence is not taken for the last one.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ from khr_hardware.protocol.frames import SHORTEST, Command, Packet, acknowledged
 from khr_hardware.protocol.memory import BAUD_RATES, Config, Mixing, ServoRecord
 
 TIMEOUT = 0.02  # s for the first byte of a reply, and for the others together
-RETRIES = 2  # of an exchange, after the first attempt
-FENCES = 3  # tried before the line counts as dead
-FENCE_SIZES = range(3, 33)  # bytes that a fence reads, in turn
+RETRIES = 2  # retries of an exchange
+FENCES = 3  # fences before the line counts as dead
+FENCE_SIZES = range(3, 33)  # bytes read by consecutive fences
 ACK_SIZE = 4  # bytes of an ACK, and of an NCK
-FLOOD = 4096  # bytes that a fence reads before the line counts as dead
+FLOOD = 4096  # input bytes of a fence before the line counts as dead
 
 Value = TypeVar('Value')
 
@@ -39,29 +39,29 @@ class Counts:
     exchanges: int = 0
     retries: int = 0
     timeouts: int = 0  # no reply at all
-    short: int = 0  # a reply that broke off
-    size: int = 0  # a reply of another length
+    short: int = 0  # incomplete reply
+    size: int = 0  # reply of another length
     checksum: int = 0
-    command: int = 0  # a reply to something else
+    command: int = 0  # reply to another command
     refused: int = 0  # NCK
-    stray: int = 0  # bytes that nobody had asked for
+    stray: int = 0  # unexpected bytes
     failed: int = 0  # exchanges given up
 
     def figures(self) -> dict[str, str]:
-        """Return them as texts."""
+        """Return the counts as texts."""
         return {name: str(value) for name, value in asdict(self).items()}
 
 
 class Client:
-    """Ask the board, one exchange at a time.
+    """Exchange commands and replies with the board.
 
     Args:
-        port: an open serial line; reads have a timeout.
+        port: open serial line; reads have a timeout.
         retries: of a failed exchange.
 
     Attributes:
-        counts: errors of every kind.
-        closed: why it talks no more; empty while it does. Nothing opens the port again.
+        counts: exchanges and errors by kind.
+        closed: reason why the port is closed; empty while it is open. It is never reopened.
     """
 
     def __init__(self, port: Port, retries: int = RETRIES) -> None:
@@ -69,8 +69,8 @@ class Client:
         self._retries = retries
         self.counts = Counts()
         self.closed = ''
-        self._unsure = False  # whether a reply may still be on its way
-        self._asked: set[int] = set()  # bytes of the replies that may be
+        self._reply_pending = False  # whether a late reply may still arrive
+        self._asked: set[int] = set()  # sizes of the replies that may still arrive
         self._fence_sizes = cycle(FENCE_SIZES)
 
     # ---- exchanges ----
@@ -84,26 +84,26 @@ class Client:
 
         Raises:
             RefusedError: if the board refused every attempt.
-            NoReplyError, BadReplyError: if none came, or none was right.
+            NoReplyError, BadReplyError: if no attempt got a valid reply.
             PortError: if the port is closed or gone.
         """
         if self.closed:
             raise PortError(self.closed)
         self.counts.exchanges += 1
-        if self._unsure:
-            self._guarded(self._fence)
+        if self._reply_pending:
+            self._use_port(self._fence)
         for left in reversed(range(self._retries + 1)):
             try:
                 self._asked.add(size)
-                data = self._guarded(lambda: self._attempt(request, size))
+                data = self._use_port(lambda: self._attempt(request, size))
                 self._asked.clear()
                 return data
             except PortError:
                 raise
             except BoardError as error:
                 if not isinstance(error, RefusedError):
-                    self._unsure = True
-                    self._guarded(self._fence)
+                    self._reply_pending = True
+                    self._use_port(self._fence)
                 if not left:
                     self.counts.failed += 1
                     raise
@@ -117,7 +117,7 @@ class Client:
     def _attempt(self, request: Packet, size: int) -> bytes:
         if self._port.in_waiting:
             self._drop(self._port.in_waiting)
-            raise BadReplyError('bytes came that nobody had asked for')
+            raise BadReplyError('unexpected bytes before the command')
         self._port.write(request.encode())
         first = self._port.read(1)
         if not first:
@@ -132,10 +132,10 @@ class Client:
         rest = self._port.read(first[0] - 1)
         if len(rest) < first[0] - 1:
             self.counts.short += 1
-            raise NoReplyError(f'the reply to command {request.command:#04x} broke off')
+            raise NoReplyError(f'incomplete reply to command {request.command:#04x}')
         if self._port.in_waiting:
             self._drop(self._port.in_waiting)
-            raise BadReplyError(f'more than a reply came to command {request.command:#04x}')
+            raise BadReplyError(f'unexpected bytes after the reply to {request.command:#04x}')
         return self._accept(request, size, first + rest)
 
     def _accept(self, request: Packet, size: int, data: bytes) -> bytes:
@@ -160,10 +160,10 @@ class Client:
         raise BadReplyError(f'reply {data.hex(" ")} to command {request.command:#04x}')
 
     def _fence(self) -> None:
-        """Throw away whatever comes before the reply to a read of a length of its own.
+        """Read RAM of a unique length and drop all input before its reply.
 
         Raises:
-            NoReplyError: if none comes.
+            NoReplyError: if the reply does not come.
         """
         for _ in range(FENCES):
             if self._port.in_waiting:
@@ -175,7 +175,7 @@ class Client:
                 seen += byte
                 if _is_read(seen[-size - SHORTEST :], size) and not self._port.in_waiting:
                     self.counts.stray += len(seen) - size - SHORTEST
-                    self._unsure = False
+                    self._reply_pending = False
                     self._asked.clear()
                     return
             self.counts.stray += len(seen)
@@ -185,11 +185,11 @@ class Client:
     def _drop(self, size: int) -> None:
         self.counts.stray += len(self._port.read(size))
 
-    def _guarded(self, action: Callable[[], Value]) -> Value:
-        """Do something with the port; if it is gone, so is this client."""
+    def _use_port(self, action: Callable[[], Value]) -> Value:
+        """Call an action on the port; close the client if the port is gone."""
         try:
             return action()
-        except SerialTimeoutException as error:  # also of a computer that stalls after the write
+        except SerialTimeoutException as error:  # also if the computer stalls after the write
             self.counts.timeouts += 1
             raise NoReplyError('the line did not take a command in time') from error
         except (OSError, TypeError) as error:  # pyserial raises these for a closed port
@@ -197,7 +197,7 @@ class Client:
             raise PortError(self.closed) from error
 
     def close(self, reason: str = 'the port is closed') -> None:
-        """Let go of the port, for good."""
+        """Close the port for good."""
         if not self.closed:
             self.closed = reason
             self._port.close()
@@ -205,7 +205,7 @@ class Client:
     # ---- commands ----
 
     def acknowledge(self) -> None:
-        """Ask whether the board is there."""
+        """Check that the board answers."""
         self.command(commands.ACKNOWLEDGE)
 
     def version(self) -> bytes:
@@ -213,7 +213,7 @@ class Client:
         return self.exchange(commands.VERSION, len(memory.VERSION))
 
     def read_ram(self, address: int, size: int) -> bytes:
-        """Return bytes of RAM, in as many reads as it takes."""
+        """Return bytes of RAM, split into several reads if necessary."""
         parts = []
         while size > 0:
             part = min(size, commands.LONGEST_READ)
@@ -235,7 +235,7 @@ class Client:
         self.write_ram(memory.CONFIG, config.word.to_bytes(2, 'little'))
 
     def ad(self) -> tuple[int, ...]:
-        """Return the AD readings minus their references, in steps."""
+        """Return the AD readings minus their references, in AD steps."""
         return _words(self.read_ram(memory.AD_VALUES, 2 * memory.AD_CHANNELS))
 
     def ad_references(self) -> tuple[int, ...]:
@@ -248,7 +248,7 @@ class Client:
         self.write_ram(memory.AD_REFERENCES + 2 * channel, data)
 
     def assigned(self) -> list[int]:
-        """Return the ICS numbers that the board talks to."""
+        """Return the ICS numbers assigned in the board."""
         words = iter_unpack('<H', self.read_ram(memory.ICS_TABLE, 2 * memory.ICS_NUMBERS))
         return [ics for ics, (word,) in enumerate(words) if word != memory.UNASSIGNED]
 
@@ -257,7 +257,7 @@ class Client:
         return ServoRecord.decode(self.read_ram(memory.record_address(ics), memory.RECORD_SIZE))
 
     def measured(self, ics: int) -> int:
-        """Return the position that a servo reported last, less its trim."""
+        """Return the last reported position of a servo minus its trim, counts."""
         address = memory.record_address(ics) + memory.MEASURED
         return int.from_bytes(self.read_ram(address, 2), 'little')
 
@@ -267,14 +267,14 @@ class Client:
         self.write_ram(address, mixing.encode())
 
     def move(self, positions: Mapping[int, int], cycles: int = 1) -> None:
-        """Move servos, by ICS number, in so many output cycles."""
+        """Move servos (positions in counts by ICS number) within a number of output cycles."""
         self.command(commands.move_servos(positions, cycles))
 
     def free(self, numbers: Sequence[int]) -> None:
-        """Switch the torque of servos off; on a bad line before any fence, which may fail."""
+        """Switch the torque of servos off; on a bad line send it before any fence too."""
         request = commands.move_servos(dict.fromkeys(numbers, memory.FREE))
-        if self._unsure and not self.closed:
-            self._guarded(lambda: self._port.write(request.encode()))
+        if self._reply_pending and not self.closed:
+            self._use_port(lambda: self._port.write(request.encode()))
         self.command(request)
 
 
@@ -283,14 +283,14 @@ def connect(path: str, baud: int = 0, timeout: float = TIMEOUT) -> tuple[Client,
 
     Args:
         path: of the port.
-        baud: the rate; 0 tries all three.
-        timeout: for a reply, s.
+        baud: rate; 0 tries all three.
+        timeout: of a reply, s.
 
     Returns:
-        The client, and the rate.
+        The client and the rate.
 
     Raises:
-        PortError: if the port does not open.
+        PortError: if the port cannot be opened.
         NoReplyError: if no board answers at any rate.
     """
     rates = (baud,) if baud else tuple(reversed(BAUD_RATES))
@@ -310,7 +310,7 @@ def connect(path: str, baud: int = 0, timeout: float = TIMEOUT) -> tuple[Client,
 
 
 def _is_read(data: bytes, size: int) -> bool:
-    """Return whether these bytes are the reply to a read of so many."""
+    """Return whether the bytes are the reply to a read of ``size`` bytes."""
     try:
         reply = decode(data)
     except BadReplyError:

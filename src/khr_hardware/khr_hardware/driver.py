@@ -1,7 +1,7 @@
-"""Driver of the real robot: states, ramp, limits and watchdogs that protect it and its servos.
+"""Driver of the real robot, with the ramp, limits and watchdogs that protect its servos.
 
-States: ``disconnected``, ``idle`` (free), ``ramping`` to the first reference, ``running``,
-``holding`` (its last target), ``fault``, which only :meth:`BoardDriver.free` leaves.
+States: ``disconnected``, ``idle`` (torque off), ``ramping`` to the first reference, ``running``,
+``holding`` the last target, and ``fault``, which only :meth:`BoardDriver.free` leaves.
 """
 
 from __future__ import annotations
@@ -20,28 +20,28 @@ from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 from khr_hardware.protocol.memory import BATTERY_VOLTS, HIGHEST, LOWEST, Config, Mixing
 
-WRITES, READS = 3, 10  # that may fail one after another
-FREES = 10  # that are tried; a silent board makes them last about a second
-START_MARGIN = radians(5.0)  # by which a joint may be beyond its limits when it is found
-CHECKED_EACH = 5  # periods, from one look at the configuration to the next
-LOW_FOR = 0.5  # s that the battery may be low
-TORQUE = ('ramping', 'running', 'holding')  # the states in which the servos are driven
+MAX_FAILED_WRITES, MAX_FAILED_READS = 3, 10  # consecutive failures that lead to fault
+FREE_ATTEMPTS = 10  # on a silent board they take about a second
+START_MARGIN = radians(5.0)  # beyond its limits, accepted for a joint at the start
+CONFIG_CHECK_PERIODS = 5  # control periods between two reads of the configuration
+LOW_BATTERY_TIME = 0.5  # s for which a low battery is accepted
+TORQUE_STATES = ('ramping', 'running', 'holding')  # states in which the servos have torque
 
 
 class BoardDriver:
     """Drive the robot behind a board, one control period at a time.
 
     Attributes:
-        state: see above.
-        reason: why it is in ``fault``; empty otherwise.
-        pose: joint angles as measured last, rad.
-        ad: of the last period, in steps; the references are subtracted.
-        battery: its voltage, V.
-        starved: whether it holds because no reference is new enough.
-        feedback: the loop that the board closes; None if the computer does.
+        state: see the module.
+        reason: of the state ``fault``; empty otherwise.
+        pose: last measured joint angles, rad.
+        ad: AD readings of the last period minus their references, steps.
+        battery: voltage, V.
+        starved: whether the driver holds because no reference is recent enough.
+        feedback: the loop closed on the board; None if the computer closes it.
 
     Raises:
-        KhrError: if the board is to close a loop, and the map has no gyro.
+        KhrError: if the board should close the loop and the map has no gyro.
     """
 
     def __init__(self, client: Client, joint_map: JointMap, parameters: BoardParameters) -> None:
@@ -65,10 +65,10 @@ class BoardDriver:
         self._turn = 0
 
     def connect(self) -> Inspection:
-        """Read the board, stop its ROM program and its mixings; trims stay as they are.
+        """Read the board and stop its ROM program and mixings; trims are not changed.
 
         Raises:
-            BoardError: if it does not answer, or a servo of the map does not.
+            BoardError: if the board or a servo of the map does not answer.
         """
         seen = inspect(self.client, self.map)
         self.pose = seen.pose(self.map)
@@ -84,17 +84,17 @@ class BoardDriver:
             for slot, mixing in enumerate(record.mixings):
                 if mixing.active:
                     self.client.set_mixing(ics, slot, Mixing(mixing.source, 0))
-        self._see(seen.ad)
+        self._update_sensors(seen.ad)
         self.state = 'idle'
         return seen
 
     def start(self) -> None:
-        """Switch the torque on where the robot is, and begin the ramp to the reference.
+        """Switch the torque on at the measured pose and start the ramp to the reference.
 
         Raises:
-            KhrError: if it is not idle or holding, the battery is low, or a joint is outside
+            KhrError: if the state is not idle or holding, the battery is low, or a joint is outside
                 its limits.
-            BoardError: if the whole pose cannot be read, or not be written.
+            BoardError: if the pose cannot be read or written.
         """
         if self.state not in ('idle', 'holding'):
             raise KhrError(f'start: not while {self.state}; accepted: idle or holding')
@@ -109,48 +109,48 @@ class BoardDriver:
             if outside:
                 raise KhrError(outside[0])
             if self.feedback:
-                self.feedback.begin(self.parameters.ad_offset)
+                self.feedback.set_reference(self.parameters.ad_offset)
             self.pose, self._target = pose, list(pose)
             self._torque = 0.0
             try:
                 self._move()
             except BoardError:
-                self.free()  # the board may have received it all the same
+                self.free()  # the board may have received the move nevertheless
                 raise
         self._begin, self._ramped = list(self._target), 0.0
         self._failed_writes = self._failed_reads = 0
         self.state = 'ramping'
 
     def hold(self) -> None:
-        """Stay at the last target.
+        """Hold the last target.
 
         Raises:
-            KhrError: if the servos are not driven.
+            KhrError: if the servos have no torque.
         """
-        if self.state not in TORQUE:
-            raise KhrError(f'hold: not while {self.state}; accepted: {" | ".join(TORQUE)}')
+        if self.state not in TORQUE_STATES:
+            raise KhrError(f'hold: not while {self.state}; accepted: {" | ".join(TORQUE_STATES)}')
         self.state = 'holding'
         self._end_feedback()
 
     def free(self) -> None:
-        """Switch the torque off, whatever the state.
+        """Switch the torque off in any state.
 
         Raises:
-            BoardError: if the board does not acknowledge it: the battery switch is left.
+            BoardError: if the board does not acknowledge; only the battery switch helps then.
         """
-        for left in reversed(range(FREES)):
+        for left in reversed(range(FREE_ATTEMPTS)):
             try:
                 self.client.free(self.map.numbers)
                 break
             except BoardError as error:
                 if not left or self.client.closed:
-                    self._fail(f'the servos could not be set free: {error}')
+                    self._fail(f'the servos could not be freed: {error}')
                     raise
         self.state, self.reason = 'idle', ''
         self._end_feedback()
 
     def leave(self) -> None:
-        """End: free or hold the servos, by the parameters.
+        """Free or hold the servos at the end, as ``at_exit`` selects.
 
         Raises:
             BoardError: as :meth:`free`.
@@ -160,7 +160,7 @@ class BoardDriver:
         self._end_feedback()
         if self.parameters.at_exit == 'free':
             self.free()
-        elif self.state in TORQUE:
+        elif self.state in TORQUE_STATES:
             self.state = 'holding'
 
     @property
@@ -173,71 +173,73 @@ class BoardDriver:
     def step(
         self, reference: Sequence[float] | None, corrections: Sequence[Mapping[str, float]] = ()
     ) -> None:
-        """Write the target of a control period; a board that does not take it leads to ``fault``.
+        """Write the target of a control period; repeated failures lead to ``fault``.
 
         Args:
-            reference: 17 joint angles, rad; None if there is none that is new enough: the robot
-                holds, and goes on when there is one.
-            corrections: added to it while it runs, by joint, rad.
+            reference: 17 joint angles, rad; None if no reference is recent enough: the robot
+                holds and continues with the next reference.
+            corrections: angles by joint that are added to the reference while running, rad.
         """
-        if self.state not in TORQUE or self.client.closed:
+        if self.state not in TORQUE_STATES or self.client.closed:
             return
         self._torque += self.parameters.control_period
         if self._torque > self.parameters.torque_time:
-            self._end(f'{self.parameters.torque_time:g} s with torque')
+            self._stop_at_limit(f'{self.parameters.torque_time:g} s with torque')
             return
         self.starved = reference is None
         goal = list(self._target)
         if reference is not None and self.state == 'ramping':
             goal = self._ramp(reference)
         elif reference is not None and self.state == 'running':
-            goal = _sum(reference, corrections)
-            self._raised()
+            goal = _add_corrections(reference, corrections)
+            self._raise_feedback()
         self._target = [
-            self._limited(*each) for each in zip(JOINTS, goal, self._target, strict=True)
+            self._limit_target(*each) for each in zip(JOINTS, goal, self._target, strict=True)
         ]
         try:
             self._move()
         except BoardError as error:
             self._failed_writes += 1
-            if self._failed_writes >= WRITES or self.client.closed:
+            if self._failed_writes >= MAX_FAILED_WRITES or self.client.closed:
                 self._fail(f'{self._failed_writes} writes failed: {error}')
         else:
             self._failed_writes = 0
 
     def measure(self) -> None:
-        """Read the AD ports and some positions; a board that gives none leads to ``fault``."""
+        """Read the AD ports and some positions; repeated failures lead to ``fault``."""
         if self.state == 'disconnected' or self.client.closed:
             return
         tried = self.client.counts.retries
         try:
-            self._see(self.client.ad())
+            self._update_sensors(self.client.ad())
             for _ in range(self.parameters.positions_per_period):
                 if self.client.counts.retries > tried:
-                    break  # a bad line is not to keep free waiting
+                    break  # on a bad line, free must not wait for further reads
                 joint, servo = list(self.map.servos.items())[self._turn]
                 self.pose[JOINTS.index(joint)] = servo.angle(self.client.measured(servo.ics))
                 self._turn = (self._turn + 1) % len(JOINTS)
             self._checked += 1
-            changed = self._checked % CHECKED_EACH == 0 and self.client.config() != self._config
+            changed = (
+                self._checked % CONFIG_CHECK_PERIODS == 0 and self.client.config() != self._config
+            )
         except BoardError as error:
             self._failed_reads += 1
-            if self._failed_reads >= READS or self.client.closed:
+            if self._failed_reads >= MAX_FAILED_READS or self.client.closed:
                 self._fail(f'{self._failed_reads} reads failed: {error}')
             return
         self._failed_reads = 0
         if changed:
             self._fail('the board has restarted, or another program has configured it')
-        elif self.state in TORQUE and self._low > LOW_FOR:
-            self._end(f'battery at {self.battery:.2f} V')
+        elif self.state in TORQUE_STATES and self._low > LOW_BATTERY_TIME:
+            self._stop_at_limit(f'battery at {self.battery:.2f} V')
 
     def _ramp(self, reference: Sequence[float]) -> list[float]:
-        """Return the target on the way to a reference, in a cosine of bounded speed."""
+        """Return the next target of the cosine ramp, limited in speed, to a reference."""
         way = max(abs(goal - begin) for goal, begin in zip(reference, self._begin, strict=True))
         time = pi / 2.0 * way / radians(self.parameters.ramp_speed_deg_s)
         self._ramped += self.parameters.control_period
         if self._ramped >= time:
-            if self._raised():
+            if self._raise_feedback():
                 self.state = 'running'
             return list(reference)
         share = (1.0 - cos(pi * self._ramped / time)) / 2.0
@@ -246,8 +248,8 @@ class BoardDriver:
             for goal, begin in zip(reference, self._begin, strict=True)
         ]
 
-    def _raised(self) -> bool:
-        """Move the board's own loop towards its targets; return whether it has reached them."""
+    def _raise_feedback(self) -> bool:
+        """Raise the ratios of the board's loop; return whether they have reached their targets."""
         own = self.parameters
         if self.feedback is None or own.dry_run:
             return True
@@ -258,16 +260,16 @@ class BoardDriver:
             return False
 
     def _end_feedback(self) -> None:
-        """Take the board's own loop back."""
+        """Set the ratios of the board's loop to 0."""
         if self.feedback is None:
             return
         try:
             self.feedback.end()
         except BoardError as error:
-            self._fail(f'the feedback could not be taken back: {error}')
+            self._fail(f'the feedback could not be removed: {error}')
 
-    def _limited(self, joint: str, goal: float, last: float) -> float:
-        """Return a target within the joint's limits and the reach of its servo in a period."""
+    def _limit_target(self, joint: str, goal: float, last: float) -> float:
+        """Limit a target to the joint's range and the servo's no-load speed."""
         if not isfinite(goal):
             return last
         low, high = self.map.servos[joint].limits
@@ -283,16 +285,16 @@ class BoardDriver:
             positions[ics] = min(max(position + trim, LOWEST), HIGHEST) - trim
         self.client.move(positions)
 
-    def _see(self, ad: Sequence[int]) -> None:
+    def _update_sensors(self, ad: Sequence[int]) -> None:
         self.ad = ad
         self.battery = (ad[0] + self._battery_reference) * BATTERY_VOLTS
         if self.feedback and self.state == 'idle':
-            self.feedback.see(ad)
+            self.feedback.add_sample(ad)
         low = self.battery < self.parameters.battery_stop
         self._low = self._low + self.parameters.control_period if low else 0.0
 
-    def _end(self, reason: str) -> None:
-        """Meet a limit: free or hold as at the end, and stay so."""
+    def _stop_at_limit(self, reason: str) -> None:
+        """Free or hold the servos after a limit is exceeded, and enter ``fault``."""
         try:
             self.leave()
         except BoardError:
@@ -304,8 +306,10 @@ class BoardDriver:
         self.reason = self.reason or reason
 
 
-def _sum(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) -> list[float]:
-    """Add corrections, by joint, to a reference, in their order."""
+def _add_corrections(
+    reference: Sequence[float], corrections: Sequence[Mapping[str, float]]
+) -> list[float]:
+    """Add corrections by joint to a reference, in their order."""
     target = list(reference)
     for correction in corrections:
         for joint, angle in correction.items():

@@ -4,7 +4,7 @@ from khr_common import RunError
 
 
 class BoardError(RunError):
-    """An exchange with the board failed; its text is one line."""
+    """An exchange with the board failed; the message is one line."""
 
 
 class NoReplyError(BoardError):
@@ -20,4 +20,4 @@ class RefusedError(BoardError):
 
 
 class PortError(BoardError):
-    """The port is closed or gone; nothing opens it again by itself."""
+    """The port is closed or gone; it is never reopened."""

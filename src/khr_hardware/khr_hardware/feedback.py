@@ -1,4 +1,4 @@
-"""The pitch-rate loop that the board closes by itself while a driver drives it (its *mixing*)."""
+"""The pitch-rate loop that the board closes by its *mixing* during a run of the driver."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import COUNT, GyroWiring, JointMap
 from khr_hardware.protocol.memory import Mixing
 
-AT_REST = 20  # readings of the gyro that make its voltage at rest
-STILL = 3  # AD steps that they may differ by
-PARTS = 4  # in which a ratio is raised
-PAUSE = 0.5  # s between them
-SLOT = 0  # of a servo's two mixings
+REST_SAMPLES = 20  # gyro readings averaged for the voltage at rest
+REST_SPREAD = 3  # AD steps between the smallest and largest of these readings
+RAMP_STEPS = 4  # equal steps in which a ratio is raised
+STEP_PAUSE = 0.5  # s between two of these steps
+MIXING_SLOT = 0  # the used one of a servo's two mixings
 ANKLES, HIPS = BOARD_CORRECTION.names[:2], BOARD_CORRECTION.names[2:]
 
 
@@ -26,24 +26,24 @@ def gyro_of(joint_map: JointMap) -> GyroWiring:
     """Return the gyro of a map.
 
     Raises:
-        KhrError: if it has none.
+        KhrError: if the map has no gyro.
     """
     if joint_map.gyro is None:
         raise KhrError('mixing: the map has no gyro; accepted: a map with one')
     return joint_map.gyro
 
 
-def at_rest(readings: Sequence[int]) -> int:
-    """Return the AD reading of a gyro that does not turn, in steps, AD_ref left in.
+def rest_level(readings: Sequence[int]) -> int:
+    """Return the AD reading of the gyro at rest, in steps, without subtracting AD_ref.
 
     Raises:
-        KhrError: if the readings are too few, or those of a robot that moves.
+        KhrError: if there are too few readings, or the robot moves.
     """
-    if len(readings) < AT_REST:
+    if len(readings) < REST_SAMPLES:
         raise KhrError(
-            f'mixing: the gyro was read {len(readings)} times; accepted: {AT_REST}, so try again'
+            f'mixing: the gyro was read {len(readings)} times; accepted: {REST_SAMPLES}; try again'
         )
-    if max(readings) - min(readings) > STILL:
+    if max(readings) - min(readings) > REST_SPREAD:
         raise KhrError(
             f'mixing: the gyro reads {min(readings)} to {max(readings)} steps; accepted: a robot '
             'at rest'
@@ -52,67 +52,67 @@ def at_rest(readings: Sequence[int]) -> int:
 
 
 class Feedback:
-    """Raise the ratios of the mixings in parts, an exchange a period; take them back at once.
+    """Raise the ratios of the mixings in steps, one write per period; reset them at once.
 
     Args:
         client: of the board.
         joint_map: with a gyro.
 
     Raises:
-        KhrError: if it has none.
+        KhrError: if the map has no gyro.
     """
 
     def __init__(self, client: Client, joint_map: JointMap) -> None:
         self._client, self._map = client, joint_map
         self._gyro = gyro_of(joint_map)
-        self._readings: deque[int] = deque(maxlen=AT_REST)
-        self._reference = 0  # AD_ref as the board has it
-        self._offset = 0  # of it from the voltage at rest
+        self._readings: deque[int] = deque(maxlen=REST_SAMPLES)
+        self._reference = 0  # AD_ref in the board
+        self._offset = 0  # of AD_ref from the voltage at rest, AD steps
         self._ratios = dict.fromkeys(BOARD_CORRECTION.names, 0)
         self._round: list[tuple[str, int]] = []
-        self._waited = PAUSE
+        self._waited = STEP_PAUSE
 
     @property
     def zero(self) -> float:
-        """Return the offset of the rate that the board reads relative to its reference, rad/s."""
+        """Return the pitch rate at which the board's gyro reading is 0, rad/s."""
         return self._offset * self._gyro.step
 
     def connect(self, references: Sequence[int]) -> None:
-        """Take the AD references that the board holds."""
+        """Store the AD references read from the board."""
         self._reference = references[self._gyro.channel]
 
-    def see(self, ad: Sequence[int]) -> None:
-        """Take the AD readings of the robot at rest."""
+    def add_sample(self, ad: Sequence[int]) -> None:
+        """Store an AD reading of the robot at rest."""
         self._readings.append(ad[self._gyro.channel] + self._reference)
 
-    def begin(self, offset: int) -> None:
-        """Set AD_ref, so many steps off the gyro's voltage at rest.
+    def set_reference(self, offset: int) -> None:
+        """Set AD_ref to the gyro's voltage at rest plus an offset in AD steps.
 
         Raises:
             KhrError: if the robot is not at rest.
-            BoardError: if the board does not take it.
+            BoardError: if the board does not accept it.
         """
-        reference = at_rest(self._readings) + offset
+        reference = rest_level(self._readings) + offset
         self._readings.clear()
         self._client.set_ad_reference(self._gyro.channel, reference)
         self._reference, self._offset = reference, offset
 
     def raise_to(self, ankle: int, hip: int, seconds: float) -> bool:
-        """Come nearer to the ratios that are wanted; return whether the board has them.
+        """Raise the ratios towards their targets; return whether the board has reached them.
 
         Args:
             ankle, hip: counts per AD step, 0 to 127.
             seconds: since the last call.
 
         Raises:
-            BoardError: if the board does not take one.
+            BoardError: if the board does not accept a ratio.
         """
         wanted = dict.fromkeys(ANKLES, ankle) | dict.fromkeys(HIPS, hip)
         self._waited += seconds
-        if not self._round and self._waited >= PAUSE:
+        if not self._round and self._waited >= STEP_PAUSE:
             self._waited = 0.0
             self._round = [
-                (joint, min(ratio, self._ratios[joint] + ceil(ratio / PARTS)))
+                (joint, min(ratio, self._ratios[joint] + ceil(ratio / RAMP_STEPS)))
                 for joint, ratio in wanted.items()
                 if ratio != self._ratios[joint]
             ]
@@ -122,8 +122,8 @@ class Feedback:
         return wanted == self._ratios
 
     def end(self) -> None:
-        """Take all ratios back; raises BoardError if the board does not take one."""
-        self._round, self._waited = [], PAUSE
+        """Set all ratios to 0; raises BoardError if the board does not accept one."""
+        self._round, self._waited = [], STEP_PAUSE
         for joint in [joint for joint, ratio in self._ratios.items() if ratio]:
             self._write(joint, 0)
 
@@ -135,8 +135,8 @@ class Feedback:
     def _write(self, joint: str, ratio: int) -> None:
         servo = self._map.servos[joint]
         mixing = Mixing.of_ad(self._gyro.channel, servo.sign * self._gyro.sign * ratio)
-        self._client.set_mixing(servo.ics, SLOT, mixing)
-        found = self._client.record(servo.ics).mixings[SLOT]
+        self._client.set_mixing(servo.ics, MIXING_SLOT, mixing)
+        found = self._client.record(servo.ics).mixings[MIXING_SLOT]
         if found != mixing:
-            raise BoardError(f'{joint}: its mixing reads {found} after {mixing} was written')
+            raise BoardError(f'{joint}: mixing {found} was read back; expected: {mixing}')
         self._ratios[joint] = ratio

@@ -1,4 +1,4 @@
-"""The state of a board and its robot, read without writing anything."""
+"""Read the state of a board and its robot, without writing."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ class Inspection:
 
     Attributes:
         version: of the firmware, as text.
-        config: word.
-        assigned: ICS numbers that it talks to.
-        ad: readings of the AD channels, less their references, in steps.
+        config: configuration word.
+        assigned: ICS numbers of the servos assigned in the board.
+        ad: readings of the AD channels minus their references, in steps.
         references: of the AD channels, in steps.
         records: of the servos in the map that are assigned, by ICS number.
     """
@@ -40,15 +40,15 @@ class Inspection:
         return (self.ad[0] + self.references[0]) * BATTERY_VOLTS
 
     def missing(self, joint_map: JointMap) -> list[str]:
-        """List the joints of a map with servos that do not answer."""
+        """List the joints of a map for which the servo does not answer."""
         return [
             joint
             for joint, servo in joint_map.servos.items()
             if servo.ics not in self.records or not self.records[servo.ics].measured
         ]
 
-    def other_trims(self, joint_map: JointMap) -> dict[str, tuple[int, int]]:
-        """Return the trims of the board that are not those of a map: of both, by joint."""
+    def differing_trims(self, joint_map: JointMap) -> dict[str, tuple[int, int]]:
+        """Return the differing trims as (on the board, in the map), by joint."""
         return {
             joint: (self.records[servo.ics].trim, servo.trim)
             for joint, servo in joint_map.servos.items()
@@ -56,7 +56,7 @@ class Inspection:
         }
 
     def mixings(self) -> dict[int, list[memory.Mixing]]:
-        """Return the mixings that act, by ICS number."""
+        """Return the active mixings by ICS number."""
         found = {
             ics: [mixing for mixing in record.mixings if mixing.active]
             for ics, record in self.records.items()
@@ -94,17 +94,17 @@ def torque_of(record: ServoRecord) -> str:
 
 
 def hold_pose(client: Client, joint_map: JointMap) -> None:
-    """Switch the torque on with every servo where it is.
+    """Switch the torque on with every servo at its present position.
 
-    The measured positions are written as targets, since manuals and clients do not agree on what
-    0x7FFF does.
+    The measured positions are written as targets, because manuals and clients disagree about the
+    meaning of 0x7FFF.
 
     Raises:
-        BoardError: if a servo does not answer: nothing is written then.
-        KhrError: if one is outside its range.
+        BoardError: if a servo does not answer; then no servo is written.
+        KhrError: if a position is outside the servo's range.
     """
     seen = inspect(client, joint_map)
-    seen.pose(joint_map)  # refuses if a servo does not answer
+    seen.pose(joint_map)  # raises if a servo does not answer
     positions = {ics: record.measured for ics, record in seen.records.items()}
     for ics, position in positions.items():
         raw = position + seen.records[ics].trim
@@ -133,7 +133,7 @@ def describe(seen: Inspection, joint_map: JointMap) -> list[tuple[str, str]]:
     ]
     lines += [
         ('trim', f'{joint}: {found} on the board, {expected} in the map')
-        for joint, (found, expected) in seen.other_trims(joint_map).items()
+        for joint, (found, expected) in seen.differing_trims(joint_map).items()
     ]
     lines += [
         (

@@ -1,4 +1,4 @@
-"""Servo, sign and zero of each joint, and the sensors on the AD ports."""
+"""The joint map: servo, sign and zero of each joint, and the sensors on the AD ports."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ class ServoWiring:
     """A servo and its joint.
 
     Attributes:
-        ics: number of the servo.
-        sign: 1 if its counts grow with the joint's angle, -1 if they fall.
-        trim: that the project in the board's ROM is expected to hold, counts.
-        zero: position at which the joint's angle is 0, counts, trim left out.
+        ics: ICS number of the servo.
+        sign: 1 if the counts increase with the joint angle, -1 if they decrease.
+        trim: expected in the board, counts.
+        zero: position at the joint angle 0, counts, without trim.
         limits: of the joint, rad.
     """
 
@@ -54,8 +54,8 @@ class GyroWiring:
 
     Attributes:
         channel: AD port.
-        sign: 1 if its voltage grows with a forward pitch rate, -1 if it falls.
-        volts_per_rad_s: at the AD port, behind whatever amplifier.
+        sign: 1 if the voltage increases with a forward pitch rate, -1 if it decreases.
+        volts_per_rad_s: at the AD port, including the gain of an amplifier.
     """
 
     channel: int
@@ -64,13 +64,13 @@ class GyroWiring:
 
     @property
     def step(self) -> float:
-        """Return the pitch rate of an AD step, rad/s."""
+        """Return the pitch rate of one AD step, rad/s."""
         return self.sign * AD_STEP / self.volts_per_rad_s
 
 
 @dataclass(frozen=True)
 class ForceWiring:
-    """A force sensor: its AD port, and N per V there."""
+    """A force sensor: AD port and force per voltage, N/V."""
 
     channel: int
     newtons_per_volt: float
@@ -78,12 +78,12 @@ class ForceWiring:
 
 @dataclass(frozen=True)
 class JointMap:
-    """How the robot is wired.
+    """The wiring of the robot.
 
     Attributes:
-        servos: by joint, all 17 in their order.
-        gyro: None without one.
-        forces: by region of the feet, all four; empty without.
+        servos: of all 17 joints, in their order.
+        gyro: None without a gyro.
+        forces: of the four regions of the feet; empty without force sensors.
     """
 
     servos: Mapping[str, ServoWiring]
@@ -92,10 +92,10 @@ class JointMap:
 
     @classmethod
     def load(cls, path: str = '') -> JointMap:
-        """Read a map, from a file or of those that come with the package.
+        """Read a map from a file, or a map of this package.
 
         Args:
-            path: of a file, or the name of one that comes along; by default the KHR-3HV's.
+            path: of a file, or the name of a map of this package; by default the KHR-3HV's.
 
         Raises:
             KhrError: if it is not accepted.
@@ -109,10 +109,10 @@ class JointMap:
 
     @classmethod
     def parse(cls, data: Any, file: str) -> JointMap:
-        """Check a map that was read as plain data; its servos may be those of the default.
+        """Check a map given as plain data; ``servos: khr3hv`` takes the servos of the default map.
 
         Raises:
-            KhrError: if something is missing, unknown, out of range, or used twice.
+            KhrError: if a key is missing or unknown, or a value is out of range or used twice.
         """
         parts = _mapping(data, ('servos', 'gyro', 'forces'), named(file))
         servos: Mapping[str, ServoWiring] = {}
@@ -138,26 +138,26 @@ class JointMap:
 
     @property
     def trims(self) -> dict[int, int]:
-        """Return the trims that are expected, by ICS number."""
+        """Return the expected trims by ICS number."""
         return {servo.ics: servo.trim for servo in self.servos.values()}
 
     def joint_of(self, ics: int) -> str:
-        """Return the joint of a servo; empty for one that is not in the map."""
+        """Return the joint of an ICS number; empty if it is not in the map."""
         return next((joint for joint, servo in self.servos.items() if servo.ics == ics), '')
 
     def positions(self, angles: Sequence[float]) -> dict[int, int]:
-        """Return the positions, by ICS number, nearest to 17 joint angles in rad."""
+        """Return the positions (counts by ICS number) nearest to 17 joint angles in rad."""
         return {
             servo.ics: servo.counts(angle)
             for servo, angle in zip(self.servos.values(), angles, strict=True)
         }
 
     def angles(self, positions: Mapping[int, int]) -> list[float]:
-        """Return the 17 joint angles in rad of positions by ICS number."""
+        """Return the 17 joint angles in rad for positions (counts by ICS number)."""
         return [servo.angle(positions[servo.ics]) for servo in self.servos.values()]
 
     def outside(self, angles: Sequence[float], margin: float = EDGE) -> list[str]:
-        """Return in words which of 17 angles lie beyond their limits by more than a margin, rad."""
+        """Return a message for each of 17 angles (rad) beyond its limits by more than a margin."""
         return [
             f'{joint}: {degrees(angle):.1f} deg is not accepted; accepted: '
             f'{degrees(servo.limits[0]):.0f} to {degrees(servo.limits[1]):.0f} deg'

@@ -1,4 +1,4 @@
-"""The node of this package, as the graph knows it."""
+"""The specification of the board node for the graph."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 
 
-def brought(parameters: BoardParameters) -> tuple[Topic, ...]:
-    """Return the topics of the node, with the sensors of its map.
+def published_topics(parameters: BoardParameters) -> tuple[Topic, ...]:
+    """Return the topics that the node publishes with the sensors of its map.
 
     Raises:
         KhrError: if the map is not accepted.
@@ -52,5 +52,5 @@ BOARD = NodeSpec(
     ),
     node='khr_hardware.nodes.board:BoardNode',
     drives=True,
-    brings=brought,
+    brings=published_topics,
 )

@@ -11,8 +11,8 @@ from khr_common import parameter
 class BoardParameters:
     """The parameter table of the node ``board``.
 
-    Those that the simulator has as well, from ``control_period`` to ``command_timeout``, follow
-    the scenario's values for the simulator. Empty text in a list stands for nothing.
+    The parameters from ``control_period`` to ``command_timeout`` also exist in the simulator and
+    take the simulator's values of the scenario. An empty text in a list is ignored.
     """
 
     port: str = parameter('/dev/ttyUSB0', 'Serial line of the board.', read_only=True)
@@ -25,7 +25,7 @@ class BoardParameters:
     )
     reply_timeout: float = parameter(
         0.02,
-        'Time within which a reply begins, and its rest comes; an exchange is tried three times.',
+        'Timeout of the first byte of a reply, and of the rest; an exchange is tried three times.',
         unit='s',
         minimum=0.005,
         maximum=1.0,
@@ -33,7 +33,7 @@ class BoardParameters:
     )
     map: str = parameter(
         '',
-        "YAML file of servos and AD ports, or khr3hv_forces; the KHR-3HV's by default.",
+        "YAML file of servos and AD ports, or the name khr3hv_forces; by default the KHR-3HV's map.",
         read_only=True,
     )
     control_period: float = parameter(
@@ -46,44 +46,44 @@ class BoardParameters:
     )
     duration: float = parameter(
         0.0,
-        'Time of the run; 0 runs until stopped (khr: as long as the motion).',
+        'Duration of the run; 0 runs until stopped (khr: duration of the motion).',
         unit='s',
         minimum=0.0,
         maximum=1e6,
         read_only=True,
     )
     sync: str = parameter(
-        'realtime', 'A real robot waits for nobody.', choices=('realtime',), read_only=True
+        'realtime', 'A real robot runs in real time only.', choices=('realtime',), read_only=True
     )
     answers: tuple[str, ...] = parameter(
         ('gait', 'ankle_controller', 'hip_controller'),
-        'Nodes whose answers are taken: the gait, and controllers, whose corrections are added.',
+        'Nodes that provide the targets: the gait, and the controllers that correct it.',
         wiring=True,
     )
     command_timeout: float = parameter(
         0.1,
-        'Age at which a correction is dropped, and a reference makes the robot hold.',
+        'Maximum age: an older correction is dropped; with an older reference the robot holds.',
         unit='s',
         minimum=0.02,
         maximum=1.0,
     )
     mixing: str = parameter(
         'computer',
-        "Who adds the feedback to the reference: the computer, as the graph's controllers ask, or "
-        'the board, by its own mixing of the gyro; then the controllers of the graph are refused.',
+        "Where the feedback is added: computer (by the graph's controllers) or board (by its own "
+        'mixing of the gyro; corrections of the controllers are then rejected).',
         choices=('computer', 'board'),
         read_only=True,
     )
     ankle_ratio: int = parameter(
         0,
-        'With mixing board: K_A, counts at both ankles per AD step of the gyro (khr: from the gain '
+        'With mixing board: K_A, counts of both ankles per AD step of the gyro (khr: from the gain '
         'of ankle_controller).',
         minimum=0,
         maximum=127,
     )
     hip_ratio: int = parameter(
         0,
-        'With mixing board: K_H, counts at both hips per AD step of the gyro (khr: from the gain of '
+        'With mixing board: K_H, counts of both hips per AD step of the gyro (khr: from the gain of '
         'hip_controller).',
         minimum=0,
         maximum=127,
@@ -98,52 +98,52 @@ class BoardParameters:
     )
     urdf: str = parameter(
         '',
-        'File of the description to publish; none by default (khr: the one of the simulator).',
+        'URDF file to publish; empty publishes no description (khr: the URDF of the simulator).',
         read_only=True,
     )
     priority: int = parameter(
         50,
-        'Real-time priority (SCHED_FIFO) of the thread that drives the board, as far as ulimit -r '
-        'grants it; 0 asks for none.',
+        'Real-time priority (SCHED_FIFO) of the thread of the driver, as far as ulimit -r '
+        'permits; 0 does not request it.',
         minimum=0,
         maximum=99,
         read_only=True,
     )
     dry_run: bool = parameter(
-        False, 'Do all but write positions: no servo gets torque.', read_only=True
+        False, 'Run without writing positions: no servo gets torque.', read_only=True
     )
     at_exit: str = parameter(
         'free',
-        'What the servos do when the node ends or meets a limit: free, for a robot on a stand, or '
-        'hold.',
+        'State of the servos after the node ends or exceeds a limit: free (for a robot on a stand) '
+        'or hold.',
         choices=('free', 'hold'),
     )
     ramp_speed_deg_s: float = parameter(
         30.0,
-        'Largest speed of a joint from where it was found to the first reference.',
+        'Largest speed of a joint on the ramp to the first reference.',
         unit='deg/s',
         minimum=1.0,
         maximum=60.0,
     )
     positions_per_period: int = parameter(
         4,
-        'Servos whose position is read in each period, in turn; a read takes the board about 1 ms.',
+        'Number of servo positions read in each period, in turn; a read takes about 1 ms.',
         minimum=0,
         maximum=17,
     )
     battery_warn: float = parameter(
-        10.5, 'Voltage of the battery below which to warn.', unit='V', minimum=6.0, maximum=13.0
+        10.5, 'Battery voltage below which the node warns.', unit='V', minimum=6.0, maximum=13.0
     )
     battery_stop: float = parameter(
         9.6,
-        'Voltage that ends the run if it stays below for half a second.',
+        'Battery voltage that ends the run if it is below for half a second.',
         unit='V',
         minimum=0.0,
         maximum=13.0,
     )
     torque_time: float = parameter(
         300.0,
-        'Time with torque after which the run ends: no command reads the temperature of a servo.',
+        'Maximum time with torque: no command reads the temperature of a servo.',
         unit='s',
         minimum=1.0,
         maximum=3600.0,

@@ -21,24 +21,24 @@ class Port(Protocol):
         """Send bytes."""
 
     def read(self, size: int = 1) -> bytes:
-        """Return so many bytes, or fewer after the timeout."""
+        """Return ``size`` bytes, or fewer after the timeout."""
 
     @property
     def in_waiting(self) -> int:
-        """Return how many bytes have come in."""
+        """Return the number of received bytes."""
 
     def close(self) -> None:
-        """Let go of it."""
+        """Close the port."""
 
 
 def open_port(path: str, baud: int, timeout: float) -> Port:
-    """Open a serial line for this process alone.
+    """Open a serial line for this process exclusively.
 
-    A read returns fewer bytes than asked for after ``timeout`` s. An FTDI adapter collects what
-    it receives for 16 ms unless it is asked for low latency; a pseudo-terminal has no such setting.
+    After ``timeout`` s a read returns fewer bytes than requested. An FTDI adapter buffers received
+    bytes for 16 ms unless low latency is set; a pseudo-terminal has no such setting.
 
     Raises:
-        PortError: if it does not open.
+        PortError: if the line cannot be opened.
     """
     try:
         line: Any = serial.Serial(
@@ -53,7 +53,7 @@ def open_port(path: str, baud: int, timeout: float) -> Port:
         code = getattr(error, 'errno', None)
         reason = os.strerror(code) if code else str(error)
         raise PortError(
-            f'{path}: {reason}; accepted: the serial line of a board that nobody else has open'
+            f'{path}: {reason}; accepted: the serial line of a board, not opened by another process'
         ) from error
     with suppress(OSError, ValueError, NotImplementedError):
         line.set_low_latency_mode(True)

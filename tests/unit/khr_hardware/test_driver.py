@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINTS
 from khr_hardware.client import Client
-from khr_hardware.driver import FREES, NO_LOAD_SPEED, READS, WRITES
+from khr_hardware.driver import FREE_ATTEMPTS, MAX_FAILED_READS, MAX_FAILED_WRITES, NO_LOAD_SPEED
 from khr_hardware.errors import BoardError
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import SHORTEST, refusal
@@ -124,7 +124,7 @@ def test_hold_keeps_the_target_and_start_ramps_on(rig):
 
 
 @pytest.mark.parametrize('state', ['idle', 'ramping', 'running', 'starved', 'holding', 'fault'])
-@pytest.mark.parametrize('refused', [0, FREES - 1])
+@pytest.mark.parametrize('refused', [0, FREE_ATTEMPTS - 1])
 def test_free_wins_over_everything(state, refused, rig):
     """Also if the board does it only when it has been asked ten times."""
     rig.period()
@@ -179,7 +179,7 @@ def test_on_a_bad_line_no_more_is_read_than_must_be():
 def test_failed_writes_are_a_fault_that_only_free_leaves(rig):
     rig.run()
     rig.break_line(0x10)
-    for _ in range(WRITES):
+    for _ in range(MAX_FAILED_WRITES):
         assert rig.driver.state == 'running'
         rig.period()
     assert rig.driver.state == 'fault' and 'writes failed' in rig.driver.reason
@@ -197,7 +197,7 @@ def test_failed_writes_are_a_fault_that_only_free_leaves(rig):
 def test_failed_reads_are_a_fault_after_more_of_them(rig):
     rig.run()
     rig.break_line(0x00, sizes=(2 + SHORTEST, 2 * AD_CHANNELS + SHORTEST))
-    for _ in range(READS):
+    for _ in range(MAX_FAILED_READS):
         assert rig.driver.state == 'running'
         rig.period()
     assert rig.driver.state == 'fault' and 'reads failed' in rig.driver.reason

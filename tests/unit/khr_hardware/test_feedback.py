@@ -6,7 +6,7 @@ import pytest
 
 from khr_common.errors import KhrError
 from khr_common.interfaces import BOARD_CORRECTION
-from khr_hardware.feedback import AT_REST, PARTS, PAUSE
+from khr_hardware.feedback import RAMP_STEPS, REST_SAMPLES, STEP_PAUSE
 from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol.frames import refusal
 from tests.fakes.boards import STANCE, Rig
@@ -22,7 +22,7 @@ def rig():
     found.board.robot.ad[1] = 515
     found.board.sample()
     found.driver.connect()
-    for _ in range(AT_REST):
+    for _ in range(REST_SAMPLES):
         found.period()
     return found
 
@@ -42,7 +42,7 @@ def test_ratios_rise_in_parts_before_the_run_and_have_the_signs_of_the_servos(ri
     assert seen[-1] == [12, -12, -3, 3]
     assert [factors[0] for factors in seen] == sorted(factors[0] for factors in seen)
     assert {factors[0] for factors in seen} == {0, 3, 6, 9, 12}
-    assert rig.board.robot.cycles * 0.015 > PARTS * PAUSE - PAUSE
+    assert rig.board.robot.cycles * 0.015 > RAMP_STEPS * STEP_PAUSE - STEP_PAUSE
 
 
 def test_the_reference_is_the_voltage_at_rest_and_the_offset(rig):
@@ -89,7 +89,7 @@ def test_another_ratio_is_taken_while_it_runs(rig):
 
 
 def test_a_robot_that_moves_is_not_started(rig):
-    for steps in range(AT_REST):
+    for steps in range(REST_SAMPLES):
         rig.board.robot.ad[1] = 515 + steps
         rig.period()
     with pytest.raises(KhrError, match=r'515 to 53\d steps; accepted: a robot at rest'):

@@ -1,4 +1,4 @@
-"""The board node: it drives the real robot in the simulator's place, by the wall clock."""
+"""The board node drives the real robot in place of the simulator, in wall time."""
 
 from __future__ import annotations
 
@@ -37,21 +37,21 @@ from khr_common.run_identity import KEY, MalformedError
 from khr_common.scheduling import ask_for_real_time
 from khr_hardware.client import connect
 from khr_hardware.driver import BoardDriver
-from khr_hardware.feedback import AT_REST
+from khr_hardware.feedback import REST_SAMPLES
 from khr_hardware.inspection import Inspection
 from khr_hardware.joint_map import JointMap
 from khr_hardware.parameters import BoardParameters
 
 GAIT = 'gait'
-ASK_AGAIN = 0.1  # s of wall time between questions for the first reference
+ASK_AGAIN = 0.1  # s of wall time between requests for the first reference
 REPORT_PERIOD = 1.0  # s of wall time
 
 
-def read_known(data: bytes) -> JointAnswer:
-    """Read an answer for joints that the robot has.
+def read_joint_answer(data: bytes) -> JointAnswer:
+    """Read an answer with joints of this robot.
 
     Raises:
-        MalformedError: if it is none.
+        MalformedError: if the message is invalid.
     """
     answer = read_answer(data)
     if not set(answer.name) <= set(JOINTS):
@@ -60,15 +60,15 @@ def read_known(data: bytes) -> JointAnswer:
 
 
 class BoardNode(KhrNode):
-    """Write a target and read the sensors in each control period, once it has been started.
+    """Write a target and read the sensors in each control period.
 
-    Until the service ``~/start`` the robot is free and the clock stays at 0. Then the servos hold
-    where they are, ramp to the first reference, and the clock runs. ``~/hold`` and ``~/free`` act
-    at once. A fault ends the run, by name.
+    Until the service ``~/start`` is called the robot is free and the clock stays at 0. Then the
+    servos hold their positions, ramp to the first reference, and the clock runs. ``~/hold`` and
+    ``~/free`` take effect immediately. A fault ends the run with its reason.
     """
 
     parameters: BoardParameters
-    keeps = True  # also if the process that started it is killed, it lets go of the robot
+    keeps = True  # frees the robot also if its parent process is killed
 
     def __init__(self, spec: NodeSpec) -> None:
         super().__init__(spec)
@@ -79,7 +79,7 @@ class BoardNode(KhrNode):
         self.driver = BoardDriver(client, joint_map, own)
         self._describe(self.driver.connect(), rate)
         if self.driver.feedback:
-            for _ in range(AT_REST):  # or it could not start at once
+            for _ in range(REST_SAMPLES):  # start requires them
                 time.sleep(own.control_period)
                 self.driver.measure()
         self._period_ns = round(own.control_period * 1e9)
@@ -91,10 +91,10 @@ class BoardNode(KhrNode):
             self.publisher(ROBOT_DESCRIPTION).publish(String(data=description))
         for source in filter(None, own.answers):
             topic = JOINT_REFERENCE if source == GAIT else correction(source, ())
-            self.subscribe_bytes(topic, read_known, partial(self._on_answer, source))
+            self.subscribe_bytes(topic, read_joint_answer, partial(self._on_answer, source))
         if self.driver.feedback:
             for topic in (ANKLE_CORRECTION, HIP_CORRECTION):
-                self.subscribe_bytes(topic, cdr.clock, _refuse)
+                self.subscribe_bytes(topic, cdr.clock, _reject_correction)
         for name, action in (
             ('start', self.driver.start),
             ('hold', self.driver.hold),
@@ -104,7 +104,7 @@ class BoardNode(KhrNode):
         self._punctuality = Punctuality()
         self._exchanges, self._latency, self._to_servo = Latency(), Latency(), Latency()
         self._read_at = self._published = self._asked = self._reported = float('-inf')
-        self._first = ask_for_real_time(own.priority)
+        self._real_time = ask_for_real_time(own.priority)
         self._enter('waiting')
         self.by_wall_clock(own.control_period, self._on_period)
 
@@ -113,12 +113,12 @@ class BoardNode(KhrNode):
         self.driver.parameters = parameters
 
     def finish(self) -> None:
-        """Report how far the run got."""
+        """Publish the final state of the run."""
         if self.state != 'finished':
             self._enter('finished', end='stopped')
 
     def close(self) -> None:
-        """Free or hold the robot, as the parameters say, and let go of the line."""
+        """Free or hold the robot, as ``at_exit`` selects, and close the line."""
         try:
             self.driver.leave()
         except KhrError as error:
@@ -133,7 +133,7 @@ class BoardNode(KhrNode):
         try:
             self._run_period(time.monotonic())
         except Exception:
-            self.close()  # whatever it is, the robot is not left driven by nobody
+            self.close()  # never leave the robot with torque and without a driver
             raise
         if self.driver.state == 'fault':
             self._enter('finished', end='error', reason=self.driver.reason)
@@ -144,7 +144,7 @@ class BoardNode(KhrNode):
         if self.state == 'running':
             self._punctuality.tick(now, own.control_period, 1.0)
         answered = self._answered
-        driver.step(*self._asked_for())
+        driver.step(*self._fresh_inputs())
         if answered:
             self._to_servo.add(time.monotonic() - self._read_at)
         if self.state == 'waiting' and driver.state == 'running':
@@ -169,14 +169,14 @@ class BoardNode(KhrNode):
 
     @property
     def _answered(self) -> bool:
-        """Return whether a correction that answers the newest sample goes out in this period."""
+        """Return whether this period writes a correction for the newest sample."""
         return self.state == 'running' and any(
             source != GAIT and answer.stamp_ns == self.now_ns
             for source, answer in self._answers.items()
         )
 
-    def _asked_for(self) -> tuple[list[float] | None, list[dict[str, float]]]:
-        """Return the newest reference and corrections, but for those that are too old."""
+    def _fresh_inputs(self) -> tuple[list[float] | None, list[dict[str, float]]]:
+        """Return the newest reference and corrections that are within ``command_timeout``."""
         oldest = self.now_ns - round(self.parameters.command_timeout * 1e9)
         fresh = {
             source: answer for source, answer in self._answers.items() if answer.stamp_ns >= oldest
@@ -214,7 +214,7 @@ class BoardNode(KhrNode):
 
     def _on_answer(self, source: str, answer: JointAnswer) -> None:
         if source == GAIT and answer.name != JOINTS:
-            raise MalformedError('not all joints in their order')
+            raise MalformedError('expected all joints in their order')
         if answer.stamp_ns > self.now_ns:
             raise MalformedError('a stamp in the future')
         known = self._answers.get(source)
@@ -271,7 +271,7 @@ class BoardNode(KhrNode):
             driver.state,
             {
                 'sync': self.parameters.sync,
-                'real_time_priority': 'granted' if self._first else 'none',
+                'real_time_priority': 'granted' if self._real_time else 'none',
                 'battery_v': f'{driver.battery:.2f}',
                 'holds_for_want_of_a_reference': str(driver.starved).lower(),
                 'missed_periods': str(self._punctuality.late),
@@ -284,13 +284,13 @@ class BoardNode(KhrNode):
         )
 
 
-def _refuse(_: int) -> None:
-    """Hear no controller while the board closes the loop: it would be closed twice."""
-    raise MalformedError('the board mixes by itself')
+def _reject_correction(_: int) -> None:
+    """Reject a correction while the board closes the loop: it would be closed twice."""
+    raise MalformedError('the board closes the loop by its mixing')
 
 
 def _text(path: str) -> str:
-    """Return the text of a file; nothing without a path."""
+    """Return the text of a file; empty without a path."""
     try:
         return Path(path).read_text(encoding='utf-8') if path else ''
     except (OSError, UnicodeDecodeError) as error:

@@ -1,4 +1,4 @@
-"""Commands to the board as frames (maker's command reference)."""
+"""Encode commands to the board as frames (maker's command reference)."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from khr_common.errors import KhrError
 from khr_hardware.protocol.frames import Command, Packet
 from khr_hardware.protocol.memory import RAM_SIZE, check_ics
 
-# Bytes that can be read at once: more fail, and a single one would look like ACK or NCK.
+# Bytes of one read: longer reads fail, and a single byte would look like ACK or NCK.
 SHORTEST_READ, LONGEST_READ = 2, 126
-LONGEST_WRITE = 121  # bytes; with its address it is a frame of 128, the most that the board takes
+LONGEST_WRITE = 121  # bytes; with the address a frame of 128, the longest that the board accepts
 MAP = 5  # bytes, bit i is ICS number i
 
-# Types of MOVE: where to, and where from.
+# Types of MOVE: source and destination.
 RAM_TO_COM, LITERAL_TO_RAM, RECORD_TO_COM, LITERAL_TO_RECORD = 0x20, 0x02, 0x21, 0x12
 ROM_TO_COM, LITERAL_TO_ROM = 0x23, 0x32
 
@@ -43,7 +43,7 @@ def write_ram(address: int, data: bytes) -> Packet:
 
 
 def move_servos(positions: Mapping[int, int], cycles: int = 1) -> Packet:
-    """Return the command to move servos, by ICS number, in so many output cycles."""
+    """Return the command to move servos (by ICS number) within a number of output cycles."""
     if not 1 <= cycles <= 255:
         raise KhrError(f'cycles: {cycles} is not accepted; accepted: 1 to 255')
     words = b''.join(_word(positions[ics]) for ics in sorted(positions))
@@ -51,12 +51,12 @@ def move_servos(positions: Mapping[int, int], cycles: int = 1) -> Packet:
 
 
 def servo_map(numbers: Iterable[int]) -> bytes:
-    """Return the five bytes in which bit i stands for ICS number i."""
+    """Return five bytes in which bit i represents ICS number i."""
     return sum(1 << check_ics(ics) for ics in set(numbers)).to_bytes(MAP, 'little')
 
 
 def servos_of(bits: bytes) -> list[int]:
-    """Return the ICS numbers of a map, ascending."""
+    """Return the ICS numbers of a bit map, ascending."""
     value = int.from_bytes(bits, 'little')
     return [ics for ics in range(8 * MAP) if value >> ics & 1]
 

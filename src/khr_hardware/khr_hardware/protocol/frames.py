@@ -1,8 +1,8 @@
 """Frames of the RCB-4HV: ``[size][command][body][checksum]`` (maker's command reference).
 
-The size counts the whole frame, the checksum is the low byte of the sum of all bytes before it.
-It detects any single wrong byte, and all but one in 256 frames with several. Beyond it there is
-only the parity of each byte, which the serial port checks.
+The size includes all bytes of the frame; the checksum is the low byte of the sum of all bytes
+before it. It detects any single wrong byte, and misses one in 256 frames with several. The only
+other check is the parity of each byte, by the serial port.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ class Command(IntEnum):
 
 @dataclass(frozen=True)
 class Packet:
-    """A command, or the reply to one."""
+    """A command or a reply."""
 
     command: int
     body: bytes = b''
@@ -43,7 +43,7 @@ class Packet:
 
     @property
     def refused(self) -> bool:
-        """Return whether it reports that a command was not acknowledged."""
+        """Return whether the reply is an NCK."""
         return self.body == bytes((NOT_ACKNOWLEDGED,))
 
 
@@ -53,10 +53,10 @@ def checksum(data: bytes) -> int:
 
 
 def decode(data: bytes) -> Packet:
-    """Read a whole frame.
+    """Decode a complete frame.
 
     Raises:
-        BadReplyError: if size or checksum are wrong.
+        BadReplyError: if the size or the checksum is wrong.
     """
     if len(data) < SHORTEST or data[0] != len(data):
         raise BadReplyError(f'frame {data.hex(" ")}: its size is wrong')
@@ -79,18 +79,18 @@ def refusal(command: int) -> Packet:
 class Splitter:
     """Split received bytes into frames, as they arrive.
 
-    Bytes that begin no frame are dropped one by one, so that the next whole frame is found
-    whatever came before it.
+    Bytes that do not begin a frame are dropped one by one, so that the next complete frame is
+    always found.
 
     Attributes:
-        dropped: bytes so far.
+        dropped: number of dropped bytes.
     """
 
     dropped: int = 0
     _held: bytearray = field(default_factory=bytearray)
 
     def feed(self, data: bytes) -> list[Packet]:
-        """Return the frames that these bytes complete."""
+        """Return the frames completed by the received bytes."""
         self._held += data
         found = []
         while self._held:
@@ -109,10 +109,10 @@ class Splitter:
 
     @property
     def pending(self) -> bool:
-        """Return whether a command has begun and not ended."""
+        """Return whether a command is incomplete."""
         return bool(self._held)
 
     def forget(self) -> None:
-        """Drop an unfinished frame: its bytes were too far apart."""
+        """Drop an incomplete frame after a gap in the input."""
         self.dropped += len(self._held)
         self._held.clear()

@@ -51,7 +51,7 @@ class Config:
 
     @property
     def jumps(self) -> bool:
-        """Return whether its vector jumps are on."""
+        """Return whether the vector jumps are on."""
         return bool(self.word & 0x0008)
 
     @property
@@ -61,7 +61,7 @@ class Config:
 
     @property
     def baud(self) -> int | None:
-        """Return the rate of the serial line; None for the code that has none."""
+        """Return the rate of the serial line; None for the undefined code."""
         code = self.word >> 6 & 3
         return BAUD_RATES[code] if code < len(BAUD_RATES) else None
 
@@ -71,11 +71,11 @@ class Config:
         return self.word >> 13 & 3
 
     def quiet(self) -> Config:
-        """Return it with ROM program, unasked messages and vector jumps off, the servo bus on."""
+        """Return the word with ROM program, unsolicited messages and jumps off, servo bus on."""
         return replace(self, word=self.word & ~0x000E | 0x0001)
 
     def with_cycle(self, cycle: float) -> Config:
-        """Return it with another output cycle.
+        """Return the word with another output cycle.
 
         Raises:
             KhrError: if the board has no such cycle.
@@ -105,7 +105,7 @@ class Mixing:
         """Return ``factor`` counts per step of an AD channel; negative factors set the sign bit.
 
         Raises:
-            KhrError: if there is no such channel, or the factor is no integer of 7 bits.
+            KhrError: if the channel does not exist, or the factor is not an integer of 7 bits.
         """
         if not 0 <= channel < AD_CHANNELS:
             raise KhrError(
@@ -120,7 +120,7 @@ class Mixing:
 
     @property
     def active(self) -> bool:
-        """Return whether it adds anything."""
+        """Return whether the mixing has a source and a nonzero factor."""
         return self.source != NO_SOURCE and self.factor != 0
 
     @property
@@ -130,7 +130,7 @@ class Mixing:
 
     @property
     def ad_channel(self) -> int | None:
-        """Return the AD channel that it reads; None if it reads something else."""
+        """Return the AD channel of the source; None for another source."""
         steps, odd = divmod((self.source & 0x07FF) - AD_VALUES, 2)
         is_word = self.source & 0xC000 == 0x4000
         return steps if is_word and not odd and 0 <= steps < AD_CHANNELS else None
@@ -145,7 +145,7 @@ _RECORD = Struct('<BBhHHBHBHHBHB')  # in the order of the fields below
 
 @dataclass(frozen=True)
 class ServoRecord:
-    """The 20 bytes of a servo: its setting and its state."""
+    """The 20-byte record of a servo: settings and state."""
 
     type: int
     ics_id: int
@@ -160,27 +160,27 @@ class ServoRecord:
 
     @classmethod
     def decode(cls, data: bytes) -> ServoRecord:
-        """Read a record."""
+        """Decode a record."""
         *fields, source, ratio, source_2, ratio_2 = _RECORD.unpack(data)
         fields.append((Mixing(source, ratio), Mixing(source_2, ratio_2)))
         return cls(*fields)
 
     def encode(self) -> bytes:
-        """Return its 20 bytes."""
+        """Return the 20 bytes of the record."""
         *fields, (one, two) = astuple(self)
         return _RECORD.pack(*fields, *one, *two)
 
 
 def record_address(ics: int) -> int:
-    """Return where the record of an ICS number is."""
+    """Return the address of the record of an ICS number."""
     return RECORDS + RECORD_SIZE * check_ics(ics)
 
 
 def check_ics(ics: int) -> int:
-    """Return an ICS number: twice the servo's ID, and one more on SIO5 to 8.
+    """Check and return an ICS number: 2 ID on SIO1 to 4, 2 ID + 1 on SIO5 to 8.
 
     Raises:
-        KhrError: if the board has no such number.
+        KhrError: if the number is out of range.
     """
     if not 0 <= ics < ICS_NUMBERS:
         raise KhrError(f'ICS number: {ics} is not accepted; accepted: 0 to {ICS_NUMBERS - 1}')

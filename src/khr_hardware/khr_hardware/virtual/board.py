@@ -1,8 +1,8 @@
-"""A board without hardware: memory, commands and output cycle of the RCB-4HV.
+"""Simulate the board: memory, commands and output cycle of the RCB-4HV.
 
 It answers the commands in docs/hardware.md by the maker's references, and all others with NCK.
-Programs in ROM are stored and not run. Nothing here knows of ports or of time: whoever owns it
-passes frames in and lets cycles pass.
+Programs in ROM are stored and not run. The board is independent of ports and time: the caller
+passes frames and advances the cycles.
 """
 
 from __future__ import annotations
@@ -44,20 +44,20 @@ PARAMETERS = {each.value: each for each in ServoParameter}
 
 
 class _NotAcceptedError(Exception):
-    """A command that the board answers with NCK."""
+    """The board answers the command with NCK."""
 
 
 @dataclass(frozen=True)
-class Setup:
+class PowerOnSettings:
     """Settings of the project in a board's ROM at power-on.
 
     Attributes:
-        config: word; the default is that of the maker's project for the KHR-3HV, with the ROM
-            program off, which is not modelled.
-        trims: of the servos that the project has, by ICS number; the others are not assigned.
+        config: configuration word; by default the maker's project for the KHR-3HV with the ROM
+            program off, because it is not modelled.
+        trims: of the assigned servos, by ICS number.
         ad_references: by AD channel, in steps.
-        mixing_delay: output cycles between the conversion of an AD channel and the position that
-            its mixing changes (unconfirmed).
+        mixing_delay: output cycles between the conversion of an AD channel and the position with
+            its mixing (unconfirmed).
         version: of the firmware, 32 bytes.
     """
 
@@ -69,15 +69,15 @@ class Setup:
 
 
 class VirtualBoard:
-    """An RCB-4HV with a robot behind it.
+    """An RCB-4HV connected to a robot.
 
     Attributes:
-        ram, rom: its memory; unwritten ROM is 0xFF.
-        sent: position sent to each servo in the last cycle, by ICS number, trim and mixing
-            included; ``FREE`` for a servo without torque.
+        ram, rom: memory; unwritten ROM is 0xFF.
+        sent: positions sent to the servos in the last cycle, by ICS number, with trim and
+            mixing; ``FREE`` for a servo without torque.
     """
 
-    def __init__(self, robot: BoardRobot, setup: Setup) -> None:
+    def __init__(self, robot: BoardRobot, setup: PowerOnSettings) -> None:
         self.robot = robot
         self.setup = setup
         self.rom = bytearray(b'\xff' * memory.ROM_SIZE)
@@ -93,10 +93,10 @@ class VirtualBoard:
         self.power_on()
 
     def power_on(self) -> None:
-        """Start as from the battery switch: RAM as the project sets it, servos free."""
+        """Reset the RAM to the power-on settings and free the servos."""
         self.ram = bytearray(memory.RAM_SIZE)
         self.sent: dict[int, int] = {}
-        # Where a servo that holds was when it received the command.
+        # Positions of the holding servos at the time of the command.
         self._held: dict[int, int] = {}
         self._put(memory.CONFIG, self.setup.config)
         for channel, value in (self.setup.ad_references or {}).items():
@@ -185,7 +185,7 @@ class VirtualBoard:
             start = self._in_record(target[0], target[1], len(data))
         self.ram[start : start + len(data)] = data
         if start < memory.AD_REFERENCES + 2 * memory.AD_CHANNELS:
-            self._convert()  # a new reference counts at once
+            self._convert()  # a new reference takes effect without delay
 
     def _in_record(self, offset: int, ics: int, size: int) -> int:
         _require(ics < memory.ICS_NUMBERS and offset + size <= memory.RECORD_SIZE)
@@ -221,25 +221,27 @@ class VirtualBoard:
         return b''
 
     def _start(self, moves: Iterable[tuple[int, ...]]) -> None:
-        """Begin moves: ICS number, cycles and position of each; all or none are accepted."""
+        """Start moves (ICS number, cycles, position); reject all if one is invalid."""
         chosen = list(moves)
         _require(all(ics < memory.ICS_NUMBERS and cycles for ics, cycles, _ in chosen))
         for ics, cycles, position in chosen:
             old = self.record(ics)
             if position in (FREE, HOLD):
-                # Free and hold act at once, and the cycles are counted down all the same.
-                self._held[ics] = old.measured if old.reference == FREE else self._stands(ics, old)
+                # Free and hold take effect at once; the cycles are counted down nevertheless.
+                self._held[ics] = (
+                    old.measured if old.reference == FREE else self._start_position(ics, old)
+                )
                 changes = {memory.REFERENCE: position}
             else:
-                changes = {memory.REFERENCE: self._stands(ics, old)}
+                changes = {memory.REFERENCE: self._start_position(ics, old)}
             changes |= {memory.END: position, memory.WIDTH: cycles}
             start = record_address(ics)
             for offset, value in changes.items():
                 self._put(start + offset, value)
             self.ram[start + memory.SPEED] = self.ram[start + memory.STEPS_LEFT] = cycles
 
-    def _stands(self, ics: int, record: ServoRecord) -> int:
-        """Return from where a servo moves on: its reference, or where it holds or is."""
+    def _start_position(self, ics: int, record: ServoRecord) -> int:
+        """Return the start of the next move: the reference, or the held or measured position."""
         if record.reference == HOLD:
             return self._held.get(ics, record.measured)
         return record.measured if record.reference == FREE else record.reference
@@ -247,23 +249,23 @@ class VirtualBoard:
     # ---- output cycle ----
 
     def cycle(self) -> None:
-        """Let one output cycle pass: positions to the servos, then their replies and the AD."""
+        """Advance one output cycle: send positions, then sample the servos and the AD ports."""
         self._delayed.append(self._ad())
         ad = self._delayed.pop(0)
-        self.sent = self._outputs(ad) if self._talks else {}
+        self.sent = self._outputs(ad) if self._bus_on else {}
         self.robot.drive(self.sent, self.config.cycle)
         self.sample()
 
     @property
-    def _talks(self) -> bool:
-        """Return whether the servos receive from the board: the bus is on, at their rate."""
+    def _bus_on(self) -> bool:
+        """Return whether the servo bus is on, at the rate of the servos."""
         return self.config.ics and self.config.ics_code == Config(self.setup.config).ics_code
 
     def _assigned(self, ics: int) -> bool:
         return self._word(memory.ICS_TABLE + 2 * ics) == record_address(ics)
 
     def _outputs(self, ad: tuple[int, ...]) -> dict[int, int]:
-        """Advance the references, and return the position to send to each assigned servo."""
+        """Advance the references and return the positions to send to the assigned servos."""
         sent = {}
         for ics in range(memory.ICS_NUMBERS):
             if not self._assigned(ics):
@@ -272,15 +274,15 @@ class VirtualBoard:
             if record.reference == FREE:
                 sent[ics] = FREE
                 continue
-            position = self._stands(ics, record) + record.trim
+            position = self._start_position(ics, record) + record.trim
             position += sum(self._mixed(mixing, ad) for mixing in record.mixings)
             sent[ics] = min(max(position, LOWEST), HIGHEST)
         return sent
 
     def _step(self, ics: int, record: ServoRecord) -> ServoRecord:
-        """Move the reference one step along its move; in the last it arrives."""
+        """Advance the reference by one step of its move."""
         left = record.steps_left
-        if not left or not record.speed:  # a client stops a move by a speed of 0
+        if not left or not record.speed:  # a client stops a move with speed 0
             return record
         start = record_address(ics)
         if record.reference not in (FREE, HOLD):
@@ -298,7 +300,7 @@ class VirtualBoard:
 
     def sample(self) -> None:
         """Sample the servos and the AD ports."""
-        if self._talks:
+        if self._bus_on:
             for ics, position in self.robot.measure().items():
                 if self._assigned(ics):
                     start = record_address(ics)

@@ -1,4 +1,4 @@
-"""Faults of a line and of a board, to test its clients."""
+"""Inject faults of the line and the board, to test clients."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ from khr_common.errors import KhrError
 from khr_hardware.protocol.frames import decode, refusal
 
 KINDS = ('lost', 'late', 'corrupt', 'nck', 'silence', 'brownout')
-BROWNOUT = 0.5  # s without an answer while the supply is down
+BROWNOUT = 0.5  # s without a reply during the loss of supply
 
 
 @dataclass(frozen=True)
 class Fault:
-    """Faults from a time on.
+    """A series of faults.
 
     Attributes:
-        kind: one of KINDS; ``brownout`` restarts the board, which sets its servos free.
-        start: s after the board was switched on.
-        count: replies that it concerns.
-        duration: s by which a reply comes late, or for which the board is silent.
+        kind: one of KINDS; ``brownout`` restarts the board, which frees its servos.
+        start: time after power-on, s.
+        count: number of affected replies.
+        duration: delay of a late reply, or duration of the silence, s.
     """
 
     kind: str
@@ -31,10 +31,10 @@ class Fault:
 
     @classmethod
     def parse(cls, text: str) -> Fault:
-        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is needed.
+        """Read ``kind=lost start=2.0 count=3 duration=0.05``; only the kind is required.
 
         Raises:
-            KhrError: if it does not read.
+            KhrError: if the text is invalid.
         """
         kinds = {'kind': str, 'start': float, 'count': int, 'duration': float}
         values = {}
@@ -65,17 +65,17 @@ class Faults:
         self._faults: list[Fault] = []
         self._left: list[int] = []
         self._random = Random(0)
-        self._now = 0.0  # s after the board was switched on
+        self._now = 0.0  # time after power-on, s
         self.add(*faults)
 
     def add(self, *faults: Fault) -> None:
-        """Inject further faults; their times count from now."""
+        """Add faults; their start times are relative to now."""
         for fault in faults:
             self._left.append(fault.count)
             self._faults.append(replace(fault, start=self._now + fault.start))
 
     def reply(self, now: float, data: bytes) -> tuple[float, bytes]:
-        """Return after how many seconds which bytes go out in place of a reply; perhaps none."""
+        """Return the delay in s and the bytes to send in place of a reply, which may be empty."""
         delay = 0.0
         for i, fault in enumerate(self._faults):
             if now < fault.start or fault.kind == 'brownout':
@@ -84,10 +84,10 @@ class Faults:
                 data = b'' if now < fault.start + fault.duration else data
             elif self._left[i] and data:
                 self._left[i] -= 1
-                delay, data = self._spoilt(fault, delay, data)
+                delay, data = self._corrupt(fault, delay, data)
         return delay, data
 
-    def _spoilt(self, fault: Fault, delay: float, data: bytes) -> tuple[float, bytes]:
+    def _corrupt(self, fault: Fault, delay: float, data: bytes) -> tuple[float, bytes]:
         if fault.kind == 'lost':
             return delay, b''
         if fault.kind == 'late':
@@ -100,7 +100,7 @@ class Faults:
         return delay, bytes(changed)
 
     def brownout(self, before: float, now: float) -> bool:
-        """Return whether the supply breaks down between two times."""
+        """Return whether a brown-out starts between two times."""
         self._now = now
         breaks = [fault.start for fault in self._faults if fault.kind == 'brownout']
         return any(before <= start < now for start in breaks)

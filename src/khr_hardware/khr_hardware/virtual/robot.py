@@ -1,4 +1,4 @@
-"""The robot behind a virtual board: servos on a bus, sensors on the AD ports."""
+"""Interface of the robot at a virtual board: servos on a bus, sensors on the AD ports."""
 
 from __future__ import annotations
 
@@ -7,20 +7,20 @@ from typing import Protocol
 
 
 class BoardRobot(Protocol):
-    """A robot, one output cycle at a time. Positions are a servo's own counts, trim included."""
+    """A robot simulated in output cycles; positions are raw servo counts, trim included."""
 
     def measure(self) -> Mapping[int, int]:
-        """Return the position of each servo that is there, by ICS number."""
+        """Return the positions of the existing servos by ICS number."""
 
     def sense(self) -> Mapping[int, int]:
-        """Return the AD conversions, in steps from 0 to 1023; missing channels are open."""
+        """Return the AD conversions, in steps from 0 to 1023; a missing channel is open."""
 
     def drive(self, positions: Mapping[int, int], cycle: float) -> None:
-        """Let a cycle pass, in which each servo is brought to a position or set free.
+        """Advance one cycle with each servo moved to a position or freed.
 
         Args:
-            positions: by ICS number, or ``FREE``; a servo that is not named keeps its last one.
-            cycle: s.
+            positions: counts by ICS number, or ``FREE``; other servos keep their last position.
+            cycle: duration, s.
         """
 
     def stiffen(self, stretch: Mapping[int, int]) -> None:

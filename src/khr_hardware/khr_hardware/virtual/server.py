@@ -1,4 +1,4 @@
-"""A virtual board behind a pseudo-terminal, which looks like a serial line to a client."""
+"""Serve a virtual board at a pseudo-terminal, which a client opens like a serial line."""
 
 from __future__ import annotations
 
@@ -20,29 +20,29 @@ from khr_hardware.protocol.frames import Packet, Splitter
 from khr_hardware.virtual.board import VirtualBoard
 from khr_hardware.virtual.faults import BROWNOUT, Faults
 
-GAP = 0.005  # s without a byte after which the board forgets an unfinished command
-TICK = 0.05  # s that nothing is looked at, at most
+GAP = 0.005  # s without input after which the board drops an incomplete command
+TICK = 0.05  # s, longest wait for input
 CHUNK = 4096
 BITS = 11  # of a byte on the line: start, 8 data, parity, stop
 _TCGETS2 = 0x802C542A  # struct termios2, with the speeds as numbers
 _TERMIOS2 = Struct('IIIIB19sII')
-_UNSET = 9600  # the speed as long as no client has set one
+_UNSET = 9600  # baud, before a client sets a rate
 
 
 @dataclass(frozen=True)
 class Wire:
-    """How long a real line and board take for an exchange.
+    """Delays of a real line and board.
 
     Attributes:
-        reply: time that the board takes by itself, s; as others measured it on an RCB-4mini.
-        byte: and for each byte that is read, s.
+        reply: processing time of the board, s, measured by others on an RCB-4mini.
+        byte: additional time for each byte that is read, s.
     """
 
     reply: float = 0.72e-3
     byte: float = 54e-6
 
     def time(self, request: Packet, reply: Packet, baud: int) -> float:
-        """Return the time from the first byte of a command to the last of its reply, s."""
+        """Return the time from the first byte of a command to the last byte of its reply, s."""
         sent = len(request.encode()) + len(reply.encode())
         read = len(reply.body) if len(reply.body) > 1 else 0
         return sent * BITS / baud + self.reply + read * self.byte
@@ -51,16 +51,16 @@ class Wire:
 class Server:
     """Serve a board at a path until it is stopped.
 
-    In real time the output cycles come by the wall clock. *Stepped*, a cycle passes with each
-    command that moves servos, and time stands still between them.
+    In real time the output cycles follow the wall clock. When *stepped*, each command that moves
+    servos advances one cycle.
 
     Args:
         board: to serve.
-        link: where the path of the pseudo-terminal is linked; an old link is replaced.
+        link: path of the symbolic link to the pseudo-terminal; an old link is replaced.
         stepped: whether time is stepped.
-        faults: to inject; times are those of the board.
-        after_cycle: called after each output cycle; returns whether to go on.
-        wire: whether a reply takes the time of a real line and board; by default none at all.
+        faults: to inject; their times count from power-on.
+        after_cycle: called after each output cycle; returns whether to continue.
+        wire: delays of a real line and board; by default no delay.
     """
 
     def __init__(
@@ -73,7 +73,7 @@ class Server:
         wire: Wire | None = None,
     ) -> None:
         self.board = board
-        self.late = 0  # cycles that began more than half a cycle after their time
+        self.late = 0  # cycles that began more than half a cycle late
         self.cycles = 0
         self._link = link
         self._stepped = stepped
@@ -81,12 +81,12 @@ class Server:
         self._after_cycle = after_cycle
         self._splitter = Splitter()
         self._wire = wire
-        self._outgoing: deque[tuple[float, bytes]] = deque()  # when each is due, in their order
+        self._outgoing: deque[tuple[float, bytes]] = deque()  # due time and bytes, in order
         self._busy_until = 0.0
         self._baud: int | None = None
-        self._dark_until = 0.0
-        # The board's end, and the client's, which stays open: else the line would hang up, and a
-        # second client could not set the same rate again.
+        self._silent_until = 0.0
+        # The ends of the board and of the client. The client's end stays open: otherwise the line
+        # would hang up, and a second client could not set the same rate again.
         self._own, self._other = os.openpty()
         tty.setraw(self._other)
         self._unset_speed()
@@ -94,7 +94,7 @@ class Server:
         self._make_link(os.ttyname(self._other))
 
     def close(self) -> None:
-        """Take the link away and close the line, as a pulled cable does."""
+        """Remove the link and close the line, like a pulled cable."""
         if self._own < 0:
             return
         with suppress(OSError):
@@ -105,7 +105,7 @@ class Server:
         self._own = -1
 
     def run(self, duration: float = 0.0, stop: Callable[[], bool] = lambda: False) -> None:
-        """Serve for so many seconds of wall time; 0 serves until it is stopped."""
+        """Serve for a duration of wall time in s; 0 serves until stopped."""
         began = due = time.monotonic()
         before = 0.0
         while not stop():
@@ -114,7 +114,7 @@ class Server:
                 return
             if self._faults.brownout(before, now - began):
                 self.board.power_on()
-                self._dark_until = now + BROWNOUT
+                self._silent_until = now + BROWNOUT
             before = now - began
             if not self._stepped and now >= due:
                 cycle = self.board.config.cycle
@@ -137,18 +137,18 @@ class Server:
 
     def _receive(self, now: float, began: float) -> bool:
         """Answer the received commands; return False at the end of the connection."""
-        self._see_speed()
+        self._read_speed()
         with suppress(BlockingIOError):
             for frame in self._splitter.feed(os.read(self._own, CHUNK)):
                 baud = self.board.config.baud
-                if now < self._dark_until or baud is None or self._baud != baud:
-                    continue  # a board receives nothing at another rate
+                if now < self._silent_until or baud is None or self._baud != baud:
+                    continue  # a board ignores input at another rate
                 moves = frame.command in (0x0F, 0x10, 0x11)
                 reply = self.board.answer(frame)
                 delay, data = self._faults.reply(now - began, reply.encode())
                 if self._wire:
                     delay += self._wire.time(frame, reply, baud)
-                # The board does one thing after another: a late reply delays those behind it.
+                # The board is sequential: a late reply delays the next ones.
                 self._busy_until = max(self._busy_until, now) + delay
                 if data:
                     self._outgoing.append((self._busy_until, data))
@@ -167,18 +167,18 @@ class Server:
     def _send_due(self, now: float) -> None:
         while self._outgoing and self._outgoing[0][0] <= now:
             _, data = self._outgoing.popleft()
-            with suppress(BlockingIOError):  # a client that does not read loses it
+            with suppress(BlockingIOError):  # a client that does not read loses the reply
                 os.write(self._own, data)
 
-    def _see_speed(self) -> None:
-        """Note the rate that a client has set, if one has since the last look."""
+    def _read_speed(self) -> None:
+        """Store the rate that a client has set since the last call."""
         speed = _TERMIOS2.unpack(ioctl(self._other, _TCGETS2, bytes(_TERMIOS2.size)))[-1]
         if speed != _UNSET:
             self._baud = speed
             self._unset_speed()
 
     def _unset_speed(self) -> None:
-        """Leave no rate that the next client could not set again (Linux refuses: EINVAL)."""
+        """Reset the rate; Linux refuses (EINVAL) to set the present rate again."""
         settings = termios.tcgetattr(self._other)
         settings[4] = settings[5] = termios.B9600
         settings[2] &= ~termios.CBAUD
@@ -188,7 +188,9 @@ class Server:
     def _make_link(self, target: str) -> None:
         if self._link.exists() and not self._link.is_symlink():
             self.close()
-            raise PortError(f'{self._link}: is there; accepted: a path for a link, or an old link')
+            raise PortError(
+                f'{self._link}: exists and is not a link; accepted: a new path, or an old link'
+            )
         beside = self._link.with_name(f'{self._link.name}.{os.getpid()}')
         try:
             beside.symlink_to(target)
