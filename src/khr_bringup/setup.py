@@ -37,6 +37,7 @@ setup(
         'khr_balance',
         'khr_analysis',
         'khr_hardware',
+        'mcap',
         'numpy',
         'PyYAML',
         'rich',

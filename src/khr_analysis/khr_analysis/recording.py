@@ -1,34 +1,28 @@
-"""A rosbag2 recording (MCAP) from raw serialized messages, without ROS."""
+"""Write a rosbag2 (MCAP) of raw serialized messages, without ROS."""
 
 from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
 
-from rosbags.interfaces import (
-    Connection,
-    Qos,
-    QosDurability,
-    QosHistory,
-    QosLiveliness,
-    QosReliability,
-    QosTime,
-)
-from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+import yaml
+from mcap.writer import CompressionType, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from khr_analysis.checksums import Checksums
 from khr_common.errors import KhrError
 from khr_common.files import write_text
 from khr_common.stamps import HISTORY
 
-_FOREVER = QosTime(2147483647, 4294967295)
-WRITER, DISTRIBUTION = 'ros_distro: rosbags', 'ros_distro: jazzy'
-FLUSH_PERIOD = 1_000_000_000  # ns of simulated time that a recorder which is killed may lose
+FLUSH_PERIOD = 1_000_000_000  # ns of simulated time that a killed recorder may lose
+INFORMATION = 'rosbag2_bagfile_information'
+METADATA, METADATA_KEY = 'rosbag2', 'serialized_metadata'  # record of rosbag2 in the MCAP file
+_VERSION = 9  # of the rosbag2 metadata of Jazzy
+_CHUNK = 1 << 20  # bytes
+_FOREVER = {'sec': 2147483647, 'nsec': 4294967295}
 
 
 class Recording:
-    """One bag that is being written; what it holds is on the disk after each simulated second.
+    """A bag in writing, with the checksums of MCAP; flushed after each simulated second.
 
     Args:
         folder: the bag's folder; it is created.
@@ -38,20 +32,25 @@ class Recording:
     """
 
     def __init__(self, folder: Path) -> None:
+        self._folder, self._file = folder, folder / f'{folder.name}.mcap'
         self._store = get_typestore(Stores.ROS2_JAZZY)
-        self._connections: dict[str, Connection] = {}
+        self._channels: dict[str, int] = {}
+        self._schemas: dict[str, int] = {}
+        self._topics: dict[str, dict[str, Any]] = {}  # topic_metadata of rosbag2
         self.counts: dict[str, int] = {}
-        self._flushed = 0
-        self._writer = Writer(folder, version=9, storage_plugin=StoragePlugin.MCAP)
+        self._flushed = self._last = 0
+        self._first = 2**63 - 1
         try:
-            folder.parent.mkdir(parents=True, exist_ok=True)
-            self._writer.open()
-        except (WriterError, OSError) as error:
+            folder.mkdir(mode=0o755, parents=True)
+            self._stream = self._file.open('xb')
+        except OSError as error:
             raise KhrError(
                 f'folder: {str(folder)!r}: {error}; accepted: a new folder on a disk with room'
             ) from error
-        self._storage: Any = self._writer.storage
-        self._checksums = Checksums(self._storage)
+        self._writer: Any = Writer(  # partly untyped
+            self._stream, _CHUNK, CompressionType.NONE, enable_crcs=True, enable_data_crcs=True
+        )
+        self._writer.start('ros2')
 
     def add_topic(self, topic: str, kind: str, latched: bool = False) -> None:
         """Add a topic of message type ``kind`` such as ``sensor_msgs/msg/Imu``.
@@ -63,9 +62,20 @@ class Recording:
             raise KhrError(
                 f'{topic}: type {kind} is not accepted; accepted: the message types of ROS 2 Jazzy'
             )
-        self._connections[topic] = self._writer.add_connection(
-            topic, kind, typestore=self._store, offered_qos_profiles=[_qos(latched)]
+        if kind not in self._schemas:
+            definition = self._store.generate_msgdef(kind, ros_version=2)[0].encode()
+            self._schemas[kind] = self._writer.register_schema(kind, 'ros2msg', definition)
+        profiles = [_qos(latched)]
+        self._channels[topic] = self._writer.register_channel(
+            topic, 'cdr', self._schemas[kind], {'offered_qos_profiles': _dump(profiles)}
         )
+        self._topics[topic] = {
+            'name': topic,
+            'type': kind,
+            'serialization_format': 'cdr',
+            'offered_qos_profiles': profiles,
+            'type_description_hash': self._store.hash_rihs01(kind),
+        }
         self.counts[topic] = 0
 
     def write(self, topic: str, data: bytes, time_ns: int) -> None:
@@ -74,16 +84,17 @@ class Recording:
         Raises:
             OSError: if the disk takes no more.
         """
-        self._writer.write(self._connections[topic], time_ns, data)
+        self._writer.add_message(self._channels[topic], time_ns, data, time_ns)
+        self._first, self._last = min(self._first, time_ns), max(self._last, time_ns)
         self.counts[topic] += 1
         if time_ns - self._flushed >= FLUSH_PERIOD:
             self._flushed = time_ns
-            self._storage.close_chunk()  # it is with the system then, and survives a kill
+            self._writer.flush()  # the operating system has it then: it survives a kill
 
     def write_text(self, topic: str, text: str, time_ns: int) -> None:
         """Write a text as a latched std_msgs/String."""
         kind = 'std_msgs/msg/String'
-        if topic not in self._connections:
+        if topic not in self._channels:
             self.add_topic(topic, kind, latched=True)
         message = self._store.types[kind](data=text)
         self.write(topic, bytes(self._store.serialize_cdr(message, kind)), time_ns)
@@ -94,30 +105,54 @@ class Recording:
         Raises:
             OSError: if the disk takes no more.
         """
-        finish = self._storage.close
+        information = self._information()
+        with self._stream:
+            self._writer.flush()
+            self._writer.add_metadata(METADATA, {METADATA_KEY: _dump(information)})
+            self._writer.finish()
+        write_text(self._folder / 'metadata.yaml', _dump({INFORMATION: information}))
 
-        def close(version: int, text: str) -> None:
-            # The writer knows of no distribution; the one whose messages it holds stands for it.
-            finish(version, text.replace(WRITER, DISTRIBUTION))
-            self._checksums.seal()
+    def _information(self) -> dict[str, Any]:
+        extent = {
+            'duration': {'nanoseconds': max(0, self._last - self._first)},
+            'starting_time': {'nanoseconds_since_epoch': self._first},
+            'message_count': sum(self.counts.values()),
+        }
+        return extent | {
+            'version': _VERSION,
+            'storage_identifier': 'mcap',
+            'relative_file_paths': [self._file.name],
+            'topics_with_message_count': [
+                {'topic_metadata': self._topics[topic], 'message_count': count}
+                for topic, count in self.counts.items()
+            ],
+            'compression_format': '',
+            'compression_mode': '',
+            'files': [{'path': self._file.name} | extent],
+            'custom_data': None,
+            'ros_distro': 'jazzy',
+        }
 
-        self._storage.close = close
-        self._writer.close()
-        if self._writer.metapath.is_file():
-            text = self._writer.metapath.read_text(encoding='utf-8')
-            write_text(self._writer.metapath, text.replace(WRITER, DISTRIBUTION))
+
+def _dump(value: Any) -> str:
+    """Return a value as YAML without aliases, which rosbag2 does not write."""
+    return yaml.dump(value, Dumper=_Dumper, sort_keys=False)
 
 
-def _qos(latched: bool) -> Qos:
-    durability = QosDurability.TRANSIENT_LOCAL if latched else QosDurability.VOLATILE
-    return Qos(
-        QosHistory.KEEP_LAST,
-        1 if latched else HISTORY,
-        QosReliability.RELIABLE,
-        durability,
-        _FOREVER,
-        _FOREVER,
-        QosLiveliness.AUTOMATIC,
-        _FOREVER,
-        False,
-    )
+class _Dumper(yaml.SafeDumper):
+    def ignore_aliases(self, data: Any) -> bool:
+        return True
+
+
+def _qos(latched: bool) -> dict[str, Any]:
+    return {
+        'history': 'keep_last',
+        'depth': 1 if latched else HISTORY,
+        'reliability': 'reliable',
+        'durability': 'transient_local' if latched else 'volatile',
+        'deadline': _FOREVER,
+        'lifespan': _FOREVER,
+        'liveliness': 'automatic',
+        'liveliness_lease_duration': _FOREVER,
+        'avoid_ros_namespace_conventions': False,
+    }

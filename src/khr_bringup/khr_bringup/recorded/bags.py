@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 from array import array
 from collections import Counter
@@ -10,8 +11,12 @@ from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, BinaryIO
 
+from mcap.exceptions import McapError
+from mcap.records import Channel, McapRecord, Message, Schema
+from mcap.stream_reader import StreamReader
+from mcap.writer import CompressionType, Writer
 from rosbags.rosbag2 import Reader
 from rosbags.typesys import Stores, get_typestore
 
@@ -22,13 +27,6 @@ from khr_common.interfaces import FINISHED, Topic
 # By topic: (stamp in ns, numbers) of periodic topics, whole messages of the others.
 Messages = dict[Topic, Any]  # a list of messages, or Samples of a periodic topic
 NumbersOf = Callable[[Topic], cdr.Reader]
-
-# MCAP (https://mcap.dev/spec): magic, then records of one byte of kind and eight of length.
-_MAGIC = b'\x89MCAP0\r\n'
-_RECORD = struct.Struct('<BQ')
-_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK = 0x03, 0x04, 0x05, 0x06
-_CHUNK_HEAD = struct.Struct('<QQQIIQ')  # of an uncompressed chunk, with an empty compression name
-_END = _RECORD.pack(0x0F, 4) + bytes(4) + _RECORD.pack(0x02, 20) + bytes(20) + _MAGIC
 
 
 class Samples:
@@ -126,7 +124,7 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
         with TemporaryDirectory() as folder, suppress(Exception):
             mended = Path(folder) / 'mended.mcap'
             for file in files:
-                mended.write_bytes(mend(file.read_bytes()))
+                mend(file, mended)
                 _collect(mended, messages)
         if not any(messages.values()):
             raise
@@ -186,31 +184,38 @@ def _sample(read: cdr.Reader, data: bytes) -> tuple[int, Floats]:
     return cdr.clock(data), read(data)
 
 
-def mend(content: bytes) -> bytes:
-    """Return a whole MCAP file made of the records before the damage in another.
+def mend(damaged: Path, whole: Path) -> None:
+    """Write the messages before the damage of an MCAP file to a whole MCAP file.
 
-    A recorder that is killed leaves a file without an end, and its last chunk may be cut: chunks
-    without compression are opened, so that only the record at the cut is lost.
+    The file of a killed recorder has no end, and its last chunk may be cut.
+
+    Raises:
+        OSError: if a file cannot be read or written.
     """
-    kept = [
-        record
-        for kind, record in _records(content)
-        if kind in (_SCHEMA, _CHANNEL, _MESSAGE, _CHUNK)
-    ]
-    header = _RECORD.pack(0x01, 12) + struct.pack('<I', 4) + b'ros2' + struct.pack('<I', 0)
-    return b''.join((_MAGIC, header, *kept, _END))
+    schemas, channels = {}, {}
+    with whole.open('wb') as stream, damaged.open('rb') as file:
+        writer: Any = Writer(stream, compression=CompressionType.NONE)
+        writer.start('ros2')
+        for record in _records_before_damage(file):
+            if isinstance(record, Schema) and record.id not in schemas:
+                schemas[record.id] = writer.register_schema(
+                    record.name, record.encoding, record.data
+                )
+            elif isinstance(record, Channel) and record.id not in channels:
+                channels[record.id] = writer.register_channel(
+                    record.topic,
+                    record.message_encoding,
+                    schemas[record.schema_id],
+                    record.metadata,
+                )
+            elif isinstance(record, Message):
+                writer.add_message(
+                    channels[record.channel_id], record.log_time, record.data, record.publish_time
+                )
+        writer.finish()
 
 
-def _records(content: bytes) -> Iterator[tuple[int, bytes]]:
-    """Yield kind and bytes of the whole records of an MCAP file, up to its end or damage."""
-    place = len(_MAGIC)
-    while place + _RECORD.size <= len(content):
-        kind, size = _RECORD.unpack_from(content, place)
-        start = place + _RECORD.size
-        plain = kind == _CHUNK and content[start + 28 : start + 32] == bytes(4)
-        end = start + (_CHUNK_HEAD.size if plain else size)
-        if end > len(content):
-            return
-        if not plain:
-            yield kind, content[place:end]
-        place = end
+def _records_before_damage(file: BinaryIO) -> Iterator[McapRecord]:
+    limit = os.fstat(file.fileno()).st_size
+    with suppress(McapError, ValueError, struct.error):  # the reader's own, by the kind of damage
+        yield from StreamReader(file, validate_crcs=True, record_size_limit=limit).records

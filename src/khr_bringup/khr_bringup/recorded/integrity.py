@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from pathlib import Path
 from typing import Any
+from zlib import crc32
 
 import yaml
-from rosbags.rosbag2.storage_mcap import read_bytes, read_sized, read_string
+from mcap.records import DataEnd, Footer, McapRecord, Metadata
+from mcap.stream_reader import CRCValidationError, StreamReader
 
-from khr_analysis.checksums import damage
+from khr_analysis.recording import INFORMATION, METADATA_KEY
 from khr_common.errors import KhrError
 
 ACCEPTED = 'accepted: a bag as its recorder left it'
-_INFORMATION = 'rosbag2_bagfile_information'
-_METADATA_INDEX, _SUMMARY_OFFSET = 0x0D, 0x0E  # kinds of records
-_LOADER = getattr(yaml, 'CSafeLoader', yaml.SafeLoader)
+_AFTER_SUMMARY = 12  # bytes: the checksum of the summary, and the magic of MCAP
+Records = dict[type[McapRecord], McapRecord]
 
 
 def check_bag(place: Path) -> None:
@@ -32,18 +33,20 @@ def check_bag(place: Path) -> None:
         if len(files) != 1:
             raise KhrError(f'{place}: {len(files)} MCAP files; accepted: a bag with one')
         (file,) = files
-        if found := damage(file):
-            raise KhrError(f'{file}: {found}; {ACCEPTED}')
+        records = _read(file)
         if place.is_dir():
-            _check_metadata(place / 'metadata.yaml', file)
+            _check_metadata(place / 'metadata.yaml', file, records)
     except OSError as error:
         raise KhrError(f'{place}: {error.strerror or error}; {ACCEPTED}') from error
 
 
-def _check_metadata(beside: Path, file: Path) -> None:
-    own: Any = yaml.load(_metadata_in(file), _LOADER)
+def _check_metadata(beside: Path, file: Path, records: Records) -> None:
+    inside = records.get(Metadata)
+    if not isinstance(inside, Metadata) or METADATA_KEY not in inside.metadata:
+        raise KhrError(f'{file}: no metadata in it; {ACCEPTED}')
+    own: Any = yaml.load(inside.metadata[METADATA_KEY], yaml.CSafeLoader)
     try:
-        found = yaml.load(beside.read_bytes(), _LOADER)[_INFORMATION]
+        found = yaml.load(beside.read_bytes(), yaml.CSafeLoader)[INFORMATION]
         differing = [key for key in own if found.get(key) != own[key]]
     except FileNotFoundError as error:
         raise KhrError(f'{beside}: not there; {ACCEPTED}') from error
@@ -62,17 +65,32 @@ def _check_metadata(beside: Path, file: Path) -> None:
         )
 
 
-def _metadata_in(file: Path) -> str:
-    """Return the metadata that a recorder leaves in the file itself, as YAML."""
+def _read(file: Path) -> Records:
+    """Return the last record of each kind, of a file that is as it was written.
+
+    Raises:
+        KhrError: if it is cut or changed by its checksums, or has none.
+    """
+    size = file.stat().st_size
+    records: Records = {}
     with file.open('rb') as stream:
-        stream.seek(-28, 2)
-        stream.seek(int.from_bytes(stream.read(8), 'little'))
-        while (kind := stream.read(1)[0]) != _METADATA_INDEX:
-            if kind == _SUMMARY_OFFSET:
-                raise KhrError(f'{file}: no metadata in it; {ACCEPTED}')
-            read_sized(stream)
-        stream.seek(8, 1)
-        stream.seek(int.from_bytes(stream.read(8), 'little') + 9)
-        for read in (read_string, lambda of: of.read(4), read_string):
-            read(stream)
-        return str(read_bytes(stream), 'utf-8')
+        reader = StreamReader(stream, emit_chunks=True, validate_crcs=True, record_size_limit=size)
+        try:
+            records.update((type(record), record) for record in reader.records)
+            end, footer = records[DataEnd], records[Footer]
+            assert isinstance(end, DataEnd) and isinstance(footer, Footer)
+        except CRCValidationError as error:
+            raise KhrError(f'{file}: messages changed, by their checksum; {ACCEPTED}') from error
+        except OSError:
+            raise
+        except Exception as error:  # a damaged file fails in many ways inside the reader
+            raise KhrError(f'{file}: cut or damaged; {ACCEPTED}') from error
+        if not (end.data_section_crc and footer.summary_crc):
+            raise KhrError(
+                f'{file}: no checksums: written by another tool, or an older version; {ACCEPTED}'
+            )
+        stream.seek(footer.summary_start)  # the reader checks all but the summary
+        summary = stream.read(max(0, size - footer.summary_start - _AFTER_SUMMARY))
+    if crc32(summary) != footer.summary_crc:
+        raise KhrError(f'{file}: summary changed, by its checksum; {ACCEPTED}')
+    return records

@@ -52,7 +52,7 @@ def recover(bag: Path) -> Recovered | None:
         raise KhrError(f'{kept}: exists; accepted: a bag that has not been recovered before')
     with TemporaryDirectory(dir=place.parent, prefix='.recover-') as folder:
         mended = Path(folder) / 'mended.mcap'
-        mended.write_bytes(mend(files[0].read_bytes()))
+        mend(files[0], mended)
         new = Path(folder) / place.name
         messages, end_ns = _rewrite(bag, mended, new)
         place.rename(kept)
