@@ -18,12 +18,12 @@ class AnkleControllerParameters(BalanceParameters):
 
     source: str = parameter(
         'gyro',
-        'What to feed back: the pitch rate, or the difference of toe and heel force.',
+        'Feedback signal: gyro (pitch rate) or force (difference of toe and heel force).',
         choices=('gyro', 'force'),
     )
     force_scale: float = parameter(
         0.001282,
-        'Output of the force sensors per newton, a calibrated constant (see the law).',
+        'Output of the force sensors per newton, a calibrated constant.',
         unit='V/N',
         minimum=0.0,
         maximum=1.0,
@@ -33,10 +33,10 @@ class AnkleControllerParameters(BalanceParameters):
 class AnkleController(BalanceController[AnkleControllerParameters]):
     """Feed the pitch rate (5.3) or the toe-heel difference (3.13) back to both ankles.
 
-    The force sensors' scale is not published. Statically, on a rigid robot, (3.7) and (3.13)
-    give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without and
-    7.6 deg with K_A = 12 then say 0.00098 V/N. The default is fitted to the limits of the
-    simulated robot, which falls when it sets the other foot down, not while it rests on one.
+    The scale of the force sensors is not published. For a rigid robot at rest, (3.7) and (3.13)
+    give phi_cr(K) = phi_cr(0) + k m g, with k in rad/N; the published 6.4 deg without control and
+    7.6 deg with K_A = 12 then give 0.00098 V/N. The default is fitted to the limits of the
+    simulated robot, which falls when it sets the other foot down, not while it stands on one.
     """
 
     node = 'ankle_controller'
@@ -44,7 +44,7 @@ class AnkleController(BalanceController[AnkleControllerParameters]):
     publishes = (ANKLE_CORRECTION,)
 
     def senses(self) -> tuple[Topic, ...]:
-        """Return the topics of the source."""
+        """Return the topics of the selected feedback signal."""
         return (GYRO,) if self.parameters.source == 'gyro' else FOOT_FORCES
 
     def law(self, time: float, signals: Signals) -> float:
@@ -62,13 +62,12 @@ ANKLE_CONTROLLER = NodeSpec(
 
 
 def toe_heel_difference(foot_forces: Sequence[float]) -> float:
-    """Return Delta = F_T - F_H of the feet together, in N (3.4).
+    """Return Delta = F_T - F_H of both feet together, in N (3.4).
 
-    A difference may be taken only of forces in one frame. Toe and heel of one foot share their
-    sole's normal, so theirs is exact on any slope. The differences of two feet may be added
-    if their soles are parallel, or if one foot carries next to nothing: both feet flat on the
-    ground, or one of them in the air. A loaded foot that stands on its edge adds an error of
-    second order in its angle.
+    Only forces in the same frame may be subtracted. Toe and heel of one foot have the same normal,
+    so their difference is exact on any slope. The differences of two feet may be added if their
+    soles are parallel, or if one foot has almost no load: with both feet flat on the ground, or
+    one in the air. A loaded foot on its edge adds an error of second order in its angle.
 
     Args:
         foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N.

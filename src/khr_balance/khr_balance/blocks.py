@@ -10,10 +10,10 @@ from khr_common.interfaces import CLOCK, FOOT_FORCES, JOINT_REFERENCE, JOINT_STA
 
 
 class GaitBlock(Block[GaitParameters]):
-    """Answer each instant of the clock with the reference of the joints.
+    """Answer each clock message with the joint reference.
 
-    The clock is a topic here and not a timer: a timer may skip an instant, and lockstep needs an
-    answer to each.
+    The block subscribes to the clock instead of using a timer: a timer may skip a timestamp, but
+    lockstep needs an answer to each.
     """
 
     subscribes = (CLOCK,)
@@ -24,17 +24,17 @@ class GaitBlock(Block[GaitParameters]):
         self.gait = gait_of(parameters)
 
     def configure(self, parameters: GaitParameters) -> None:
-        """Plan the motion anew."""
+        """Plan the motion again with changed parameters."""
         super().configure(parameters)
         self.gait = gait_of(parameters)
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
-        """Answer with the 17 joint angles, rad."""
+        """Return the 17 joint angles, rad."""
         return (self.gait.reference(time),)
 
 
 class StageBlock(CoreBlock[StageParameters, StagePolicy]):
-    """Answer each sample of feet and joints with the stage of the control."""
+    """Answer each sample of foot forces and joint angles with the stage."""
 
     subscribes = (*FOOT_FORCES, JOINT_STATES)
     publishes = (STAGE,)
@@ -43,6 +43,6 @@ class StageBlock(CoreBlock[StageParameters, StagePolicy]):
         super().__init__(parameters, StagePolicy(parameters))
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
-        """Answer with the stage, the inclination in rad, and the shares that act."""
+        """Return the stage, the inclination in rad, and the active shares of ankle and hip."""
         forces = [signals[topic][2] for topic in FOOT_FORCES]
         return (tuple(map(float, self.core.update(forces, signals[JOINT_STATES]))),)

@@ -1,17 +1,17 @@
-"""Errors of a gait that the robot cannot do."""
+"""Errors of the gait."""
 
 from khr_common import KhrError
 
 
 class GaitError(KhrError):
-    """The robot cannot move as the gait's parameters ask."""
+    """The robot cannot perform the motion of the parameters."""
 
 
 class UnreachableError(GaitError):
-    """A leg cannot put its sole where it was asked to.
+    """A leg cannot reach the position of its sole.
 
     Attributes:
-        index: the first element of the arrays asked for that is out of reach (0 for a scalar).
+        index: of the first position out of reach in the arrays (0 for a scalar).
     """
 
     def __init__(self, reason: str, index: int) -> None:

@@ -1,4 +1,4 @@
-"""The proportional feedback that the ankle and the hip controller share."""
+"""The proportional feedback of the controllers."""
 
 from __future__ import annotations
 
@@ -19,9 +19,11 @@ from khr_common.published import GAIT_FREQUENCY
 
 @dataclass(frozen=True)
 class FeedbackParameters:
-    """What the table of every feedback controller holds."""
+    """Parameters of every feedback controller."""
 
-    enabled: bool = parameter(False, 'Whether to correct; if not, the correction is 0.')
+    enabled: bool = parameter(
+        False, 'Whether the controller is active; otherwise its correction is 0.'
+    )
     gain: float = parameter(
         12.0,
         'Gain K in units of the controller board: 0.00463 deg per deg/s of the gyro.',
@@ -30,24 +32,24 @@ class FeedbackParameters:
     )
     gain_unit: float = parameter(
         0.7695,
-        'A unit of the gain on the gyro, over the unit of the controller board; the amplifier '
-        'between gyro and board is not published.',
+        'Ratio of the unit of the gain to the unit of the controller board; the gain of the '
+        'amplifier between gyro and board is not published.',
         minimum=0.1,
         maximum=10.0,
     )
     limit_deg: float = parameter(
-        30.0, 'Largest correction, either way.', unit='deg', minimum=0.0, maximum=60.0
+        30.0, 'Largest correction in both directions.', unit='deg', minimum=0.0, maximum=60.0
     )
 
 
 @dataclass(frozen=True)
 class BalanceParameters(FeedbackParameters):
-    """What the tables of ankle and hip controller hold."""
+    """Parameters of the ankle and the hip controller."""
 
     staged: bool = parameter(
         False,
-        'Whether to correct only by the share that the stage node gives; its mode must not '
-        'be none then.',
+        'Whether to scale the correction by the share from the stage node; the mode of the stage '
+        'node must then not be none.',
         read_only=True,
     )
     reference_amplitude: float = parameter(
@@ -59,7 +61,7 @@ class BalanceParameters(FeedbackParameters):
     )
     reference_offset: float = parameter(
         -0.7072,
-        "Constant part of the reference rate, by which the comparator's reference misses the "
+        "Constant part of the reference rate: the offset of the comparator's reference from the "
         "gyro's voltage at rest; below 0 the robot leans back.",
         unit='rad/s',
         minimum=-1.0,
@@ -67,8 +69,8 @@ class BalanceParameters(FeedbackParameters):
     )
     lean_deg: float = parameter(
         0.0,
-        'Constant part of the correction by the gyro, whatever the gain, as an offset behind the '
-        'amplifier makes it; above 0 the robot leans back.',
+        'Constant part of the correction by the gyro, independent of the gain, like an offset after '
+        'the amplifier; above 0 the robot leans back.',
         unit='deg',
         minimum=-10.0,
         maximum=10.0,
@@ -83,8 +85,8 @@ class BalanceParameters(FeedbackParameters):
     )
     start_ramp: float = parameter(
         1.0,
-        'Time from the start of the run in which the correction is raised from nothing to the '
-        'whole, as the mixing ratio on the board is, in a straight line.',
+        'Time from the start of the run in which the correction rises linearly from 0 to its full '
+        'value, like the mixing ratio on the board.',
         unit='s',
         minimum=0.0,
         maximum=10.0,
@@ -103,17 +105,17 @@ BalanceTable = TypeVar('BalanceTable', bound=BalanceParameters)
 
 
 class FeedbackController(Block[FeedbackTable]):
-    """Add one correction to a few joints: off, or what :meth:`law` asks for within the limit.
+    """Publish one correction for a few joints: 0 if disabled, else :meth:`law` within the limit.
 
-    A subclass states its topics and defines the law. It publishes one topic, made by
+    A subclass declares its topics and implements the law. It publishes one topic of
     :func:`khr_common.interfaces.correction`.
     """
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
-        """Answer with the same angle for each joint.
+        """Return the same angle for each joint, rad.
 
         Raises:
-            KhrError: if it is enabled and a signal is not finite.
+            KhrError: if the controller is enabled and a signal is not finite.
         """
         angle = self.correction(time, signals) if self.parameters.enabled else 0.0
         return ((angle,) * len(self.publishes[0].names),)
@@ -125,7 +127,7 @@ class FeedbackController(Block[FeedbackTable]):
 
     @property
     def rate_gain(self) -> float:
-        """Return rad of correction per rad/s of the gyro: ``gain``, in its ``gain_unit``."""
+        """Return the correction in rad per rad/s of the gyro: ``gain`` times ``gain_unit``."""
         return rate_gain(self.parameters.gain * self.parameters.gain_unit)
 
     @abstractmethod
@@ -134,25 +136,25 @@ class FeedbackController(Block[FeedbackTable]):
 
 
 class BalanceController(FeedbackController[BalanceTable]):
-    """Oppose a forward lean, by the share that the stage gives if the controller is staged."""
+    """Oppose a forward lean, scaled by the share of the stage if the controller is staged."""
 
-    node: ClassVar[str]  # its name among those of the stage
+    node: ClassVar[str]  # node name, also in the stage topic
 
     def __init__(self, parameters: BalanceTable) -> None:
         super().__init__(parameters)
         self._rates: deque[float] = deque(maxlen=parameters.rate_delay + 1)
 
     def senses(self) -> tuple[Topic, ...]:
-        """Return the sensors' topics that the law reads with the present parameters."""
+        """Return the sensor topics that the law uses with the present parameters."""
         return tuple(topic for topic in self.subscribes if topic is not STAGE)
 
     @property
     def needs(self) -> tuple[Topic, ...]:
-        """Return the sensors' topics, and the stage if the controller is staged."""
+        """Return the sensor topics, and the stage if the controller is staged."""
         return (*self.senses(), STAGE) if self.parameters.staged else self.senses()
 
     def correction(self, time: float, signals: Signals) -> float:
-        """Return the share of the correction that acts, rad, positive against a forward lean."""
+        """Return the ramped and staged correction, rad, positive against a forward lean."""
         angle = super().correction(time, signals)
         if time < self.parameters.start_ramp:
             angle *= time / self.parameters.start_ramp
@@ -162,13 +164,13 @@ class BalanceController(FeedbackController[BalanceTable]):
         return finite('share', share, '[0, 1]') * angle
 
     def rate_law(self, time: float, pitch_rate: float) -> float:
-        """Return K (w_meas - w_ref), and the lean behind it: rad against a forward pitch rate.
+        """Return K (w_meas - w_ref) plus the constant lean, rad, against a forward pitch rate.
 
-        (3.14) and (5.3) print opposite signs; both mean negative feedback. On ankle and hip pitch
-        (+y) a positive angle swings the body backward over a standing foot, so the correction has
-        the sign of the forward pitch rate.
+        (3.14) and (5.3) are printed with opposite signs; both describe negative feedback. On ankle
+        and hip pitch (+y) a positive angle swings the body backward over a standing foot, so the
+        correction has the sign of the forward pitch rate.
 
-        The rate acts ``rate_delay`` samples late; the first sample stands in for earlier ones.
+        The rate is delayed by ``rate_delay`` samples; the first sample replaces earlier ones.
 
         Args:
             time: s, for the reference (5.9).
@@ -185,11 +187,11 @@ class BalanceController(FeedbackController[BalanceTable]):
 
 
 def finite(name: str, value: float, unit: str) -> float:
-    """Return a measured value.
+    """Check and return a measured value.
 
     Raises:
-        KhrError: if it is not finite: a loop without its sensor must not pass for one that has
-            nothing to correct.
+        KhrError: if it is not finite: a loop without a sensor must not look like a loop without
+            an error.
     """
     if not isfinite(value):
         raise KhrError(f'{name}: {value!r} is not accepted; accepted: finite, in {unit}')

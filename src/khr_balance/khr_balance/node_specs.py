@@ -1,4 +1,4 @@
-"""Gait and stage as the graph knows them; each controller stands beside its law."""
+"""Specifications of the nodes gait and stage; those of the controllers are in their modules."""
 
 from __future__ import annotations
 

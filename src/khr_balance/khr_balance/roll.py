@@ -1,7 +1,7 @@
 """The roll controller: roll rate of the torso to the ankle-roll servos.
 
-The thesis corrects in pitch alone, and its robot has a gyro for pitch alone; a second one of the
-same kind is assumed here.
+The thesis corrects pitch only, and its robot has only a pitch gyro; a second gyro of the same kind
+is assumed here.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ class RollControllerParameters(FeedbackParameters):
 
 
 class RollController(FeedbackController[RollControllerParameters]):
-    """Oppose a roll to either side: on ankle roll (+x) a positive angle swings the body left."""
+    """Oppose a roll to either side: a positive ankle roll (+x) swings the body to the left."""
 
     subscribes = (GYRO,)
     publishes = (correction('roll_controller', ('l_ankle_roll', 'r_ankle_roll')),)

@@ -1,8 +1,8 @@
-"""Staged control: more of it the steeper the ground, as read from the feet and the joints.
+"""Staged control: select the controllers by the inclination estimated at the feet and joints.
 
-Dutta (2021), chapter 3, stands in three stages: without control up to the first critical
-inclination, with the ankle up to the second, with ankle and hip beyond. The inclination is read
-back from Delta (3.7).
+In Dutta (2021), chapter 3, the robot stands in three stages: without control up to the first
+critical inclination, with the ankle up to the second, with ankle and hip beyond it. The
+inclination is estimated from Delta (3.7).
 """
 
 from __future__ import annotations
@@ -29,68 +29,76 @@ STAGES = (1, 2, 3)  # no control; ankle; ankle and hip
 class StageParameters:
     """The parameter table of the stage node.
 
-    The two inclinations lie 1 deg below the limits that the thesis measured, 6.4 and 7.6 deg: at
-    the limit itself it is too late. On ground that tilts at 0.5 deg/s the reading is 0.25 deg
-    late, for the sensors take 0.5 s, a control needs 0.5 deg to come on, and 0.25 deg are left
-    for the error of the reading.
+    The two inclinations are 1 deg below the limits measured in the thesis, 6.4 and 7.6 deg,
+    because at the limit control would start too late. On ground that tilts at 0.5 deg/s, the
+    sensors (0.5 s) delay the estimate by 0.25 deg, and the ramp of a controller takes 0.5 deg;
+    0.25 deg remain for the error of the estimate.
 
     Raises:
-        ParameterError: if the hip is to come on below the ankle.
+        ParameterError: if the hip would start below the ankle.
     """
 
     mode: str = parameter(
         'none',
-        'What decides the stage: nothing (all controls that are enabled act, as in stage '
-        '3; khr starts no stage node), the parameter fixed_stage, or the inclination read back.',
+        'Source of the stage: none (all enabled controllers act, as in stage 3; khr starts no '
+        'stage node), fixed (the parameter fixed_stage), or auto (the estimated inclination).',
         choices=('none', 'fixed', 'auto'),
     )
     fixed_stage: int = parameter(
         1,
-        'The stage if it is fixed: 1 no control, 2 ankle, 3 ankle and hip.',
+        'Stage in the mode fixed: 1 no control, 2 ankle, 3 ankle and hip.',
         minimum=STAGES[0],
         maximum=STAGES[-1],
     )
     ankle_above_deg: float = parameter(
-        5.4, 'Inclination above which the ankle comes on.', unit='deg', minimum=0.0, maximum=30.0
+        5.4,
+        'Inclination above which the ankle controller starts.',
+        unit='deg',
+        minimum=0.0,
+        maximum=30.0,
     )
     hip_above_deg: float = parameter(
-        6.6, 'Inclination above which the hip comes on.', unit='deg', minimum=0.0, maximum=30.0
+        6.6,
+        'Inclination above which the hip controller starts.',
+        unit='deg',
+        minimum=0.0,
+        maximum=30.0,
     )
     hysteresis_deg: float = parameter(
         0.5,
-        'How far below that the inclination must be before the control goes off again; the '
-        'noise of the reading is a tenth of the default.',
+        'Hysteresis: a controller stops when the inclination is below its threshold by this '
+        'angle; the noise of the estimate is a tenth of the default.',
         unit='deg',
         minimum=0.0,
         maximum=10.0,
     )
     ramp_time: float = parameter(
         1.0,
-        'Time in which a control comes on or goes off, evenly; the stage does not change '
-        'meanwhile.',
+        'Duration of the linear ramp of a controller that starts or stops; the stage does not '
+        'change meanwhile.',
         unit='s',
         minimum=0.0,
         maximum=60.0,
     )
     sensor_distance: float = parameter(
         0.023,
-        'Distance b of toe and heel sensor from the ankle axis.',
+        'Distance b of the toe and heel sensors from the ankle axis.',
         unit='m',
         minimum=0.005,
         maximum=0.06,
     )
     load_threshold: float = parameter(
         5.0,
-        'Force on both feet together below which there is nothing to read, and the last '
-        'reading holds; the robot weighs 14.7 N.',
+        'Force on both feet together below which the last estimate is kept; the robot weighs '
+        '14.7 N.',
         unit='N',
         minimum=0.1,
         maximum=50.0,
     )
     time_constant: float = parameter(
         0.5,
-        'By which the joint angles are delayed: that of the force sensors, so that both are '
-        'of the same time.',
+        'Time constant of the low-pass for the joint angles; equal to that of the force sensors, '
+        'so that both have the same delay.',
         unit='s',
         minimum=0.0,
         maximum=1.0,
@@ -106,13 +114,13 @@ class StageParameters:
 
 
 class Stage(NamedTuple):
-    """What acts now.
+    """The stage and the active shares of the corrections.
 
     Attributes:
         number: 1, 2 or 3.
-        inclination: of the ground as read back, rad, downhill positive; 0 before the first
-            reading.
-        ankle, hip: shares of the two corrections that act, 0 to 1.
+        inclination: estimate for the ground, rad, downhill positive; 0 before the first
+            estimate.
+        ankle, hip: active shares of the two corrections, 0 to 1.
     """
 
     number: int
@@ -122,7 +130,7 @@ class Stage(NamedTuple):
 
 
 class StagePolicy:
-    """Decide the stage from sample to sample, and fade the controls in and out."""
+    """Select the stage at each sample, and ramp the controllers up and down."""
 
     def __init__(self, parameters: StageParameters) -> None:
         self.parameters = parameters
@@ -133,19 +141,19 @@ class StagePolicy:
         self._now = Stage(number, 0.0, *_wanted(number))
 
     def configure(self, parameters: StageParameters) -> None:
-        """Take changed parameters from the next sample on, keeping the state."""
+        """Use changed parameters from the next sample on; the state is kept."""
         self.parameters = parameters
         self._posture.configure(parameters.time_constant)
 
     def update(self, foot_forces: Sequence[float], joint_angles: Sequence[float]) -> Stage:
-        """Return the stage that answers a sample.
+        """Return the stage for a sample.
 
         Args:
             foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N.
             joint_angles: 17 measured angles, rad, in the order of the joints.
 
         Raises:
-            KhrError: if either is missing or not finite.
+            KhrError: if a value is missing or not finite.
         """
         own, before = self.parameters, self._now
         forces = finite_forces(foot_forces)
@@ -167,7 +175,7 @@ class StagePolicy:
         return self._now
 
     def _late(self, joint_angles: Sequence[float]) -> list[float]:
-        """Return the angles as late as the forces are, whose sensors start from nothing too."""
+        """Return the joint angles, delayed like the force sensors, which also start from 0."""
         if len(joint_angles) != len(JOINTS) or not np.isfinite(joint_angles).all():
             raise KhrError(
                 f'joint_angles: {joint_angles!r} is not accepted; '
@@ -180,7 +188,7 @@ class StagePolicy:
         return self.parameters.fixed_stage if self.parameters.mode == 'fixed' else STAGES[-1]
 
     def _chosen(self, inclination: float) -> int:
-        """Return the stage for an inclination in rad, at most one beside the present one."""
+        """Return the stage for an inclination in rad, at most one from the present stage."""
         own, number = self.parameters, self._now.number
         above = (radians(own.ankle_above_deg), radians(own.hip_above_deg))
         if number < STAGES[-1] and inclination > above[number - 1]:
@@ -193,16 +201,16 @@ class StagePolicy:
 def read_inclination(
     foot_forces: Sequence[float], joint_angles: Sequence[float], sensor_distance: float
 ) -> float:
-    """Read the ground's inclination back from the forces, in rad, downhill positive.
+    """Estimate the ground's inclination from the forces, in rad, downhill positive.
 
-    At rest the ground's force acts straight below the centre of mass. The sensors show
-    where it acts: b (F_T - F_H)/(F_T + F_H) ahead of the ankle of one foot. The joints show where
-    the centre of mass is, so that the lean theta_A0 of (3.10), the lean theta_A of (3.7) that a
-    control adds, the sag of the servos and a lifted leg are all in it. With Delta = F_T - F_H, one
-    foot or two side by side and small angles it is (3.7), solved for phi.
+    At rest the ground's force acts vertically below the centre of mass. The sensors give its
+    point of action: b (F_T - F_H)/(F_T + F_H) ahead of the ankle of one foot. The joint angles
+    give the centre of mass, including the lean theta_A0 of (3.10), the lean theta_A of (3.7) by a
+    controller, the sag of the servos and a lifted leg. With Delta = F_T - F_H, one foot or two
+    side by side, and small angles, the estimate is (3.7) solved for phi.
 
-    It is exact at rest on feet that lie flat. Once the toes or heels carry everything, it stays at
-    the inclination at which they began to.
+    The estimate is exact at rest on flat feet. After the toes or heels have taken the whole load,
+    it saturates at the inclination of that moment.
 
     Args:
         foot_forces: normal forces on l_toe, l_heel, r_toe, r_heel, N, not all zero.

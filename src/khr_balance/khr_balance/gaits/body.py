@@ -1,8 +1,8 @@
-"""Where the robot's masses and soles are: forward kinematics of the whole body, all in one pass.
+"""Forward kinematics of the whole body: centre of mass and soles, in one pass.
 
-One table holds each moving part: its parent, the place of its joint, mass and centre of mass.
-Axes and masses are public figures; the place of each centre of mass inside its part is assumed,
-as in the robot's description, with which a test compares this table.
+One table contains each moving part: parent, position of the joint, mass and centre of mass. Axes
+and masses are published; the position of each centre of mass in its part is assumed, as in the
+robot's description, with which a test compares this table.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from numpy.typing import ArrayLike, NDArray
 from khr_balance.joints import INDEX, SIDES
 
 Array = NDArray[np.float64]
-Triple = tuple[Any, ...]  # x, y, z: of one posture plain numbers, of many arrays (...)
+Triple = tuple[Any, ...]  # x, y, z: floats for one posture, arrays (...) for many
 Axes = Sequence[Triple]  # x, y and z axis
 _UNTURNED: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
-# Leg geometry in the left leg's terms (the right mirrors y), m.
+# Geometry of the left leg (mirrored in y for the right leg), m.
 HIP_ROLL_Y = 0.017  # hip-roll and ankle-roll axes, from the midline
 LEG_PLANE_Y = 0.028  # thigh and shank, from the midline
 HIP_DROP = 0.0385  # hip roll down to hip pitch, and ankle pitch down to ankle roll
@@ -33,7 +33,7 @@ TOE_X, HEEL_X = 0.054, -0.056  # ends of the flat sole ahead of its centre (unde
 
 @dataclass(frozen=True)
 class Part:
-    """A rigid part that turns about one axis: lengths in m in the parent's or its own frame."""
+    """A rigid part that turns about one axis; joint in the parent's, centre in its own frame, m."""
 
     parent: str
     axis: int  # 0, 1, 2: x, y, z
@@ -79,7 +79,7 @@ MASS = TORSO_MASS + sum(part.mass for part in PARTS.values())  # kg
 
 
 class Posture(NamedTuple):
-    """The body in the torso frame: a vector is (..., 3), a rotation (..., 3, 3), for (..., 17)."""
+    """The body in the torso frame: vectors (..., 3), rotations (..., 3, 3) for (..., 17) angles."""
 
     centre_of_mass: Array
     sole_position: dict[str, Array]
@@ -87,10 +87,10 @@ class Posture(NamedTuple):
 
 
 def forward(angles: ArrayLike) -> Posture:
-    """Place the centre of mass and both soles in the torso frame.
+    """Return the centre of mass and both soles in the torso frame.
 
-    Written out, for plain numbers of one posture and for arrays of many: NumPy's general products
-    take four times as long, and round as the processor lets them.
+    The products are written out for floats and arrays: NumPy's general products take four times
+    as long, and their rounding depends on the processor.
 
     Args:
         angles: (..., 17) joint angles, rad, in the order of :data:`khr_balance.joints.JOINTS`.
@@ -120,7 +120,7 @@ def _sole(side: str, origin: Triple, axes: Axes) -> Triple:
 
 
 def _beyond(origin: Triple, axes: Axes, offset: tuple[float, float, float]) -> Triple:
-    """Go on from an origin by an offset along axes."""
+    """Return an origin plus an offset along axes."""
     dx, dy, dz = offset
     (ox, oy, oz), (a, b, c), (d, e, f), (g, h, i) = origin, *axes
     return (
@@ -131,7 +131,7 @@ def _beyond(origin: Triple, axes: Axes, offset: tuple[float, float, float]) -> T
 
 
 def _turned(axes: Axes, axis: int, cos: Any, sin: Any) -> Axes:
-    """Turn axes about one of them."""
+    """Rotate axes about one of them."""
     i, j = (axis + 1) % 3, (axis + 2) % 3
     (a, b, c), (d, e, f) = axes[i], axes[j]
     turned = list(axes)

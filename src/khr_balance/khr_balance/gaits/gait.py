@@ -1,7 +1,7 @@
-"""The gait: the joint angles that the robot's board plays back, without any feedback.
+"""The gait: the joint angles that the robot's board plays back, without feedback.
 
-A motion is planned in the stance plane (see :mod:`khr_balance.gaits.gait_plan`), turned into joint
-angles once, checked against the robot, and then only looked up.
+A motion is planned in the stance plane (see :mod:`khr_balance.gaits.gait_plan`), converted to joint
+angles and checked against the robot once; playback only evaluates a spline.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ __all__ = ['Gait', 'GaitParameters', 'gait_of']
 
 _GRID = 0.005  # s; the splines through this grid stay within 1e-5 rad of the exact solution
 _TOLERANCE = 1e-7  # m, of the centre of mass
-_RELAXATION = 1.3  # the feet stay behind when the torso moves, so a whole move is too little
+_RELAXATION = 1.3  # over-relaxation: the feet do not move with the torso
 
 
 class Gait:
@@ -38,8 +38,8 @@ class Gait:
         """Plan and check the motion.
 
         Raises:
-            GaitError: if a leg is too short, a joint leaves its range or outruns its servo;
-                the text names the joint (or leg) and the time.
+            GaitError: if a leg is too short, or a joint exceeds its range or the speed of its
+                servo; the message names the joint (or leg) and the time.
         """
         self.parameters = parameters
         plan = plan_motion(parameters)
@@ -54,8 +54,8 @@ class Gait:
         _check_speeds(time, spline.slopes)
 
     def reference(self, time: float) -> tuple[float, ...]:
-        """Give the 17 joint angles (rad) at ``time`` (s), held before 0 and after the end."""
-        # By hand: the spline's own evaluation is made for many instants at once.
+        """Return the 17 joint angles (rad) at ``time`` (s), constant before 0 and after the end."""
+        # Written out, because the spline's own evaluation is vectorised for many times.
         time = min(max(time, 0.0), self.duration)
         piece = min(int(time / self.duration * len(self._starts)), len(self._starts) - 1)
         t = time - float(self._starts[piece])
@@ -68,10 +68,10 @@ class Gait:
         )
 
     def cycle(self, number: int) -> tuple[float, float]:
-        """Give the start and end (s) of a whole cycle of the walk, the first being number 1.
+        """Return the start and end (s) of a whole cycle of the walk, counted from 1.
 
         Raises:
-            GaitError: if the motion has no such cycle.
+            GaitError: if the motion does not have this cycle.
         """
         if not 1 <= number <= len(self._cycles):
             raise GaitError(
@@ -82,9 +82,9 @@ class Gait:
 
 @lru_cache(maxsize=8)
 def gait_of(parameters: GaitParameters) -> Gait:
-    """Return the motion of a table, the same object for the same table.
+    """Return the motion of a parameter table, cached.
 
-    Planning takes a tenth of a second, and studies run one motion hundreds of times.
+    Planning takes 0.1 s, and studies run one motion hundreds of times.
 
     Raises:
         GaitError: as ``Gait``.
@@ -93,9 +93,9 @@ def gait_of(parameters: GaitParameters) -> Gait:
 
 
 def _solve(parameters: GaitParameters, plan: Plan, time: Array) -> Array:
-    """Find the (N, 17) angles that carry the centre of mass along its planned path.
+    """Return the (N, 17) angles that move the centre of mass along its planned path.
 
-    The torso's place follows from the centre of mass by iteration.
+    The position of the torso is found from the centre of mass by iteration.
     """
     centre, attitude = plan.centre_of_mass(time), plan.torso(time)
     torso = np.column_stack([centre, plan.torso_height(time)])

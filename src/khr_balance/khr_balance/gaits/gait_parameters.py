@@ -1,4 +1,4 @@
-"""The parameters of the gait: the slow walk in the maker's published figures."""
+"""The parameters of the gait: the maker's slow walk in published numbers."""
 
 from __future__ import annotations
 
@@ -10,28 +10,28 @@ from khr_common.published import GAIT_PERIOD
 
 @dataclass(frozen=True)
 class GaitParameters:
-    """What the robot plays back; lengths are in the plane that it stands on.
+    """The parameter table of the gait; lengths are in the plane of the stance.
 
-    The maker's slow walk has these figures: timing, stride 56 mm, lift 18 to 22 mm, centre of
+    The maker's slow walk gives the timing, a stride of 56 mm, a lift of 18 to 22 mm, the centre of
     mass 17 to 25 mm inboard of the stance sole's centre, 11 to 15 mm ahead of it in single support
-    and 24 to 31 mm at touchdown, hips 118 mm above the ankles, torso pitched -2 to 7 deg.
-    The paths between them are ours. Fitted, together with constants of servos, ground and
-    controllers (docs/calibration.md): the places of the centre of mass, in the walk within the
-    maker's range. Assumed:
-    ``heel_off`` and the arms; the hips are 3 mm lower, or the rear leg is too short.
+    and 24 to 31 mm at touchdown, the hips 118 mm above the ankles, and a torso pitch of -2 to
+    7 deg. The paths between these values are our own. The positions of the centre of mass are
+    fitted together with constants of servos, ground and controllers (docs/calibration.md), for the
+    walk within the maker's range. ``heel_off`` and the arms are assumed; the hips are 3 mm lower,
+    otherwise the rear leg is too short.
     """
 
-    motion: str = parameter('walk', 'What to do.', choices=('stand', 'walk', 'leg_lift'))
+    motion: str = parameter('walk', 'Motion to play back.', choices=('stand', 'walk', 'leg_lift'))
     start_delay: float = parameter(
-        1.0, 'Stance before the motion starts.', unit='s', minimum=0.0, maximum=60.0
+        1.0, 'Duration of the stance before the motion.', unit='s', minimum=0.0, maximum=60.0
     )
     end_pause: float = parameter(
-        1.0, 'Stance after the motion has ended.', unit='s', minimum=0.0, maximum=600.0
+        1.0, 'Duration of the stance after the motion.', unit='s', minimum=0.0, maximum=600.0
     )
 
     hip_height: float = parameter(
         0.115,
-        'Hip-pitch axes above the ankle-pitch axes of flat feet.',
+        'Height of the hip-pitch axes above the ankle-pitch axes of flat feet.',
         unit='m',
         minimum=0.06,
         maximum=0.13,
@@ -65,15 +65,14 @@ class GaitParameters:
     )
     walk_start_shift: float = parameter(
         0.0,
-        'Walk: centre of mass in the first and last stance, ahead of ``com_stance``.',
+        'Walk: shift of the centre of mass ahead of ``com_stance`` in the first and last stance.',
         unit='m',
         minimum=-0.03,
         maximum=0.03,
     )
     first_step_shift: float = parameter(
         0.0,
-        'Walk: centre of mass in the first step when the foot is fully lifted, ahead of '
-        '``com_lifted``.',
+        'Walk: shift of the centre of mass ahead of ``com_lifted`` in the first step.',
         unit='m',
         minimum=-0.03,
         maximum=0.03,
@@ -108,43 +107,41 @@ class GaitParameters:
         maximum=0.1,
     )
     lift: float = parameter(
-        0.020,
-        'Height to which a swinging or lifted foot rises.',
-        unit='m',
-        minimum=0.0,
-        maximum=0.05,
+        0.020, 'Height of a swinging or lifted foot.', unit='m', minimum=0.0, maximum=0.05
     )
     heel_off: float = parameter(
         0.25,
-        'Walk: how far the rear foot tips on its toe before it lifts off; a flat one would '
-        'stretch the leg beyond its length.',
+        'Walk: pitch of the rear foot on its toe before lift-off; with a flat foot the leg would be '
+        'too short.',
         unit='rad',
         minimum=0.0,
         maximum=0.6,
     )
     cycle_period: float = parameter(
         GAIT_PERIOD,
-        "Walk: two steps. The maker's slow walk takes 154 frames of 15 ms.",
+        "Walk: duration of two steps; the maker's slow walk takes 154 frames of 15 ms.",
         unit='s',
         minimum=0.4,
         maximum=20.0,
     )
     cycles: int = parameter(
         4,
-        'Walk: whole cycles between the half cycle that starts and the one that ends.',
+        'Walk: number of whole cycles between the first and the last half cycle.',
         minimum=0,
         maximum=1000,
     )
     phases: tuple[float, ...] = parameter(
         (20.0, 12.0, 8.0, 17.0, 20.0),
-        "Walk: relative lengths of a step's phases: shift the weight, lift the foot, swing it, "
-        'lower it, move on to both feet.',
+        "Walk: relative durations of a step's phases: weight shift, lift, swing, lowering, double "
+        'support.',
         minimum=0.5,
         maximum=1000.0,
         length=5,
     )
     first_foot: str = parameter(
-        'right', 'The foot that swings first, or is lifted.', choices=('left', 'right')
+        'right',
+        'Foot that swings first (walk) or is lifted (leg lift).',
+        choices=('left', 'right'),
     )
 
     lift_com_inboard: float = parameter(
@@ -163,18 +160,18 @@ class GaitParameters:
     )
     shift_time: float = parameter(
         2.0,
-        'Leg lift: time to shift the weight over one leg, and back.',
+        'Leg lift: duration of the weight shift over one leg, and of the shift back.',
         unit='s',
         minimum=0.2,
         maximum=60.0,
     )
     lift_time: float = parameter(
         1.0,
-        'Leg lift: time to lift the other foot, and to set it down.',
+        'Leg lift: duration of lifting the other foot, and of lowering it.',
         unit='s',
         minimum=0.1,
         maximum=60.0,
     )
     hold_time: float = parameter(
-        3.0, 'Leg lift: time for which the foot stays up.', unit='s', minimum=0.0, maximum=600.0
+        3.0, 'Leg lift: time with the foot lifted.', unit='s', minimum=0.0, maximum=600.0
     )

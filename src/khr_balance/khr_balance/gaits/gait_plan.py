@@ -1,7 +1,7 @@
 """Plan a motion in the stance plane: paths of the soles, the centre of mass and the torso.
 
-The plane's frame has x along the way, y to the left and z along its normal, the origin midway
-between the soles' centres of the first stance. Paths take (N,) times and give (N, ...) arrays.
+The frame of the plane has x forward, y to the left and z along the normal, with the origin midway
+between the centres of the soles in the first stance. Paths map (N,) times to (N, ...) arrays.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Path = Callable[[Array], Array]
 
 
 class Key(NamedTuple):
-    """A place to be at a time."""
+    """A position at a time."""
 
     time: float
     place: float
@@ -28,12 +28,12 @@ class Key(NamedTuple):
 
 @dataclass(frozen=True)
 class Sole:
-    """The path of a sole: where its centre is while it is flat, and how it tips on its toe.
+    """The path of a sole: position of the flat sole, and pitch on its toe.
 
     Attributes:
-        x, z: place of the centre if the sole were flat with its toe where it is, m.
-        y: m.
-        pitch: toe down, rad; never negative, so that z is the height of its lowest point.
+        x, z: position of the centre of a flat sole with the same toe, m.
+        y: lateral position, m.
+        pitch: toe down, rad; never negative, so that z is the height of the lowest point.
     """
 
     y: float
@@ -42,7 +42,7 @@ class Sole:
     pitch: Path
 
     def centre(self, time: Array) -> Array:
-        """Give the (N, 3) centre of the sole."""
+        """Return the (N, 3) centre of the sole."""
         pitch = self.pitch(time)
         return np.column_stack(
             [
@@ -53,18 +53,18 @@ class Sole:
         )
 
     def normal(self, time: Array) -> Array:
-        """Give the (N, 3) normal of the sole."""
+        """Return the (N, 3) normal of the sole."""
         pitch = self.pitch(time)
         return np.column_stack([np.sin(pitch), np.zeros(len(time)), np.cos(pitch)])
 
 
 @dataclass(frozen=True)
 class Plan:
-    """Where everything shall be.
+    """The planned paths of soles, centre of mass and torso.
 
     Attributes:
         duration: s.
-        sole: per side the path of the sole.
+        sole: path of each sole, by side.
         com: ground projection of the centre of mass, x and y, m.
         torso_roll, torso_pitch: attitude of the torso, rolled first, then pitched, rad.
         hip_height: hip-pitch axes above ankle-pitch axes while the torso is upright, m.
@@ -94,12 +94,12 @@ class Plan:
         return attitude
 
     def torso_height(self, time: Array) -> Array:
-        """Give the (N,) height of the torso's origin above the soles' plane."""
+        """Return the (N,) height of the torso's origin above the plane of the soles."""
         return self.hip_height + HIP_DROP + SOLE_DROP + HIP_DROP * self.torso(time)[:, 2, 2]
 
 
 def plan_motion(parameters: GaitParameters) -> Plan:
-    """Plan the motion that the parameters ask for."""
+    """Return the plan of the motion in the parameters."""
     return {'stand': _stand, 'walk': _walk, 'leg_lift': _leg_lift}[parameters.motion](parameters)
 
 
@@ -108,12 +108,12 @@ def _still(place: float) -> Path:
 
 
 def _rests(keys: Sequence[Key]) -> Path:
-    """Move from rest to rest through every key: quintics of least jerk, C2."""
+    """Return a path that rests at every key: minimum-jerk quintics, C2."""
     return RestingPath(*zip(*keys, strict=True))
 
 
 def _flows(keys: Sequence[Key]) -> Path:
-    """Move through the keys without stopping, from rest to rest: a cubic spline, C2."""
+    """Return a path through the keys that rests at both ends only: a cubic spline, C2."""
     return ClampedSpline(*zip(*keys, strict=True))
 
 
@@ -172,10 +172,10 @@ def _walk(p: GaitParameters) -> Plan:
 
 
 class _Walk:
-    """The keys of a walk, gathered step by step; half a cycle is one step.
+    """Collect the keys of a walk step by step; a step is half a cycle.
 
-    The first step takes one foot a stride ahead, every other step takes the rear foot past the
-    front one, and the last brings it alongside.
+    The first step moves one foot a stride ahead, each further step moves the rear foot past the
+    front foot, and the last step moves it beside the front foot.
     """
 
     def __init__(self, p: GaitParameters) -> None:
@@ -192,7 +192,7 @@ class _Walk:
         self._com_y = [Key(p.start_delay, 0.0)]
 
     def take_step(self, number: int) -> None:
-        """Add the keys of one step, the first being number 0."""
+        """Add the keys of one step, counted from 0."""
         p, start = self._p, self._start(number)
         last = number == self.steps - 1
         swing, stance = (p.first_foot[0], _other(p.first_foot[0]))[:: 1 - 2 * (number % 2)]
@@ -223,7 +223,7 @@ class _Walk:
         self._sway(start, p.sway if stance == 'l' else -p.sway)
 
     def plan(self) -> Plan:
-        """Give the plan of the steps taken."""
+        """Return the plan of the added steps."""
         p, finish = self._p, self._start(self.steps)
         com_x = [*self._com_x, Key(finish, self._place['l'] + p.com_stance + p.walk_start_shift)]
         sole = {

@@ -1,8 +1,8 @@
-"""Inverse kinematics of a leg in closed form, with every offset of the real leg.
+"""Inverse kinematics of a leg in closed form, with all offsets of the real leg.
 
-A leg has five joints and no hip yaw: hip roll, hip pitch, knee, ankle pitch, ankle roll. So a
-sole's place (three numbers) and the direction of its normal (two) can be chosen; its heading
-follows, and is straight ahead as long as torso and sole do not both roll and pitch.
+A leg has five joints and no hip yaw: hip roll, hip pitch, knee, ankle pitch, ankle roll. They
+determine the position of the sole (three numbers) and its normal (two). The heading is dependent,
+and straight ahead as long as torso and sole do not both roll and pitch.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ REACH = 2.0 * LINK
 
 
 def leg_angles(side: str, sole: ArrayLike, normal: ArrayLike) -> Array:
-    """Find the joint angles that put a sole where it is wanted.
+    """Return the joint angles of a leg for a position and normal of its sole.
 
     Args:
         side: 'l' or 'r'.
@@ -31,19 +31,19 @@ def leg_angles(side: str, sole: ArrayLike, normal: ArrayLike) -> Array:
         (..., 5) hip roll, hip pitch, knee (>= 0), ankle pitch, ankle roll, rad.
 
     Raises:
-        UnreachableError: naming the leg, the distance wanted and the one it has.
+        UnreachableError: if the sole is out of reach; the message has the leg and the distances.
     """
     s = 1.0 if side == 'l' else -1.0
     up: Array = np.asarray(normal, dtype=np.float64)
     hip: Array = np.array([0.0, s * HIP_ROLL_Y, 0.0])
     point: Array = np.asarray(sole, dtype=np.float64) + SOLE_DROP * up - hip
     hip_roll = _hip_roll(side, point, up)
-    # From here on in the hip's frame, where the thigh and shank move in a plane of constant y.
+    # Below in the hip frame, in which thigh and shank move in a plane of constant y.
     point, up = _unroll(hip_roll, point), _unroll(hip_roll, up)
     ankle_roll = -np.arcsin(up[..., 1])
     sole_pitch = np.arctan2(up[..., 0], up[..., 2])
-    # `point` is the ankle-roll axis but for the sole's outward offset; go back along it, and up
-    # the ankle, to the ankle-pitch axis.
+    # `point` is the ankle-roll axis plus the sole's outward offset: subtract it and add the ankle
+    # to get the ankle-pitch axis.
     outward = s * SOLE_OUT * np.sin(ankle_roll)
     rise = HIP_DROP - outward
     x = point[..., 0] + rise * np.sin(sole_pitch)
@@ -55,9 +55,9 @@ def leg_angles(side: str, sole: ArrayLike, normal: ArrayLike) -> Array:
 
 
 def _hip_roll(side: str, point: Array, normal: Array) -> Array:
-    """Roll the hip so that the leg's plane passes through the ankle.
+    """Return the hip roll at which the leg's plane contains the ankle.
 
-    In the hip's frame the point SOLE_DROP above the sole's centre lies SOLE_OUT cos(ankle roll)
+    In the hip frame the point SOLE_DROP above the sole's centre lies SOLE_OUT cos(ankle roll)
     outboard, and the normal's y is -sin(ankle roll). Squared and summed, the two are a quadratic
     form in (cos, sin) of the hip roll that must equal SOLE_OUT^2: a quadratic for its tangent.
     """

@@ -1,6 +1,6 @@
-"""Smooth paths through places at times.
+"""Smooth paths through positions at given times.
 
-SciPy has them too, but takes half a second to import, in every process that plans a motion.
+SciPy also has splines, but its import takes 0.5 s in every process that plans a motion.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ Array = NDArray[np.float64]
 
 
 class ClampedSpline:
-    """The cubic spline through all values that is at rest at both ends: C2.
+    """The cubic spline through all values with zero slope at both ends, C2.
 
     Args:
-        times: at least two, growing, (N,).
+        times: at least two, increasing, (N,).
         values: at these times, (N,) or (N, n).
 
     Attributes:
         slopes: at the times, (N,) or (N, n).
-        pieces: coefficients between two times, of the third power first, of the time since the
-            first of the two: (N - 1, 4) or (N - 1, 4, n).
+        pieces: coefficients of each interval, cubic first, in the time since its start,
+            (N - 1, 4) or (N - 1, 4, n).
     """
 
     def __init__(self, times: Sequence[float] | Array, values: Sequence[float] | Array) -> None:
@@ -43,7 +43,7 @@ class ClampedSpline:
         )
 
     def __call__(self, time: Array) -> Array:
-        """Return the values (M,) or (M, n) at times (M,), held beyond both ends."""
+        """Return the values (M,) or (M, n) at times (M,), constant beyond both ends."""
         time = np.clip(time, self._times[0], self._times[-1])
         piece = _piece(self._times, time)
         t = time - self._times[piece]
@@ -53,18 +53,18 @@ class ClampedSpline:
 
 
 class RestingPath:
-    """The path from rest to rest through every place with least jerk: quintics, C2.
+    """The minimum-jerk path that rests at every position: quintics, C2.
 
     Args:
-        times: at least two, growing, (N,).
-        places: at these times, (N,).
+        times: at least two, increasing, (N,).
+        places: positions at these times, (N,).
     """
 
     def __init__(self, times: Sequence[float], places: Sequence[float]) -> None:
         self._times, self._places = np.array(times, dtype=float), np.array(places, dtype=float)
 
     def __call__(self, time: Array) -> Array:
-        """Return the places (M,) at times (M,), held beyond both ends."""
+        """Return the positions (M,) at times (M,), constant beyond both ends."""
         piece = _piece(self._times, time)
         span, way = np.diff(self._times)[piece], np.diff(self._places)[piece]
         u = np.clip((time - self._times[piece]) / span, 0.0, 1.0)
@@ -73,18 +73,18 @@ class RestingPath:
 
 
 def _piece(times: Array, time: Array) -> NDArray[np.intp]:
-    """Return between which two of the times each time lies."""
+    """Return the index of the interval that contains each time."""
     return np.clip(np.searchsorted(times, time, side='right') - 1, 0, len(times) - 2)
 
 
 def _slopes(step: Sequence[float], mean: Array) -> Array:
-    """Solve for the slopes at which the second derivative does not jump, with none at the ends.
+    """Return the slopes for a continuous second derivative, 0 at both ends.
 
-    The equations are tridiagonal, so that elimination takes one pass there and one back.
+    The equations are tridiagonal: one forward and one backward pass solve them.
 
     Args:
-        step: between two times, (N - 1,).
-        mean: slope between two times, (N - 1, ...).
+        step: length of each interval, (N - 1,).
+        mean: mean slope of each interval, (N - 1, ...).
     """
     slopes = np.zeros((len(step) + 1, *mean.shape[1:]))
     passed, factors = 0.0, [0.0]

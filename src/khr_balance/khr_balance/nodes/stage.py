@@ -1,4 +1,4 @@
-"""The stage node: which controllers may act, by the inclination measured at the feet."""
+"""The stage node selects the active controllers by the inclination measured at the feet."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ MEANING = {1: 'no control', 2: 'ankle', 3: 'ankle and hip'}
 
 
 class StageNode(BlockNode):
-    """Answer with ``stage``, and publish each stage that is entered on ``stage/changes``.
+    """Publish ``stage`` for each sample, and each change of the stage on ``stage/changes``.
 
-    ``stage/changes`` is latched: the stage at the start of the run, then each stage entered.
+    ``stage/changes`` is latched: the stage at the start of the run, then each new stage.
     """
 
     def __init__(self, spec: NodeSpec) -> None:
