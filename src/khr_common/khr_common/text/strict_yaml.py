@@ -1,4 +1,4 @@
-"""YAML read strictly: plain data of bounded size, or one line that says what is wrong."""
+"""Read YAML strictly: plain data of limited size; errors are one line."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from yaml.composer import Composer
 
 from khr_common.errors import KhrError
 from khr_common.text.quoting import named, quoted
@@ -18,7 +17,7 @@ LARGEST_INTEGER = 2**63  # exclusive; ROS 2 has integers of 64 bits
 
 
 class YamlError(KhrError):
-    """A file that is no YAML, or not the plain part of it that is read."""
+    """A file that is not YAML, or YAML outside the accepted subset."""
 
 
 def read_file(path: Path) -> str:
@@ -49,10 +48,10 @@ def read_yaml(text: str, file: str) -> Any:
 
     Args:
         text: at most 65,536 bytes, collections at most 20 deep.
-        file: what error texts call it.
+        file: name of the file in error messages.
 
     Raises:
-        YamlError: if it does not read.
+        YamlError: if the text is not accepted.
     """
     try:
         _check_size(len(text.encode()), file)
@@ -61,6 +60,7 @@ def read_yaml(text: str, file: str) -> Any:
             f'{named(file)}: {quoted(text[error.start])} is no character; accepted: YAML'
         ) from error
     try:
+        _check_events(text)
         return yaml.load(text, _StrictLoader)
     except yaml.YAMLError as error:
         mark = getattr(error, 'problem_mark', None)
@@ -84,39 +84,28 @@ class _Refusal(yaml.MarkedYAMLError):
         super().__init__(problem=problem, problem_mark=node.start_mark)
 
 
-class _StrictLoader(Composer, yaml.CSafeLoader):
-    """Refuse what other readers resolve in surprising ways, or at length.
-
-    libyaml parses, many times as fast as Python. Its own composer checks nothing, so that of Python
-    comes first.
-    """
-
-    _depth = 0
-
-    def __init__(self, text: str) -> None:
-        yaml.CSafeLoader.__init__(self, text)
-        Composer.__init__(self)
-
-    def compose_node(self, parent: Any, index: Any) -> Any:
-        event: Any = self.peek_event()
-        if isinstance(event, yaml.AliasEvent) or event.anchor is not None:
+def _check_events(text: str) -> None:
+    """Refuse aliases, anchors, tags and deep nesting before any object is built."""
+    event: Any
+    depth = 0
+    for event in yaml.parse(text, Loader=yaml.CSafeLoader):
+        if isinstance(event, yaml.AliasEvent) or getattr(event, 'anchor', None):
             raise _Refusal('aliases and anchors are not accepted', event)
-        if event.tag not in (None, '!'):
+        if getattr(event, 'tag', None) not in (None, '!'):
             raise _Refusal(f'the tag {quoted(event.tag)} is not accepted', event)
-        self._depth += 1
-        if self._depth > DEEPEST:
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > DEEPEST:
             raise _Refusal(f'collections more than {DEEPEST} deep are not accepted', event)
-        node = super().compose_node(parent, index)
-        self._depth -= 1
-        return node
+
+
+class _StrictLoader(yaml.CSafeLoader):
+    """Build plain values; refuse duplicate keys and integers beyond 64 bits."""
 
     def construct_object(self, node: yaml.Node, deep: bool = False) -> Any:
         try:
             value = super().construct_object(node, deep)
-        except (
-            ValueError,
-            OverflowError,
-        ) as error:  # such as 0b_, or more digits than Python reads
+        except (ValueError, OverflowError) as error:  # 0b_, or too many digits for Python
             raise _Refusal(f'{quoted(node.value)} is not a number', node) from error
         if isinstance(value, int) and abs(value) >= LARGEST_INTEGER:
             raise _Refusal(f'{quoted(node.value)} is beyond 64 bits', node)
