@@ -117,7 +117,7 @@ def test_a_reference_that_the_board_does_not_take_is_told(rig, monkeypatch):
 def test_the_verbs_deploy_and_undo(rig, tmp_path, monkeypatch):
     """A robot that moves is refused, and leaves no file that would refuse the next try."""
     board, robot, _ = rig
-    monkeypatch.setattr('khr_hardware.deployment.PAUSE', 0.0)
+    monkeypatch.setattr('khr_hardware.deployment.STEP_PAUSE', 0.0)
     before, file = bytes(board.ram[0x90:]), tmp_path / 'before.json'
     with served(board, tmp_path, stepped=True) as (_, link):
         words = ['deploy', 'walk_6.99deg_ka12', link, '--before', str(file)]
