@@ -65,7 +65,7 @@ def test_a_point_of_odom_is_where_the_renderer_puts_it():
 
 
 @pytest.mark.parametrize('degrees', [-5.0, 0.0, 8.0])
-def test_the_level_line_and_the_board_are_drawn_at_the_inclination(degrees):
+def test_the_level_line_and_the_slope_are_drawn_at_the_inclination(degrees):
     (frame,) = frames(short(0.0149).changed({('simulator', 'inclination_deg'): degrees}))[-1:]
     camera = Look().camera(frame.truth)
     along = matrix(pitched(frame.truth.inclination))[:, 0]
@@ -75,9 +75,9 @@ def test_the_level_line_and_the_board_are_drawn_at_the_inclination(degrees):
 
 
 @pytest.mark.parametrize('degrees', [0.0, 8.0])
-def test_the_shadow_lies_on_the_board_and_begins_at_the_soles(degrees):
+def test_the_shadow_lies_on_the_slope_and_begins_at_the_soles(degrees):
     frame = frames(short(0.03).changed({('simulator', 'inclination_deg'): degrees}))[-1]
-    thrown = Shadow(Robot.load()).on_board(frame.truth).reshape(-1, 3)
+    thrown = Shadow(Robot.load()).on_slope(frame.truth).reshape(-1, 3)
     normal = matrix(pitched(frame.truth.inclination))[:, 2]
     assert np.abs(thrown @ normal).max() < 1e-12
     for sole in frame.truth.sole_position:

@@ -9,7 +9,7 @@ from khr_sim.sensors.gyro import Gyro, GyroParameters
 
 
 class GyroBlock(CoreBlock[GyroParameters, Gyro]):
-    """Turn the torso's true rate into what the board reads of the gyro (REP 145), rates only."""
+    """Convert the true rate of the torso to the gyro reading of the board (REP 145), rates only."""
 
     subscribes = (TRUE_RATE,)
     publishes = (GYRO,)
@@ -18,12 +18,12 @@ class GyroBlock(CoreBlock[GyroParameters, Gyro]):
         super().__init__(parameters, Gyro(parameters))
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
-        """Answer with the rates about x, y, z."""
+        """Return the rates about x, y, z."""
         return (self.core.update(signals[TRUE_RATE]),)
 
 
 class FootForceBlock(CoreBlock[FootForceParameters, FootForce]):
-    """Turn the true contact forces into what the sensors read, in the same frames."""
+    """Convert the true contact forces to sensor readings, in the same frames."""
 
     subscribes = TRUE_FORCES
     publishes = FOOT_FORCES
@@ -32,6 +32,6 @@ class FootForceBlock(CoreBlock[FootForceParameters, FootForce]):
         super().__init__(parameters, FootForce(parameters))
 
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
-        """Answer with the normal force of each sensor."""
+        """Return the normal force of each sensor."""
         normal = self.core.update([signals[topic] for topic in TRUE_FORCES])
         return tuple([(0.0, 0.0, force) for force in normal])

@@ -1,4 +1,4 @@
-"""The controller board RCB-4HV as the servos see it: counts, an output period, a straight line."""
+"""Output stage of the controller board RCB-4HV: servo counts, and interpolation in a period."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ COUNT = radians(0.03375)  # of the servo KRS-2552RHV, rad (maker)
 
 
 class Board:
-    """Turn one target per output period into one command per physics step.
+    """Convert one target per output period to one command per physics step.
 
-    Each target is clamped to the joint limits and rounded to a servo count; the commands move
-    from the last one to it in a straight line and reach it at the end of the period, as the maker
-    describes the board's interpolation.
+    Each target is clamped to the joint limits and rounded to a servo count. The commands
+    interpolate linearly from the last target and reach the new one at the end of the period, as
+    the manual of the board describes.
 
     Args:
         limits: lower and upper joint limits in rad, shape (n, 2).
@@ -34,7 +34,7 @@ class Board:
         self._last = np.zeros(len(limits))
 
     def quantise(self, target: Sequence[float] | Array) -> Array:
-        """Return the angles (n,) in rad that the servo counts nearest to ``target`` stand for.
+        """Round ``target`` to servo counts within the limits; return the angles (n,) in rad.
 
         Raises:
             KhrError: if the target is not n finite numbers.
@@ -49,7 +49,7 @@ class Board:
         return np.asarray(counts * COUNT + 0.0)  # without negative zeros
 
     def reset(self, posture: Sequence[float]) -> Array:
-        """Start from a posture; return it (n,) in rad, as the board holds it."""
+        """Restart from a posture; return the quantised posture (n,) in rad."""
         self._last = self.quantise(posture)
         return self._last
 

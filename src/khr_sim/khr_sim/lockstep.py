@@ -1,4 +1,4 @@
-"""Lockstep: for whom a run waits, when it asks again, and when it gives up."""
+"""Lockstep: the nodes that a run waits for, republication of samples, and timeouts."""
 
 from __future__ import annotations
 
@@ -8,37 +8,37 @@ from typing import Generic, TypeVar
 
 Answer = TypeVar('Answer')
 
-ASK_AGAIN = 0.1  # s of wall time without an answer
-LEAD = 3_000_000_000  # ns of simulated time that a run may be ahead of a listener
-KEPT = 200  # instants whose answers are known after they have been taken
-SILENCE = 4.0  # s of wall time without a report of those that have not received the end
+ASK_AGAIN = 0.1  # s of wall time without an answer, before a sample is published again
+LEAD = 3_000_000_000  # ns of simulated time; a run may be ahead of a listener by this much
+KEPT = 200  # samples; taken answers are kept this long to detect contradictions
+SILENCE = 4.0  # s of wall time without a report of a listener that lacks the end of the run
 
 
 class Barrier(Generic[Answer]):
-    """Hold the answers to the instants of one run until they are taken.
+    """Buffer the answers to the samples of one run until the simulator takes them.
 
-    The first answer of a source to an instant counts; a second one changes nothing. An answer to
-    an instant that has not been yet is one of an earlier run, and is refused.
+    The first answer of a source to a sample counts; later ones are ignored. An answer with a
+    timestamp in the future must come from an earlier run and is rejected.
     """
 
     def __init__(self, sources: Sequence[str]) -> None:
         self._sources = tuple(sources)
         self._answers: dict[
             int, dict[str, Answer]
-        ] = {}  # to the instants not taken, the oldest first
+        ] = {}  # by timestamp of samples not yet taken, oldest first
         self._newest: dict[str, Answer] = {}
-        self._taken: dict[int, dict[str, Answer]] = {}  # likewise
+        self._taken: dict[int, dict[str, Answer]] = {}  # by timestamp, oldest first
         self.now_ns = -1
 
     def open(self, stamp_ns: int) -> None:
-        """Begin to take answers to the instant ``stamp_ns``; forget all but the one before."""
+        """Accept answers to the sample at ``stamp_ns``; of older samples keep only the last one."""
         self._answers = {
             stamp: answers for stamp, answers in self._answers.items() if stamp == self.now_ns
         } | {stamp_ns: {}}
         self.now_ns = stamp_ns
 
     def put(self, source: str, stamp_ns: int, answer: Answer) -> bool:
-        """Hold an answer; return whether it is one that was asked for."""
+        """Buffer an answer; return whether its sample still waits for answers."""
         if stamp_ns > self.now_ns:
             return False
         self._newest[source] = answer
@@ -48,48 +48,48 @@ class Barrier(Generic[Answer]):
         return True
 
     def first(self, source: str, stamp_ns: int) -> Answer | None:
-        """Return the answer of a source that counts for an instant, if it came not long ago."""
+        """Return the first answer of a source to a sample; None if missing or no longer kept."""
         answers = self._answers.get(stamp_ns) or self._taken.get(stamp_ns, {})
         return answers.get(source)
 
     @property
     def asked_ns(self) -> int:
-        """The oldest instant whose answers have not been taken; the newest if all have been."""
+        """Timestamp of the oldest sample with answers not yet taken; by default of the newest."""
         return next(iter(self._answers), self.now_ns)
 
     def given(self) -> dict[str, Answer]:
-        """Return the answers to the instant that is asked for, by source."""
+        """Return the answers to the oldest open sample, by source."""
         return self._answers.get(self.asked_ns, {})
 
     def missing(self) -> list[str]:
-        """List the sources that have not answered to the instant that is asked for."""
+        """List the sources without an answer to the oldest open sample."""
         given = self.given()
         return [source for source in self._sources if self._answers and source not in given]
 
     def take(self) -> dict[str, Answer] | None:
-        """Take the answers to the instant that is asked for, once; None unless all are there."""
-        instant = self.asked_ns
-        if self.missing() or instant not in self._answers:
+        """Take the answers to the oldest open sample, once; None if any is missing."""
+        stamp_ns = self.asked_ns
+        if self.missing() or stamp_ns not in self._answers:
             return None
-        self._taken[instant] = self._answers.pop(instant)
+        self._taken[stamp_ns] = self._answers.pop(stamp_ns)
         if len(self._taken) > KEPT:
             del self._taken[next(iter(self._taken))]
-        return self._taken[instant]
+        return self._taken[stamp_ns]
 
     def newest(self) -> dict[str, Answer]:
-        """Return the last answer of each source, to whatever instant."""
+        """Return the last answer of each source, whatever its timestamp."""
         return self._newest
 
 
 class Receipts:
-    """Up to when each listener has received a run, ns; one that has never reported is absent."""
+    """Record up to which timestamp each listener has received the run, in ns."""
 
     def __init__(self, listeners: Sequence[str]) -> None:
         self._listeners = [name for name in listeners if name]
         self._up_to: dict[str, int] = {}
 
     def take(self, name: str, stamp_ns: int, now_ns: int) -> bool:
-        """Take a report; return whether it comes from a listener, about a sample already sent."""
+        """Store a report; return False for unknown listeners and for samples not yet published."""
         wanted = name in self._listeners and stamp_ns <= now_ns
         if wanted:
             self._up_to[name] = stamp_ns
@@ -99,23 +99,23 @@ class Receipts:
         """List the listeners that have never reported."""
         return [name for name in self._listeners if name not in self._up_to]
 
-    def behind(self, instant_ns: int) -> dict[str, int]:
-        """Return the listeners that have not received up to an instant, and how far they have."""
+    def behind(self, stamp_ns: int) -> dict[str, int]:
+        """Return the listeners that lack samples up to a timestamp, with their last timestamp."""
         found = {name: self._up_to.get(name, 0) for name in self._listeners}
-        return {name: up_to for name, up_to in found.items() if up_to < instant_ns}
+        return {name: up_to for name, up_to in found.items() if up_to < stamp_ns}
 
 
 class Lockstep(Generic[Answer]):
-    """What the runs of a simulator wait for, and for how long by the wall clock.
+    """Decide whether a run may go on, must wait, or has timed out.
 
     Args:
-        sources: names of those that answer every instant.
-        listeners: names of those that must receive all of a run.
-        clock: of the wall, in s.
+        sources: names of the nodes that answer each sample.
+        listeners: names of the nodes that must receive all samples.
+        clock: wall clock, s.
 
     Attributes:
-        barrier: the answers of this run.
-        receipts: how far each listener has received it.
+        barrier: answers of this run.
+        receipts: progress of each listener.
     """
 
     def __init__(
@@ -131,27 +131,27 @@ class Lockstep(Generic[Answer]):
         self._born = self._reported = self._clock()
 
     def reported(self) -> None:
-        """Count the silence from now on: the run went on, or a listener has reported."""
+        """Restart the timeout: the run has advanced, or a listener has reported."""
         self._reported = self._clock()
 
     def absent(self) -> list[str]:
-        """List those without whom the run does not start."""
+        """List the nodes that the start of the run waits for."""
         return self.barrier.missing() + self.receipts.absent()
 
     def missing(self, ready: bool) -> list[str]:
-        """List those for whom the coming period waits.
+        """List the nodes that the next period waits for.
 
         Args:
-            ready: whether the answers that act in it have been taken.
+            ready: whether the answers that act in the period have been taken.
         """
         return [*([] if ready else self.barrier.missing()), *self._behind()]
 
     def asks(self) -> bool:
-        """Return whether it is time to ask again."""
+        """Return whether to publish the sample again."""
         return self._silent > ASK_AGAIN
 
     def late(self, limit: float, ready: bool) -> str:
-        """Return why a run that has waited ``limit`` s cannot go on; empty while it may."""
+        """Return the reason for a timeout after ``limit`` s of wall time; empty before."""
         if self._silent <= limit:
             return ''
         if ready:
@@ -159,18 +159,18 @@ class Lockstep(Generic[Answer]):
                 f'{name} after t = {up_to / 1e9:.3f} s' for name, up_to in self._behind().items()
             )
         else:
-            silent, instant = ', '.join(self.barrier.missing()), self.barrier.asked_ns / 1e9
-            reason = f'no answer from {silent} for t = {instant:.3f} s'
+            silent, stamp = ', '.join(self.barrier.missing()), self.barrier.asked_ns / 1e9
+            reason = f'no answer from {silent} for t = {stamp:.3f} s'
         return f'{reason} within {limit:g} s of wall time'
 
     def never_started(self, limit: float) -> str:
-        """Return why a run that does not start within ``limit`` s cannot; 0 waits for ever."""
+        """Return the reason for a start timeout after ``limit`` s, or empty; 0 waits forever."""
         if not limit or self._clock() - self._born <= limit:
             return ''
         return f'{", ".join(self.absent())} did not appear within {limit:g} s'
 
     def received(self) -> bool:
-        """Return whether the listeners have all of the run, or have fallen silent."""
+        """Return whether all listeners have the whole run, or have timed out."""
         return not self.receipts.behind(self.barrier.now_ns) or self._silent > SILENCE
 
     @property

@@ -1,4 +1,4 @@
-"""The parameters of the simulator: ground, physics, servos and what a run starts from."""
+"""Parameters of the simulation: ground, physics, servos and initial errors."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def _friction(default: float, materials: str) -> Any:
 def _scale(joints: str, gain: str) -> Any:
     return parameter(
         1.0,
-        f'{gain.capitalize()} gain of the {joints} servos over that of the identified loop.',
+        f'{gain.capitalize()} gain of the {joints} servos relative to the identified loop.',
         minimum=0.1,
         maximum=5.0,
     )
@@ -27,8 +27,8 @@ class SimulatorParameters:
     """The parameter table of the simulator.
 
     Raises:
-        ParameterError: if the control period is none of the board's, or no multiple of the
-            physics step.
+        ParameterError: if the board does not have the control period, or if it is no multiple of
+            the physics step.
     """
 
     inclination_deg: float = parameter(
@@ -52,20 +52,20 @@ class SimulatorParameters:
     )
     surface: str = parameter(
         'smooth',
-        'What the robot stands on: its soles on a smooth board, rubber soles, or the '
-        'pads of its force sensors.',
+        'Contact surface: bare soles on the smooth slope, rubber soles, or the pads of the '
+        'force sensors.',
         choices=('smooth', 'rubber', 'pads'),
         read_only=True,
     )
     friction: float = parameter(
         0.0,
-        'Friction coefficient of feet and ground; 0 takes the one of the surface.',
+        'Friction coefficient of feet and ground; 0 takes the value of the surface.',
         minimum=0.0,
         maximum=2.0,
     )
-    friction_smooth: float = _friction(0.2402, 'the bare sole on the smooth board')
-    friction_rubber: float = _friction(0.8, 'the rubber sole on the board')
-    friction_pads: float = _friction(0.8, 'the force-sensor pads on the board')
+    friction_smooth: float = _friction(0.2402, 'the bare sole on the smooth slope')
+    friction_rubber: float = _friction(0.8, 'the rubber sole on the slope')
+    friction_pads: float = _friction(0.8, 'the force-sensor pads on the slope')
     pad_distance: float = parameter(
         0.023,
         'Distance of toe pad and heel pad from the ankle axis.',
@@ -92,15 +92,14 @@ class SimulatorParameters:
     )
     solver_tolerance: float = parameter(
         1e-6,
-        'Improvement of its cost at which the contact solver is content (mujoco only).',
+        'Convergence tolerance of the contact solver, as improvement of its cost (mujoco only).',
         minimum=0.0,
         maximum=0.01,
         read_only=True,
     )
     contact_time: float = parameter(
         0.004,
-        'Time constant in which a contact gives back what it was pressed in (mujoco only); '
-        'at least two physics steps.',
+        'Time constant of the contact compliance, at least two physics steps (mujoco only).',
         unit='s',
         minimum=0.0002,
         maximum=0.05,
@@ -108,7 +107,7 @@ class SimulatorParameters:
     )
     friction_cone: str = parameter(
         'elliptic',
-        'Shape of the friction cone: exact, or the pyramid inside it (mujoco only).',
+        'Friction cone: exact, or the inscribed pyramid (mujoco only).',
         choices=('elliptic', 'pyramid'),
         read_only=True,
     )
@@ -120,10 +119,10 @@ class SimulatorParameters:
         maximum=0.025,
         read_only=True,
     )
-    gui: bool = parameter(False, "Show the physics engine's own window.", read_only=True)
+    gui: bool = parameter(False, 'Show the window of the physics engine.', read_only=True)
     servo_model: str = parameter(
         'pid',
-        'Position loop of the servos: the stiffness set by "stretch", or the identified PID.',
+        'Position loop of the servos: stiffness set by "stretch", or the identified PID loop.',
         choices=('stretch', 'pid'),
         read_only=True,
     )
@@ -147,8 +146,8 @@ class SimulatorParameters:
     )
     derivative_time: float = parameter(
         0.0,
-        'Derivative gain over the stiffness set by "stretch"; that of the identified loop is '
-        '2/69 s = 0.029 s.',
+        'Derivative gain over the stiffness set by "stretch"; 2/69 s = 0.029 s in the identified '
+        'loop.',
         unit='s',
         minimum=0.0,
         maximum=0.1,
@@ -178,38 +177,42 @@ class SimulatorParameters:
     pid_kd_scale_ankle: float = _scale('ankle', 'derivative')
     rotor_inertia: float = parameter(
         0.004,
-        "Inertia of a servo's rotor and gears, seen at the output shaft.",
+        'Inertia of rotor and gears of a servo, reflected to the output shaft.',
         unit='kg m^2',
         minimum=0.0005,
         maximum=0.02,
     )
     gear_stiffness: float = parameter(
         45.67,
-        "Stiffness between a servo's potentiometer and its link: shaft, horn, bracket.",
+        'Stiffness between potentiometer and link of a servo: shaft, horn, bracket.',
         unit='N m/rad',
         minimum=1.0,
         maximum=200.0,
     )
     gear_stiffness_ankle: float = parameter(
         33.24,
-        'That of the ankle servos, pitch and roll; 0 takes the one of all servos.',
+        'Gear stiffness of the ankle servos, pitch and roll; 0 takes the value of all servos.',
         unit='N m/rad',
         minimum=0.0,
         maximum=200.0,
     )
     gear_damping: float = parameter(
-        0.02, 'Damping beside the gear stiffness.', unit='N m s/rad', minimum=0.0, maximum=0.025
+        0.02,
+        'Damping parallel to the gear stiffness.',
+        unit='N m s/rad',
+        minimum=0.0,
+        maximum=0.025,
     )
     servo_friction: float = parameter(
         0.1159,
-        "Dry friction of a servo's motor and gears, at the output shaft.",
+        'Dry friction of motor and gears of a servo, at the output shaft.',
         unit='N m',
         minimum=0.0,
         maximum=0.5,
     )
     backlash_deg: float = parameter(
         0.4007,
-        "Free play of a servo's gears at the output shaft, in all.",
+        'Total free play of the gears of a servo, at the output shaft.',
         unit='deg',
         minimum=0.0,
         maximum=3.0,
@@ -217,21 +220,21 @@ class SimulatorParameters:
     seed: int = parameter(0, 'Seed of the initial error.', minimum=0, read_only=True)
     initial_tilt_deg: float = parameter(
         0.0,
-        "Standard deviation of the initial error in the robot's pitch and roll.",
+        'Standard deviation of the initial error in pitch and roll of the robot.',
         unit='deg',
         minimum=0.0,
         maximum=5.0,
     )
     zero_error_deg: float = parameter(
         0.0,
-        "Standard deviation of the servos' zero errors: each is drawn once per seed.",
+        'Standard deviation of the zero errors of the servos, drawn once per seed.',
         unit='deg',
         minimum=0.0,
         maximum=2.0,
         read_only=True,
     )
     stop_when_tilted_deg: float = parameter(
-        60.0, 'Tilt of the torso at which a run ends.', unit='deg', minimum=10.0, maximum=180.0
+        60.0, 'Tilt of the torso that ends a run.', unit='deg', minimum=10.0, maximum=180.0
     )
 
     def __post_init__(self) -> None:

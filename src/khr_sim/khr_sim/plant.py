@@ -1,6 +1,6 @@
-"""What the controllers face: the world behind the board's delay, with its trajectory hash.
+"""The controlled plant: the world behind the delay of the board, with its trajectory hash.
 
-The simulator node, a run without ROS and the Gymnasium environment use this same object, so all
+The simulator node, a run without ROS and the Gymnasium environment share this class, so that all
 give the same trajectory.
 """
 
@@ -27,7 +27,7 @@ _INDEX = {name: index for index, name in enumerate(JOINTS)}
 def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) -> list[float]:
     """Add corrections, by joint name, to a reference of all joints, in rad.
 
-    The order of the corrections is the order of summation, which bit-equal runs must share.
+    The corrections are summed in their order, which must be the same in bit-equal runs.
 
     Raises:
         KhrError: if a correction names a joint that the robot does not have.
@@ -44,10 +44,10 @@ def mix(reference: Sequence[float], corrections: Sequence[Mapping[str, float]]) 
 
 
 class Plant:
-    """A world that starts from a posture, ends by itself, and hashes its trajectory.
+    """A world with control delay, end conditions and a hash of its trajectory.
 
-    The answers to its instants are handed over in their order; each acts ``control_delay`` periods
-    after its instant. Until the first one acts the board holds the posture.
+    Answers are passed in the order of the samples; each acts ``control_delay`` periods after its
+    sample. Until the first one acts the board holds the initial posture.
     """
 
     def __init__(self, parameters: RunParameters) -> None:
@@ -70,31 +70,31 @@ class Plant:
         return truth
 
     def answer(self, target: Sequence[float]) -> None:
-        """Take the answer to the next instant: 17 joint angles in rad."""
+        """Queue the answer to the next sample: 17 joint angles in rad."""
         self._due.append(target)
 
     @property
     def ready(self) -> bool:
-        """Return whether the answer that acts in the coming period is there."""
+        """Return whether the answer for the next period is queued."""
         return bool(self._due)
 
     def advance(self) -> Truth:
-        """Simulate one control period towards the answer that is due.
+        """Simulate one control period towards the next queued answer.
 
         Raises:
-            KhrError: if it has not been given, or is not 17 finite numbers.
+            KhrError: if the answer is missing, or is not 17 finite numbers.
         """
         if not self._due:
-            raise KhrError('answer: missing; accepted: one to every instant, before it acts')
+            raise KhrError('answer: missing; accepted: one to each sample, before it acts')
         return self._take(self.world.advance(self._due.popleft()))
 
     def configure(self, parameters: RunParameters) -> None:
-        """Take changed parameters."""
+        """Apply changed parameters."""
         self.parameters = parameters
         self.world.configure(parameters)
 
     def reseed(self, parameters: RunParameters) -> bool:
-        """Take parameters for the next start, if the seed alone is new; return whether it is."""
+        """Apply parameters for the next start if only the seed differs; return whether it does."""
         if replace(parameters, seed=self.parameters.seed) != self.parameters:
             return False
         self.parameters = self.world.parameters = parameters
@@ -106,7 +106,7 @@ class Plant:
 
     @property
     def end(self) -> str:
-        """Say why the run is over; empty while it is not."""
+        """Return the end of the run, ``tilted`` or ``duration``; empty while it runs."""
         if self.truth.tilt > radians(self.parameters.stop_when_tilted_deg):
             return 'tilted'
         if self._end_ns is not None and self.truth.stamp_ns >= self._end_ns:
@@ -115,7 +115,7 @@ class Plant:
 
     @property
     def trajectory_hash(self) -> str:
-        """Return the SHA-256 over the records of all instants so far, in hex."""
+        """Return the SHA-256 of the records of all samples so far, in hex."""
         return self._hash.hexdigest()
 
     def _take(self, truth: Truth) -> Truth:

@@ -1,4 +1,4 @@
-"""The robot description: what the URDF says, with its kinematics and mass properties."""
+"""Robot description from the URDF: links, joints, kinematics and mass properties."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Joint:
 
 @cache
 def link_names() -> tuple[str, ...]:
-    """Return the names of the links of the description that comes with the package."""
+    """Return the link names of the packaged description."""
     return tuple(Robot.load().links)
 
 
@@ -82,7 +82,7 @@ class Robot:
 
     @classmethod
     def load(cls) -> Robot:
-        """Read the description that comes with the package."""
+        """Read the packaged description."""
         return cls(DESCRIPTION.read_text())
 
     @property
@@ -131,7 +131,7 @@ class Robot:
         return total
 
     def descendants(self, link: str) -> list[str]:
-        """List a link and all that hangs from it."""
+        """List a link and all its descendants."""
         below = [link]
         for joint in self.joints.values():
             if joint.parent in below:
@@ -139,7 +139,7 @@ class Robot:
         return below
 
     def joint_inertia(self) -> Array:
-        """Return the inertia each joint carries in the zero pose, kg m^2 about its axis, (17,)."""
+        """Return the inertia outward of each joint about its axis, zero pose, kg m^2, (17,)."""
         poses = self.poses([0.0] * len(JOINTS))
         inertias = []
         for name in JOINTS:

@@ -1,4 +1,4 @@
-"""The parameters of a simulator that takes part in a node graph."""
+"""Parameters of the simulator node."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.robot import link_names
 
-LONGEST_ARM = 1.0  # m from a link's origin to where a push acts
+LONGEST_ARM = 1.0  # m from the origin of a link to the point of a push
 
 GAIT = 'gait'
 SOURCES = (GAIT, 'ankle_controller', 'hip_controller')
@@ -20,21 +20,21 @@ SOURCES = (GAIT, 'ankle_controller', 'hip_controller')
 
 @dataclass(frozen=True)
 class RunParameters(SimulatorParameters):
-    """The robot's own parameters and those of time, answers and pushes.
+    """Parameters of the simulation, and of time, answers and pushes.
 
-    Empty text in a list stands for nothing: ROS 2 has no typed empty list.
+    A list with one empty text is an empty list, as ROS 2 has no typed empty list.
     """
 
     sync: str = parameter(
         'lockstep',
-        'Wait for the stamped answers of every period, or run freely against the wall clock.',
+        'Wait for the answers of each period (lockstep), or run against the wall clock (realtime).',
         choices=('lockstep', 'realtime'),
         read_only=True,
     )
     control_delay: int = parameter(
         1,
-        'Periods between a sample and the motion that answers it; 1 as on the real board, '
-        'and physics and controllers overlap.',
+        'Periods between a sample and the motion that its answers cause; 1 as on the real '
+        'board, so that physics and controllers overlap.',
         unit='periods',
         minimum=0,
         maximum=1,
@@ -42,47 +42,49 @@ class RunParameters(SimulatorParameters):
     )
     answers: tuple[str, ...] = parameter(
         SOURCES,
-        'Nodes whose answers the board takes, and lockstep waits for: the gait, whose joint '
-        'angles it follows, and controllers, whose corrections it adds in this order.',
+        'Nodes that answer each sample, and that lockstep waits for: the gait with joint '
+        'angles, and controllers with corrections, which are added in this order.',
         wiring=True,
     )
     listeners: tuple[str, ...] = parameter(
-        ('',), 'Nodes that must be there before the run starts and receive all of it.', wiring=True
+        ('',),
+        'Nodes that must be up before the run starts, and must receive all samples.',
+        wiring=True,
     )
     lockstep_timeout: float = parameter(
         5.0,
-        'Wall time after which a missing answer ends the run.',
+        'Timeout in wall time for an answer; the run then ends.',
         unit='s',
         minimum=0.1,
         maximum=3600.0,
     )
     start_timeout: float = parameter(
         0.0,
-        'Wall time after which a node that never appeared ends the run; 0 waits for ever.',
+        'Timeout in wall time for the start of all nodes; 0 waits forever.',
         unit='s',
         minimum=0.0,
         maximum=3600.0,
         wiring=True,
     )
     realtime_factor: float = parameter(
-        1.0, 'Simulated by wall time in realtime mode.', minimum=0.01, maximum=100.0
+        1.0, 'Ratio of simulated to wall time in realtime mode.', minimum=0.01, maximum=100.0
     )
     pace: float = parameter(
         0.0,
-        'Simulated by wall time that lockstep does not exceed; 0 goes as fast as it can.',
+        'Limit of the ratio of simulated to wall time in lockstep; 0 is unlimited.',
         minimum=0.0,
         maximum=100.0,
     )
     command_timeout: float = parameter(
         0.1,
-        'Age at which realtime mode drops a correction.',
+        'Age limit of a correction in realtime mode; older ones are dropped.',
         unit='s',
         minimum=0.001,
         maximum=10.0,
     )
     duration: float = parameter(
         0.0,
-        'Simulated time of the run; 0 runs until stopped (khr: as long as the motion).',
+        'Simulated time of the run; 0 runs until stopped (khr: to the end of the motion).',
         unit='s',
         minimum=0.0,
         maximum=1e6,
@@ -99,15 +101,15 @@ class RunParameters(SimulatorParameters):
     )
     push_point: tuple[float, ...] = parameter(
         (0.0, 0.0, 0.0),
-        'Point that such a push acts at, in the frame of its link.',
+        'Point of action of a push by message, in the frame of its link.',
         unit='m',
         length=3,
     )
     push_duration: float = parameter(
-        0.1, 'Duration of such a push.', unit='s', minimum=0.001, maximum=60.0
+        0.1, 'Duration of a push by message.', unit='s', minimum=0.001, maximum=60.0
     )
     push_limit: float = parameter(
-        1000.0, 'Largest force of any push.', unit='N', minimum=0.0, maximum=1e5, read_only=True
+        1000.0, 'Largest force of a push.', unit='N', minimum=0.0, maximum=1e5, read_only=True
     )
 
     def __post_init__(self) -> None:
@@ -129,10 +131,10 @@ class RunParameters(SimulatorParameters):
             raise ParameterError(f'pushes: {error}') from error
 
     def check_push(self, push: Push) -> None:
-        """Check what acts on the robot.
+        """Check a push against robot and limits.
 
         Raises:
-            KhrError: if the robot has no such link, or the force or its point is too far off.
+            KhrError: if the link is unknown, the force too large, or its point too far away.
         """
         force, arm = math.hypot(*push.force), math.hypot(*push.point)
         for name, value, accepted, fine in (

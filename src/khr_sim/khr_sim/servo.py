@@ -1,10 +1,11 @@
-"""The 17 servos KRS-2552RHV, each a DC motor behind a gear.
+"""Model of the 17 servos KRS-2552RHV: a DC motor behind a compliant gear with backlash.
 
-Rotor and gears turn as one inertia, seen at the output shaft, where the position loop reads its
-potentiometer; the link hangs from them by the compliance of shaft, horn and bracket, which also
-holds the backlash. So the back-EMF (the linear torque-speed line) and the dry friction act on the
-rotor, where they are integrated implicitly, and the light feet see only a spring that the physics
-step resolves. The physics engine has no rotor inertia of its own, and its joint motors are rigid.
+Rotor and gears are one inertia, reflected to the output shaft, where the potentiometer of the
+position loop measures. The link is coupled to the shaft by the compliance of shaft, horn and
+bracket, in series with the backlash. Back-EMF (the linear torque-speed line) and dry friction act
+on the rotor and are integrated implicitly, so that the light feet are coupled only to a spring
+that the physics step resolves. The joint motors of the engines are not used: they are rigid and
+have no rotor inertia.
 """
 
 from __future__ import annotations
@@ -23,22 +24,21 @@ from khr_sim.robot import JOINTS
 
 Array = NDArray[np.float64]
 
-BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, the slope of the torque-speed line
+BACK_EMF = STALL_TORQUE / NO_LOAD_SPEED  # N m s/rad, of the torque-speed line
 SUPPLY = 11.1  # V
 POTENTIOMETER = 5.0 / radians(270.0)  # V/rad: 5 V over the servo's range (assumed)
 # A step h resolves a spring k and a damper d on an inertia I while k h^2 <= I and d h <= I / 2 (a
-# symplectic step is stable while k h^2 + 2 d h < 4 I). What exceeds it is reduced to it: at the
-# defaults spring and damper of the head, which carries next to nothing, and no others.
+# symplectic step is stable while k h^2 + 2 d h < 4 I). Stiffness and damping above these limits are
+# clamped; with the defaults this concerns only the head, because of its small inertia.
 SPRING_LIMIT, DAMPER_LIMIT = 1.0, 0.5
 
-# Rows of the servos' table. Their state: angle of the rotor in rad, its speed in rad/s, integral
-# of the PID loop in N m, last command in rad.
+# Rows of the servo table. State: rotor angle in rad, rotor speed in rad/s, integral of the PID loop
+# in N m, last command in rad.
 ANGLE, RATE, INTEGRAL, COMMAND = range(4)
-# What comes in: command in rad, angle of the joint in rad, its speed in rad/s; out goes the torque
-# on the joint, N m.
+# Inputs: command in rad, joint angle in rad, joint speed in rad/s. Output: joint torque in N m.
 GOAL, POSITION, VELOCITY, TORQUE = range(4, 8)
-# Their setting: N m/rad of the position loop and of the gear, N m s/rad of the gear and of the
-# derivative gain, largest torque of the motor in N m.
+# Settings: stiffness of the position loop and of the gear in N m/rad, damping of the gear and
+# derivative gain in N m s/rad, largest motor torque in N m.
 STIFFNESS, GEAR, DAMPING, DERIVATIVE, STRENGTH = range(8, 13)
 SHAPE, CONSTANTS = (13, len(JOINTS)), (8,)
 
@@ -47,10 +47,10 @@ def law(servos: Array, constants: Array) -> None:
     """Advance the rotors by one physics step; :mod:`khr_sim.jit` compiles this function.
 
     Args:
-        servos: their table, whose state and torques are changed in place, (13, n).
-        constants: those of :meth:`Servos.configure`, (8,).
+        servos: servo table, (13, n); the rows of state and torque are changed in place.
+        constants: scalar constants set by :meth:`Servos.configure`, (8,).
     """
-    h, gain, loss = constants[0], constants[1], constants[2]  # to unpack them could raise
+    h, gain, loss = constants[0], constants[1], constants[2]  # unpacking could raise
     stick, play, differs = constants[3], constants[4], constants[5]
     integrates, integral_gain = constants[6], constants[7]
     for i in range(servos.shape[1]):
@@ -71,7 +71,7 @@ def law(servos: Array, constants: Array) -> None:
         load = servos[GEAR, i] * twist + servos[DAMPING, i] * slide
         drive = min(max(servos[STIFFNESS, i] * (goal - angle) + offset, -most), most)
         rate = (rate + gain * (drive - load)) * loss
-        if rate > stick:  # dry friction takes what speed it can, and no more
+        if rate > stick:  # dry friction removes at most the whole speed
             rate -= stick
         elif rate < -stick:
             rate += stick
@@ -82,12 +82,12 @@ def law(servos: Array, constants: Array) -> None:
 
 
 class PositionLoop(NamedTuple):
-    """Gains of the servos' position loop, at the output shaft.
+    """Gains of the position loop, at the output shaft.
 
     Attributes:
         stiffness: N m/rad, (17,).
         derivative: N m s/rad, (17,).
-        integral: of all servos, N m/(rad s).
+        integral: the same for all servos, N m/(rad s).
     """
 
     stiffness: Array
@@ -96,15 +96,16 @@ class PositionLoop(NamedTuple):
 
 
 class Servos:
-    """All servos at once: command and joint state in, torque on the joints out.
+    """All servos: command and joint state in, joint torque out.
 
     Args:
-        parameters: the simulator's parameters.
-        carried: what each joint carries outward, kg m^2, shape (17,).
+        parameters: of the simulator.
+        carried: inertia of the links outward of each joint, kg m^2, (17,).
 
     Attributes:
-        table, constants: as the law has them.
-        state, torque: the rows of state, and that of the torques.
+        table, constants: arguments of :func:`law`.
+        state: rows of the table with the state, (4, 17).
+        torque: row of the table with the torques, N m, (17,).
     """
 
     def __init__(self, parameters: SimulatorParameters, carried: Array) -> None:
@@ -120,7 +121,7 @@ class Servos:
         self.configure(parameters)
 
     def configure(self, parameters: SimulatorParameters) -> None:
-        """Take changed parameters without losing the state."""
+        """Apply changed parameters and keep the state."""
         p, h = parameters, parameters.physics_step
         gear = np.minimum(gear_stiffness(p), SPRING_LIMIT * self._carried / h**2)
         damping = np.minimum(p.gear_damping, DAMPER_LIMIT * self._carried / h)
@@ -137,29 +138,29 @@ class Servos:
         )  # fmt: skip
 
     def set_each(self, parameters: SimulatorParameters, stretch: Array, free: Array) -> None:
-        """Take what a board sets of each servo by itself.
+        """Apply the settings that a controller board makes for each servo.
 
-        A free servo drives nothing. Its friction stays, and its motor brakes as one does whose
-        terminals are joined; whether the real one opens them is not known.
+        A free servo has no drive torque. Friction and back-EMF stay, as in a motor with shorted
+        terminals; it is unknown whether the real servo opens the terminals instead.
 
         Args:
-            parameters: the simulator's parameters, for all else.
-            stretch: setting of each servo, (17,), in place of those of the parameters.
-            free: whether each servo is without torque, (17,).
+            parameters: of the simulator, for all other settings.
+            stretch: stretch of each servo, (17,); replaces the parameters.
+            free: whether each servo is free, (17,).
         """
         self._own_stretch = stretch
         self._strength = np.where(free, 0.0, STALL_TORQUE)
         self.configure(parameters)
 
     def reset(self, command: Array, torque: Array) -> Array:
-        """Stand still under a load.
+        """Set the state to static equilibrium under a load.
 
         Args:
-            command: angles commanded by the board, rad, shape (17,).
-            torque: what each servo has to hold, N m, shape (17,).
+            command: angles commanded by the board, rad, (17,).
+            torque: load on each servo, N m, (17,).
 
         Returns:
-            The joint angles (17,) in rad at which the servos hold it.
+            The joint angles in equilibrium, rad, (17,).
         """
         stiffness, gear = self.table[STIFFNESS], self.table[GEAR]
         held = np.clip(torque, -STALL_TORQUE, STALL_TORQUE)
@@ -169,7 +170,7 @@ class Servos:
         return np.asarray(angle - held / gear)
 
     def update(self, command: Array, position: Array, velocity: Array) -> Array:
-        """Advance one physics step and return the torques on the joints.
+        """Advance by one physics step and return the joint torques.
 
         Args:
             command: angles commanded by the board, rad, (17,).
@@ -177,8 +178,7 @@ class Servos:
             velocity: joint speeds, rad/s, (17,).
 
         Returns:
-            The torques (17,) in N m to apply to the joints during the step; the next step
-            overwrites them.
+            The torques to apply during the step, N m, (17,); the next step overwrites the array.
         """
         goals, positions, velocities = self._inputs
         goals[:], positions[:], velocities[:] = command, position, velocity
@@ -187,11 +187,11 @@ class Servos:
 
 
 def position_loop(parameters: SimulatorParameters, stretch: Array | None = None) -> PositionLoop:
-    """Return the gains of the servos' position loop.
+    """Return the gains of the position loop of the servos.
 
     Args:
-        parameters: the simulator's parameters, which choose the loop.
-        stretch: setting of each servo, (17,), if not that of the parameters; of no effect on the
+        parameters: of the simulator; they choose the loop.
+        stretch: stretch of each servo, (17,), by default from the parameters; has no effect on the
             identified loop.
     """
     p = parameters
@@ -210,7 +210,7 @@ def position_loop(parameters: SimulatorParameters, stretch: Array | None = None)
 
 
 def _of_groups(hip: float, knee: float, ankle: float) -> Array:
-    """Return the value of each of the 17 servos' group, 1 for arms and head."""
+    """Expand a value per leg joint group to the 17 servos; arms and head get 1."""
     groups = {'hip': hip, 'knee': knee, 'ankle': ankle}
     return np.array([groups.get(name.split('_')[1], 1.0) for name in JOINTS])
 

@@ -23,20 +23,19 @@ class TransformsParameters:
     )
     joints: bool = parameter(
         True,
-        'Publish the frames below base_link as well; false where robot_state_publisher does.',
+        'Publish the frames below base_link as well; false if robot_state_publisher does so.',
         wiring=True,
     )
-    every: int = parameter(
-        2, 'Control periods from one transform to the next.', minimum=1, maximum=100
-    )
+    every: int = parameter(2, 'Control periods between transforms.', minimum=1, maximum=100)
 
 
 class JointTree:
-    """The frames below ``base_link``: those that joints move, and those that stay.
+    """The frames below ``base_link``, of revolute and of fixed joints.
 
     Attributes:
-        moving: parent and child of each joint, in the order of JOINTS.
-        fixed: the same of the frames that do not move.
+        moving: parent and child frame of each revolute joint, in the order of JOINTS.
+        fixed: parent and child frame of each fixed joint.
+        still: transforms of the fixed joints.
     """
 
     def __init__(self, robot: Robot) -> None:

@@ -54,10 +54,10 @@ def test_a_delayed_answer_may_come_while_the_period_before_it_runs(plant):
 
 
 @pytest.mark.parametrize('plant', [0], indirect=True)
-def test_without_the_answer_that_is_due_it_does_not_go_on(plant):
+def test_advance_without_a_queued_answer_is_an_error(plant):
     plant.start(STANCE)
     assert not plant.ready
-    with pytest.raises(KhrError, match='answer: missing; accepted: one to every instant'):
+    with pytest.raises(KhrError, match='answer: missing; accepted: one to each sample'):
         plant.advance()
 
 

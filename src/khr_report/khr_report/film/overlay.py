@@ -87,7 +87,7 @@ class Overlay:
         pen.text((right - pad, (box[1] + box[3]) / 2.0), text, PAPER, self._large, anchor='rm')
 
     def _level(self, pen: Pen, frame: Frame, camera: Camera) -> None:
-        """Draw a level line from the board's surface, and the angle between them."""
+        """Draw a level line from the surface of the slope, and the angle between them."""
         phi = frame.truth.inclination
         text = f'phi {degrees(phi):.2f} deg'
         # The corner lies uphill of the feet, on the surface under the middle of the robot.

@@ -129,9 +129,9 @@ class PosedScene:
         """Return a picture of the robot with its shadow."""
         self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
         self._scene.tilt_ground(truth.inclination)
-        colors, board = self._scene.picture(camera)
+        colors, slope = self._scene.picture(camera)
         image = Image.fromarray(colors)
-        self._shadow.darken(image, Image.fromarray(board), truth, camera)
+        self._shadow.darken(image, Image.fromarray(slope), truth, camera)
         return image
 
     def close(self) -> None:

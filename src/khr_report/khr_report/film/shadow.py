@@ -1,4 +1,4 @@
-"""The shadow of the robot on its board: each box of its description, thrown along the light."""
+"""The shadow of the robot on its slope: each box of its description, thrown along the light."""
 
 from __future__ import annotations
 
@@ -31,8 +31,8 @@ class Shadow:
                     size, center = _numbers(box.attrib['size']), _numbers(origin.attrib['xyz'])
                     self._boxes.append((link.attrib['name'], center + CORNERS * size))
 
-    def on_board(self, truth: Truth) -> Array:
-        """Return the corners of all boxes thrown onto the board, m in odom, (boxes, 8, 3)."""
+    def on_slope(self, truth: Truth) -> Array:
+        """Return the corners of all boxes thrown onto the slope, m in odom, (boxes, 8, 3)."""
         poses = self._robot.poses(truth.joint_position)
         turn, place = matrix(truth.orientation), np.asarray(truth.position)
         corners = np.array(
@@ -44,23 +44,23 @@ class Shadow:
         return thrown
 
     def darken(
-        self, picture: Image.Image, board: Image.Image, truth: Truth, camera: Camera
+        self, picture: Image.Image, slope: Image.Image, truth: Truth, camera: Camera
     ) -> None:
         """Darken the part of the slope in the shadow.
 
         Args:
             picture: to draw into.
-            board: white where the picture shows the board.
+            slope: white where the picture shows the slope.
             truth: where the robot is.
             camera: of the picture.
         """
         shadow = Image.new('L', picture.size)
         pen = ImageDraw.Draw(shadow)
-        for box in camera.pixels(self.on_board(truth)):
+        for box in camera.pixels(self.on_slope(truth)):
             for face in FACES:
                 pen.polygon([tuple(box[corner]) for corner in face], 255)
         dark = picture.point(lambda value: round(value * SHADE))
-        picture.paste(dark, (0, 0), ImageChops.logical_and(shadow.convert('1'), board))
+        picture.paste(dark, (0, 0), ImageChops.logical_and(shadow.convert('1'), slope))
 
 
 def _numbers(text: str) -> Array:

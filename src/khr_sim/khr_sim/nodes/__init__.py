@@ -1,1 +1,1 @@
-"""Thin ROS 2 nodes over the cores of this package."""
+"""ROS 2 nodes of this package."""

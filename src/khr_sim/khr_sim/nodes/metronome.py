@@ -1,4 +1,4 @@
-"""Timer of the simulator by the wall clock: one tick a period in realtime, or to keep a pace."""
+"""Wall-clock timer of the simulator: ticks once a period in realtime mode, or limits the pace."""
 
 from __future__ import annotations
 
@@ -11,14 +11,14 @@ from khr_common.nodes.node import KhrNode
 from khr_common.punctuality import Pace
 from khr_sim.run_parameters import RunParameters
 
-LOOKS = 4  # per control period whether its time has come, if there is a pace
+LOOKS = 4  # ticks per control period, if the pace is limited
 
 
 class Metronome:
-    """Tick each period in realtime mode, more often to keep a pace in lockstep, and else never.
+    """Tick once a period in realtime mode, more often with a limited pace, and otherwise never.
 
     Args:
-        node: that has the timer.
+        node: owner of the timer.
         on_tick: called at each tick.
     """
 
@@ -26,11 +26,11 @@ class Metronome:
         self._node, self._on_tick = node, on_tick
         self._timer: Timer | None = None
         self._tick = 0.0  # s of wall time; 0 is never
-        self._paced = 0.0  # s of wall time that a period takes at least
+        self._paced = 0.0  # least wall time of a period, s
         self._pace = Pace()
 
     def configure(self, parameters: RunParameters) -> None:
-        """Take changed parameters."""
+        """Apply changed parameters."""
         p = parameters
         self._paced = p.control_period / p.pace if p.pace else 0.0
         factor = LOOKS * p.pace if p.sync == 'lockstep' else p.realtime_factor
@@ -44,5 +44,5 @@ class Metronome:
             self._timer = self._node.by_wall_clock(tick, self._on_tick)
 
     def begins(self) -> bool:
-        """Return whether the pace, if there is one, lets the coming period begin."""
+        """Return whether the pace allows the next period to begin."""
         return not self._paced or self._pace.begins(time.monotonic(), self._paced)

@@ -1,4 +1,4 @@
-"""Pushes that come to the simulator over a topic."""
+"""Conversion of messages on the topic ``push``."""
 
 from __future__ import annotations
 
@@ -11,15 +11,15 @@ from khr_sim.run_parameters import RunParameters
 
 
 def read_push(message: WrenchStamped, parameters: RunParameters, now_ns: int) -> Push:
-    """Return the push of a message; one in the past starts now.
+    """Convert a message to a push; a push in the past starts now.
 
     Args:
-        message: with the force in the frame of the world, or of the link that it acts on.
-        parameters: the link of the former, and point and duration of both.
+        message: with the force in the frame of the world or of a link, which it then acts on.
+        parameters: give the link for a force in the world frame, the point and the duration.
         now_ns: time of the latest sample, ns.
 
     Raises:
-        KhrError: if it is not accepted.
+        KhrError: if the push is not accepted.
     """
     p, force = parameters, message.wrench.force
     frame = message.header.frame_id or WORLD

@@ -1,4 +1,4 @@
-"""The simulator node: it stands for the hardware, and it owns time."""
+"""The simulator node: replaces the hardware and publishes the clock."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ REPORT_PERIOD = 1.0  # s of wall time between diagnostics
 
 
 class SimulatorNode(KhrNode):
-    """Publish the truth of each control period, take the answers, step the physics.
+    """Publish the ground truth of each control period, collect the answers, step the physics.
 
     States: ``waiting`` (for the first reference, the first answers and the listeners),
     ``running``, ``paused``, ``finished``.
@@ -85,23 +85,23 @@ class SimulatorNode(KhrNode):
         return self.parameters.sync == 'lockstep'
 
     def configure(self, parameters: RunParameters) -> None:
-        """Pass changed parameters to the physics; they act from the next control period."""
+        """Apply changed parameters from the next control period on."""
         self.plant.configure(parameters)
         self._metronome.configure(parameters)
 
     @property
     def answered_ns(self) -> int:
-        """The stamp that the physics has reached; the next period is simulated with the changes."""
+        """Timestamp reached by the physics; changed parameters act from the next period on."""
         return self.now_ns if self._started else -1
 
     def finish(self) -> None:
-        """Publish how far the run got."""
+        """Publish the end of the run."""
         self._lockstep.reported()
         if self.state != 'finished':
             self._enter('finished', end='stopped')
 
     def settled(self) -> bool:
-        """Return whether the listeners have all samples; this node alone can resend them."""
+        """Return whether the listeners have all samples, which only this node can republish."""
         return self.failure is not None or self._lockstep.received()
 
     def close(self) -> None:
@@ -115,7 +115,7 @@ class SimulatorNode(KhrNode):
         self._output.publish(self.plant.start(posture))
 
     def _pump(self) -> None:
-        """Go as far as the answers allow."""
+        """Simulate as many periods as the answers allow."""
         try:
             self._go_on()
         except KhrError as error:
@@ -139,7 +139,7 @@ class SimulatorNode(KhrNode):
             self._advance()
 
     def _answer(self, answers: Mapping[str, JointAnswer]) -> None:
-        """Pass on the answers to a sample; corrections are added in the order of the sources."""
+        """Queue the answers to a sample; corrections are added in the order of the sources."""
         reference = answers[GAIT].position if GAIT in answers else AT_REST
         corrections = [
             dict(zip(answers[source].name, answers[source].position, strict=True))
@@ -168,21 +168,19 @@ class SimulatorNode(KhrNode):
             return
         if not self._lockstep.barrier.put(source, answer.stamp_ns, answer):
             return
-        # Before the run starts, the first sample is published repeatedly: its answers are not late.
+        # The first sample is republished until the run starts; its answers have no latency.
         if source != GAIT and self.state == 'running' and answer.stamp_ns == self.now_ns:
             self._latency.add(time.monotonic() - self._published)
         self._pump()
 
     def _contradicted(self, source: str, stamp_ns: int) -> None:
-        """End the run if somebody else may be answering with the run's identity."""
-        topic, what = (
-            _answers_of(source),
-            f'another answer to t = {stamp_ns / 1e9:.3f} s than before',
-        )
+        """Reject a contradicting answer; end the run if a second publisher may have sent it."""
+        topic = _answers_of(source)
         if self.count_publishers(topic.name) > 1:
-            self._abort(f'{topic.name}: {what}, from {self.senders(topic)}')
+            problem = f'another answer to t = {stamp_ns / 1e9:.3f} s than before'
+            self._abort(f'{topic.name}: {problem}, from {self.senders(topic)}')
         else:
-            self.refuse(topic, 'another answer to an instant than before')
+            self.refuse(topic, 'another answer to a sample than before')
 
     def _on_ready(self, message: String) -> None:
         name, stamp_ns = read_ready(message.data, self.run)
@@ -198,7 +196,7 @@ class SimulatorNode(KhrNode):
             raise MalformedError(str(error)) from error
         message.header.frame_id = push.frame
         restamp(message.header.stamp, round(push.start * 1e9))
-        self._pushes_out.publish(message)  # for a recorder that does not know the publisher
+        self._pushes_out.publish(message)  # with its exact start and frame, for the recorder
 
     def _on_pause(self, request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         able = self.state in ('running', 'paused')
@@ -213,7 +211,7 @@ class SimulatorNode(KhrNode):
     # ---- wall time ----
 
     def _on_tick(self) -> None:
-        """Advance one period in realtime mode, with whatever answers are fresh."""
+        """Advance one period in realtime mode, with the answers that are recent enough."""
         if self.state != 'running':
             return
         p = self.parameters
@@ -233,7 +231,7 @@ class SimulatorNode(KhrNode):
             self._abort(str(error))
 
     def _on_watch(self) -> None:
-        """Publish the sample again if an answer is missing; end the run after the timeout."""
+        """Republish the sample if an answer is missing; end the run after the timeout."""
         if self.state == 'waiting':
             self._wait()
         elif self._lockstep.asks() and self.state == 'running' and self._in_lockstep:
@@ -246,7 +244,7 @@ class SimulatorNode(KhrNode):
     def _ask_again(self) -> None:
         ready = self.plant.ready
         if not self._lockstep.missing(ready):
-            return  # only the pace holds the run back
+            return  # only the pace limits the run
         reason = self._lockstep.late(self.parameters.lockstep_timeout, ready)
         if reason:
             self._abort(reason)
@@ -266,7 +264,7 @@ class SimulatorNode(KhrNode):
             self._enter('waiting')
 
     def _abort(self, reason: str) -> None:
-        """End the run with an error that watchers can read."""
+        """End the run with an error, published on the topic ``state``."""
         self.fail(reason)
         self._enter('finished', end='error', reason=reason)
 

@@ -16,8 +16,8 @@ from khr_sim.transforms import Frames, JointTree, TransformsParameters
 class TransformsNode(KhrNode):
     """Publish ``odom`` to ``base_link``, and the frames below it, in simulated time.
 
-    No run waits for it. A repeated sample is published once: listeners of ``tf`` reject a
-    repeated stamp.
+    No run waits for this node. A republished sample is published once: ``tf`` listeners reject
+    repeated timestamps.
     """
 
     parameters: TransformsParameters

@@ -1,4 +1,4 @@
-"""Publish the true state of the simulated robot, one set of messages per control period."""
+"""Publisher of the ground truth, one set of messages per control period."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from khr_sim.physics.truth import SIGNALS, Truth
 
 
 class TruthPublisher:
-    """The simulator's outputs: the signals of the truth, and the speeds that go with poses."""
+    """Publish the ground truth: signals, and the derivatives in their messages."""
 
     def __init__(self, node: KhrNode, urdf: str) -> None:
         blanks = [BLANK] * len(JOINTS)
@@ -45,23 +45,23 @@ class TruthPublisher:
         self._description, self._urdf = node.publisher(ROBOT_DESCRIPTION), urdf
 
     def describe(self) -> None:
-        """Publish the robot's description, once in every run."""
+        """Publish the robot description, once per run."""
         self._description.publish(String(data=self._urdf))
 
     def tick(self, stamp_ns: int) -> None:
-        """Publish the time alone."""
+        """Publish only the clock."""
         self._outputs[CLOCK].fill(stamp_ns)
         self._outputs[CLOCK].send()
 
     def publish(self, truth: Truth) -> None:
-        """Publish the truth of one sample, the clock first."""
+        """Publish the ground truth of one sample, the clock first."""
         speeds = truth.speeds()
-        for topic, carries in truth.signals().items():
-            self._outputs[topic].fill(truth.stamp_ns, (*carries, *speeds.get(topic, ())))
+        for topic, values in truth.signals().items():
+            self._outputs[topic].fill(truth.stamp_ns, (*values, *speeds.get(topic, ())))
         self.repeat()
 
     def repeat(self) -> None:
-        """Publish the last sample again, for a listener that missed it."""
+        """Publish the last sample again, for subscribers that missed it."""
         for output in self._outputs.values():
             output.send()
 

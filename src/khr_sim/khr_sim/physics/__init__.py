@@ -1,1 +1,1 @@
-"""The world of the robot: engines, contact, pushes, the truth of an instant."""
+"""The simulated world: engines, contact, pushes, ground truth."""

@@ -1,4 +1,4 @@
-"""What a picture of the world shows; a film is one per frame."""
+"""Camera model of the rendered images."""
 
 from __future__ import annotations
 
@@ -12,25 +12,30 @@ from numpy.typing import NDArray
 from khr_common.maths.rotation import Array, Vector
 
 FIELD_OF_VIEW = 30.0  # deg, vertical
-NEAR, FAR = 0.05, 10.0  # what is drawn, m from the camera
-SUN = (-0.25, -0.5, 2.0)  # direction towards the light, in odom: shadows fall beside the feet
+NEAR, FAR = 0.05, 10.0  # clipping planes, m from the camera
+SUN = (-0.25, -0.5, 2.0)  # direction to the light, in odom; shadows fall to the side of the feet
 
 
 class Picture(NamedTuple):
-    """What a camera sees: colours, (height, width, 3), and where that is the board."""
+    """A rendered image.
+
+    Attributes:
+        colors: RGB, (height, width, 3).
+        slope: mask of the pixels that show the slope, (height, width).
+    """
 
     colors: NDArray[np.uint8]
-    board: NDArray[np.bool_]
+    slope: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
 class Camera:
-    """Where a camera stands, and how large its picture is.
+    """Pose and image size of a camera.
 
     Attributes:
-        width, height: of the picture, px.
-        target: point looked at, m in odom.
-        yaw: direction the camera looks in, rad about z from +x: 0 looks at the robot's back.
+        width, height: of the image, px.
+        target: point in the image centre, m in odom.
+        yaw: viewing direction, rad about z from +x; 0 looks at the back of the robot.
         pitch: rad; negative looks down.
         distance: from the target to the camera, m.
     """
@@ -54,7 +59,7 @@ class Camera:
         return view
 
     def projection(self) -> Array:
-        """Return the transform from the camera's frame to that of the picture, (4, 4)."""
+        """Return the projection from the camera frame to clip coordinates, (4, 4)."""
         scale = 1.0 / tan(radians(FIELD_OF_VIEW) / 2.0)
         depth = NEAR - FAR
         return np.array(
@@ -67,7 +72,7 @@ class Camera:
         )
 
     def pixels(self, points: Array) -> Array:
-        """Return where points in odom, m, (..., 3), are: px from left and from top, (..., 2)."""
+        """Project points in odom, m, (..., 3), to the image: px from left and top, (..., 2)."""
         whole = np.concatenate((points, np.ones((*points.shape[:-1], 1))), axis=-1)
         seen = whole @ (self.projection() @ self.view()).T
         place = seen[..., :2] / seen[..., 3:]

@@ -1,8 +1,8 @@
-"""The feet on the ground: where they touch it, and with what force at toe and heel.
+"""Contact of the feet with the ground: contact geometry, and the forces on toes and heels.
 
-Each foot touches by four small spheres, at the corners of its contact rectangle: the flat of the
-sole, or toe pad and heel pad. A rigid flat foot on a plane has no more to say, and four points
-that stay in place give the solver a steady problem, which a box on a plane does not.
+Each foot has four small contact spheres, at the corners of its contact rectangle: the flat of the
+sole, or toe pad and heel pad. They are sufficient for a rigid flat foot on a plane, and contact
+points that stay in place keep the solver steady, unlike those of a box on a plane.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.robot import Robot
 
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
-Contact = tuple[Any, ...]  # of robot and ground, as PyBullet has it
-NORMAL, ALONG, ACROSS = 7, 11, 13  # where in it the directions of its three forces are
+Contact = tuple[Any, ...]  # of robot and ground, a contact point of PyBullet
+NORMAL, ALONG, ACROSS = 7, 11, 13  # indices of the directions of its three forces
 
 SIDES = ('l', 'r')
-HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads, which lie across it, m
+HALF_WIDTH = 0.035  # of the flat of the sole, and of the pads across it, m
 CORNER_RADIUS = 0.002  # of the rim, m
 SPHERES = 4
 
@@ -37,10 +37,10 @@ def corners(parameters: SimulatorParameters, robot: Robot) -> Array:
 
 
 def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
-    """Return the URDF as the physics engine is to have it.
+    """Return the URDF for the physics engine.
 
-    The massless frames are left out, to which it would give a mass of 1 kg, and the feet touch
-    the ground by their corners.
+    Massless frames are dropped, as PyBullet would give them a mass of 1 kg, and the feet get
+    contact spheres at their corners.
     """
     root = ElementTree.fromstring(robot.urdf)
     for element in list(root):
@@ -63,35 +63,37 @@ def physics_urdf(parameters: SimulatorParameters, robot: Robot) -> str:
 
 
 class ContactForces:
-    """The mean forces of the ground on toe and heel of both feet over one control period.
+    """Mean contact forces on toe and heel of both feet over one control period.
 
-    A contact ahead of the ankle axis belongs to the toe, one behind it to the heel; the poses of
-    the soles at the start of the period show which is which, as all contacts lie centimetres from
-    the axis. All contacts share the ground's normal, from which alone the engine takes the two
-    directions of friction.
+    A contact ahead of the ankle axis counts for the toe, a contact behind it for the heel. The
+    sole poses at the start of the period suffice for this, as all contacts are centimetres from
+    the axis. All contacts share the normal of the ground, and the engine derives both friction
+    directions from it.
 
-    An engine either adds its contacts step by step, or counts ``steps`` and sums up the forces
+    An engine either adds its contacts step by step, or counts ``steps`` and sums the forces
     ``in_odom`` itself.
 
     Args:
-        feet: the engine's numbers of the left and right foot.
+        feet: indices of the left and right foot in the engine.
         soles: poses of l_sole and r_sole at the start of the period.
 
     Attributes:
-        steps: of the period so far.
-        in_odom: sums over the steps, N, rows l_toe, l_heel, r_toe, r_heel, (4, 3).
+        steps: physics steps of the period so far.
+        in_odom: sums of the forces over the steps, N, rows l_toe, l_heel, r_toe, r_heel, (4, 3).
     """
 
     def __init__(self, feet: Sequence[int], soles: Sequence[Pose]) -> None:
         self.steps = 0
         self.in_odom = np.zeros((4, 3))
         self._last: Contact | None = None  # of a foot
-        self._impulses = [[0.0, 0.0, 0.0] for _ in range(4)]  # along normal and both frictions
+        self._impulses = [
+            [0.0, 0.0, 0.0] for _ in range(4)
+        ]  # along normal and both friction directions
         self._feet, self._soles = feet, soles
 
     @cached_property
     def _of_foot(self) -> dict[int, tuple[float, float, float, float, list[float], list[float]]]:
-        """Per foot: heading x y z, how far ahead its ankle is, toe and heel impulse."""
+        """Per foot: heading x y z, coordinate of the ankle along it, toe and heel impulse."""
         found = {}
         for side, (foot, (position, orientation)) in enumerate(
             zip(self._feet, self._soles, strict=True)
@@ -102,11 +104,11 @@ class ContactForces:
         return found
 
     def add(self, contacts: Iterable[Contact]) -> None:
-        """Take the contacts of the robot with the ground after one step."""
+        """Add the contacts of robot and ground after one step."""
         self.steps += 1
         of_foot = self._of_foot
         for contact in contacts:
-            # The robot's link, the point in m in odom, the forces along normal and frictions in N.
+            # Link, point in odom in m, forces along the normal and both friction directions in N.
             _, _, _, link, _, (x, y, z), _, _, _, press, slip, _, slide, _ = contact
             if link in of_foot:
                 fx, fy, fz, ankle, toe, heel = of_foot[link]
@@ -117,10 +119,10 @@ class ContactForces:
                 self._last = contact
 
     def mean(self, soles: Sequence[Pose]) -> list[Vector]:
-        """Return the forces on l_toe, l_heel, r_toe and r_heel, each in its frame, N.
+        """Return the mean forces on l_toe, l_heel, r_toe and r_heel, in the frame of the sole, N.
 
         Args:
-            soles: poses of l_sole and r_sole at the end of the period, in whose frames they are.
+            soles: poses of l_sole and r_sole at the end of the period.
         """
         sums = self.in_odom.tolist()
         if self._last is not None:

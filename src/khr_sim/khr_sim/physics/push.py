@@ -1,4 +1,4 @@
-"""A push: a force on a link for a while, repeatable to the step."""
+"""A push: a force on a link for a given time, reproducible to the physics step."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ class Push:
     """A constant force on a point of a link.
 
     Args:
-        start: when it begins, s of simulated time.
-        duration: how long it lasts, s.
-        link: the link it acts on.
-        frame: the frame its components are given in: ``odom`` or the link's name.
-        force: N.
-        point: where it acts, m in the link's own frame.
+        start: s of simulated time.
+        duration: s.
+        link: link that the force acts on.
+        frame: frame of the force: ``odom`` or the name of the link.
+        force: N, (3,).
+        point: point of action in the frame of the link, m, (3,).
 
     Raises:
         KhrError: naming the field, its value and what is accepted.
@@ -49,9 +49,9 @@ class Push:
 
     @classmethod
     def parse(cls, text: str) -> Push:
-        """Read a push from words ``key=value``, as in a scenario.
+        """Parse a push from words ``key=value``, as in a scenario.
 
-        The keys are t, duration, link, frame, force and point; point may be left out:
+        The keys are t, duration, link, frame, force and the optional point:
         ``t=5.0 duration=0.1 link=base_link frame=odom force=8,0,0 point=0,0,0.05``
 
         Raises:

@@ -1,7 +1,7 @@
-"""How a robot stands at rest: the torques that hold it, and so the sag of its compliant servos.
+"""Static equilibrium of the standing robot: holding torques of the joints.
 
-A run starts from here. Released with unloaded servos the robot would drop into them and swing by
-twice the sag, which is no property of a robot that stood there before.
+The compliant servos sag under these torques. A run starts from this equilibrium: with unloaded
+servos the robot would drop at the start and swing by twice the sag.
 """
 
 from __future__ import annotations
@@ -12,13 +12,13 @@ from khr_common.maths.rotation import Array, applied, between, cross, dot
 from khr_sim.robot import JOINTS, Robot
 
 GRAVITY = 9.80665  # m/s^2
-TOUCHING = 0.003  # m: a sole less than this above the other carries its share
+TOUCHING = 0.003  # m; a sole at most this much above the other one carries load
 
 
 def footing(poses: dict[str, Array]) -> tuple[Array, Array]:
-    """Return the axes (3, 3) of the ground under the soles, and a point (3,) of it, in base_link.
+    """Return the axes (3, 3) of the ground under the soles and a point (3,) on it, in base_link.
 
-    It lies under the lower sole, or flat between two soles that are both down.
+    The ground is the plane of the lower sole, or the mean plane if both soles are down.
     """
     soles = [poses[f'{side}_sole'] for side in _down(poses)]
     point = np.mean([sole[:3, 3] for sole in soles], axis=0)
@@ -32,14 +32,15 @@ def _down(poses: dict[str, Array]) -> tuple[str, ...]:
 
 
 def holding_torques(robot: Robot, poses: dict[str, Array], down: Array) -> Array:
-    """Return the torques (17,) in N m with which the joints hold the robot on its soles.
+    """Return the joint torques (17,) in N m of the robot at rest on its soles.
 
-    The ground's force acts below the centre of mass. If both soles are down, they share it so that
-    neither turns its ankle-roll joint, as the feet of soft legs do; else one sole has it all.
+    The ground reaction force acts below the centre of mass. Two soles on the ground share it so
+    that the ankle-roll joints are free of torque, as with compliant legs; a single sole carries
+    the whole force.
 
     Args:
-        robot: its description.
-        poses: of its links in base_link.
+        robot: description of the robot.
+        poses: of the links in base_link.
         down: unit vector of gravity in base_link, (3,).
     """
     forces = {name: link.mass * GRAVITY * down for name, link in robot.links.items()}
@@ -65,7 +66,7 @@ def holding_torques(robot: Robot, poses: dict[str, Array], down: Array) -> Array
 
 
 def _support(robot: Robot, poses: dict[str, Array], down: Array) -> dict[str, tuple[float, Array]]:
-    """Return the share of the weight each sole carries, and where, in base_link."""
+    """Return share of weight and point of action in base_link, by loaded sole."""
     axes, point = footing(poses)
     left, up = axes[:, 1], axes[:, 2]
     center = robot.center_of_mass(poses)

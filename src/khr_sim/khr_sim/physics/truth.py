@@ -1,4 +1,4 @@
-"""What the simulated robot truly does at the end of a control period."""
+"""Ground truth: the state of the simulated robot at the end of a control period."""
 
 from __future__ import annotations
 
@@ -25,11 +25,11 @@ from khr_common.interfaces import (
 )
 from khr_common.maths.rotation import carried, inverse
 
-# The topics of the truth, in the order in which they are published.
+# Topics of the ground truth, in the order of publication.
 SIGNALS = (CLOCK, JOINT_STATES, TRUE_POSE, TRUE_RATE, TRUE_SOLES, TRUE_INCLINATION, *TRUE_FORCES)
 
 
-# What a trajectory hash is made of, in its order, after the count of steps.
+# Parts in a trajectory hash, in its order, after the count of steps.
 RECORDED = (
     'position',
     'orientation',
@@ -41,7 +41,7 @@ RECORDED = (
 
 
 class _Part:
-    """A part of the numbers of a truth, as an array of its shape; of the class, the part itself."""
+    """Descriptor of a slice of the numbers, as an array; on the class, the descriptor itself."""
 
     def __init__(self, *shape: int) -> None:
         self._shape = shape
@@ -57,25 +57,25 @@ class _Part:
         return self if truth is None else np.array(truth.numbers[self.span]).reshape(self._shape)
 
 
-_lengths: dict[str, int] = {}  # of the parts of a truth by name, in the order of its numbers
+_lengths: dict[str, int] = {}  # of the parts by name, in the order of the numbers
 
 
 @dataclass(frozen=True, eq=False)
 class Truth:
-    """Everything at one instant t_k, in SI units; odom has z upward, base_link is the torso.
+    """State at the end of control period k, in SI units; odom has z upward, base_link is the torso.
 
     Attributes:
         step: physics steps since the reset.
         stamp_ns: simulated time, ns.
-        numbers: all that follows but the inclination, in one row; the rest is made of it.
+        numbers: all following parts except the inclination, concatenated.
         position: origin of base_link in odom, m, (3,).
         orientation: of base_link in odom, quaternion x y z w, (4,).
         linear_velocity: of the origin of base_link, in odom, m/s, (3,).
         angular_velocity: of base_link, in odom, rad/s, (3,).
         joint_position, joint_velocity: rad and rad/s, (17,).
         mean_angular_velocity: over the last control period, in imu_link, rad/s, (3,): the
-            rotation vector from the last instant to this, by the period. Zero at the reset. It is
-            what a gyro measures; ``angular_velocity`` is the value at the instant.
+            rotation vector of the period by its length, zero at the reset. This is the input of
+            the gyro; ``angular_velocity`` is the value at the timestamp.
         joint_effort: torques of the last physics step, N m, (17,).
         contact_force: mean over the last control period, N, rows l_toe, l_heel, r_toe, r_heel,
             each in its own frame, z normal to the sole, (4, 3). Zero at the reset.
@@ -103,10 +103,10 @@ class Truth:
 
     @classmethod
     def of(cls, step: int, stamp_ns: int, inclination: float, **parts: Sequence[float]) -> Truth:
-        """Return a truth of all its parts, each by its name and in one row.
+        """Build a state from its parts, each flat and by its name.
 
         Raises:
-            ValueError: if a part is missing, unknown, or not as long as it is to be.
+            ValueError: if a part is missing, unknown, or of another length.
         """
         ordered = [parts[name] for name in _lengths if name in parts]
         if len(parts) != len(_lengths) or [*map(len, ordered)] != [*_lengths.values()]:
@@ -121,7 +121,7 @@ class Truth:
         return atan2(2.0 * hypot(x * z + y * w, y * z - x * w), 1.0 - 2.0 * (x * x + y * y))
 
     def signals(self) -> dict[Topic, Numbers]:
-        """Return what each topic of the truth carries, for those who subscribe to it."""
+        """Return the numbers of each topic, as its subscribers read them."""
         numbers = self.numbers
         places, turns, forces = (
             numbers[part.span]
@@ -138,9 +138,9 @@ class Truth:
         }
 
     def speeds(self) -> dict[Topic, Numbers]:
-        """Return what goes with the poses of two topics.
+        """Return the derivatives in the messages of two topics.
 
-        Joint velocities and torques, and the twist of base_link, in its own frame as ROS has it.
+        Joint velocities and torques, and the twist of base_link in its own frame (Odometry).
         """
         numbers = self.numbers
         to_body = inverse(numbers[Truth.orientation.span])
@@ -153,7 +153,7 @@ class Truth:
         }
 
     def record(self) -> bytes:
-        """Return the state as canonical bytes, for a trajectory hash.
+        """Serialise the state for a trajectory hash.
 
         The step as int64, then as float64: position, orientation, linear and angular velocity of
         base_link, joint positions and velocities; all little-endian.

@@ -1,4 +1,4 @@
-"""The simulated robot on its inclined ground: physics, servos and controller board together."""
+"""The simulated robot on inclined ground: physics engine, servos and controller board."""
 
 from __future__ import annotations
 
@@ -25,23 +25,23 @@ from khr_sim.servo import ANGLE, Servos
 
 Array = NDArray[np.float64]
 
-MOST_PUSHES = 1000  # that are to come or act at a time
-SETTLING = 8  # rounds of load and sag at a reset; each changes an eighth of the one before
-TILTING_SPEED = radians(2.0)  # of a board tilted by hand to a new inclination, rad/s
-STEEPEST = radians(30.0)  # either way, where the growing inclination ends, rad
+MOST_PUSHES = 1000  # pending or active at a time
+SETTLING = 8  # iterations of load and sag at a reset; each reduces the change to an eighth
+TILTING_SPEED = radians(2.0)  # of a slope tilted by hand to a new inclination, rad/s
+STEEPEST = radians(30.0)  # limit of a growing inclination in both directions, rad
 
 
 class World:
-    """One robot on one plane, in an engine of its own.
+    """One robot on one plane, in its own engine.
 
-    The feet touch the ground by their corners, torso and arms by boxes, the legs not at all; the
-    robot's parts pass through one another.
+    The feet collide with the ground at their corners, torso and arms by boxes, the legs not at
+    all; there are no self-collisions.
 
-    Two worlds with the same parameters and targets give bit-equal trajectories, as does one world
-    after a reset.
+    Two worlds with the same parameters and targets give bit-equal trajectories, and so does one
+    world after a reset.
 
     Raises:
-        KhrError: if the description of the robot is not that of the KHR-3HV.
+        KhrError: if the description is not of the KHR-3HV.
     """
 
     def __init__(self, parameters: SimulatorParameters) -> None:
@@ -55,21 +55,22 @@ class World:
             self.robot.joints[f'{side}_sole_frame'].origin.tolist() for side in contact.SIDES
         ]
         self.reset([0.0] * len(JOINTS))
-        no_steps = np.zeros((0, len(JOINTS)))  # compiles now what the first period would
+        no_steps = np.zeros((0, len(JOINTS)))  # compile before the first period
         self.engine.run(no_steps, self._servos, self._contact_forces)
 
     def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
-        """Start anew with the robot at rest, its soles on the ground, its servos loaded.
+        """Restart with the robot at rest, its soles on the ground and its servos loaded.
 
         Args:
             posture: 17 joint angles in rad.
-            clearance: height of the soles above the ground, in m; in the air nothing is loaded.
+            clearance: height of the soles above the ground, in m; if positive, the servos are
+                not loaded.
 
         Raises:
             KhrError: if the angles are not 17 finite numbers.
         """
         p = self.parameters
-        # What a servo takes for its middle is not quite the link's, as horn and spline meet.
+        # Horn and spline fit in steps only, so that the zeros of servo and link differ.
         errors = generator(p.seed, 'servo_zero').normal(
             0.0, radians(p.zero_error_deg), len(JOINTS)
         )
@@ -89,13 +90,13 @@ class World:
         return self._observe()
 
     def advance(self, target: Sequence[float]) -> Truth:
-        """Simulate one control period, in which the board brings the servos to ``target``.
+        """Simulate one control period, in which the board interpolates to ``target``.
 
         Args:
             target: 17 joint angles in rad, reached at the end of the period.
 
         Raises:
-            KhrError: if they are not 17 finite numbers.
+            KhrError: if the target is not 17 finite numbers.
         """
         commands = self._displaced(self._board.update(target))
         rows = 1 if self._pushes or self._tilting else len(commands)
@@ -110,10 +111,10 @@ class World:
         return self._observe()
 
     def push(self, push: Push) -> None:
-        """Add a push; one that is already over has no effect.
+        """Add a push; a push in the past has no effect.
 
         Raises:
-            KhrError: if the robot has no such link, or too many pushes are under way.
+            KhrError: if the link is unknown, or too many pushes are pending.
         """
         if push.link not in self.robot.links:
             raise KhrError(
@@ -126,10 +127,10 @@ class World:
         self._pushes.append(push)
 
     def configure(self, parameters: SimulatorParameters) -> None:
-        """Take changed parameters; the ground tilts to a new inclination at 2 deg/s.
+        """Apply changed parameters; the ground tilts to a new inclination at 2 deg/s.
 
         Raises:
-            ParameterError: if one has changed that is fixed for a run.
+            ParameterError: if a read-only parameter differs.
         """
         for name, specification in specifications(SimulatorParameters).items():
             if specification.read_only and getattr(parameters, name) != getattr(
@@ -147,11 +148,11 @@ class World:
 
     @property
     def potentiometers(self) -> list[float]:
-        """Return the angles (17,) in rad that the servos measure, before their gears' play."""
+        """Return the rotor angles (17,) in rad, as measured ahead of the backlash."""
         return [float(angle) for angle in self._servos.state[ANGLE]]
 
     def set_servos(self, stretch: Array, free: Array) -> None:
-        """Take stretch settings (17,), and which servos are without torque, (17,)."""
+        """Apply the stretch of each servo, (17,), and whether the servo is free, (17,)."""
         self._servos.set_each(self.parameters, stretch, free)
 
     def close(self) -> None:
@@ -159,11 +160,11 @@ class World:
         self.engine.close()
 
     def _displaced(self, commands: Array) -> Array:
-        """Return the joint angles, (..., 17) in rad, for which the servos take the commands."""
+        """Add the zero errors of the servos to commands, (..., 17) in rad."""
         return commands if self._zero_errors is None else commands + self._zero_errors
 
     def _place(self, command: Array, clearance: float) -> None:
-        """Put the lower sole flat on the plane, and the middle of both soles at the origin."""
+        """Place the lower sole flat on the plane, and the centre of both soles at the origin."""
         p = self.parameters
         ground = matrix(pitched(self._inclination))
         error = generator(p.seed, 'simulator').normal(0.0, radians(p.initial_tilt_deg), 2)
@@ -215,7 +216,7 @@ class World:
             self.engine.push(link, force, origin + applied(rotation, push.point))
 
     def _pose(self, name: str) -> tuple[int, Array, Array]:
-        """Return the engine's link that a link is or is fixed to, its origin and rotation."""
+        """Return engine index, origin and rotation of a link or of a frame fixed to a link."""
         offset = np.zeros(3)
         name = TORSO if name == BODY else name
         if name not in self.engine.links:

@@ -1,1 +1,1 @@
-"""Force sensors and gyro, the gyro down to its circuit."""
+"""Models of the force sensors and of the gyro."""

@@ -1,7 +1,7 @@
 """The resistive force sensors under toe and heel of each foot.
 
-What the thesis says of them is that there are two a foot and that they are resistive; range,
-noise, resolution and time constant are assumed.
+The thesis gives two resistive sensors per foot and no data; range, noise, resolution and time
+constant are assumed.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class FootForceParameters:
     )
     resolution: float = parameter(
         0.025,
-        'Step of the reading; 0 for none. The default is a thousandth of the range, as '
-        'the 10-bit converter of the board gives.',
+        'Resolution of the reading; 0 for none. The default is a thousandth of the range, as '
+        'with the 10-bit converter of the board.',
         unit='N',
         minimum=0.0,
         maximum=5.0,
@@ -50,7 +50,7 @@ class FootForceParameters:
 
 
 class FootForce:
-    """Turn the true mean contact forces of each control period into four readings."""
+    """Convert the true mean contact forces of each control period to four readings."""
 
     def __init__(self, parameters: FootForceParameters) -> None:
         self._low_pass = LowPass(4, parameters.control_period, parameters.time_constant)
@@ -58,12 +58,12 @@ class FootForce:
         self.configure(parameters)
 
     def configure(self, parameters: FootForceParameters) -> None:
-        """Take changed parameters from the next sample on, keeping the state."""
+        """Apply changed parameters from the next sample on and keep the state."""
         self.parameters = parameters
         self._low_pass.configure(parameters.time_constant)
 
     def update(self, contact_force: Sequence[Sequence[float]]) -> tuple[float, ...]:
-        """Return the normal forces that the sensors read, in N, from 0 to the saturation.
+        """Return the readings of the sensors, in N, from 0 to the saturation.
 
         Args:
             contact_force: (4, 3), true forces on l_toe, l_heel, r_toe and r_heel, each in its own
@@ -81,7 +81,7 @@ class FootForce:
                 f'accepted: (4, 3) finite forces in N'
             )
         own = self.parameters
-        # Drawn whether it is used or not: the sequence depends on nothing but the seed.
+        # Always drawn, so that the sequence depends on the seed alone.
         noise = self._noise.standard_normal(4).tolist()
         normal = self._low_pass.update([force[2] for force in contact_force])
         readings = [each + own.noise * error for each, error in zip(normal, noise, strict=True)]

@@ -1,11 +1,11 @@
-"""The gyro KRG-4 of the robot, seen through the controller board's AD converter.
+"""The gyro KRG-4 with the AD converter of the controller board.
 
-The KRG-4 measures one axis. On the robot that is pitch, ``y`` of ``imu_link``; roll and yaw are
-given by two more sensors of the same kind, which the real robot lacks and no controller reads.
+The KRG-4 measures one axis, on the robot pitch, ``y`` of ``imu_link``. Roll and yaw are simulated
+by two more sensors of the same kind, which the real robot lacks and no controller reads.
 
-Provenance of the numbers: the sensitivity is published (5.2); no data sheet of the KRG-4 is. Its
-sensitivity is that of the Murata ENC-03R, so that element's range of 300 deg/s is assumed. The
-bandwidth is to be calibrated; noise and offset are assumed.
+The sensitivity is published (5.2); there is no public data sheet of the KRG-4. As the Murata
+ENC-03R has the same sensitivity, its range of 300 deg/s is assumed. The bandwidth is calibrated;
+noise and offset are assumed.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class GyroParameters:
     )
     sensitivity: float = parameter(
         0.67,
-        'Sensitivity of this sensor. The board reckons with the nominal 0.67, so another '
-        'value is an error of scale.',
+        'Sensitivity of this sensor. The board assumes the nominal 0.67, so that '
+        'another value is a scale error.',
         unit='mV per deg/s',
         minimum=0.01,
         maximum=10.0,
@@ -74,7 +74,7 @@ class GyroParameters:
 
 
 class Gyro:
-    """Turn the true mean rate of each control period into the rate that the board reads."""
+    """Convert the true mean rate of each control period to the reading of the board."""
 
     def __init__(self, parameters: GyroParameters) -> None:
         period = parameters.control_period
@@ -84,7 +84,7 @@ class Gyro:
         self.configure(parameters)
 
     def configure(self, parameters: GyroParameters) -> None:
-        """Take changed parameters from the next sample on; a model keeps its state."""
+        """Apply changed parameters from the next sample on; the models keep their state."""
         self.parameters = parameters
         ideal = parameters.model == 'ideal'
         self._low_pass.configure(0.0 if ideal else 1.0 / (tau * parameters.bandwidth))
@@ -92,7 +92,7 @@ class Gyro:
             circuit.configure(replace(KRG4, bandwidth=parameters.bandwidth))
 
     def update(self, angular_rate: Sequence[float]) -> tuple[float, float, float]:
-        """Return the rates that the board reads at the end of a control period.
+        """Return the readings of the board at the end of a control period.
 
         Args:
             angular_rate: true rates about x, y, z of ``imu_link``, rad/s; means over the period.
@@ -108,20 +108,20 @@ class Gyro:
                 f'angular_rate: {angular_rate!r} is not accepted; '
                 f'accepted: three finite rates in rad/s'
             )
-        # Drawn whether it is used or not: the sequence depends on nothing but the seed.
+        # Always drawn, so that the sequence depends on the seed alone.
         noise = self._noise.standard_normal(3).tolist()
         sensed = self._sense(angular_rate)
         x, y, z = sensed if self.parameters.model == 'ideal' else map(self._read, sensed, noise)
         return x, y, z
 
     def _sense(self, rate: Sequence[float]) -> list[float]:
-        """Return what the three sensing elements make of the rates, in rad/s."""
+        """Return the outputs of the three sensing elements, in rad/s."""
         if self.parameters.model != 'circuit':
             return self._low_pass.update(rate)
         return [circuit.update(each) for circuit, each in zip(self._circuits, rate, strict=True)]
 
     def _read(self, sensed: float, noise: float) -> float:
-        """Carry what one sensor measures to the board: noise, range, scale, offset, converter."""
+        """Apply noise, range, scale, offset and AD converter to one sensing element."""
         own, limit = self.parameters, self.parameters.saturation
         scale = own.sensitivity / 1000.0 / radians(1.0)
         voltage = (

@@ -1,4 +1,4 @@
-"""The physics engines: each behind the protocol ``base.Engine``, and named nowhere else."""
+"""Create a physics engine by its name; other modules know only the protocol ``base.Engine``."""
 
 from __future__ import annotations
 
@@ -10,12 +10,12 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines.base import Engine, Painter
 from khr_sim.robot import Robot
 
-LIBRARIES = {'bullet': 'pybullet', 'mujoco': 'mujoco'}  # by engine, as the package index has them
-DEFAULT = SimulatorParameters().engine  # of a scenario that names none
+LIBRARIES = {'bullet': 'pybullet', 'mujoco': 'mujoco'}  # name on PyPI by engine
+DEFAULT = SimulatorParameters().engine  # if a scenario names no engine
 
 
 def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
-    """Return the engine that the parameters ask for, and import its library only now.
+    """Return the engine named by the parameters; its library is imported here.
 
     Raises:
         KhrError: if the library is not installed, or its window has no screen.
@@ -42,7 +42,7 @@ def create(parameters: SimulatorParameters, robot: Robot) -> Engine:
 
 
 def painter(parameters: SimulatorParameters, robot: Robot) -> Painter:
-    """Return what draws the robot, of whichever engine: the one that needs no graphics driver."""
+    """Return the renderer of both engines, PyBullet in software, which needs no graphics driver."""
     from khr_sim.physics.engines.bullet_scene import BulletScene
 
     return BulletScene(replace(parameters, gui=False), robot)

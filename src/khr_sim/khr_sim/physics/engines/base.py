@@ -1,4 +1,4 @@
-"""What the world asks of a physics engine, in terms that every engine shares."""
+"""Interface of the physics engines."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from khr_sim.servo import Servos
 
 
 class Motion(NamedTuple):
-    """Where base_link is and how it moves, in odom: m, quaternion x y z w, m/s, rad/s."""
+    """Pose and twist of base_link in odom: m, quaternion x y z w, m/s, rad/s."""
 
     position: Vector
     orientation: Sequence[float]
@@ -24,10 +24,10 @@ class Scene(Protocol):
     """One robot on one plane through the origin of odom."""
 
     def reset(self, inclination: float) -> None:
-        """Start anew, with a ground inclined by so many rad."""
+        """Restart on ground inclined by an angle in rad."""
 
     def place(self, position: Array, rotation: Array, posture: Sequence[float]) -> None:
-        """Put the robot somewhere, at rest.
+        """Place the robot at rest.
 
         Args:
             position: of base_link in odom, m, (3,).
@@ -36,28 +36,28 @@ class Scene(Protocol):
         """
 
     def tilt_ground(self, inclination: float) -> None:
-        """Incline the ground by so many rad about the origin."""
+        """Incline the ground about the origin by an angle in rad."""
 
     def close(self) -> None:
-        """Release what the engine holds."""
+        """Release the resources of the engine."""
 
 
 class Painter(Scene, Protocol):
-    """A scene to look at."""
+    """A scene that can be rendered."""
 
     def picture(self, camera: Camera) -> Picture:
-        """Draw what a camera sees."""
+        """Render the image of a camera."""
 
 
 class Engine(Scene, Protocol):
-    """A scene in which physics goes on.
+    """A scene with physics.
 
-    The feet touch the ground by the spheres of the description, torso and arms by their boxes;
-    the robot's parts pass through one another. Nothing damps or brakes its joints but the servos.
-    After a reset and a placing the same steps give the same bits.
+    The feet collide with the ground by spheres, torso and arms by boxes; there are no
+    self-collisions. Only the servos damp or brake the joints. After ``reset`` and ``place`` the
+    same steps give equal results bit for bit.
 
     Attributes:
-        links: the engine's number of each link that has mass, by name.
+        links: index in the engine of each link with mass, by name.
     """
 
     links: Mapping[str, int]
@@ -66,15 +66,15 @@ class Engine(Scene, Protocol):
         """Set the friction coefficient between robot and ground."""
 
     def push(self, link: int, force: Array, point: Array) -> None:
-        """Apply a force during the next step alone: N, at a point in m, both (3,) in odom."""
+        """Apply a force in N at a point in m, both (3,) in odom, during the next step only."""
 
     def run(self, commands: Array, servos: Servos, forces: ContactForces) -> Sequence[float]:
         """Advance one step per row of ``commands``; return the last torques of the servos.
 
         Args:
             commands: angles commanded by the board in each step, rad, (steps, 17).
-            servos: turn commands and joint states into torques.
-            forces: take the contacts of the robot with the ground after each step.
+            servos: compute torques from commands and joint states.
+            forces: accumulates the contact forces of robot and ground after each step.
         """
 
     def base(self) -> Motion:

@@ -1,4 +1,4 @@
-"""PyBullet, the engine that is always there."""
+"""Physics engine PyBullet, which is always installed."""
 
 from __future__ import annotations
 
@@ -34,16 +34,18 @@ finally:
 __all__ = ['Bullet', 'bullet']
 
 
-_pack = Struct(f'{2 * len(JOINTS)}d').pack_into  # half the time of NumPy, in every physics step
+_pack = Struct(
+    f'{2 * len(JOINTS)}d'
+).pack_into  # takes half the time of NumPy, in each physics step
 _ANGLE, _SPEED = itemgetter(0), itemgetter(1)  # of a joint, in its state
 _ORIGIN, _TURN = itemgetter(4), itemgetter(5)  # of a link's frame, in its state
 _ANY_LINK = -2
 
 
 class Bullet:
-    """The robot in a physics client of its own.
+    """Simulate the robot in its own physics client.
 
-    It is equal bit for bit after each reset, as this loads everything anew.
+    A reset reloads everything, so that runs after it are equal bit for bit.
     """
 
     def __init__(self, parameters: SimulatorParameters, robot: Robot) -> None:
@@ -57,16 +59,18 @@ class Bullet:
         self._joints = joints.reshape(-1).data
 
     def reset(self, inclination: float) -> None:
-        """Start anew, with a ground inclined by so many rad."""
+        """Restart on ground inclined by an angle in rad."""
         client, p = self.client, self._parameters
-        bullet.resetSimulation(physicsClientId=client)  # its first argument is another
+        bullet.resetSimulation(
+            physicsClientId=client
+        )  # the first positional argument is another one
         bullet.setGravity(0.0, 0.0, -GRAVITY, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
             fixedTimeStep=p.physics_step,
             numSolverIterations=p.solver_iterations,
             numSubSteps=0,
             deterministicOverlappingPairs=1,
-            enableFileCaching=0,  # it would keep the text of every robot ever loaded
+            enableFileCaching=0,  # the cache would grow with each loaded robot
             physicsClientId=client,
         )
         plane = bullet.createCollisionShape(bullet.GEOM_PLANE, physicsClientId=client)
@@ -88,7 +92,7 @@ class Bullet:
         self.links: Mapping[str, int] = {info[12].decode(): info[0] for info in infos} | {
             TORSO: -1
         }
-        for link in self.links.values():  # the engine's defaults would damp the free fall
+        for link in self.links.values():  # the defaults of the engine would damp the free fall
             bullet.changeDynamics(
                 self.body,
                 link,
@@ -97,7 +101,7 @@ class Bullet:
                 jointDamping=0.0,
                 physicsClientId=client,
             )
-        bullet.setJointMotorControlArray(  # and its default motors would brake every joint
+        bullet.setJointMotorControlArray(  # the default motors would brake the joints
             self.body,
             self.joint_numbers,
             bullet.VELOCITY_CONTROL,
@@ -106,7 +110,7 @@ class Bullet:
         )
 
     def place(self, position: Array, rotation: Array, posture: Sequence[float]) -> None:
-        """Put base_link somewhere in odom, m and (3, 3), at rest, the joints at angles in rad."""
+        """Place base_link in odom, m and (3, 3), at rest, the joints at angles in rad."""
         bullet.resetBasePositionAndOrientation(
             self.body,
             (position + applied(rotation, self._torso_center)).tolist(),
@@ -118,7 +122,7 @@ class Bullet:
         self._read_joints()
 
     def tilt_ground(self, inclination: float) -> None:
-        """Incline the ground by so many rad about the origin."""
+        """Incline the ground about the origin by an angle in rad."""
         bullet.resetBasePositionAndOrientation(
             self.ground, (0.0, 0.0, 0.0), pitched(inclination), self.client
         )
@@ -134,7 +138,7 @@ class Bullet:
             )
 
     def push(self, link: int, force: Array, point: Array) -> None:
-        """Apply a force during the next step alone: N, at a point in m, both in odom."""
+        """Apply a force in N at a point in m, both in odom, during the next step only."""
         bullet.applyExternalForce(
             self.body, link, force.tolist(), point.tolist(), bullet.WORLD_FRAME, self.client
         )
@@ -154,7 +158,7 @@ class Bullet:
         return torques
 
     def base(self) -> Motion:
-        """Return the motion of base_link; the engine gives that of its centre of mass."""
+        """Return the motion of base_link, from the motion of the centre of mass in the engine."""
         (x, y, z), orientation = bullet.getBasePositionAndOrientation(self.body, self.client)
         (vx, vy, vz), angular_velocity = bullet.getBaseVelocity(self.body, self.client)
         arm = carried(orientation, self._torso_arm)

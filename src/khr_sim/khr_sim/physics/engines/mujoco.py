@@ -1,7 +1,7 @@
-"""MuJoCo, the second engine: soft contacts, a Newton solver, and compiled control periods.
+"""Physics engine MuJoCo: soft contacts, a Newton solver, and compiled control periods.
 
-The steps of a control period, servos and contact sums included, are one compiled function, which
-calls ``mj_step`` of the library that MuJoCo's own wheel brings.
+The physics steps of a control period, with servos and contact sums, are one compiled function,
+which calls ``mj_step`` in the shared library of the MuJoCo wheel.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ from khr_sim.physics.statics import GRAVITY
 from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Servos, law
 
-IMPEDANCE_RATIO = 10.0  # of friction to normal force: what keeps a standing foot from creeping
-IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, by its depth
+IMPEDANCE_RATIO = 10.0  # of friction to normal force; keeps a standing foot from creeping
+IMPEDANCE = (0.95, 0.99, 0.001, 0.5, 2.0)  # of a contact, as a function of its depth (solimp)
 CONES = {'elliptic': mujoco.mjtCone.mjCONE_ELLIPTIC, 'pyramid': mujoco.mjtCone.mjCONE_PYRAMIDAL}
-_NET_FORCE = 3  # how a contact sensor reduces the contacts that it sees: to their sum, in odom
-_FREE = 6  # degrees of freedom of base_link, which come before the joints'
-_warnings: list[str] = []  # which the engine would write to a file where it was started
+_NET_FORCE = 3  # reduction mode of a contact sensor: the sum of its contacts, in odom
+_FREE = 6  # degrees of freedom of base_link, ahead of the joints
+_warnings: list[str] = []  # the engine would write them to a file in the working directory
 mujoco.set_mju_user_warning(_warnings.append)
 _library = ctypes.CDLL(mujoco._functions.__file__)
 _servo_law = jit(law)
@@ -43,7 +43,7 @@ _MJ_STEP: int = ctypes.cast(_library.mj_step, ctypes.c_void_p).value or 0
 
 @intrinsic  # type: ignore[untyped-decorator]
 def _call(_context: Any, function: Any, model: Any, data: Any) -> Any:
-    """Call the C function at an address with two pointers; a cached function may do so."""
+    """Call the C function at an address with two pointers; allowed in a cached function."""
 
     def generate(_: Any, builder: Any, _signature: Any, arguments: Any) -> Any:
         pointer = ir.IntType(8).as_pointer()
@@ -77,12 +77,12 @@ def _run(
     Args:
         mj_step, model, data: addresses.
         commands: rad, (steps, 17).
-        joints: where each joint lies in the engine's order, (17,).
-        angles, speeds, applied: the engine's own joint angles, speeds and torques, (17,).
-        contacts: the engine's own forces on the spheres of the feet, N, (8, 3).
-        servos, constants: as the servos' law has them.
-        position, velocity: joint states in our order, kept here, (17,).
-        forces: on toes and heels, summed up here, N, (4, 3).
+        joints: index of each joint in the engine, (17,).
+        angles, speeds, applied: joint angles, speeds and torques of the engine, (17,).
+        contacts: forces of the engine on the contact spheres of the feet, N, (8, 3).
+        servos, constants: arguments of the servo law.
+        position, velocity: joint states in the order of JOINTS, written here, (17,).
+        forces: sums of the forces on toes and heels, N, updated here, (4, 3).
     """
     for row in range(len(commands)):
         servos[GOAL], servos[POSITION], servos[VELOCITY] = commands[row], position, velocity
@@ -101,7 +101,7 @@ _compiled_run = jit(_run)
 
 
 class MuJoCo:
-    """The robot in a model of its own."""
+    """Simulate the robot in its own MuJoCo model."""
 
     def __init__(self, parameters: SimulatorParameters, robot: Robot) -> None:
         self._model = model = _specify(parameters, robot).compile()
@@ -124,12 +124,12 @@ class MuJoCo:
         self._viewer = mujoco.viewer.launch_passive(model, data) if parameters.gui else None
 
     def reset(self, inclination: float) -> None:
-        """Start anew, with a ground inclined by so many rad."""
+        """Restart on ground inclined by an angle in rad."""
         mujoco.mj_resetData(self._model, self._data)
         self.tilt_ground(inclination)
 
     def place(self, position: Array, rotation: Array, posture: Sequence[float]) -> None:
-        """Put base_link somewhere in odom, m and (3, 3), at rest, the joints at angles in rad."""
+        """Place base_link in odom, m and (3, 3), at rest, the joints at angles in rad."""
         x, y, z, w = quaternion(rotation)
         self._data.qpos[: _FREE + 1] = *position, w, x, y, z
         self._data.qpos[_FREE + 1 + self._joints] = posture
@@ -138,7 +138,7 @@ class MuJoCo:
         mujoco.mj_kinematics(self._model, self._data)
 
     def tilt_ground(self, inclination: float) -> None:
-        """Incline the ground by so many rad about the origin."""
+        """Incline the ground about the origin by an angle in rad."""
         x, y, z, w = pitched(inclination)
         self._data.mocap_quat[0] = w, x, y, z
 
@@ -147,7 +147,7 @@ class MuJoCo:
         self._model.geom('ground').friction[0] = coefficient
 
     def push(self, link: int, force: Array, point: Array) -> None:
-        """Apply a force during the next step alone: N, at a point in m, both in odom."""
+        """Apply a force in N at a point in m, both in odom, during the next step only."""
         arm = point - self._data.xipos[link]
         self._pushes[link] += (*force, *cross(arm, force))
 
@@ -168,7 +168,9 @@ class MuJoCo:
             raise RunError(f'mujoco: {_warnings.pop()}')
         forces.steps += len(commands)
         self._pushes[:] = 0.0
-        mujoco.mj_kinematics(self._model, self._data)  # a step leaves the poses of its start
+        mujoco.mj_kinematics(
+            self._model, self._data
+        )  # mj_step leaves the link poses of the start of the step
         if self._viewer is not None:
             self._viewer.sync()
         torques: list[float] = servos.torque.tolist()
@@ -197,16 +199,16 @@ class MuJoCo:
         return (x, y, z), (qx, qy, qz, qw)
 
     def close(self) -> None:
-        """Close the window, if there is one."""
+        """Close the viewer window, if open."""
         if self._viewer is not None:
             self._viewer.close()
 
 
 def _specify(parameters: SimulatorParameters, robot: Robot) -> Any:
-    """Return the robot on its ground, as the engine is to have them."""
+    """Return the MuJoCo specification of robot and ground."""
     spec = mujoco.MjSpec.from_string(physics_urdf(parameters, robot))
     for geom in spec.geoms:
-        geom.contype, geom.conaffinity = 0, 1  # the ground alone collides with them
+        geom.contype, geom.conaffinity = 0, 1  # they collide only with the ground
     spec.body(TORSO).add_freejoint()
     ground = spec.worldbody.add_body(name='ground', mocap=True)
     ground.add_geom(
@@ -216,7 +218,7 @@ def _specify(parameters: SimulatorParameters, robot: Robot) -> Any:
         contype=1,
         conaffinity=0,
         condim=3,
-        priority=1,  # what it says of a contact counts
+        priority=1,  # its contact parameters take precedence
         solref=(parameters.contact_time, 1.0),
         solimp=IMPEDANCE,
     )
@@ -241,10 +243,10 @@ def _specify(parameters: SimulatorParameters, robot: Robot) -> Any:
     option.cone = CONES[parameters.friction_cone]
     option.impratio = IMPEDANCE_RATIO
     option.jacobian = mujoco.mjtJacobian.mjJAC_SPARSE  # the faster of the two for this robot
-    # One robot is one island, which need not be searched for. An unstable state has to end the run:
-    # the engine would reset itself and go on.
+    # One robot is a single island, which needs no search. An unstable state must end the run, but
+    # by default the engine resets itself and continues.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_ISLAND
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_AUTORESET
-    # Testing the four spheres of a foot one by one is faster than sorting them by bounding boxes.
+    # Testing the four spheres of a foot directly is faster than a mid-phase with bounding boxes.
     option.disableflags |= mujoco.mjtDisableBit.mjDSBL_MIDPHASE
     return spec
