@@ -13,6 +13,8 @@ PYTHON ?= python3.11
 SCENARIO ?= config/scenarios/walk_8.88deg_ka12.yaml
 VENV := .venv
 BIN := $(VENV)/bin
+# a module in the arithmetic that khr itself computes in
+PORTABLE := $(BIN)/python -m khr_common.arithmetic -m
 INSTALL := $(BIN)/python .ci/install
 # in the order of tests/conftest.py; three at a time on two cores, as tests of runs wait much
 PYTEST := ROS_PYTHON_CHECK_FIELDS=1 $(BIN)/python -m pytest -n 3 --dist loadfile \
@@ -62,7 +64,7 @@ $(VENV)/packages: $(VENV)/requirements $(SOURCES)
 # every kind of fault, some hours; resumes, and writes docs/reliability.md; JOBS=2 for two at a time
 JOBS := 1
 chaos: tools
-	$(BIN)/python -m tests.reliability --jobs $(JOBS)
+	$(PORTABLE) tests.reliability --jobs $(JOBS)
 
 # a module takes from some minutes to an hour
 MODULES := khr_sim.servo khr_sim.sensors.gyro khr_balance.ankle khr_models.standing.tipping
@@ -76,9 +78,9 @@ lint: tools
 	PYTHONPATH=$$(echo src/khr* | tr ' ' :) $(BIN)/lint-imports --no-cache --no-logo
 
 docs: install
-	$(BIN)/python -m khr_studies.documents.docs_generator
-	$(BIN)/python -m khr_models.report docs/models.md
-	$(BIN)/python -m khr_models.gyro_circuit.report docs/gyro.md
+	$(PORTABLE) khr_studies.documents.docs_generator
+	$(PORTABLE) khr_models.report docs/models.md
+	$(PORTABLE) khr_models.gyro_circuit.report docs/gyro.md
 
 # the documents as pages, in site/; a link that leads nowhere is an error
 site: tools
@@ -94,7 +96,7 @@ film: install
 	cp build/walk.gif docs/walk.gif
 
 bench: tools
-	$(BIN)/python -m tests.benchmarks
+	$(PORTABLE) tests.benchmarks
 
 # with the digests of every file of every version, for any machine
 lock: COMPILE = $(BIN)/uv pip compile --quiet --generate-hashes --no-emit-index-url \

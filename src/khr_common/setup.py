@@ -14,7 +14,7 @@ setup(
         (f'share/{package}', ['package.xml']),
         (f'share/{package}/hook', ['hook/arithmetic.dsv']),  # for the colcon.pkg
     ],
-    package_data={'': ['py.typed', '../khr_arithmetic.pth']},  # the second beside the package
+    package_data={'': ['py.typed']},
     install_requires=['numpy', 'PyYAML'],
     extras_require={
         'ros': ['ros-jazzy-rclpy[fastrtps]', 'ros-jazzy-common-interfaces'],

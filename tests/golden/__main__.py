@@ -4,10 +4,11 @@ import argparse
 import json
 import sys
 
-from khr_common.arithmetic import warning
+from khr_common.arithmetic import enter, warning
 from khr_common.files import write_text
 from tests.golden import EMULATED, FILE, expected, measure, measure_all
 
+enter()
 parser = argparse.ArgumentParser('tests.golden', description=__doc__)
 parser.add_argument('--write', action='store_true', help='renew the kept hashes')
 parser.add_argument('--short', nargs='+', help='print those of the emulated run, of these engines')

@@ -23,7 +23,7 @@ EMULATOR = shutil.which('qemu-x86_64')
 
 @pytest.fixture(autouse=True)
 def portable():
-    assert in_force() == PORTABLE, 'install the packages: their .pth file starts Python portably'
+    assert in_force() == PORTABLE, 'start pytest from the top folder of the repository'
 
 
 @pytest.mark.parametrize('engine', ENGINES)
@@ -65,7 +65,7 @@ def test_other_kernels_of_the_linear_algebra_library_change_nothing(kernel):
 @pytest.mark.timeout(600)
 @pytest.mark.skipif(not EMULATOR, reason='no qemu-x86_64 (Debian: qemu-user): nothing emulated')
 def test_emulated_processors_take_the_kept_trajectory(tmp_path):
-    """Without site, whose .pth files start Python anew, outside of the emulator."""
+    """Without site: the .pth file of the ROS wheels restarts Python outside the emulator."""
     base = sys._base_executable
     path = os.pathsep.join([os.environ.get('PYTHONPATH', ''), sysconfig.get_paths()['purelib']])
     own = {'PYTHONPATH': path.strip(os.pathsep), 'NUMBA_CACHE_DIR': str(tmp_path), **SETTINGS}

@@ -1,14 +1,15 @@
 """Portable arithmetic: the same bits on every x86-64 processor.
 
-Three libraries choose their code by the processor, and round otherwise in the other: the C
-library's sin, exp and the like with fused multiply-add, NumPy's of arrays, and the linear algebra
-below NumPy and SciPy. Each reads in its environment, as it is loaded, what it is to leave alone.
-So the environment comes before Python: where it is not there, Python is started anew in it.
+Three libraries choose their code by the processor, with other rounding: the C library's sin, exp
+and the like (fused multiply-add), NumPy's array functions, and the linear algebra below NumPy and
+SciPy. Each reads settings from its environment when it is loaded, so the environment has to be set
+before Python starts.
 
-A ``.pth`` file, which pip installs, calls :func:`enter` at each start of Python. That of the ROS
-wheels starts Python anew as well, once for both. In a colcon workspace ``setup.bash`` has the
-settings. Where neither was there first, entry points call it. ``KHR_ARITHMETIC=native`` leaves
-everything as the processor has it.
+Our entry points (``khr``, the nodes) restart themselves once in that environment, which their
+processes inherit. A script, a notebook or a worker of one's own is started by
+``python -m khr_common.arithmetic SCRIPT ...`` or ``python -m khr_common.arithmetic -m MODULE ...``;
+without, it computes as the processor does, and the first run warns. In a colcon workspace
+``setup.bash`` has the settings. ``KHR_ARITHMETIC=native`` keeps the processor's own arithmetic.
 """
 
 from __future__ import annotations
@@ -31,21 +32,14 @@ _DIGEST = 'bfa7aae1'  # of what :func:`in_force` tries, computed portably
 # Where the C library's functions round otherwise with fused multiply-add, about once in 1500:
 # sin and asin, cos, exp, arctan, arctan2, power, as multiples of the step.
 _PLACES, _STEP = (847, 17528, 2989, 423, 935, 930, 300), 0.000137
-_BOOTSTRAPPER, _BOOTSTRAPPED = 'ros_wheels_bootstrapper', '_ROS_WHEELS_BOOTSTRAP_COMPLETE'
 
 
-def enter(starting: bool = False) -> None:
-    """Have this process compute portably: start its program anew if its environment is another.
-
-    Args:
-        starting: whether Python itself is starting, so that the ROS wheels may do it.
-    """
+def enter() -> None:
+    """Restart this program in the portable environment, unless it has it already."""
     missing = _missing()
     if not missing or os.environ.get(CHOICE) == NATIVE:
         return
     os.environ.update(missing)
-    if starting and _ros_starts_anew():
-        return
     if sys.executable and sys.orig_argv:
         os.execv(sys.executable, sys.orig_argv)
 
@@ -56,7 +50,7 @@ def in_force() -> str:
 
     It is tried, not looked up: a few numbers are computed that come out otherwise elsewhere.
     """
-    import hashlib  # each start of Python imports this module
+    import hashlib
     import math
     import struct
 
@@ -85,7 +79,11 @@ def warning() -> str:
     found = in_force()
     if found == PORTABLE:
         return ''
-    why = f'{CHOICE} asks for it' if os.environ.get(CHOICE) == NATIVE else 'start Python anew'
+    why = (
+        f'{CHOICE} asks for it'
+        if os.environ.get(CHOICE) == NATIVE
+        else f'start it by: python -m {__name__} SCRIPT'
+    )
     return f'arithmetic is {found}: another processor takes another trajectory ({why})'
 
 
@@ -112,7 +110,7 @@ def _missing() -> dict[str, str]:
     return missing
 
 
-def _ros_starts_anew() -> bool:
-    from importlib.util import find_spec
-
-    return not os.environ.get(_BOOTSTRAPPED) and find_spec(_BOOTSTRAPPER) is not None
+if __name__ == '__main__':
+    if os.environ.get(CHOICE) != NATIVE:
+        os.environ.update(_missing())
+    os.execv(sys.executable, [sys.executable, *sys.argv[1:]])

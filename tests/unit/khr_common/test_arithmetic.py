@@ -3,8 +3,6 @@
 import os
 import subprocess
 import sys
-from pathlib import Path
-from site import getsitepackages
 
 import pytest
 
@@ -27,12 +25,13 @@ def started(*command, **own):
     ).stdout.strip()
 
 
-@pytest.mark.skipif(
-    not any((Path(place) / 'khr_arithmetic.pth').is_file() for place in getsitepackages()),
-    reason='the packages are not installed by pip, which brings a .pth file',
-)
-def test_python_is_started_anew_in_portable_arithmetic():
-    assert started(sys.executable, '-c', IN_FORCE) == PORTABLE
+def test_a_script_is_started_in_portable_arithmetic():
+    assert started(sys.executable, '-m', 'khr_common.arithmetic', '-c', IN_FORCE) == PORTABLE
+
+
+def test_other_programs_of_the_environment_are_left_alone():
+    code = 'import os; print(os.environ.get("OPENBLAS_CORETYPE"))'
+    assert started(sys.executable, '-c', code) == 'None'
 
 
 def test_whoever_asks_for_it_has_the_processor_s_own_and_is_told():
@@ -46,7 +45,6 @@ def test_whoever_asks_for_it_has_the_processor_s_own_and_is_told():
 
 
 def test_an_entry_point_starts_its_program_anew_where_nothing_did_before():
-    """As in an overlay: no site, so no .pth file."""
     code = f'from khr_common.arithmetic import enter; enter(); {IN_FORCE}'
     path = os.pathsep.join(sys.path)
     assert started(sys.executable, '-S', '-c', code, PYTHONPATH=path) == PORTABLE
