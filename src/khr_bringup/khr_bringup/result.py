@@ -16,7 +16,7 @@ from khr_common import RunError
 from khr_common.arithmetic import in_force
 from khr_common.errors import KhrError
 from khr_common.files import write_text
-from khr_common.punctuality import RealTime
+from khr_common.pacing import RealTime
 from khr_common.run_identity import MalformedError
 from khr_common.status_values import real
 from khr_common.text.quoting import one_line

@@ -17,7 +17,7 @@ from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
 from khr_common.interfaces import DIAGNOSTICS, READY, TF, TF_STATIC
-from khr_common.punctuality import RealTime
+from khr_common.pacing import RealTime
 from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 

@@ -22,7 +22,7 @@ from khr_common import KhrError, RunError, cdr
 from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
 from khr_common.nodes.messages import message_class
 from khr_common.nodes.node import DATA, LATCHED_FROM_ALL
-from khr_common.punctuality import RealTime
+from khr_common.pacing import RealTime
 from khr_common.run_identity import KEY, MalformedError, check_run, check_status, read_ready
 from khr_common.status_values import real
 from khr_common.text.quoting import one_line

@@ -8,7 +8,7 @@ from typing import get_args
 from khr_analysis.outcome import SensedVerdict, Verdict
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
-from khr_common.punctuality import HELD, NOT_HELD, RealTime
+from khr_common.pacing import HELD, NOT_HELD, RealTime
 from khr_sim.run_parameters import RunParameters
 
 REALTIME = 'realtime'

@@ -32,7 +32,7 @@ from khr_common.interfaces import (
 from khr_common.nodes.joint_answer import JointAnswer, read_answer
 from khr_common.nodes.messages import status
 from khr_common.nodes.node import KhrNode
-from khr_common.punctuality import Latency, Punctuality
+from khr_common.pacing import Latency, Punctuality
 from khr_common.run_identity import KEY, MalformedError
 from khr_common.scheduling import ask_for_real_time
 from khr_hardware.client import connect

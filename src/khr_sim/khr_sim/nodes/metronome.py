@@ -8,7 +8,7 @@ from collections.abc import Callable
 from rclpy.timer import Timer
 
 from khr_common.nodes.node import KhrNode
-from khr_common.punctuality import Pace
+from khr_common.pacing import Pace
 from khr_sim.run_parameters import RunParameters
 
 LOOKS = 4  # ticks per control period, if the pace is limited

@@ -27,7 +27,7 @@ from khr_common.interfaces import (
 from khr_common.nodes.joint_answer import JointAnswer, read_answer
 from khr_common.nodes.messages import restamp, status
 from khr_common.nodes.node import KhrNode
-from khr_common.punctuality import Latency, Punctuality
+from khr_common.pacing import Latency, Punctuality
 from khr_common.run_identity import KEY, MalformedError, read_ready
 from khr_sim.lockstep import ASK_AGAIN, Lockstep
 from khr_sim.nodes.metronome import Metronome

@@ -5,7 +5,7 @@ import pytest
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import Expectation
 from khr_common.errors import KhrError
-from khr_common.punctuality import Punctuality
+from khr_common.pacing import Punctuality
 
 LOCKSTEP = scenarios.load_scenario('stand_0deg')
 WALL_CLOCK = LOCKSTEP.changed({('simulator', 'sync'): 'realtime'})

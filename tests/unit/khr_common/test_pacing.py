@@ -2,7 +2,7 @@
 
 import pytest
 
-from khr_common.punctuality import Latency, Pace, Punctuality, RealTime
+from khr_common.pacing import Latency, Pace, Punctuality, RealTime
 
 PERIOD = 0.015
 
