@@ -76,6 +76,8 @@ def test_gain_acts_from_the_next_period_and_is_in_the_bag(run):
     assert fixed.code == 2
     unknown = khr('set', 'ankle_controller', 'gian', '1.0', '--domain', run.domain)
     assert unknown.code == 2 and 'gain' in unknown.err
+    successor = khr('switch', 'lift_2.7deg', '--domain', run.domain)
+    assert successor.code == 2 and 'accepted: a run of khr view' in successor.err
     shown = khr('get', 'ankle_controller', '--domain', run.domain).out
     assert yaml.safe_load(shown)['gain'] == 18.0
     assert re.search(r'^limit_deg: .*# .* \[deg\]; accepted: float in \[.* deg$', shown, re.M)

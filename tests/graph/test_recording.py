@@ -141,14 +141,8 @@ def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
     assert values['trajectory_hash'] == standing.hash
 
 
-def test_a_picture_is_drawn_unless_it_is_not_wanted(standing, in_background, tmp_path):
+def test_no_picture_is_drawn_by_default(standing):
     assert not (standing.folder / 'overview.png').exists()
-    drawn = finish(
-        in_background('run', 'stand_0deg', '--duration', 0.5, '--draw', '--out', tmp_path),
-        tmp_path,
-    )
-    assert drawn.code == 0, drawn.err
-    assert (tmp_path / 'overview.png').stat().st_size > 10_000
 
 
 def test_without_stages_there_is_no_stage_node(bag):

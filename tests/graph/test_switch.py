@@ -64,12 +64,3 @@ def test_a_refused_scenario_changes_nothing(viewed, tmp_path):
     refused = khr('switch', scenario, '--domain', viewed.domain)
     assert refused.code == 2 and 'stride' in refused.err
     assert viewed.poll() is None and not (tmp_path / 'run-2').exists()
-
-
-def test_an_ordinary_run_has_no_successor(in_background, tmp_path):
-    folder = tmp_path / 'run'
-    process = in_background('run', 'stand_0deg', '--duration', 600, '--out', folder)
-    refused = khr('switch', OTHER, '--domain', wait_until_running(folder))
-    assert refused.code == 2 and 'accepted: a run of khr view' in refused.err
-    process.send_signal(signal.SIGINT)
-    assert finish(process, folder).code == 130

@@ -2,7 +2,6 @@
 
 import configparser
 import os
-import re
 import subprocess
 import sys
 from importlib.metadata import metadata, version
@@ -49,15 +48,6 @@ def test_manifest_says_where_licence_and_home_are(name):
     assert home == manifest.findtext('url')
 
 
-def test_fields_that_wait_for_the_owner_are_named_in_contributing():
-    """As long as they hold an address that cannot be one."""
-    text = (ROOT / 'CONTRIBUTING.md').read_text()
-    manifest = ElementTree.parse(ROOT / 'src/khr_common/package.xml').getroot()
-    for value in (manifest.find('maintainer').get('email'), manifest.findtext('url')):
-        if value.endswith('.invalid'):
-            assert value in text
-
-
 @pytest.mark.parametrize('name', TESTED)
 def test_colcon_finds_the_unit_tests_of_a_package(name):
     """One copy of them serves both: those of the top-level folder."""
@@ -68,21 +58,6 @@ def test_colcon_finds_the_unit_tests_of_a_package(name):
     assert places == [ROOT / 'tests' / 'unit' / name]
     assert list(places[0].rglob('test_*.py'))
     assert (ROOT / 'src' / name / own['pythonpath']).resolve() == ROOT
-
-
-@pytest.mark.parametrize('name', TESTED)
-def test_colcon_test_finds_what_the_unit_tests_need(name):
-    """By rosdep from the manifest, by pip from the recipe of the documents."""
-    manifest = ElementTree.parse(ROOT / 'src' / name / 'package.xml')
-    declared = {each.text for each in manifest.iter('test_depend')}
-    needed = {'python3-pytest', 'python3-pytest-timeout'}  # its setup.cfg has a timeout
-    sources = [path.read_text() for path in (ROOT / 'tests' / 'unit' / name).rglob('*.py')]
-    if any(re.search(r'^(from|import) hypothesis', text, re.M) for text in sources):
-        needed.add('python3-hypothesis')
-    assert needed <= declared
-    recipe = (ROOT / 'docs' / 'ros2.md').read_text()
-    for each in needed:
-        assert re.search(rf'pip install .*\b{each.removeprefix("python3-")}\b', recipe)
 
 
 @pytest.mark.parametrize('name', NAMES)

@@ -1,4 +1,4 @@
-"""What is installed is what was locked: every requirement has digests, and they are required."""
+"""Whatever is installed is checked against the digests of the lock files."""
 
 import re
 
@@ -9,15 +9,6 @@ from tests import ROOT
 PIP = re.compile(
     r'^(?:\t|RUN | +command = ).*(?:pip install|\$\(INSTALL\)|PIP, .install.).*$', re.MULTILINE
 )
-
-
-@pytest.mark.parametrize('name', ['requirements.lock', 'requirements-dev.lock'])
-def test_every_requirement_is_of_one_version_and_has_a_digest(name):
-    lines = (ROOT / name).read_text().replace('\\\n', ' ').splitlines()
-    found = [line for line in lines if line.strip() and not line.lstrip().startswith('#')]
-    assert len(found) > 20
-    for line in found:
-        assert re.match(r'[\w.\[\]-]+==\S+ .*--hash=sha256:[0-9a-f]{64}\b', line), line[:80]
 
 
 @pytest.mark.parametrize('name', ['Makefile', 'Dockerfile', '.ci/install'])

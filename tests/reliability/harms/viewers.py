@@ -1,20 +1,14 @@
-"""Ten viewers open a live page, and a playback of two runs, and leave again, beside busy loops.
-
-python -m tests.reliability.harms.viewers [--seconds N] [--seed N]
-"""
+"""Ten viewers open a live page, and a playback of two runs, and leave again, beside busy loops."""
 
 from __future__ import annotations
 
-import argparse
 import logging
 import random
 import re
 import subprocess
-import sys
 import threading
 import time
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import psutil
 
@@ -98,19 +92,3 @@ def _visit(
             visits.append(sum(got))
         except Exception as error:  # of whatever kind: the viewer could not look
             faults.append(f'a viewer: {type(error).__name__}: {error}')
-
-
-def main() -> int:
-    """Print what fell short, and return 1 if anything did."""
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument('--seconds', type=float, default=600.0)
-    parser.add_argument('--seed', type=int, default=0)
-    asked = parser.parse_args()
-    with TemporaryDirectory() as folder:
-        faults, figures = trouble(Path(folder), asked.seconds, asked.seed)
-    print('\n'.join([figures, *(faults or ['nothing fell short'])]))
-    return 1 if faults else 0
-
-
-if __name__ == '__main__':
-    sys.exit(main())

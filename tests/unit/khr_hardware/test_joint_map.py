@@ -104,12 +104,3 @@ def test_a_map_that_is_not_whole_is_refused_in_a_line(spoil, says):
     spoil(data)
     with pytest.raises(KhrError, match=rf'\Amine\.yaml[^\n]*{says}[^\n]*\Z'):
         JointMap.parse(data, 'mine.yaml')
-
-
-def test_a_map_that_is_no_yaml_is_refused(tmp_path):
-    file = tmp_path / 'mine.yaml'
-    file.write_text('servos: {a: 1, a: 2}')
-    with pytest.raises(KhrError, match='given twice'):
-        JointMap.load(str(file))
-    with pytest.raises(KhrError, match='accepted'):
-        JointMap.load(str(tmp_path / 'none.yaml'))

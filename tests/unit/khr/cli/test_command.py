@@ -32,11 +32,7 @@ def khr(monkeypatch, capsys, *arguments):
     [
         (['run', 'nowhere.yaml'], ['nowhere.yaml', 'no such scenario', 'khr scenarios']),
         (['view', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
-        (['film', 'nowhere'], ['nowhere: no such run or scenario', 'khr scenarios']),
         (['run', 'walk_0deg', '--set', 'gait.stroll=1'], ['gait', 'stroll', 'motion']),
-        (['run', 'walk_0deg', '--set', 'walker.stride=1'], ['walker', 'simulator']),
-        (['run', 'walk_0deg', '--set', 'gait.stride=9'], ['stride', '9.0', '[0, 0.1] m']),
-        (['run', 'walk_0deg', '--set', 'stride'], ['stride', 'node.parameter=value']),
         (['run', 'walk_0deg', '--expect', 'flown'], ['flown', 'walked | stood']),
         (['run', 'walk_0deg', '--expect', 'realtime'], ['--expect', 'sync=realtime']),
         *(
@@ -52,9 +48,7 @@ def khr(monkeypatch, capsys, *arguments):
         ),
         (['verify', 'nowhere'], ['nowhere: not there', 'folder of a run']),
         (['get', 'gait', '--timeout', '0'], ['--timeout', '0.1', 'khr get --help']),
-        (['run', 'walk_0deg', '--duration', '-1'], ['duration', '-1.0']),
         (['run', 'walk_0deg', '--domain', '900'], ['--domain', '900', '1 to 99']),
-        (['set', 'gait', 'stride', '{'], ['gait.stride', 'YAML']),
         (['figure', '9.9'], ['9.9', '3.8']),
         (
             ['reproduce', '--only', '3.8,9.9'],

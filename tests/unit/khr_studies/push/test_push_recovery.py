@@ -3,9 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from khr.cli.app import app
 from khr_common import KhrError
 from khr_report.folders import make_folder
 from khr_sim.parameters import SimulatorParameters
@@ -192,12 +190,3 @@ def test_a_condition_out_of_range_is_refused_by_name(name, value):
 def test_a_force_out_of_range_is_refused(force):
     with pytest.raises(KhrError, match=r'^force: .*accepted: '):
         push_robot(PushCondition(), force)
-
-
-@pytest.mark.parametrize(
-    'option, value', [('--ka', '0,x'), ('--direction', 'up'), ('--duration', '0')]
-)
-def test_the_command_refuses_before_it_starts(option, value):
-    result = CliRunner().invoke(app, ['push', option, value])
-    assert isinstance(result.exception, KhrError)
-    assert value.split(',')[-1] in str(result.exception)

@@ -321,12 +321,6 @@ def test_measurements_are_of_the_run():
     assert one['share'] == pytest.approx(one['difference_n'] / (one['toe_n'] + one['heel_n']))
 
 
-def test_arguments_are_refused():
-    for seeds, jobs, word in ((1, 1, '--seeds'), (2, 0, '--jobs')):
-        with pytest.raises(KhrError, match=word):
-            scoreboard.scoreboard(seeds, 0.1, jobs)
-
-
 def test_verdicts_are_counted_by_chapter():
     board = scoreboard.compare(Thesis(amiss=walking(18.0)))
     found = scoreboard_page.counts(board)
