@@ -78,7 +78,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
     0.05 times the sum of the squared actions. ``info`` holds each term, as ``reward_alive``,
     ``reward_pitch_rate`` and ``reward_effort``, and the ``time`` in s; that of an episode's last
     step also the outcome: ``verdict``, ``fell``, ``stayed_up``, ``distance``,
-    ``slip_distance``, ``vibration`` and so on, and all of it as ``outcome``.
+    ``slip_distance``, ``vibration`` and so on, and the whole outcome as ``outcome``.
 
     An episode is terminated when the robot no longer stays up, by a fall or by sliding over a step
     length, and truncated at the end of the motion.
@@ -87,7 +87,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         scenario: run in each episode.
         render_mode: ``rgb_array`` draws the robot, with no screen; ``human`` opens the window of
             the physics engine.
-        weights: of the terms of the reward, those that differ.
+        weights: of terms of the reward; the others keep their defaults.
 
     Raises:
         KhrError: if a value is not accepted.
@@ -274,7 +274,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         return np.minimum(np.maximum(np.array(values, np.float32), -self._most), self._most)
 
     def _reward(self, lost: bool) -> dict[str, float]:
-        """Return the terms of the reward for the last control period, as ``info`` names them."""
+        """Return the reward terms of the last control period, by their names in ``info``."""
         ankle, hip = self._action
         alive, turning, effort = self._worth  # of a control period
         return {

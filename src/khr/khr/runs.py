@@ -53,9 +53,9 @@ class RunResult(Result):
     def table(self) -> pa.Table:
         """Return the signals as an Arrow table; ``.to_pandas()`` makes a data frame, with pandas.
 
-        One row per control period. Units are SI, as in :attr:`signals`, and of angles and rates
-        there is a second column in degrees, such as ``pitch_deg`` and ``gyro_rate_deg_s``. Arrays
-        with a column per foot region or controller are parted, such as ``contact_force_l_toe``.
+        One row per control period. Units are SI, as in :attr:`signals`, and angles and rates have a
+        second column in degrees, such as ``pitch_deg`` and ``gyro_rate_deg_s``. Arrays with a
+        column per foot region or controller are split, such as ``contact_force_l_toe``.
 
         Example:
             >>> import khr
@@ -132,7 +132,7 @@ def run(
         engine: ``bullet`` or ``mujoco``; the scenario's own by default.
         duration: simulated s; that of the motion by default.
         seed: of placing errors and sensor noise; the scenario's own by default.
-        progress: whether to show on a terminal how far it is.
+        progress: whether to show the progress on a terminal.
 
     Raises:
         KhrError: if there is no such scenario, or a value is not accepted.
@@ -193,7 +193,7 @@ def load(path: str | PathLike[str]) -> RunResult:
 def prepared(
     scenario: ScenarioLike, set: Mapping[str, Any] | None = None, **of_simulator: Any
 ) -> Scenario:
-    """Return a scenario with changes, of which those of the simulator may be None.
+    """Return a scenario with changes; ``of_simulator`` may contain None.
 
     Args:
         scenario: its name, its file, or one that has been loaded.

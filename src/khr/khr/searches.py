@@ -169,9 +169,9 @@ def question_of(
 ) -> Question:
     """Return the search that :func:`tune` makes with the same arguments."""
     from khr.runs import prepared
-    from khr_studies.tuning.study import ask
+    from khr_studies.tuning.study import define_search
 
-    return ask(
+    return define_search(
         prepared(scenario, set, engine=engine),
         gait=gait,
         robust=robust,

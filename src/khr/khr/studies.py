@@ -102,8 +102,8 @@ def sweep(
         seeds: number of seeds of each; the scenario's own by default.
         workers: processes; one per core by default.
         out: folder of the results; runs that are already in it are not repeated.
-        progress: whether to show on a terminal how far it is, and at the end how many runs ended
-            how.
+        progress: whether to show the progress on a terminal, and at the end the count of each
+            verdict.
 
     Returns:
         One row per run: the swept values, verdict, distance, slip, vibration, trajectory hash.
@@ -152,11 +152,11 @@ def stage3(
         seeds: leg lifts at each inclination.
         workers: processes; one per core by default.
         out: folder for page, data and picture, ``stage3.md`` and so on, in which results are kept.
-        progress: whether to show on stderr how far it is.
+        progress: whether to show the progress on stderr.
 
     Returns:
-        The limits in deg over both, (times, scales), without the hip, with its rate, and with the
-        offset of its reference as well.
+        The limits in deg, (times, scales): without the hip, with its rate, and with its rate and
+        the offset of its reference.
 
     Raises:
         KhrError: if a value is not accepted.
@@ -182,7 +182,7 @@ def stage3(
 
 @contextmanager
 def _folder(out: str | PathLike[str] | None) -> Iterator[Path]:
-    """Yield the folder that was asked for, or one that lasts as long as the question."""
+    """Yield the given folder, or a temporary one."""
     if out is not None:
         yield Path(out)
         return

@@ -1,4 +1,4 @@
-"""Parameters that the driver of the real robot takes from a scenario, and its loop on the board."""
+"""Parameters of the real robot's driver from a scenario, and the loop on the board itself."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def on_board(scenario: Scenario) -> Scenario:
 
 
 def loop_of(scenario: Scenario, joint_map: JointMap) -> BoardLoop:
-    """Return the loop that the board is to have for the gains of a scenario.
+    """Return the board's own mixing for the gains of a scenario.
 
     The board has no ``limit_deg``, and rounds gains to whole ratios and ``reference_offset`` to AD
     steps.

@@ -57,7 +57,7 @@ def code_version(
         for name, content in _sources(package, pattern):
             digest.update(f'{package}/{name}\n'.encode())
             digest.update(content)
-    for name, text in surroundings(engine).items():
+    for name, text in library_versions(engine).items():
         digest.update(f'{name} {text}\n'.encode())
     return digest.hexdigest()[:16]
 
@@ -74,8 +74,8 @@ def _sources(package: str, pattern: str) -> Iterator[tuple[str, bytes]]:
             yield path.relative_to(folder).as_posix(), path.read_bytes()
 
 
-def surroundings(engine: str = '') -> dict[str, str]:
-    """Return the arithmetic and the versions of the libraries that decide a trajectory, by name."""
+def library_versions(engine: str = '') -> dict[str, str]:
+    """Return the arithmetic and the library versions that determine a trajectory, by name."""
     wanted = [engines.LIBRARIES[engine]] if engine else engines.LIBRARIES.values()
     found = {'arithmetic': in_force(), **{library: version(library) for library in LIBRARIES}}
     for library in wanted:
@@ -92,29 +92,29 @@ def version_of(scenario: Scenario) -> str:
 
 
 def _foreign(nodes: Iterable[str]) -> tuple[str, ...]:
-    """Return the foreign packages of nodes, since their cores decide a run too."""
+    """Return the foreign packages with nodes: their code affects the trajectory too."""
     joined = (registry()[node] for node in nodes)
     return tuple(sorted({node.spec.package for node in joined if not node.own}))
 
 
-def stated_of(scenario: Scenario | None = None) -> dict[str, str]:
+def versions_of_run(scenario: Scenario | None = None) -> dict[str, str]:
     """Return the versions that a scenario as run states, with Python and the C library, by name.
 
-    Different ones of these two mostly take the same trajectory.
+    Another Python or C library rarely changes the trajectory.
     """
     library, _, number = (confstr('CS_GNU_LIBC_VERSION') or 'C library').partition(' ')
     engine = scenario.table(RunParameters).engine if scenario else ''
-    return {'Python': python_version(), library: number, **surroundings(engine)}
+    return {'Python': python_version(), library: number, **library_versions(engine)}
 
 
 def as_run(scenario: Scenario) -> str:
     """Return a whole scenario as YAML, with the versions that it runs with as its last lines."""
     warn_unless_portable()
-    lines = [f'{MADE_WITH}{name}: {text}\n' for name, text in stated_of(scenario).items()]
+    lines = [f'{MADE_WITH}{name}: {text}\n' for name, text in versions_of_run(scenario).items()]
     return ''.join([scenario.to_yaml(), *lines, f'{MARK}{version_of(scenario)}\n'])
 
 
-def stated_in(text: str) -> dict[str, str]:
+def versions_in(text: str) -> dict[str, str]:
     """Return the versions that a scenario as run states, by name."""
     stated = (
         line.removeprefix(MADE_WITH).partition(': ')
@@ -128,7 +128,7 @@ def differences(text: str, here: Mapping[str, str]) -> str:
     """List the versions of a scenario as run that differ from those here; empty if all agree."""
     return ', '.join(
         f'{name} {value}, here {here[name]}'
-        for name, value in stated_in(text).items()
+        for name, value in versions_in(text).items()
         if name in here and here[name] != value
     )
 

@@ -127,7 +127,7 @@ class ControlLoop:
 
     @property
     def stage(self) -> Numbers:
-        """Return stage and inclination in rad as the stage node has them; zeros without one."""
+        """Return the stage and its estimated inclination in rad; zeros without a stage node."""
         return self.signals.get(STAGE, (0.0, 0.0))[:2]
 
 
@@ -203,5 +203,5 @@ def _run(
 
 @cache
 def _set_imports_aside() -> None:
-    """Exclude imported objects from garbage collections, which outlast many periods."""
+    """Freeze imported objects: a full garbage collection takes longer than many periods."""
     gc.freeze()

@@ -28,14 +28,14 @@ ACCEPTED = 'accepted: the file that khr run writes'
 
 @dataclass(frozen=True)
 class Progress:
-    """How far a run is.
+    """The progress of a run.
 
     Attributes:
         time: simulated, s.
         state: of the run, or the nodes that it waits for.
-        factor: simulated by wall time; None before it is known.
+        factor: real-time factor, simulated over wall time; None before it is known.
         pitch_rate: of the torso, rad/s; None before it is known.
-        peak: the strongest of its spectrum, in words.
+        peak: description of the largest peak of its spectrum.
     """
 
     time: float
@@ -101,7 +101,7 @@ class Result:
 
     @property
     def real_time_factor(self) -> float:
-        """Return simulated by wall time; the simulator's own if it followed the wall clock."""
+        """Return simulated over wall time; as reported by the simulator in real-time mode."""
         if self.realtime is not None:
             return self.realtime.factor
         return self.time / max(self.wall_time, 1e-9)
@@ -132,7 +132,7 @@ class RunRecord:
         trajectory_hash: SHA-256 in hex; empty if nothing was simulated.
         end: duration, tilted or stopped.
         startup: wall time until the first control period began, s.
-        real_time_factor: simulated by wall time.
+        real_time_factor: simulated over wall time.
         realtime: how the run kept to the wall clock; None in lockstep.
         changes: parameters that were set while the run went on.
         arithmetic: ``portable``, or ``native`` with a digest.

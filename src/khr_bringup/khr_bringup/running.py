@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 from khr_bringup.code_version import as_run
 from khr_bringup.graph.following import Callbacks
 from khr_bringup.graph.graph import RunOptions, run_graph
-from khr_bringup.graph.run_registry import RunEntry, check_domain, note, registered
+from khr_bringup.graph.run_registry import RunEntry, check_domain, registered, write_entry
 from khr_bringup.offline import Watch, run_offline
 from khr_bringup.result import Progress, Result
 from khr_bringup.run_folder import SCENARIO
@@ -54,7 +54,7 @@ def run_to_end(
         if session is None
         else nullcontext(session.next_run(scenario.name, folder))
     ) as entry:
-        note(entry)
+        write_entry(entry)
         callbacks.started(entry)
         noted = replace(callbacks, progress=note_progress(entry, callbacks.progress))
         return run_graph(scenario, folder, entry, options, noted)
@@ -68,7 +68,7 @@ def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable
         nonlocal noted
         if progress.state != noted.state:
             noted = replace(entry, state=progress.state)
-            note(noted)
+            write_entry(noted)
         show(progress)
 
     return show_and_note

@@ -32,9 +32,9 @@ SENSORS = ('gyro', 'foot_force')
 class SimulatedRobot:
     """The robot of a scenario, one output cycle at a time.
 
-    It hangs in a stand, its joints going where its servos are driven, at their no-load speed, and
-    staying where they are when free. It is put on the ground as soon as all servos are driven,
-    near the stance in which the scenario begins, and still. From then on physics has it.
+    The robot first hangs in a stand: driven joints follow their targets at the no-load speed of the
+    servos, free joints keep their angles. It is put on the ground as soon as all servos are driven
+    and hold still near the first posture of the scenario; from then on physics is simulated.
 
     Args:
         scenario: with ground and sensors.
@@ -66,22 +66,22 @@ class SimulatedRobot:
 
     @property
     def trajectory_hash(self) -> str:
-        """Return the hash of the trajectory since it was put down; empty in the stand."""
+        """Return the hash of the trajectory on the ground; empty before."""
         return self._plant.trajectory_hash if self.on_ground else ''
 
     @property
     def outcome(self) -> Outcome | None:
-        """Return the outcome since the robot was put down; None in the stand."""
+        """Return the outcome since the robot was put on the ground; None before."""
         return self._loop.outcome
 
     @property
     def truth(self) -> Truth:
-        """Return the true state since the robot was put down."""
+        """Return the true state of the robot on the ground."""
         return self._plant.truth
 
     @property
     def time(self) -> float:
-        """Return the time since it was put down, s."""
+        """Return the time since the robot was put on the ground, s."""
         return self._plant.truth.stamp_ns / 1e9 if self.on_ground else 0.0
 
     def close(self) -> None:
@@ -106,9 +106,9 @@ class SimulatedRobot:
             self._stretch[row] = stretch.get(ics, self._stretch[row])
 
     def drive(self, positions: Mapping[int, int], cycle: float) -> None:
-        """Let an output cycle pass.
+        """Advance one output cycle.
 
-        In the stand it takes ``cycle`` s, on the ground the scenario's control period.
+        It takes ``cycle`` s in the stand, and the scenario's control period on the ground.
         """
         before = list(self._targets)
         for row, servo in enumerate(self._map.servos.values()):
@@ -163,7 +163,7 @@ class SimulatedRobot:
             self._plant.world.set_servos(self._stretch.copy(), np.array(wanted[1]))
 
     def _observe(self) -> None:
-        """Let the sensors read the truth, and judge it."""
+        """Update the sensors and the outcome from the truth."""
         self._loop.observe(self._plant.truth)
         signals = self._loop.signals
         self.pitch_rate = signals[GYRO][1] if GYRO in signals else 0.0

@@ -1,6 +1,6 @@
 """Launch the whole graph: ``ros2 launch khr_bringup balance.launch.py scenario:=NAME``.
 
-It ends by itself with the run, with 0 if that was whole and its verdict the one expected.
+The launch ends with the run; its exit code is 0 if the run was complete with the expected verdict.
 """
 
 import os
@@ -95,7 +95,7 @@ def _rviz(namespace: str) -> Node:
 
 
 def _driver(launch: Launch, own: Callable[..., Node]) -> list[Node]:
-    """Return the driver of somebody else, if one takes the simulator's place."""
+    """Return the process of a foreign driver that replaces the simulator, if one is given."""
     driver = launch.scenario.driver
     if driver is None or driver.path is None:
         return []
@@ -124,17 +124,17 @@ def _for_verdict(launch: Launch, expect: str) -> list[str]:
 
 
 def _on_exit(event: ProcessExited, context: LaunchContext) -> None:
-    """Fail if a node does not end well.
+    """Fail if a node exits with an error.
 
-    One that ends well was asked to: where launch runs in the background, a signal to its group
-    reaches the nodes alone. The verdict then reports the end of the run, or a missing node.
+    A clean exit is accepted: if launch runs in the background, a signal to its process group
+    reaches only the nodes. The verdict then reports the end of the run, or a missing node.
     """
     if event.returncode not in WELL:
         raise RunError(f'{event.action.name} ended with {event.returncode}')
 
 
 def _on_drivers_exit(event: ProcessExited, context: LaunchContext) -> None:
-    """Fail if the driver ends before it is asked to; how it ends then is its own matter."""
+    """Fail if the driver ends before shutdown; its exit code at shutdown is ignored."""
     if not context.is_shutdown:
         raise RunError(f'{event.action.name} ended with {event.returncode}')
 

@@ -35,7 +35,7 @@ Result = TypeVar('Result')
 
 
 class LostWorkerError(RunError):
-    """A job over which several workers were lost."""
+    """Several workers were lost while they computed one job."""
 
 
 class Pool(Protocol):

@@ -68,7 +68,7 @@ def complete(scenario: Scenario) -> Values:
 
 
 def identity(values: Any, version: str) -> str:
-    """Return the digest of plain values, such as a complete set of parameters, and a version."""
+    """Return the digest of plain values (such as all parameters of a run) and a version."""
     text = json.dumps([version, values], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:32]
 

@@ -20,11 +20,11 @@ class Tunable:
     """A parameter that the page lets the reader change.
 
     Attributes:
-        group: under which heading.
+        group: heading of its controls.
         node, name: of the parameter.
         label: on the page.
         step: of its slider.
-        most: where the slider ends, if the parameter accepts more than a slider can show.
+        most: end of the slider, if below the largest accepted value.
     """
 
     group: str
@@ -121,8 +121,8 @@ def control(tunable: Tunable, descriptor: Any, value: Any) -> Control | None:
 class PendingChanges:
     """Requested changes: one request per parameter at a time, then its newest value.
 
-    A dragged slider requests faster than a node answers. Its own earlier values must not return
-    to it as changes by others, or it would jump while being dragged.
+    A dragged slider sends requests faster than a node answers. Its earlier values must not come
+    back as changes by other clients, or the slider would jump.
     """
 
     def __init__(self) -> None:
@@ -130,11 +130,11 @@ class PendingChanges:
         self._sent: dict[tuple[str, str], Value] = {}
 
     def ask(self, key: tuple[str, str], value: Value) -> None:
-        """Note the newest value that the reader wants."""
+        """Store the newest requested value."""
         self._next[key] = value
 
     def due(self) -> Mapping[tuple[str, str], Value]:
-        """Return the values to send now, and count them as sent."""
+        """Return the values to send now, and mark them as sent."""
         ready = {key: value for key, value in self._next.items() if key not in self._sent}
         self._sent |= ready
         self._next = {key: value for key, value in self._next.items() if key not in ready}

@@ -1,7 +1,7 @@
 """Access to the page: the socket it is served on, and the check of every request.
 
-A web page from anywhere can make the reader's browser send requests to this machine. Its origin
-gives it away, or, if its name has been made to point here (DNS rebinding), the host it asks for.
+A web page from anywhere can make the reader's browser send requests to this machine. Such a request
+has a foreign ``Origin`` header or, after DNS rebinding, a foreign ``Host`` header.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def listen(host: str = '127.0.0.1', port: int = 0, first: int = 8090) -> AccessG
     Args:
         host: an address of this machine.
         port: to listen on; 0 takes the first free one from ``first`` on.
-        first: the port that a user sees most of the time.
+        first: the preferred port.
 
     Raises:
         KhrError: if the address or the port cannot be had.

@@ -23,16 +23,16 @@ SIDE = 0.36  # m between two robots
 
 @dataclass
 class Player:
-    """The time of a recording: it goes on at a speed, jumps, and stops at the end.
+    """The playback time of a recording.
 
     Attributes:
         end: of the longest run, s.
         period: of a single step, s.
         now: shown time, s.
-        speed: simulated by wall time.
-        playing: whether it goes on.
-        loop: whether it begins again at the end.
-        rested: wall time that the end has been shown, s.
+        speed: simulated over wall time.
+        playing: whether it is not paused.
+        loop: whether it restarts after the end.
+        rested: wall time since the end was reached, s.
     """
 
     end: float
@@ -44,7 +44,7 @@ class Player:
     rested: float = 0.0
 
     def play(self, on: bool) -> None:
-        """Go on, from the start if it is at the end, or stand still."""
+        """Play (from the start if at the end) or pause."""
         self.playing = on
         if on and self.now >= self.end:
             self.now = 0.0
@@ -54,12 +54,12 @@ class Player:
         self.now = min(max(time, 0.0), self.end)
 
     def step(self, periods: int) -> None:
-        """Stand still, some control periods on or back."""
+        """Pause, and move by some control periods."""
         self.playing = False
         self.seek(self.now + periods * self.period)
 
     def advance(self, wall: float) -> None:
-        """Let ``wall`` s pass; the end is shown for a while before it begins again."""
+        """Advance by ``wall`` s of wall time; the end is shown for a while before a restart."""
         if not self.playing:
             return
         if self.now < self.end:
@@ -114,8 +114,8 @@ def play(paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = T
 
     Args:
         paths: folders of runs, or bags.
-        guard: opens the page's; called once the runs have been read.
-        loop: whether they begin again at their end.
+        guard: opens the guard of the page; called once the runs have been read.
+        loop: whether they restart after their end.
 
     Raises:
         KhrError: if a run cannot be read or the page not be served.

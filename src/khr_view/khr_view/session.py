@@ -18,15 +18,15 @@ LASTING = ('gain', 'pace', 'realtime_factor')  # changes that also hold in anoth
 class Session:
     """Hold the scenario of the present run, and of the next once a reader asks for one.
 
-    Parameters that the reader has changed hold in the next run as well: all of them if the scenario
-    stays the same, gains and speed in another scenario.
+    Parameters changed on the page also apply to the next run: all of them if the scenario is the
+    same, otherwise only gains and speed.
 
     Args:
         scenario: of the first run.
 
     Attributes:
         scenario: of the present run.
-        next: of the next run; None as long as the present one goes on.
+        next: of the next run; None if no next run is requested.
     """
 
     def __init__(self, scenario: Scenario) -> None:

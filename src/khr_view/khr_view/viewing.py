@@ -121,7 +121,7 @@ def _announce(guard: AccessGuard, browser: bool, report: Report) -> None:
 
 
 def _screen() -> bool:
-    """Return whether a browser would have a window: one of text alone cannot show the page."""
+    """Return whether there is a graphical display: a text browser cannot show the page."""
     if sys.platform != 'linux':
         return True
     return bool(os.environ.get('DISPLAY') or os.environ.get('WAYLAND_DISPLAY'))

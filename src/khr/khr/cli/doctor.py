@@ -132,7 +132,7 @@ def discovery() -> Finding:
 
 
 def closed() -> Finding:
-    """Check that nothing of a run listens where other machines could reach it."""
+    """Check that no socket of a run is reachable from other machines."""
     with TemporaryDirectory() as folder, registered('doctor', Path(folder)) as entry:
         os.environ.update(entry.environment())
         try:
@@ -172,7 +172,7 @@ def _discover() -> tuple[float, list[str]]:
 
 
 def open_sockets() -> list[str]:
-    """Return the UDP sockets of this process that other machines may reach, as the kernel has them.
+    """Return this process's UDP sockets that other machines may reach, from ``/proc/net``.
 
     Addresses are in hexadecimal, as in ``/proc/net/udp`` and ``/proc/net/udp6``.
     """
@@ -222,7 +222,7 @@ def disk() -> Finding:
 
 
 def runs() -> Finding:
-    """List the runs that are going on."""
+    """List the active runs."""
     entries = running()
     listed = ', '.join(f'{each.scenario} (ROS_DOMAIN_ID={each.domain})' for each in entries)
     many = f'{len(entries) or "no"} run{"s" if len(entries) > 1 else ""} going on'

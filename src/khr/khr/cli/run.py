@@ -64,7 +64,7 @@ def run_scenario(scenario: Scenario, options: Options) -> int:
 
 
 def view_scenario(scenario: Scenario, options: Options) -> int:
-    """Run a scenario, then those that the reader of its page asks for; return the exit code.
+    """Run a scenario, then each scenario requested on its page; return the exit code.
 
     Raises:
         KhrError: if an option is not accepted.
@@ -137,7 +137,7 @@ def _run(
 
 
 def _kept(folder: Path, result: Result, options: Options, console: Console) -> list[str]:
-    """Write the outcome of a run and draw its recording; return the errors of the run and of this.
+    """Write the outcome of a run and draw its recording; return all errors.
 
     The summary is printed in any case.
     """

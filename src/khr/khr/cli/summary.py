@@ -45,5 +45,5 @@ def summarise(result: Result, folder: Path, recorded: bool) -> None:
 
 
 def print_line(console: Console, text: str) -> None:
-    """Print one line as it is: whole at whatever width, so that its paths can be copied."""
+    """Print a line without wrapping, so that its paths can be copied."""
     console.print(text, highlight=False, markup=False, soft_wrap=True)

@@ -1,1 +1,1 @@
-"""A graph of nodes: started, followed, changed while it runs, ended."""
+"""Start, follow, change and end a graph of nodes."""

@@ -37,10 +37,10 @@ class Callbacks:
     Attributes:
         started: called with the entry of a graph before its nodes start.
         progress: called many times a second.
-        observed: context of an observer of the graph, while ROS is up in this process.
-        finish: returns whether the graph is to end now.
-        interrupted: called at the end of a graph that a signal has ended.
-        switch: ends the graph for another scenario; None if this run has no successor.
+        observed: context manager entered while ROS is up, such as the observer of the page.
+        finish: returns True to end the graph now.
+        interrupted: called when a signal has ended the graph.
+        switch: handles a request for another scenario; None if requests are not served.
     """
 
     started: Callable[[RunEntry], None] = lambda _: None
@@ -70,7 +70,7 @@ def follow(
         listeners: the nodes that must receive the whole run.
         run: its identity.
         callbacks: to call meanwhile.
-        failed: describes a process of the run that has ended, if one has.
+        failed: returns a description of a process that ended early, else None.
         stop: called once, when the run is to end.
         endless: whether to go on after the end of the run, until asked to finish.
         simulator: the process that has the simulator.
@@ -151,7 +151,7 @@ def _owners(scenario: Scenario, record: bool) -> dict[str, str]:
 
 
 def _silent(view: View, simulator: str) -> str | None:
-    """Describe a simulator that has not reported for long."""
+    """Return an error if the simulator has not reported before its timeout, else None."""
     silent = time.monotonic() - view.alive
     if (
         silent < (START_TIMEOUT if view.state == 'starting' else SILENCE)
@@ -162,7 +162,7 @@ def _silent(view: View, simulator: str) -> str | None:
 
 
 def _unfinished(view: View) -> str | None:
-    """Describe missing parts of a finished run if nothing has arrived for long."""
+    """Return an error if parts of a finished run miss the timeout, else None."""
     if view.state != 'finished' or time.monotonic() - view.news < START_TIMEOUT:
         return None
     return (

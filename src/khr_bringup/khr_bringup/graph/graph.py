@@ -128,7 +128,7 @@ def _arguments(shared: Mapping[str, Any], parameters: Path | None) -> list[str]:
 
 
 def _check_memory() -> None:
-    """Refuse a limit under which the middleware's threads would be killed at some time."""
+    """Refuse a memory limit that is too low for the threads of the middleware."""
     limit, _ = resource.getrlimit(resource.RLIMIT_AS)
     if limit != resource.RLIM_INFINITY and limit < LEAST_MEMORY:
         raise RunError(

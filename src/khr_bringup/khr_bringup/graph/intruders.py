@@ -30,7 +30,7 @@ class Intruders:
         self._before = self._found()
 
     def found(self) -> str | None:
-        """Describe a participant of another user, if one has come."""
+        """Return an error if a participant of another user has joined, else None."""
         now = time.monotonic()
         if now - self._looked < PERIOD:
             return None

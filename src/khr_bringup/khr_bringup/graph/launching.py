@@ -85,7 +85,7 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
     scenario = scenarios.load_scenario(given['scenario']).set_to(
         _split_changes(given['set']), scenarios.changes_of(short)
     )
-    scenario = on_driver(scenario, given['driver'], given['board'])
+    scenario = with_driver(scenario, given['driver'], given['board'])
     driver_parameters = parameters_of_driver(given['driver_params'], 'driver_params', scenario)
     Expectation.parse(given['expect'], 'expect', scenario)  # refused before anything starts
     out = given['out'] or mkdtemp(prefix=f'{scenario.name}-')
@@ -97,8 +97,8 @@ def prepare_launch(given: Mapping[str, str], joints: bool = True) -> Launch:
     return Launch(scenario, wiring, folder, parameters, nodes, rviz, driver_parameters)
 
 
-def on_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:
-    """Return a scenario on a driver in the simulator's place, or on the real robot, if asked for.
+def with_driver(scenario: Scenario, driver: str, board: str, dashes: str = '') -> Scenario:
+    """Return the scenario on a driver or on the real robot; unchanged if neither is given.
 
     Args:
         scenario: to run.
@@ -139,7 +139,7 @@ def parameters_of_driver(file: str, option: str, scenario: Scenario) -> Path | N
 
 
 def check_names(given: Iterable[str], asked: Iterable[str]) -> list[str]:
-    """Return the arguments of the command line that the launch file does not have.
+    """Return the command-line arguments that the launch file does not declare.
 
     Args:
         given: all names, also those of a launch file that includes this one.

@@ -38,8 +38,8 @@ class LiveParameter:
     fixed: bool = False
 
     @property
-    def shown(self) -> str:
-        """Return the value as YAML, such as ``khr set`` reads."""
+    def as_yaml(self) -> str:
+        """Return the value as YAML, as accepted by ``khr set``."""
         # In a list, because YAML marks the end of a document that is a bare scalar.
         return yaml.safe_dump([self.value], default_flow_style=True, width=inf).strip()[1:-1]
 
@@ -80,7 +80,7 @@ def set_parameter(
         except (TypeError, ValueError, AssertionError) as error:
             raise KhrError(
                 f'{node}: {name}: {quoted(value)} is not accepted; accepted: a value like '
-                f'{before.shown}'
+                f'{before.as_yaml}'
             ) from error
         result = call('set_parameters', [parameter]).results[0]
         if not result.successful:
@@ -98,7 +98,7 @@ def check_change(node: str, parameter: LiveParameter, value: Any) -> None:
     name = parameter.name
     if parameter.fixed:
         raise KhrError(
-            f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.shown} while it '
+            f'{node}: {name}: {quoted(value)} is not accepted: fixed at {parameter.as_yaml} while it '
             f'runs; accepted: khr run --set {node}.{name}=VALUE'
         )
     if node in registry() and name in specifications(table_of(node)):

@@ -1,4 +1,4 @@
-"""The processes of a run: started together, watched, stopped in order, all of them reaped."""
+"""The processes of a run: start, watch, stop in order, reap."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ class Processes:
         return f'{name} {how}{reason}'
 
     def interrupt(self, name: str) -> None:
-        """Ask one process to stop."""
+        """Send SIGINT to one process."""
         child = self._children[name]
         if child.poll() is None:
             child.send_signal(signal.SIGINT)

@@ -89,7 +89,7 @@ class View:
 
     @property
     def behind(self) -> list[str]:
-        """List the listeners that have not received the end of a finished run, and how far."""
+        """List the listeners without the end of a finished run, with their progress."""
         end = int(self.state_values['time_ns'])
         return [
             f'{name} up to t = {self.received.get(name, 0) / 1e9:.3f} s'
@@ -186,7 +186,7 @@ class Watcher(Node):  # type: ignore[misc]
         self._follow(DIAGNOSTICS, view.take_diagnostics, DATA)
 
     def stranger(self) -> str | None:
-        """Describe a second source of a topic that has an owner, if there is one."""
+        """Return an error if a topic with an owner has a second publisher, else None."""
         for topic, owner in self._owners.items():
             if self.count_publishers(topic) > 1:
                 names = self._sources(topic)
@@ -196,7 +196,7 @@ class Watcher(Node):  # type: ignore[misc]
         return None
 
     def _sources(self, topic: str) -> list[str]:
-        """Return the nodes that publish a topic; ROS learns the name of a new one late."""
+        """Return the publishers of a topic; the name of a new node is discovered late."""
         end = time.monotonic() + NAMING
         while True:
             names = [info.node_name for info in self.get_publishers_info_by_topic(topic)]

@@ -97,9 +97,9 @@ class RunEntry:
         }
 
     def quiet_environment(self) -> dict[str, str]:
-        """Return the same for a command, without the middleware's log on its standard error.
+        """Return the environment of a command, without the middleware's log on stderr.
 
-        If several runs start at once, it logs ports that it then does without.
+        The middleware logs an error for each port that another starting run holds.
         """
         environment = self.environment()
         profile = Path(environment[PROFILE])
@@ -145,7 +145,7 @@ def register() -> Path:
 
 
 def running() -> list[RunEntry]:
-    """List the runs of this user that are going on, the newest last; forget dead ones."""
+    """List the active runs of this user, the newest last; remove entries of dead runs."""
     entries = []
     paths = [path for path in register().glob('*.json') if not path.name.startswith('.')]
     for path in sorted(paths, key=_time_of):  # a name with a dot is of a file being written
@@ -170,7 +170,7 @@ def _entry(values: Any) -> RunEntry:
 
 
 def check_domain(domain: int | None) -> None:
-    """Refuse a domain that no run can have.
+    """Check that a number is a valid ROS domain.
 
     Raises:
         KhrError: if it is out of range.
@@ -183,7 +183,7 @@ def check_domain(domain: int | None) -> None:
 def registered(
     scenario: str, folder: Path, domain: int | None = None, network: bool = False
 ) -> Iterator[RunEntry]:
-    """Take a free domain (or the one asked for) for the time of a run.
+    """Claim a free domain (or the given one) for the duration of a run.
 
     All processes that inherit ``locks`` hold the domain, so it is free again when the last one has
     ended. Among this user's runs a lock of a file in the register marks it as taken; between users
@@ -210,15 +210,15 @@ def registered(
         )
         remove_dead_segments(ports_of(number))
         try:
-            note(entry)
+            write_entry(entry)
             yield entry
         finally:
             _path(number).unlink(missing_ok=True)
             remove_dead_segments(ports_of(number))
 
 
-def note(entry: RunEntry) -> None:
-    """Keep a run in the register, with its state."""
+def write_entry(entry: RunEntry) -> None:
+    """Write the entry of a run to the register."""
     public = {key: value for key, value in asdict(entry).items() if key != 'locks'}
     write_text(_path(entry.domain), json.dumps(public))
 

@@ -1,1 +1,1 @@
-"""Recorded runs: read, repaired, repeated."""
+"""Read, repair and repeat recorded runs."""

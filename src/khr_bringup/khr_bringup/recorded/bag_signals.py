@@ -68,7 +68,7 @@ class Track:
         return Track(stamps, numbers.reshape(len(stamps), samples.width))
 
     def at(self, stamp_ns: int) -> tuple[float, ...]:
-        """Return the latest sample at a time, or the first one before any."""
+        """Return the latest sample up to a time; the first sample if the time is before it."""
         row = int(np.searchsorted(self.stamps, stamp_ns, side='right')) - 1
         return tuple(self.numbers[max(row, 0)].tolist())
 
@@ -128,7 +128,7 @@ def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome |
         return np.column_stack([column(topic, index) for topic in topics])
 
     def correction(topic: Topic) -> Array:
-        """Return the correction of a controller, or the correction that the board adds instead."""
+        """Return the correction of a controller; with the board's own mixing, the board's."""
         joint = topic.names[0]
         if not len(tracks[topic].stamps) and joint in BOARD_CORRECTION.names:
             return column(BOARD_CORRECTION, BOARD_CORRECTION.names.index(joint))

@@ -30,7 +30,7 @@ NumbersOf = Callable[[Topic], cdr.Reader]
 
 
 class Samples:
-    """Stamps, ns, and numbers of a topic in order, in little more room than they take."""
+    """Stamps in ns and numbers of a topic, in growing arrays."""
 
     def __init__(self) -> None:
         self.stamps, self.numbers = array('q'), array('d')
@@ -62,8 +62,8 @@ def bag_of(path: Path) -> Path:
     return path / 'bag' if (path / 'bag').exists() else path
 
 
-def there(bag: Path) -> Path:
-    """Return the bag as :func:`bag_of` does.
+def existing_bag(bag: Path) -> Path:
+    """Return the existing bag of a run.
 
     Raises:
         KhrError: if there is no bag.
@@ -94,7 +94,7 @@ def read_messages(
     Raises:
         KhrError: if it is no bag or is damaged.
     """
-    place, messages = there(bag), _empty(topics)
+    place, messages = existing_bag(bag), _empty(topics)
     try:
         _collect(place, messages, numbers_of)
     except Exception as error:  # a damaged file fails in many ways inside the reader
@@ -176,7 +176,7 @@ def _collect(bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_
 
 
 def _is(topic: Topic, name: str) -> bool:
-    """Return whether a topic has this full name in some namespace."""
+    """Return whether a full name is this topic in any namespace."""
     return f'/{name}'.endswith('/' + topic.name.lstrip('/'))
 
 

@@ -25,8 +25,8 @@ def numbers_of(topic: Topic) -> cdr.Reader:
     return _WHOLE.get(topic) or cdr.numbers_of(topic)
 
 
-def compared() -> tuple[Topic, ...]:
-    """Return the topics that a repetition gives: the truth, and the answers of blocks."""
+def compared_topics() -> tuple[Topic, ...]:
+    """Return the topics that can be compared: the truth, and the outputs of the blocks."""
     answers = (
         topic
         for node in registry().values()

@@ -10,7 +10,7 @@ from pathlib import Path
 from khr_analysis.outcome import Outcome
 from khr_analysis.outcome_values import outcome_of
 from khr_bringup.changes import Change, changes_in
-from khr_bringup.code_version import stated_in, version_in
+from khr_bringup.code_version import version_in, versions_in
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import (
     Messages,
@@ -130,7 +130,7 @@ class RecordedRun:
     @property
     def made_with(self) -> dict[str, str]:
         """Return the arithmetic and the versions that the scenario states, by name."""
-        return stated_in(self.text)
+        return versions_in(self.text)
 
     @cached_property
     def record(self) -> RunRecord:

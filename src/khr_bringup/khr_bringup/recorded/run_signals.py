@@ -71,10 +71,10 @@ class Series:
 
     @property
     def columns(self) -> dict[str, Array]:
-        """Return the signals by name, (N,) each: parted where there are several of a kind.
+        """Return the signals by name, (N,) each; a signal with several columns is split.
 
-        The forces on a foot are parted by where they act, as in ``contact_force_l_toe``, the
-        corrections by their controllers, as in ``correction_ankle``.
+        Forces are split by foot region (``contact_force_l_toe``), corrections by controller
+        (``correction_ankle``).
         """
         parts = {
             'contact_force': tuple(REGIONS.values()),
@@ -94,7 +94,7 @@ class Series:
 
     @property
     def degrees(self) -> dict[str, Array]:
-        """Return those columns that are angles and rates once more, in deg and deg/s, (N,) each.
+        """Return angles and rates in deg and deg/s, (N,) each.
 
         Their names have a suffix: ``pitch_deg``, ``gyro_rate_deg_s``, ``correction_ankle_deg``.
         """

@@ -11,10 +11,21 @@ from rich.console import Console
 from rich.progress import Progress
 
 from khr_bringup.changes import Change
-from khr_bringup.code_version import differences, stated_of, surroundings, version_in, version_of
+from khr_bringup.code_version import (
+    differences,
+    library_versions,
+    version_in,
+    version_of,
+    versions_of_run,
+)
 from khr_bringup.offline import SIMULATOR, ControlLoop, run_offline
-from khr_bringup.recorded.bags import Messages, there
-from khr_bringup.recorded.comparison import SideBySide, compared, differences_beside, numbers_of
+from khr_bringup.recorded.bags import Messages, existing_bag
+from khr_bringup.recorded.comparison import (
+    SideBySide,
+    compared_topics,
+    differences_beside,
+    numbers_of,
+)
 from khr_bringup.recorded.integrity import check_bag
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.result import Result
@@ -70,7 +81,7 @@ def verify(bag: Path) -> int:
             repeated: it ran against the wall clock, or the time at which a push or change acted
             is unknown.
     """
-    place = there(bag)
+    place = existing_bag(bag)
     check_bag(place)
     recorded = read_recorded(bag)
     print(
@@ -105,7 +116,7 @@ def read_recorded(bag: Path) -> Recorded:
         KhrError: if it is no bag, is damaged, has no scenario or end of a run, was made by
             another version of the project, or lacks something that the repetition needs.
     """
-    run = RecordedRun(bag, compared(), numbers_of=numbers_of)
+    run = RecordedRun(bag, compared_topics(), numbers_of=numbers_of)
     messages, state = run.messages, run.final_state
     if not messages[SCENARIO]:
         raise KhrError(f'{bag}: no scenario in it; accepted: the bag of a khr run')
@@ -144,8 +155,8 @@ def read_recorded(bag: Path) -> Recorded:
         state.get('end', ''),
         made,
         pushes,
-        {topic: messages[topic] for topic in compared()},
-        differences(run.text, stated_of(scenario)),
+        {topic: messages[topic] for topic in compared_topics()},
+        differences(run.text, versions_of_run(scenario)),
     )
 
 
@@ -181,7 +192,7 @@ def _scenario(bag: Path, text: str) -> Scenario:
         missing = set(scenario.whole(node)) - set(scenario.values.get(node, {}))
         if missing:
             raise KhrError(f'{title}: its scenario does not know {node}.{min(missing)}')
-    if other := differences(text, surroundings(scenario.table(RunParameters).engine)):
+    if other := differences(text, library_versions(scenario.table(RunParameters).engine)):
         raise KhrError(
             f'{bag}: made with {other}; accepted: what was made with the same, to be repeated '
             'bit for bit'

@@ -1,1 +1,1 @@
-"""Scenario files: read, checked, changed, derived."""
+"""Read, check and change scenario files; derive parameters."""

@@ -26,7 +26,7 @@ class Expectation:
 
     Attributes:
         verdict: of the monitor; empty if any is.
-        realtime: whether it must have held real time.
+        realtime: whether the run must keep up with real time.
     """
 
     verdict: str = ''
@@ -39,7 +39,7 @@ class Expectation:
         Args:
             text: a verdict, ``realtime``, or both with a comma between; empty expects nothing.
             option: its name.
-            scenario: that is to run.
+            scenario: to run.
             offline: whether it is to run without a graph.
 
         Raises:
@@ -64,7 +64,7 @@ class Expectation:
         """Describe in one line the expectation that was not met; empty if all were met.
 
         Args:
-            verdict: that the run came to.
+            verdict: of the run.
             realtime: how it kept to the wall clock; None if the simulator did not report it.
         """
         if self.verdict and verdict != self.verdict:

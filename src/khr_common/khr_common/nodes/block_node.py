@@ -31,7 +31,7 @@ class BlockNode(KhrNode):
             self.subscribe_numbers(topic, self._on_numbers)
 
     def configure(self, parameters: Any) -> None:
-        """Pass changed parameters to the block, and answer the samples now complete with them."""
+        """Pass changed parameters to the block; answer the samples that they make complete."""
         self._block.configure(parameters)
         for stamp_ns, signals in self._samples.require(self._block.needs):
             self._take(stamp_ns, signals)

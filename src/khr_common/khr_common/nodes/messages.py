@@ -71,12 +71,12 @@ def message_class(kind: str) -> type[Any]:
 
 
 def blank_vector() -> Vector3:
-    """Return a vector with blanks for its numbers."""
+    """Return a vector of BLANK placeholders."""
     return Vector3(x=BLANK, y=BLANK, z=BLANK)
 
 
 def blank_message(topic: Topic) -> Any:
-    """Return a message with blanks where :func:`khr_common.cdr.numbers_of` reads."""
+    """Return a message with BLANK in each number that :func:`khr_common.cdr.numbers_of` reads."""
     message = message_class(topic.kind)()
     if topic.kind == IMU:
         message.angular_velocity = blank_vector()
@@ -94,7 +94,7 @@ def blank_message(topic: Topic) -> Any:
 def serialized(message: Any) -> bytes:
     """Return a message's bytes as they are sent.
 
-    ROS's own function returns a few more behind them, of any value, where a list is empty.
+    rclpy's function appends a few arbitrary bytes if a list is empty.
     """
     data: bytes = serialize_message(message)
     while True:
@@ -106,7 +106,7 @@ def serialized(message: Any) -> bytes:
 
 
 def little_endian(data: bytes, kind: type[Any]) -> bytes:
-    """Return a message as little-endian CDR; another encoding is rare, and left to ROS."""
+    """Return a message as little-endian CDR; ROS converts other encodings, which are rare."""
     if data[:2] == b'\0\1':
         return data
     recoded: bytes = serialize_message(deserialize_message(data, kind))

@@ -179,7 +179,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self._refused[topic, reason if known else 'other reasons'] += 1
 
     def report(self, level: bytes, message: str, values: Mapping[str, str]) -> None:
-        """Publish on ``diagnostics`` how the node does, stamped with the time that it knows."""
+        """Publish the health of the node on ``diagnostics``, stamped with its newest time."""
         self._publish_health([status(self.get_name(), message, values, level)])
 
     def fail(self, reason: str) -> None:
@@ -251,7 +251,7 @@ class KhrNode(Node):  # type: ignore[misc]
             raise ParameterError(str(error)) from error
 
     def _check_given(self) -> None:
-        """Refuse parameters that no one takes: ROS leaves them out without a word."""
+        """Refuse undeclared parameters, which ROS drops silently."""
         known = frozenset({*specifications(self.table), *OF_ROS})
         blocks = [block for file in files_in(sys.argv) for block in read_blocks(file)]
         for warning in check_blocks(blocks, self.get_fully_qualified_name(), known):

@@ -26,7 +26,7 @@ def value_of(message: Any) -> Any:
 
 
 def to_set(values: Mapping[str, Any]) -> SetParametersAtomically.Request:
-    """Return a request that sets parameters atomically; services of khr take such requests too."""
+    """Return a SetParametersAtomically request, which ``khr/switch`` and the like use as well."""
     return SetParametersAtomically.Request(
         parameters=[
             Parameter(name, value=each).to_parameter_msg() for name, each in values.items()

@@ -51,7 +51,7 @@ class SpinUntilIdle:
             stop(self)
 
     def remove_done_callback(self, _: Callable[[SpinUntilIdle], None]) -> bool:
-        """Forget it: the executor has stopped."""
+        """Remove the function: the executor has stopped."""
         self._stop = _nothing
         return True
 
@@ -139,7 +139,7 @@ def _leave(nodes: Sequence[KhrNode], executor: EventsExecutor) -> None:
 
 
 def _nothing(_: SpinUntilIdle) -> None:
-    """Stop nothing: no executor spins."""
+    """Do nothing: no executor spins."""
 
 
 def _close(node: KhrNode, executor: EventsExecutor, spinner: SpinUntilIdle) -> None:

@@ -51,12 +51,12 @@ def render_run(
 
     Args:
         run: a run folder, or a scenario file or name.
-        out: the files' path, with or without a suffix; by default in the run folder, or here by
-            the scenario's name.
+        out: path of the files, with or without a suffix; by default in the run folder, or the
+            scenario's name in the current folder.
         still: time of the one picture, s.
         part: start and end of the film, s.
         size: width and height in px, pictures per s.
-        against: another run to show on the right of it, as ``run``; each has that size.
+        against: another run, given as ``run``, on the right; each picture has ``size``.
         show: called with the name of the task, its progress and its total, s.
 
     Raises:
@@ -160,7 +160,7 @@ def _save_movie(path: Path, pictures: list[Image.Image], rate: float) -> None:
 
 
 def save_gif(path: Path, pictures: list[Image.Image], rate: float) -> None:
-    """Save pictures, so many per s, as an animation that repeats."""
+    """Save pictures as a looping GIF at a rate, 1/s."""
     # With one palette for all frames a GIF stores only moving parts and does not flicker.
     found = pictures[len(pictures) // 2].quantize(GIF_COLORS, Image.Quantize.MEDIANCUT)
     palette = Image.new('P', (1, 1))

@@ -39,7 +39,7 @@ class Look:
     Attributes:
         width, height: px.
         rate: frames per simulated second.
-        yaw, pitch: where the camera looks, rad; across the slope, so that it shows as it is.
+        yaw, pitch: of the camera, rad; across the slope, so that its angle shows undistorted.
         distance: from the robot, m.
     """
 
@@ -51,7 +51,7 @@ class Look:
     distance: float = 1.15
 
     def camera(self, truth: Truth) -> Camera:
-        """Return the camera at a sample; it follows the feet, not each motion of the torso."""
+        """Return the camera at a sample; it follows the feet, because the torso swings."""
         x, _, z = truth.sole_position.mean(axis=0).tolist()
         target = (x + AHEAD, 0.0, z + HALF_HEIGHT)
         return Camera(self.width, self.height, target, self.yaw, self.pitch, self.distance)

@@ -14,8 +14,8 @@ from khr_report.page.document import Bullets, Passage, Table, markdown
 def page_text(module: str, name: str = '', **values: Any) -> str:
     """Fill a template, and return the page in Markdown, ending with a newline.
 
-    In the template ``x | f('.2f')`` formats a number; tables, lists and passages are written as
-    Markdown where they are named.
+    In the template ``x | f('.2f')`` formats a number; a table, list or passage is inserted as
+    Markdown.
 
     Args:
         module: ``__name__`` of a module ``page``, whose template is ``page.md.j2`` beside it.

@@ -9,7 +9,7 @@ from typing import Any
 
 
 def duration(seconds: float) -> str:
-    """Format a duration, rounded to its size."""
+    """Format a duration in s, in min, or in h and min."""
     minutes = round(seconds / 60.0)
     if minutes < 2:
         return f'{seconds:.0f} s'

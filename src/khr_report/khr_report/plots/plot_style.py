@@ -64,7 +64,7 @@ def panels(
 ) -> tuple[Figure, list[Axes]]:
     """Make a figure with a panel per title, in rows of ``columns`` (default: one row).
 
-    A title of None leaves the place empty.
+    A title of None leaves its panel empty.
     """
     columns = columns or len(titles)
     figure = NotebookFigure(figsize=(WIDTH, height), layout='constrained')
@@ -84,7 +84,7 @@ def panels(
 
 def head(figure: Figure, title: str, *notes: str) -> None:
     """Set the heading of a figure, and a note below its panels."""
-    figure.suptitle(balanced(title))
+    figure.suptitle(wrap_title(title))
     text = textwrap.fill('; '.join(each for each in notes if each), NOTE_LINE)
     if text and figure.legends:  # the layout keeps no place for both
         figure.legends[-1].set_title(text, prop=FontProperties(size=8))
@@ -92,8 +92,8 @@ def head(figure: Figure, title: str, *notes: str) -> None:
         figure.supxlabel(text, fontsize=8)
 
 
-def balanced(title: str) -> str:
-    """Return a title in as few lines as it needs, about equally long: no word stands alone."""
+def wrap_title(title: str) -> str:
+    """Wrap a title into the fewest lines, of about equal length."""
     lines = len(textwrap.wrap(title, LINE))
     width = next(
         width for width in range(1, LINE + 1) if len(textwrap.wrap(title, width)) <= lines
@@ -102,7 +102,7 @@ def balanced(title: str) -> str:
 
 
 def typeset(text: str) -> str:
-    """Return a text with the indices of its symbols set as such: K_A, θ_A*, x_COM."""
+    """Return a text with its symbols typeset with subscripts: K_A, θ_A*, x_COM."""
 
     def index(found: re.Match[str]) -> str:
         symbol, below, star = found.groups()
@@ -129,7 +129,7 @@ def save(figure: Figure, target: Path | IO[bytes], **options: Any) -> None:
 def named_level(
     axis: Axes, height: float, name: str, x: float, shift: int = 3, **look: Any
 ) -> None:
-    """Draw a level across a panel, and its name from ``x`` on, so many points above it."""
+    """Draw a horizontal line across a panel, labelled at ``x`` with an offset in points."""
     axis.axhline(height, color='0.4', linewidth=0.8)
     axis.annotate(
         name,

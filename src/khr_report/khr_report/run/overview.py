@@ -39,8 +39,8 @@ class Signal:
     Attributes:
         group, name: of the panel, and of the line in it.
         unit: label of the axis.
-        values: of a run, (N,).
-        moving: whether it is worth a panel only if it changes.
+        values: returns the values of a run, (N,).
+        moving: whether to omit the signal if it is constant.
     """
 
     group: str

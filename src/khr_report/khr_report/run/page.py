@@ -13,7 +13,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from khr_analysis.outcome_values import LABELS, Value, shown
-from khr_bringup.code_version import code_version, stated_of, version_of
+from khr_bringup.code_version import code_version, version_of, versions_of_run
 from khr_bringup.node_registry import registry
 from khr_bringup.recorded.recorded_run import ACCEPTED
 from khr_bringup.recorded.run_signals import Series
@@ -210,7 +210,7 @@ def _making(found: Found, page: Path) -> Markup:
         ('khr code', *(run.version or 'not recorded' for run in runs), here),
         *(
             (name, *(run.made_with.get(name, 'not recorded') for run in runs), number)
-            for name, number in stated_of().items()
+            for name, number in versions_of_run().items()
             if name in recorded or not recorded
         ),
     ]

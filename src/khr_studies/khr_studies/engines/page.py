@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from khr_bringup.code_version import surroundings
+from khr_bringup.code_version import library_versions
 from khr_common.files import write_text
 from khr_report.page.document import Columns, Table, table
 from khr_report.page.template import page_text
@@ -48,7 +48,7 @@ def summary(runs: pd.DataFrame) -> str:
 
 def page(runs: pd.DataFrame) -> str:
     """Return the page."""
-    known = surroundings()
+    known = library_versions()
     limits = compared_limits(runs)
     causes = [(limit, causes_of(runs, limit)) for limit in limits.to_dict('records')]
     walks = runs[runs['part'] == 'walk']

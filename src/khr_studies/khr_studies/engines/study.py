@@ -113,7 +113,7 @@ def compare_engines(
     """Compare the engines with a pool of processes; return the table of all runs.
 
     Args:
-        seeds: of every limit.
+        seeds: number of seeds of each limit.
         tolerance: of each bisection, deg.
         jobs: processes; one per core by default.
         only: names of scenarios with commas; all shipped scenarios by default.

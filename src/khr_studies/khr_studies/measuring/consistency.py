@@ -29,7 +29,7 @@ SAME_RUN = [*SAME_SEARCH, 'inclination_deg']
 
 
 def experiment_runs(runs: Mapping[str, Runs]) -> pd.DataFrame:
-    """Return the table of the runs of experiments by their conditions, with the ``source``."""
+    """Return the run table of experiments, with the columns of the condition and ``source``."""
     return run_table(
         {
             'source': f'experiment {name}',

@@ -12,7 +12,7 @@ from typing import TypeVar
 
 import pandas as pd
 
-from khr_bringup.code_version import code_version, stated_of
+from khr_bringup.code_version import code_version, versions_of_run
 from khr_report.folders import make_folder
 from khr_sim.physics import engines
 from khr_studies.measuring import experiments
@@ -247,7 +247,8 @@ def _findings(
         float(made['wall_time_s'].sum()),
         plan.fast,
         plan.command,
-        {'code': code_version(), **stated_of()} | {name: version_of(name) for name in LIBRARIES},
+        {'code': code_version(), **versions_of_run()}
+        | {name: version_of(name) for name in LIBRARIES},
     )
 
 

@@ -1,4 +1,4 @@
-"""Count where in a plane of two swept parameters the robot stays up, with confidence bounds."""
+"""Map the share of runs that stay up over two swept parameters, with confidence bounds."""
 
 from __future__ import annotations
 

@@ -173,10 +173,10 @@ class Tuning:
         return self.question.scenario.changed(changes)
 
 
-def ask(
+def define_search(
     scenario: Scenario, *, gait: bool, robust: bool, seeds: int, candidates: int, seed: int
 ) -> Question:
-    """Return the search for the gains of a scenario.
+    """Define a search for the gains of a scenario.
 
     Args:
         scenario: motion and slope.

@@ -1,1 +1,1 @@
-"""What is kept of runs and jobs, so that it is not computed again."""
+"""Stored results of runs and jobs, so that they are not computed again."""

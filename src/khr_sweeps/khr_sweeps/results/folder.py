@@ -94,7 +94,7 @@ class Folder:
         self._rows.close()
 
     def finished(self) -> dict[str, bool | None]:
-        """Return whether the robot stayed up, by the id of the run; None if it was refused."""
+        """Return the finished runs: whether the robot stayed up, by run id; None if refused."""
         return dict(self._rows.values)
 
     def append(self, rows: Iterable[Row]) -> None:

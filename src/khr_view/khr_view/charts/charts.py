@@ -55,7 +55,7 @@ class Chart:
     Attributes:
         title, unit: of the chart.
         lines: at least one.
-        shown: whether it is, until the reader chooses otherwise.
+        shown: whether the chart is shown by default.
     """
 
     title: str
@@ -65,7 +65,7 @@ class Chart:
 
     @property
     def topics(self) -> set[Topic]:
-        """Return the topics that its lines are made of."""
+        """Return the topics of its lines."""
         return {topic for line in self.lines for topic, _, _ in line.terms}
 
     @property
@@ -156,13 +156,13 @@ def charts() -> tuple[Chart, ...]:
 
 
 @cache
-def traced() -> tuple[Topic, ...]:
+def chart_topics() -> tuple[Topic, ...]:
     """Return the topics of the charts."""
     found = {topic for chart in charts() for topic in chart.topics}
     return tuple(sorted(found, key=lambda topic: topic.name))
 
 
 @cache
-def tapped() -> tuple[Topic, ...]:
-    """Return the topics among these: each carries a message in every period."""
-    return tuple(topic for topic in traced() if topic != SLIP)
+def polled_topics() -> tuple[Topic, ...]:
+    """Return the topics to subscribe to without callbacks: one message per control period."""
+    return tuple(topic for topic in chart_topics() if topic != SLIP)

@@ -15,7 +15,7 @@ from khr_view.charts.spectrum_lines import SpectrumLines
 def signals_csv(drawn: Mapping[Chart, tuple[Array, ...]]) -> str:
     """Return a column of times, s, and one of each line of the charts.
 
-    The times are those of the chart that has the most; others are read between theirs.
+    The times are those of the chart with the most samples; the other charts are interpolated.
 
     Args:
         drawn: times, s, and the values of each line, by chart.

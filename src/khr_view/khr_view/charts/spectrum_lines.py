@@ -1,4 +1,4 @@
-"""The spectrum as lines of a chart: amplitudes, lines of the gait, peaks, the level that counts."""
+"""The spectrum as lines of a chart: amplitudes, lines of the gait, peaks, threshold of peaks."""
 
 from __future__ import annotations
 
@@ -48,8 +48,8 @@ class SpectrumLines:
     Attributes:
         frequency: of all columns, increasing.
         amplitude: of the spectrum.
-        gait: sticks up to the largest amplitude at f_0 = 4/T and its multiples.
-        peaks: sticks at the peaks.
+        gait: stems up to the largest amplitude at f_0 = 4/T and its multiples.
+        peaks: stems at the peaks.
         level: a third of the largest amplitude.
         tones: the peaks, the strongest first.
     """

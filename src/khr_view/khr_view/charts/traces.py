@@ -10,7 +10,7 @@ import numpy as np
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common.block import Numbers
 from khr_common.interfaces import Topic
-from khr_view.charts.charts import Array, Chart, traced
+from khr_view.charts.charts import Array, Chart, chart_topics
 
 SPAN = 3.0 * GaitParameters().cycle_period  # s
 SHORTEST_PERIOD = 0.010  # s between samples
@@ -30,7 +30,7 @@ class Traces:
         self._span_ns = round(span * 1e9)
         length = int(span / SHORTEST_PERIOD) + 1
         self._samples: dict[Topic, deque[tuple[int, Numbers]]] = {
-            topic: deque(maxlen=length) for topic in traced()
+            topic: deque(maxlen=length) for topic in chart_topics()
         }
 
     def add(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
@@ -45,7 +45,7 @@ class Traces:
             samples.popleft()
 
     def clear(self) -> None:
-        """Forget all."""
+        """Remove all samples."""
         for samples in self._samples.values():
             samples.clear()
 

@@ -19,8 +19,8 @@ OF_SOLES = ('surface', 'pad_distance')  # they set the width of the soles
 class LiveScene:
     """Keep the newest signals, and build scenes of complete samples.
 
-    Messages may be lost, or arrive between two polls: the forces of one sample at the soles of
-    another would act on the air.
+    Messages may be lost, or arrive between two polls: forces of one sample would be drawn away from
+    the soles of another.
 
     Attributes:
         signals: the newest of each topic.

@@ -19,7 +19,7 @@ from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, ROBOT_DESCRIPTION, STAGE, TRUE_POSE, Topic
 from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
-from khr_view.charts.charts import SLIP, Chart, tapped
+from khr_view.charts.charts import SLIP, Chart, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
 from khr_view.charts.traces import SPAN
 from khr_view.model.motion import motion_of
@@ -57,7 +57,7 @@ class Timeline:
     """
 
     def __init__(self, path: Path) -> None:
-        sampled = tuple(dict.fromkeys((*NEEDED, *tapped(), *OBSERVED, STAGE)))
+        sampled = tuple(dict.fromkeys((*NEEDED, *polled_topics(), *OBSERVED, STAGE)))
         run = RecordedRun(path, (*sampled, ROBOT_DESCRIPTION), salvage=True)
         messages, self.damage, self.name = run.messages, run.damage, run.name
         self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
@@ -121,7 +121,7 @@ class Timeline:
         return spectrum_lines(found.frequency, found.amplitude, peaks, self.motion.cycle)
 
     def rows(self, time: float) -> dict[str, str]:
-        """Return how the run went up to a time, s, by name."""
+        """Return the status of the run at a time, s, as rows of label and value."""
         index = int(np.searchsorted(self._judged, round(time * 1e9), side='right')) - 1
         status = Status(outcome=self._outcomes[max(index, 0)] if self._outcomes else None)
         if STAGE in self._tracks:

@@ -31,7 +31,7 @@ class Shape:
 
 
 def shapes(robot: Robot) -> list[Shape]:
-    """Return the boxes and cylinders of a robot; whatever else its URDF shows is left out."""
+    """Return the boxes and cylinders of a robot; other visuals of the URDF are omitted."""
     colors = {
         material.get('name'): _numbers(material.find('color'), 'rgba')[:3]
         for material in robot.xml.findall('material')

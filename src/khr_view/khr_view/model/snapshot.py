@@ -33,9 +33,9 @@ class Snapshot:
     Attributes:
         base: pose of base_link: x y z, quaternion x y z w.
         joints: 17 angles.
-        inclination: of the board, positive if it goes down along x.
+        inclination: of the slope, positive if it descends along x.
         center_of_mass: (3,).
-        below: where the vertical through it meets the board, (3,).
+        below: vertical projection of the centre of mass onto the slope, (3,).
         forces: of l_toe l_heel r_toe r_heel in their frames, N, (4, 3).
         support: corners of the convex hull of the loaded soles, in order, (n, 3); empty in the air.
         torso: middle of the torso, at which pushes are shown, (3,).
@@ -52,7 +52,7 @@ class Snapshot:
 
     @property
     def way(self) -> Array:
-        """Return the point of the board below the torso's frame, along the board's normal, (3,)."""
+        """Return the projection of the torso's frame onto the slope, along its normal, (3,)."""
         normal = np.array([sin(self.inclination), 0.0, cos(self.inclination)])
         position = np.array(self.base[:3])
         return np.asarray(position - (position @ normal) * normal)
@@ -96,8 +96,8 @@ class SnapshotBuilder:
     def completed(self, signals: Signals) -> Signals:
         """Return the signals of NEEDED where no truth is published, as on a real robot.
 
-        The torso is drawn upright over its lower sole, the board level, and the forces are those
-        of the sensors; nothing else is known.
+        The torso is drawn upright over its lower sole and the ground level, with the forces of the
+        sensors; nothing else is measured.
 
         Args:
             signals: of the joints at least.

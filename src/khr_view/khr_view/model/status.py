@@ -30,7 +30,7 @@ class Status:
         state: of the simulator; ``no run`` while there is none.
         reason: of the state.
         outcome: so far, by the monitor; None before its first report.
-        factor: simulated by wall time; None if it is unknown.
+        factor: simulated over wall time; None if it is unknown.
         stage: of the control; 0 without stages.
         late: in realtime mode, the late periods and the dropped corrections.
     """

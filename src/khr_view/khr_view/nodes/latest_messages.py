@@ -1,4 +1,4 @@
-"""The newest samples of periodic topics, polled now and then."""
+"""Poll the newest samples of periodic topics."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ from khr_common.run_identity import MalformedError, check_run
 class LatestMessages:
     """Subscriptions without callbacks: the middleware keeps the last messages until polled.
 
-    They are best effort, so that no publisher waits for them or keeps messages, and their node is
-    on no executor: a message that is not polled costs its transport alone.
+    They are best effort, so no publisher waits for them or stores messages. Their node is on no
+    executor, so a message that is not polled is not deserialized.
 
     Args:
         node: of the run and namespace.

@@ -24,7 +24,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.node import KhrNode
 from khr_sim.robot import Robot
-from khr_view.charts.charts import tapped
+from khr_view.charts.charts import polled_topics
 from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, Tunable, Value, tunables
 from khr_view.guard import listen
@@ -68,7 +68,7 @@ class PageNode(KhrNode):
             self._run.status.scenario = self._session.scenario.title
         self._scene, self._traces = LiveScene(), Traces()
         self._count = 0
-        topics = tuple(dict.fromkeys((*NEEDED, *tapped(), STAGE)))
+        topics = tuple(dict.fromkeys((*NEEDED, *polled_topics(), STAGE)))
         self._samples = LatestMessages(self, topics, DEPTH)
         self._push = self.publisher(PUSH)
         refused = partial(setattr, self._run, 'trouble')
@@ -136,7 +136,7 @@ class PageNode(KhrNode):
             fresh = True
             self._scene.take(topic, stamp_ns, numbers)
             self._run.now = stamp_ns / 1e9
-            if topic in tapped():
+            if topic in polled_topics():
                 self._traces.add(topic, stamp_ns, numbers)
         snapshot = self._scene.build() if fresh else None
         if snapshot is not None:
@@ -160,13 +160,13 @@ class PageNode(KhrNode):
     # ---- actions of the reader ----
 
     def change(self, tunable: Tunable, value: Value) -> None:
-        """Give a parameter another value."""
+        """Request another value of a parameter."""
         self._run.learn(tunable, value)
         self._keep(tunable, value)
         self._client.ask(tunable, value)
 
     def pause(self, halt: bool) -> None:
-        """Halt time, or let it go on."""
+        """Pause or resume the run."""
         self._client.pause(halt)
 
     def at_the_end(self, action: EndAction) -> None:

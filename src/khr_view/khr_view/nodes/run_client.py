@@ -27,7 +27,7 @@ class RunClient:
     No call blocks: answers arrive at the callbacks, or not at all.
 
     Args:
-        node: that asks; its executor brings the answers.
+        node: of the clients; its executor calls the callbacks.
         tunables: the parameters.
         found: called with the control of each parameter that can change.
         changed: called with a parameter and its value once read, and when another client sets it.
@@ -52,14 +52,14 @@ class RunClient:
         self._pause: Client = node.create_client(SetBool, 'simulator/pause')
 
     def discover(self) -> None:
-        """Ask new nodes for the parameters that can be changed; called now and then."""
+        """Request the changeable parameters of new nodes; called periodically."""
         for name, client in self._clients.items():
             if name not in self._asked and client.services_are_ready():
                 self._asked.add(name)
                 self._describe(name, client)
 
     def ask(self, tunable: Tunable, value: Value) -> None:
-        """Have a parameter changed; of several values the newest counts."""
+        """Request a parameter change; the newest of several values wins."""
         self._pending.ask(tunable.key, value)
 
     def send(self) -> None:
@@ -69,11 +69,11 @@ class RunClient:
 
     @property
     def pausable(self) -> bool:
-        """Return whether the run offers to be paused."""
+        """Return whether the run has a pause service."""
         return bool(self._pause.service_is_ready())
 
     def pause(self, halt: bool) -> None:
-        """Halt the time of the run, or let it go on."""
+        """Pause or resume the run."""
         self._call(self._pause, SetBool.Request(data=halt))
 
     def _describe(self, node: str, client: AsyncParameterClient) -> None:

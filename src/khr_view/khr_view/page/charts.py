@@ -99,7 +99,7 @@ class TimeCharts:
 
 
 class SpectrumChart:
-    """The spectrum of a run, and its peaks in words.
+    """The spectrum of a run, and a text with its peaks.
 
     Args:
         gui: viser's.
@@ -155,7 +155,7 @@ class SpectrumChart:
         return spectrum_csv(self.drawn)
 
     def forget(self, words: str = NO_SPECTRUM) -> None:
-        """Draw no spectrum, and give the reason."""
+        """Clear the spectrum, and show the reason."""
         self.drawn, self._chart.visible = None, False
         self._peaks.content = (
             f'<div class="khr">Spectrum of the pitch rate{escape(self._of)}: {words}.</div>'

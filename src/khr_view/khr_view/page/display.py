@@ -66,7 +66,7 @@ class Note:
 
 
 class Display:
-    """Show frames to whoever has the page open.
+    """Show frames in all connected browsers.
 
     Args:
         guard: where it is served.
@@ -133,7 +133,7 @@ class Display:
         name: str = '',
         push: Push | None = None,
     ) -> None:
-        """Put a robot on the board, its name over its head; dragging its torso pushes it."""
+        """Put a robot on the slope, its name above its head; dragging its torso pushes it."""
         at = f'{ROOT}/robot_{len(self._robots)}'
         self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
         if push is not None:
@@ -155,7 +155,7 @@ class Display:
             self._acts.get()()
 
     def show_scenes(self, scenes: Sequence[Snapshot | None]) -> None:
-        """Show the robots where they are; the camera goes along with the first."""
+        """Update the poses of the robots; the camera follows the first."""
         with self.server.atomic():
             for robot, scene in zip(self._robots, scenes, strict=True):
                 if scene is not None:
@@ -227,7 +227,7 @@ class Display:
 
 
 def _frame(client: Any) -> None:
-    """Keep the robot clear of the controls, however wide the window is or becomes."""
+    """Keep the robot clear of the controls at every width of the window."""
     framed = WIDE  # aspect for which the camera stands as it does
 
     def on_camera(camera: Any) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from khr_bringup.scenario.scenario import Scenario
 from khr_view.controls import Control, Tunable, Value, tunables
 from khr_view.model.restart import END_ACTIONS, EndAction
-from khr_view.page.reader import Later, by_reader, give_value
+from khr_view.page.reader import Later, give_value, on_user_input
 
 # Where a push sends the robot, in odom: the robot faces along x, y is to its left.
 DIRECTIONS = {
@@ -117,7 +117,7 @@ class LivePanel:
             handle = self._make(control)
         self._handles[key] = handle
         handle.on_update(
-            by_reader(
+            on_user_input(
                 lambda value: self._later(lambda: self._owner.change(control.tunable, value))
             )
         )

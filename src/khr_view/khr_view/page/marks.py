@@ -1,7 +1,7 @@
 """Marks drawn with a robot: forces, centre of mass, support, path, pushes.
 
-Marks that move in every frame are children of the robot's frames, or move as a whole: viser
-changes poses at once, and shapes some pictures later.
+Marks that move in every frame are children of the robot's frames, or move as a whole: viser updates
+poses at once, but shapes only some frames later.
 """
 
 from __future__ import annotations
@@ -114,7 +114,7 @@ class Marks:
 
 
 def outline(corners: Array) -> NDArray[np.float32]:
-    """Return the sides of a polygon of up to eight, padded to eight by points: (8, 2, 3)."""
+    """Return the edges of a polygon with at most 8 corners, padded to 8 with points: (8, 2, 3)."""
     if not len(corners):
         return np.zeros((CORNERS, 2, 3), dtype=np.float32)
     raised = np.add(corners, (0.0, 0.0, 0.0015))
@@ -123,7 +123,7 @@ def outline(corners: Array) -> NDArray[np.float32]:
 
 
 def linear(color: Color) -> NDArray[np.uint8]:
-    """Return a colour of the screen (sRGB) as viser takes those of arrows: linear."""
+    """Convert a colour from sRGB to linear RGB, as viser expects for arrows."""
     share = np.array(color) / 255.0
     light = np.where(share <= 0.04045, share / 12.92, ((share + 0.055) / 1.055) ** 2.4)
     return np.rint(255.0 * light).astype(np.uint8)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any
 
-from khr_view.page.reader import Later, by_reader, give_value
+from khr_view.page.reader import Later, give_value, on_user_input
 
 SPEEDS = ('0.05', '0.1', '0.25', '0.5', '1', '2', '5')
 MOST_MARKS = 200  # that are listed
@@ -35,13 +35,13 @@ class PlaybackPanel:
         loop = gui.add_checkbox('Begin again at the end', player.loop)
         marks = _marks(runs)
         places = gui.add_dropdown('Go to', tuple(marks))
-        self._time.on_update(by_reader(lambda value: later(player.seek, value)))
+        self._time.on_update(on_user_input(lambda value: later(player.seek, value)))
         steps.on_click(
-            by_reader(lambda value: later(player.step, 1 if value == 'forward' else -1))
+            on_user_input(lambda value: later(player.step, 1 if value == 'forward' else -1))
         )
-        speed.on_update(by_reader(lambda value: later(setattr, player, 'speed', float(value))))
-        loop.on_update(by_reader(lambda value: later(setattr, player, 'loop', value)))
-        places.on_update(by_reader(lambda value: later(player.seek, marks[value])))
+        speed.on_update(on_user_input(lambda value: later(setattr, player, 'speed', float(value))))
+        loop.on_update(on_user_input(lambda value: later(setattr, player, 'loop', value)))
+        places.on_update(on_user_input(lambda value: later(player.seek, marks[value])))
 
     def show(self, player: Any) -> None:
         """Move the time line, and label the button by its action."""

@@ -1,4 +1,4 @@
-"""Rotations as viser has them."""
+"""Rotations in the convention of viser."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ from collections.abc import Iterable
 
 
 def wxyz(turn: Iterable[float]) -> tuple[float, float, float, float]:
-    """Return a quaternion x y z w as viser has it."""
+    """Convert a quaternion from (x, y, z, w) to viser's (w, x, y, z)."""
     x, y, z, w = turn
     return w, x, y, z

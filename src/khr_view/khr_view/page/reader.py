@@ -1,4 +1,4 @@
-"""Callbacks of controls: actions of the reader, apart from changes made by the program."""
+"""Callbacks of controls: changes by the user of the page, not by the program."""
 
 from __future__ import annotations
 
@@ -8,11 +8,11 @@ from typing import Any
 Later = Callable[..., None]  # has a function called with the values that follow it
 
 
-def by_reader(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any, None]]:
-    """Call with a control's new value when a reader has changed it, not when we have.
+def on_user_input(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any, None]]:
+    """Wrap a control's callback so that only values set by a user reach it.
 
-    viser awaits a coroutine at once. A function it calls in another thread, some time later, when
-    a value that we show may have taken the reader's place.
+    The callback is a coroutine, which viser awaits at once. viser calls a plain function later in
+    another thread, when the program may have overwritten the user's value.
     """
 
     async def on_update(event: Any) -> None:
@@ -23,5 +23,5 @@ def by_reader(act: Callable[[Any], None]) -> Callable[[Any], Coroutine[Any, Any,
 
 
 def give_value(server: Any, control: Any, value: Any) -> None:
-    """Give a control a value, but not between a reader's change and its callback."""
+    """Set the value of a control, but not between a user's change and its callback."""
     server.get_event_loop().call_soon_threadsafe(setattr, control, 'value', value)

@@ -29,7 +29,7 @@ class RobotView:
         scene: viser's.
         at: name of its node of the scene.
         robot: its description.
-        shift: offset from its true place, m, (3,).
+        shift: offset of the shown from the true position, m, (3,).
         name: over its head; empty for no label.
 
     Attributes:
@@ -69,7 +69,7 @@ class RobotView:
         self.marks.show(scene)
 
     def tilt(self, angle: float) -> None:
-        """Turn all of it about the board's axis, rad: from the board it stands on to another."""
+        """Rotate the robot about the axis of the slope, rad, to show it on another slope."""
         self._frame.wxyz = wxyz(pitched(angle))
 
     def on_drag(self, push: Push) -> None:

@@ -1,4 +1,4 @@
-"""A viser server that only those with a right to it can open."""
+"""A viser server with access control."""
 
 from __future__ import annotations
 
@@ -26,13 +26,13 @@ _infra: Any = viser.infra._infra
 class LoopEvent(asyncio.Event):
     """An event that is set by the thread of its loop alone.
 
-    asyncio's own may not be shared between threads, and viser sets one of each buffer in the thread
-    that changes the page, while its loop serves the viewers: with several of them a
-    RuntimeError. It then has the loop set the event as well, which is enough.
+    ``asyncio.Event`` is not thread-safe. viser sets the event of each buffer from the thread that
+    changes the page, while its loop serves the clients, which raises RuntimeError with several
+    clients. viser also schedules the same call on the loop, which suffices.
     """
 
     def set(self) -> None:
-        """Set it, if this is the thread of a loop."""
+        """Set the event if called in the thread of a loop; else do nothing."""
         with suppress(RuntimeError):
             asyncio.get_running_loop()
             super().set()
@@ -49,7 +49,7 @@ _infra.AsyncMessageBuffer = LoopBuffer
 
 
 class PageServer(viser.ViserServer):
-    """Serve the page on a guard's socket; nothing of it is ever shared with the outside.
+    """Serve the page on a guard's socket, without viser's share URL.
 
     Args:
         guard: of the socket and its requests.
@@ -66,7 +66,7 @@ class PageServer(viser.ViserServer):
             super().__init__(guard.host, guard.port, label=title, verbose=False)
 
     def request_share_url(self, verbose: bool = True) -> str | None:
-        """Refuse: viser would open a tunnel to its makers' server for whoever asks."""
+        """Refuse a share URL: viser would open a tunnel to its makers' server for any client."""
         return None
 
     def stop(self) -> None:

@@ -16,7 +16,7 @@ SIZE = (2.4, 1.0)  # m
 
 
 class SlopeView:
-    """The slope: it turns to its inclination, and follows the robot in whole stripes."""
+    """The slope: it turns to its inclination, and follows the robot by whole stripes."""
 
     def __init__(self, scene: Any, root: str) -> None:
         self._scene = scene

@@ -32,13 +32,13 @@ SCALARS = (
     ],
 )
 def test_what_is_shown_can_be_set(node, name, value):
-    again = parse_value(node, name, LiveParameter(name, value, '').shown)
+    again = parse_value(node, name, LiveParameter(name, value, '').as_yaml)
     assert (again, type(again)) == (value, type(value))
 
 
 @given(SCALARS | st.lists(SCALARS))
 def test_whatever_is_shown_is_one_line_of_yaml(value):
-    shown = LiveParameter('name', value, '').shown
+    shown = LiveParameter('name', value, '').as_yaml
     assert '\n' not in shown
     assert yaml.safe_load(f'name: {shown}  # its meaning') == {'name': value}
 

@@ -218,7 +218,7 @@ def test_numbers_are_refused_in_one_line(change, word):
 
 def test_what_is_refused_before_anything_starts(tmp_path, monkeypatch):
     def ask(gait=False, robust=False, jobs=1):
-        question = study.ask(
+        question = study.define_search(
             scenarios.load_scenario('walk_0deg'),
             gait=gait,
             robust=robust,

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from khr_balance.ankle import toe_heel_difference
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
-from khr_view.charts.charts import SLIP, charts, tapped, traced
+from khr_view.charts.charts import SLIP, chart_topics, charts, polled_topics
 from khr_view.charts.traces import SPAN, Traces
 
 PERIOD = 15_000_000
@@ -64,7 +64,7 @@ def test_what_a_topic_lacks_is_read_between_its_neighbours():
 def test_a_chart_without_samples_is_empty():
     for chart in charts():
         assert all(len(column) == 0 for column in Traces().columns(chart))
-    assert {topic for chart in charts() for topic in chart.topics} == set(traced())
+    assert {topic for chart in charts() for topic in chart.topics} == set(chart_topics())
 
 
 def test_every_controller_has_a_line():
@@ -75,7 +75,7 @@ def test_every_controller_has_a_line():
 
 
 def test_slip_is_on_no_topic_of_its_own_and_joints_are_those_of_both_legs():
-    assert set(traced()) - set(tapped()) == {SLIP}
+    assert set(chart_topics()) - set(polled_topics()) == {SLIP}
     angles = tuple(map(float, range(len(JOINTS))))
     traces = Traces()
     traces.add(JOINT_STATES, 0, angles)

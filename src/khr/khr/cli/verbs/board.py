@@ -108,7 +108,7 @@ def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None
 def hold(
     port: RunOrPort = '', map_: MapOption = '', baud: BaudOption = 0, domain: DomainOption = None
 ) -> None:
-    """Switch the torque on, with every servo where it is, on a stand; or hold in a run."""
+    """Switch the torque on at the present angles (on a stand), or hold the posture in a run."""
     if not port:
         _ask_run('hold', domain)
         return
@@ -122,7 +122,7 @@ def hold(
 def free(
     port: RunOrPort = '', map_: MapOption = '', baud: BaudOption = 0, domain: DomainOption = None
 ) -> None:
-    """Switch the torque of all servos off, also in a run, which ends: a robot that stands falls."""
+    """Switch the torque of all servos off: a standing robot falls, and a run ends."""
     if not port:
         _ask_run('free', domain)
         return
@@ -263,7 +263,7 @@ def _watch(client: Client, joint_map: JointMap) -> None:
 
 
 def _ask_run(service: str, domain: int | None) -> None:
-    """Call a service of the board of a run; say of which."""
+    """Call a service of the board of a run; print the run."""
     from khr_bringup.graph.live import call_trigger
     from khr_bringup.graph.run_registry import choose
 

@@ -1,4 +1,4 @@
-"""Verbs for a graph that runs."""
+"""Verbs for a running graph."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def get_parameter(
     """Show parameters of a running graph as YAML, with meaning and accepted values."""
     entry = choose(domain)
     for each in get_parameters(node, name, entry.domain, timeout):
-        print(f'{each.name}: {each.shown}{_comment(each)}')
+        print(f'{each.name}: {each.as_yaml}{_comment(each)}')
     _name(entry)
 
 
@@ -54,7 +54,7 @@ def set_parameter(
     typed = scenarios.parse_value(node, name, value)
     entry = choose(domain)
     before, after = set_live(node, name, typed, entry.domain, timeout)
-    print(f'{node}.{name}: {before.shown} -> {after.shown}{_comment(after)}')
+    print(f'{node}.{name}: {before.as_yaml} -> {after.as_yaml}{_comment(after)}')
     _name(entry)
 
 
@@ -70,7 +70,7 @@ def switch_scenario(
 
 
 def list_runs() -> None:
-    """List your runs that are going on: scenario, ROS domain, state, since when, folder."""
+    """List your active runs: scenario, ROS domain, state, start time, folder."""
     shown = Table('scenario', 'domain', 'state', 'since', 'folder', box=None, padding=(0, 1, 0, 0))
     for entry in running():
         since = datetime.fromtimestamp(entry.since).strftime('%a %H:%M:%S')

@@ -82,7 +82,7 @@ def scheduler_of(address: str | None, tls: Path | None, unauthenticated: bool) -
 
 
 def warn_of_switched_off(scenario: Scenario, texts: Iterable[str]) -> None:
-    """Say on stderr which of the parameters that ``--set`` changes do nothing, and why."""
+    """Warn on stderr of parameters changed by ``--set`` that have no effect, with the reason."""
     off = scenario.switched_off(scenarios.changes_of(texts))
     for node, keys in off.items():
         print(

@@ -1,4 +1,4 @@
-"""Verbs for runs that are over."""
+"""Verbs for finished runs."""
 
 from __future__ import annotations
 

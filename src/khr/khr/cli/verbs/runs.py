@@ -17,7 +17,7 @@ from khr.cli.verbs.options import (
     SetOption,
     warn_of_switched_off,
 )
-from khr_bringup.graph.launching import on_driver, parameters_of_driver
+from khr_bringup.graph.launching import parameters_of_driver, with_driver
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import MEANING
 from khr_common import KhrError
@@ -105,7 +105,7 @@ def start_run(
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
     chosen = scenarios.load_scenario(scenario).set_to(set_ or [], changes)
-    chosen = on_driver(chosen, driver, board, '--')
+    chosen = with_driver(chosen, driver, board, '--')
     way = RunOptions(
         offline,
         one_process is not False,
@@ -151,7 +151,7 @@ def view(
     set_: SetOption = None,
     domain: DomainOption = None,
 ) -> None:
-    """Show a scenario that runs, or a run that was recorded, in a browser, until Ctrl-C."""
+    """Run a scenario, or play back a recorded run, in a browser, until Ctrl-C."""
     from khr.cli.run import Options, view_scenario
     from khr.cli.summary import print_line
     from khr_bringup.graph.graph import RunOptions

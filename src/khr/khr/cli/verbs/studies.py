@@ -1,4 +1,4 @@
-"""Verbs that ask the robot something by many runs."""
+"""Verbs that run many simulations."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def calibrate(
     tls: TlsOption = None,
     unauthenticated: UnauthenticatedOption = False,
 ) -> None:
-    """Search the free constants so that all rows of the thesis come out at once."""
+    """Search the free constants for the best agreement with all rows of the thesis."""
     from khr_studies.calibration import page, study
     from khr_studies.calibration.ensemble import ensemble_members
     from khr_studies.calibration.plan import SHIPPED_PLAN, read_plan
@@ -138,7 +138,7 @@ def engines(
         str | None, typer.Option(help='Scenarios, with commas; all that are shipped if left out.')
     ] = None,
 ) -> None:
-    """Run every scenario and limit on both physics engines, and say where they differ."""
+    """Run every scenario and limit on both physics engines, and list the differences."""
     from khr_studies.engines import page, study
 
     print(f'{out}: {page.write(study.compare_engines(seeds, tolerance, jobs, only), out)}')
