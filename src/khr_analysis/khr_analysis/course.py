@@ -1,4 +1,4 @@
-"""The course of a run on a driver that knows nothing of runs: begun and over by its clock."""
+"""Run states derived from the clock of a driver that does not publish them."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ class Course:
 
     Attributes:
         state: of the run, in the words of the simulator.
-        end: why it is over: duration, stopped; empty while it is not.
-        now_ns: the clock, ns; as long as the run lasts.
+        end: reason for the end of the run: duration, stopped; empty before the end.
+        now_ns: last clock time before the end of the run, ns.
     """
 
     def __init__(self, parameters: CourseParameters) -> None:
@@ -44,7 +44,7 @@ class Course:
     def take(self, stamp_ns: int) -> bool:
         """Take a clock message; return whether it changes the state.
 
-        A repeated stamp, and stamps after the end of the run, are ignored.
+        A repeated timestamp, and timestamps after the end of the run, are ignored.
         """
         before = self.state
         if self.state == 'finished':
@@ -57,6 +57,6 @@ class Course:
         return self.state != before
 
     def stop(self) -> None:
-        """End the run where it is."""
+        """End the run at the current clock time."""
         if self.state != 'finished':
             self.state, self.end = 'finished', 'stopped'

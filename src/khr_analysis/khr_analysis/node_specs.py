@@ -1,4 +1,4 @@
-"""The nodes of this package, as the graph knows them."""
+"""Specifications of the nodes of this package for the graph."""
 
 from __future__ import annotations
 

@@ -112,10 +112,10 @@ class Outcome(NamedTuple):
             start, m; negative if backward.
         lateral_drift: of the torso across that direction, to the left, m.
         largest_pitch: largest angle of the torso from the vertical, in pitch, either way, rad.
-        slip_distance: way that the loaded soles slid, over both feet and all steps, m. A sole
+        slip_distance: distance that the loaded soles slid, over both feet and all steps, m. A sole
             counts by its share of the load, so a robot that slides on both feet has slid as far
             as they did, and a foot dragged along before it lifts off counts next to nothing.
-        largest_slip: largest part of it of one sole in one time on the ground, m.
+        largest_slip: largest slip of one sole in one ground contact, m.
         vibration: root mean square of the pitch rate above the corner frequency, rad/s.
         slides: per step of a walk, and in the stance before and after it.
     """
@@ -263,7 +263,7 @@ class OutcomeMonitor:
 
 @dataclass(frozen=True, eq=False)
 class _Start:
-    """Where a run began: torso, its height over the lower sole, two axes of the surface."""
+    """Start of a run: torso, its height over the lower sole, two axes of the surface."""
 
     position: Vector
     height: float

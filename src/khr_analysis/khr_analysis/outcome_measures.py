@@ -14,7 +14,7 @@ SWING = 0.25  # s without load from which on a foot has lifted off; it swings 0.
 
 
 class SoleSlip:
-    """How far one sole slid while it was loaded.
+    """Distance that one sole slid while it was loaded.
 
     Only motion across the sole's normal counts: a foot that tips over its edge moves its middle
     along the normal, which is no slip. The net displacement per ground contact is taken, so that
@@ -60,7 +60,7 @@ class SoleSlip:
 
 
 class Slides(NamedTuple):
-    """How far the soles slid in a walk, and in the stance around it, m.
+    """Distances that the soles slid in a walk, and in the stance before and after it, m.
 
     Attributes:
         before: of the sole that slid further, until the first foot lifts off; of a run without
@@ -68,7 +68,7 @@ class Slides(NamedTuple):
         per_step: mean over the steps, each the net way of one foot in one time on the ground,
             between the first lift-off and the last touchdown.
         after: of the sole that slid further, since the last foot touched down.
-        steps: how many.
+        steps: number of steps.
     """
 
     before: float = 0.0
@@ -163,7 +163,7 @@ class Vibration:
 
     @property
     def rms(self) -> float:
-        """Return it over all samples so far, in the unit of the rate."""
+        """Return the root mean square of all samples so far, in the unit of the rate."""
         return sqrt(self._sum / self._count)
 
     def add(self, rate: float) -> None:

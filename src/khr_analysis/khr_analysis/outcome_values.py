@@ -1,4 +1,4 @@
-"""An outcome as numbers by name, for a file or a topic, and as text for people."""
+"""Convert an outcome to named numbers for a file or a topic, and to text for users."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _TRUE = _COMMON | {
 }
 _STANCE = {'slide_before_m': 'before'}
 _SLIDES = {STEPS: 'steps', 'step_slide_m': 'per_step', **_STANCE, 'slide_after_m': 'after'}
-LABELS = {  # for people, who read angles in deg
+LABELS = {  # shown to users, with angles in deg
     'time_s': 'judged until, s',
     FELL_AT: 'fell at, s',
     'distance_m': 'distance along the surface, m',
@@ -48,7 +48,7 @@ LABELS = {  # for people, who read angles in deg
 def values_of(outcome: Outcome | SensedOutcome) -> dict[str, Value]:
     """Return the numbers of an outcome in SI units; :func:`outcome_of` returns the same outcome.
 
-    The time of a fall, and the slides of steps, are there only if there was a fall, or a step.
+    The time of a fall is present only after a fall, the slides of steps only after a step.
     """
     if isinstance(outcome, SensedOutcome):
         return _attributes(outcome, _SENSED) | {'judged_by': BY_SENSORS}
@@ -72,7 +72,7 @@ def outcome_of(verdict: str, values: Mapping[str, Any]) -> Outcome | SensedOutco
 
 
 def shown(name: str, value: Value) -> str:
-    """Return a value as people read it, beside its label."""
+    """Return a value as text for users, to follow its label."""
     if isinstance(value, str | int):
         return str(value)
     if '_rad' in name:
@@ -81,7 +81,7 @@ def shown(name: str, value: Value) -> str:
 
 
 def labelled(outcome: Outcome | SensedOutcome | None) -> dict[str, str]:
-    """Return an outcome as text for people, by label; empty for a run that was not judged."""
+    """Return an outcome as text for users, by label; empty for a run that was not judged."""
     values = {} if outcome is None else values_of(outcome)
     return {label: shown(name, values[name]) for name, label in LABELS.items() if name in values}
 

@@ -1,6 +1,6 @@
-"""Windows and peaks: how high a tone stands, and at which frequency between two bins.
+"""Windows and peaks: amplitude of a tone, and its frequency between two bins.
 
-Each window is a cosine sum whose transform about a tone is known in closed form, so a tone is
+Each window is a cosine sum. Its transform about a tone is known in closed form, so a tone is
 read between the bins by inverting that form, not by fitting a parabola to it.
 """
 
@@ -26,8 +26,8 @@ class Window:
 
     Attributes:
         slope: factor of the interpolation (see :func:`offset`).
-        lobe: transform over its largest value at a distance of so many bins, at most 1/2.
-        ripple: of its cosine over its mean.
+        lobe: transform, relative to its maximum, at a distance in bins of at most 1/2.
+        ripple: amplitude of the cosine relative to the mean of the window.
     """
 
     ripple: float
@@ -77,7 +77,7 @@ def find_tones(
 
     Args:
         transform: (n,) from 0 Hz on, scaled so that a tone's modulus is its amplitude.
-        window: that it was made with.
+        window: the window of the transform.
         spacing: of the bins, Hz.
         center: of the window's weight from the first sample on, in window lengths.
         count: largest number of peaks.
@@ -134,14 +134,14 @@ def label(frequency: float, fundamental: float, spacing: float) -> str:
 
 
 def place_in_gait(frequency: float, cycle: float) -> str:
-    """Name a frequency by its place among the gait's lines n/T, which alone repeat in every cycle.
+    """Name a frequency as a line n/T of the gait, or as a multiple of 1/T off these lines.
 
     Args:
         frequency: Hz.
-        cycle: of the gait, s; 0 if the robot does not walk.
+        cycle: period T of the gait, s; 0 if the robot does not walk.
 
     Returns:
-        The line, or between which it lies; empty if the robot does not walk.
+        The order n of the line, or the fractional order; empty if the robot does not walk.
     """
     order = frequency * cycle
     if not order:

@@ -9,7 +9,7 @@ from khr_common import ParameterError, parameter
 from khr_common import interfaces as topics
 from khr_common.interfaces import Flow, Topic
 
-# What every run has, whatever nodes take part; the topics of further nodes come with them.
+# Topics of every run; nodes add their own topics.
 OF_EVERY_RUN = (
     topics.CLOCK,
     topics.JOINT_STATES,
@@ -64,7 +64,7 @@ class RecorderParameters:
         """Return the topics to record.
 
         Raises:
-            ParameterError: if one is not of the form that it has to have.
+            ParameterError: if the type or the flow of a topic is malformed.
         """
         stated = tuple(_topic(line) for line in self.topics if line)
         return (stated or OF_EVERY_RUN) + tuple(_topic(line) for line in self.extra_topics if line)

@@ -22,7 +22,7 @@ _FOREVER = {'sec': 2147483647, 'nsec': 4294967295}
 
 
 class Recording:
-    """A bag in writing, with the checksums of MCAP; flushed after each simulated second.
+    """A bag open for writing, with MCAP checksums; flushed after each simulated second.
 
     Args:
         folder: the bag's folder; it is created.

@@ -14,8 +14,9 @@ from khr_common import ParameterError, parameter, sample_period
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 
-# Stamps jitter, and the clocks of drivers drift: so much of how late a sample is moves what is due,
-# more at first, as long as it is the mean of few. Until then a sample may be later or earlier.
+# Timestamps jitter and driver clocks drift: FOLLOWED is the share of the delay of a sample that
+# shifts the due time. The share is larger at first, while the due time is the mean of few samples;
+# until then a sample may be off by OFF_AT_FIRST.
 FOLLOWED, SETTLED = 0.05, 20
 OFF, OFF_AT_FIRST = 0.5, 0.75  # of a period
 
@@ -95,13 +96,13 @@ class Spectrum:
         frequency: of the bins, Hz, (n,).
         amplitude: of the bins, in the unit of the signal, (n,): a sine of amplitude A on a bin
             reads A. The first bin is the mean.
-        phase: of the bins, rad, (n,): that of a cosine that starts with the window; NaN where
+        phase: of the bins, rad, (n,): the phase of a cosine that starts with the window; NaN where
             the amplitude is below the threshold.
         peaks: the largest first. A pure tone reads true on a bin; between bins, from the fourth
             bin on, within 8 % in amplitude and 0.01 bins in frequency with the rectangular
             window, within 0.2 % and 0.001 bins with the Hann window (found by sweeping tones over
-            frequency and phase). The rest is the tone's mirror image below 0 Hz, whose lobe falls
-            off slowly without a window.
+            frequency and phase). The error comes from the tone's mirror image below 0 Hz; without
+            a window its lobe falls off slowly.
     """
 
     start: float
@@ -180,7 +181,7 @@ class SpectrumAnalyser:
     """Give the spectrum of the last window, several times a second.
 
     Attributes:
-        reason: why the window was emptied last, empty if it never was.
+        reason: of the last reset of the window; empty before the first reset.
     """
 
     def __init__(self, parameters: FftAnalyserParameters) -> None:
@@ -200,10 +201,10 @@ class SpectrumAnalyser:
         """Take a sample; return a spectrum if the window is full and the next one is due.
 
         A repeated time is ignored. A sample counts for its control period if it comes up to half a
-        period before or after it is due; what is due follows slowly, as the clock of a driver
+        period before or after it is due; the due time follows slowly, as the clock of a driver
         drifts. A single sample that is missing is bridged by the mean of its neighbours. A longer
-        gap, or a time that goes back, empties the window and says so in ``reason``: a spectrum
-        over a gap would be one of another signal.
+        gap, or a time that goes back, empties the window and sets ``reason``: a spectrum
+        over a gap would belong to a different signal.
 
         Args:
             time: s; about one control period after the last.

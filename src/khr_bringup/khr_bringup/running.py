@@ -75,7 +75,7 @@ def note_progress(entry: RunEntry, show: Callable[[Progress], None]) -> Callable
 
 
 def offline_progress(show: Callable[[Progress], None]) -> Watch:
-    """Return a watch of an offline run that shows its progress."""
+    """Return a callback that shows the progress of an offline run."""
     began = time.monotonic()
 
     def watch(truth: Truth, loop: ControlLoop, _: object) -> None:

@@ -94,7 +94,7 @@ class Plant:
         self.world.configure(parameters)
 
     def reseed(self, parameters: RunParameters) -> bool:
-        """Apply parameters for the next start if only the seed differs; return whether it does."""
+        """Apply parameters for the next start and return True if only the seed differs."""
         if replace(parameters, seed=self.parameters.seed) != self.parameters:
             return False
         self.parameters = self.world.parameters = parameters

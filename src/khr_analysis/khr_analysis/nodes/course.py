@@ -1,4 +1,4 @@
-"""The course node: report the state of a run for a driver that does not."""
+"""The course node: publish the run state for a driver that does not publish it."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class CourseNode(KhrNode):
         self.by_wall_clock(REPORT_PERIOD, self._report)
 
     def finish(self) -> None:
-        """Report how far the run got."""
+        """End the run and publish its final state, unless it is over already."""
         before = self._course.state
         self._course.stop()
         if self._course.state != before:

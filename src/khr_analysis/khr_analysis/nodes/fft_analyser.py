@@ -20,7 +20,7 @@ class FftAnalyserNode(Listener):
     """Turn ``imu/data_raw`` into ``spectrum`` and ``spectrum/peaks``.
 
     ``spectrum`` holds three rows (its first dimension): frequency in Hz, amplitude in rad/s, phase
-    in rad (not a number where the amplitude is too small to have one). ``spectrum/peaks`` holds
+    in rad (NaN where the amplitude is below the threshold). ``spectrum/peaks`` holds
     one status per peak, the strongest first, named by its label.
     """
 

@@ -71,7 +71,7 @@ class MonitorNode(Listener):
             self._publish(self._outcome)
 
     def on_state(self, state: DiagnosticStatus) -> None:
-        """Publish the outcome once more when it is final."""
+        """Publish the final outcome."""
         super().on_state(state)
         if self._outcome is not None and self.received_all:
             self._publish(self._outcome)

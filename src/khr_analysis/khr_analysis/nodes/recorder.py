@@ -56,7 +56,7 @@ class RecorderNode(Listener):
         self._idle_spins = 0
 
     def settled(self) -> bool:
-        """Return whether the queues are drained: no message has come for some spins."""
+        """Return whether the queues are drained: no message arrived in the last spins."""
         self._idle_spins += 1
         return self._idle_spins > (IDLE_SPINS if self.received_all else LOST_SPINS)
 
@@ -96,7 +96,7 @@ class RecorderNode(Listener):
         )
 
     def _on_log(self, name: str, data: bytes) -> None:
-        """Take a log message, which all nodes of the domain share, if it is of this robot."""
+        """Record a log message from the domain-wide topic if a node of this robot sent it."""
         try:
             source = '/' + deserialize_message(data, message_class(LOG.kind)).name.replace(
                 '.', '/'

@@ -52,5 +52,5 @@ def scenario_table(scenarios: Iterable[Scenario]) -> Table:
 
 
 def scenario_markdown(scenarios: Iterable[Scenario]) -> str:
-    """Return the same table for a document."""
+    """Return the table of scenarios as Markdown."""
     return table(COLUMNS, map(scenario_row, scenarios))

@@ -186,7 +186,7 @@ def _residue_terms(numerator: Array, same: Any, others: Any, time: Array) -> Any
 
 
 def _poles(loop: ServoLoop) -> tuple[complex, complex]:
-    """Return the poles of G_f; their product K/J gives the one that would cancel."""
+    """Return the poles of G_f; their product K/J gives the slow pole without cancellation."""
     half = loop.feedback_damping / (2.0 * loop.inertia)
     product = loop.stiffness / loop.inertia
     fast = -(half + math.copysign(1.0, half) * cmath.sqrt(half**2 - product))

@@ -49,7 +49,7 @@ class FreeConstant:
         value: published or derived range of its value.
         logarithmic: whether equal ratios are equal steps.
         offset: place of an offset; the search of this kind moves it, in all others it is 0.
-        costs_one_at: value at which the squared size of the constant costs 1; None costs nothing.
+        costs_one_at: value with a quadratic penalty of 1; None for no penalty.
     """
 
     parameters: tuple[str, ...]
@@ -114,7 +114,7 @@ class CalibrationPlan:
         return tuple(row for row in self.limits if row.use == 'fitted')
 
     def changes(self, constants: Mapping[str, float]) -> Changes:
-        """Return the settings and the parameters of a candidate."""
+        """Return the parameter changes of a candidate: fixed settings and searched constants."""
         return (
             *((_parameter(parameter), value) for parameter, value in self.settings.items()),
             *(

@@ -69,7 +69,7 @@ class TracedPeak:
     spacing: float
 
     def in_walks(self, walks: Walks) -> Array:
-        """Return its amplitude in other walks at its line or frequency, rad/s, (seeds,)."""
+        """Return the amplitude of the peak in other walks, at its line or frequency, rad/s."""
         if self.line is not None:
             return walks.at_line(self.line)
         return self.at(walks, self.frequency)

@@ -83,8 +83,8 @@ class Chart:
 
         Args:
             times: s.
-            samples: returns the times of a topic, s, and one of its numbers at these; empty if
-                nothing has come.
+            samples: returns the times of a topic, s, and the values of one field at these times;
+                empty before the first message.
         """
         columns = [times]
         for line in self.lines:
