@@ -65,8 +65,8 @@ class Slides(NamedTuple):
     Attributes:
         before: of the sole that slid further, until the first foot lifts off; of a run without
             a step all of it.
-        per_step: mean over the steps, each the net way of one foot in one time on the ground,
-            between the first lift-off and the last touchdown.
+        per_step: mean over the steps, each the net slip of one foot in one ground contact,
+            from the first lift-off to the last touchdown.
         after: of the sole that slid further, since the last foot touched down.
         steps: number of steps.
     """
