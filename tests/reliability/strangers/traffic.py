@@ -7,7 +7,7 @@ from rclpy._rclpy_pybind11 import RCLError
 
 from khr_bringup.node_registry import registry
 from khr_bringup.scenario import scenario as scenarios
-from khr_common.interfaces import JOINT_STATE, PUSH, READY, Topic
+from khr_common.interfaces import JOINT_STATE, PUSH, READY, TF, TF_AVAILABLE, TF_STATIC, Topic
 from khr_common.nodes.messages import message_class, serialized
 from khr_common.nodes.node import DATA, LATCHED
 from tests.support.runs import wait_for
@@ -33,6 +33,8 @@ def topics() -> dict[str, Topic]:
     found = {
         t.name: t for n in registry().values() for t in (*n.spec.publishes, *n.spec.subscribes)
     }
+    if not TF_AVAILABLE:
+        found = {name: t for name, t in found.items() if t not in (TF, TF_STATIC)}
     return found | {PUSH.name: PUSH}
 
 
