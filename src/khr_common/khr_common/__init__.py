@@ -1,4 +1,4 @@
-"""What every khr package shares: parameter tables, interfaces, errors, the base of the nodes."""
+"""Shared by every khr package: parameter tables, interfaces, errors, the base of the nodes."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _ERRORS = ('KhrError', 'RunError')
 
 
 def __getattr__(name: str) -> object:
-    """Import what is asked for: ``khr_common.arithmetic`` is to start Python at no cost."""
+    """Import names on first use: ``khr_common.arithmetic`` is imported before a restart."""
     if name not in __all__:
         raise AttributeError(f'module {__name__!r} has no attribute {name!r}')
     from importlib import import_module

@@ -28,7 +28,7 @@ SETTINGS = {
     'NPY_DISABLE_CPU_FEATURES': 'X86_V3,X86_V4,AVX512_ICL,AVX512_SPR,'
     'AVX2,FMA3,AVX512F,AVX512CD,AVX512_SKX,AVX512_CLX,AVX512_CNL',
 }
-_DIGEST = 'bfa7aae1'  # of what :func:`in_force` tries, computed portably
+_DIGEST = 'bfa7aae1'  # of the sample computations of :func:`in_force`
 # Where the C library's functions round otherwise with fused multiply-add, about once in 1500:
 # sin and asin, cos, exp, arctan, arctan2, power, as multiples of the step.
 _PLACES, _STEP = (847, 17528, 2989, 423, 935, 930, 300), 0.000137
@@ -46,9 +46,9 @@ def enter() -> None:
 
 @cache
 def in_force() -> str:
-    """Return ``portable``, or ``native`` with a digest of what it computes.
+    """Return ``portable``, or ``native`` with a digest of the sample computations.
 
-    It is tried, not looked up: a few numbers are computed that come out otherwise elsewhere.
+    The environment is not trusted: the samples differ wherever the arithmetic does.
     """
     import hashlib
     import math

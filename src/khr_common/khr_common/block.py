@@ -1,4 +1,4 @@
-"""A block: a core that answers each instant, the same object in a node and in the offline twin."""
+"""A block: a core that answers each sample, the same object in a node and in the offline twin."""
 
 from __future__ import annotations
 
@@ -11,21 +11,21 @@ from khr_common.interfaces import Topic
 
 GROUP = 'khr.nodes'  # of the entry points that name the nodes
 Numbers = Sequence[float]
-Signals = Mapping[Topic, Numbers]  # what each topic carries at one instant, see khr_common.cdr
+Signals = Mapping[Topic, Numbers]  # numbers of each topic at one sample, see khr_common.cdr
 Table = TypeVar('Table')
 Contravariant = TypeVar('Contravariant', contravariant=True)
 
 
 class Block(ABC, Generic[Table]):
-    """Turn the signals of an instant into those that answer it.
+    """Compute the output signals for the input signals of a sample.
 
-    Subclasses state their topics and define :meth:`update`; one with states that depend on
-    parameters extends :meth:`configure`. Every run has a block of its own.
+    Subclasses declare their topics and define :meth:`update`; a subclass whose state depends on
+    parameters extends :meth:`configure`. Each run creates its own blocks.
 
     Attributes:
-        subscribes: all topics that it may need.
-        publishes: what it answers on.
-        parameters: its table.
+        subscribes: all topics that the block may need.
+        publishes: its output topics.
+        parameters: its parameter table.
     """
 
     subscribes: ClassVar[tuple[Topic, ...]]
@@ -35,20 +35,20 @@ class Block(ABC, Generic[Table]):
         self.parameters = parameters
 
     def configure(self, parameters: Table) -> None:
-        """Take changed parameters from the next instant on, keeping the state."""
+        """Use changed parameters from the next sample on; keep the state."""
         self.parameters = parameters
 
     @property
     def needs(self) -> tuple[Topic, ...]:
-        """Return the topics whose signals :meth:`update` reads with the present parameters."""
+        """Return the topics that :meth:`update` reads with the present parameters."""
         return self.subscribes
 
     @abstractmethod
     def update(self, time: float, signals: Signals) -> tuple[Numbers, ...]:
-        """Answer the instant ``time``, in s.
+        """Compute the outputs for the sample at ``time``.
 
         Args:
-            time: of the instant, s.
+            time: of the sample, s.
             signals: of :attr:`needs`, and perhaps more.
 
         Returns:
@@ -60,7 +60,7 @@ class Block(ABC, Generic[Table]):
 
 
 class Core(Protocol[Contravariant]):
-    """What a block may hold: something with parameters and a state."""
+    """A stateful core inside a block."""
 
     def configure(self, parameters: Contravariant) -> None:
         """Take changed parameters, keeping the state."""
@@ -88,20 +88,19 @@ class CoreBlock(Block[Table], Generic[Table, CoreType]):
 
 @dataclass(frozen=True)
 class NodeSpec:
-    """What the graph has to know of a node; entry points of the group ``khr.nodes`` name these.
+    """The description of a node; packages register it as an entry point of ``khr.nodes``.
 
     Attributes:
         name: of node and executable.
-        package: that holds it.
-        table: its parameters, a frozen dataclass of its own.
-        block: what answers each instant; None for a node that answers nothing.
+        package: of the node.
+        table: its parameter table, a frozen dataclass.
+        block: computes its outputs for each sample; None for a node without outputs in lockstep.
         subscribes, publishes: its topics; by default those of the block.
         node: its class as ``module:Class``; by default the node that runs a block.
-        joins: says from its table whether it takes part in a run; by default it always does.
-        listens: whether a run waits until it has received every instant, see ``Listener``.
-        drives: whether it takes the simulator's place, and takes part only where it is named as
-            the driver.
-        brings: of a driver, which of its topics it publishes with a table; by default all.
+        joins: decides from the table whether the node takes part in a run; by default it does.
+        listens: whether a run waits until the node has received every sample, see ``Listener``.
+        drives: whether the node replaces the simulator; it takes part only as the named driver.
+        brings: of a driver, the topics that it publishes with a table; by default all.
     """
 
     name: str
@@ -122,5 +121,5 @@ class NodeSpec:
                 object.__setattr__(self, name, getattr(self, name) or getattr(self.block, name))
 
     def brought(self, table: Any) -> tuple[Topic, ...]:
-        """Return what the node publishes with a table."""
+        """Return the topics that the node publishes with a table."""
         return self.publishes if self.brings is None else self.brings(table)

@@ -1,10 +1,10 @@
-"""Read and write what flows in every control period straight in its bytes.
+"""Read and write the messages of every control period directly as bytes.
 
-rclpy turns a message into a tree of Python objects, which takes longer than all that the nodes
-do with it. The few numbers that they need stand at known places: ROS 2 sends CDR (OMG DDS-XTypes
+rclpy turns a message into a tree of Python objects, which takes longer than the nodes' own work.
+The few numbers that they need are at known offsets: ROS 2 sends CDR (OMG DDS-XTypes
 1.3, 7.4): four bytes that name the encoding, then the fields in order, each aligned to its size.
 
-All of it is little-endian CDR, as :func:`khr_common.nodes.messages.little_endian` returns it.
+All functions take little-endian CDR, as :func:`khr_common.nodes.messages.little_endian` returns it.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from khr_common.interfaces import CLOCK, IMU, JOINT_STATE, TRUE_POSE, TRUE_SOLES
 BLANK = -1.2345678987654321e300  # stands where numbers of a template are to be filled in
 Floats = tuple[float, ...]
 Reader = Callable[[bytes], Floats]
-# What reading bytes raises that are no message of the kind they are taken for.
+# Raised when the bytes are not a message of the expected type.
 UNREADABLE = (StructError, ValueError, KeyError, IndexError, OverflowError, RuntimeError)
 
 _TIME = Struct('<iI')
@@ -137,7 +137,7 @@ def poses(data: bytes) -> Floats:
 def joint_positions(data: bytes) -> tuple[tuple[str, ...], Floats]:
     """Return the joint names of a JointState and their positions, rad.
 
-    A sender's messages differ in stamp and numbers alone: what stands between them is read once.
+    The messages of a publisher differ only in timestamp and numbers: the names are read once.
     """
     form = _forms.get(len(data))
     if form is None or data[_STAMPED : form.place] != form.text:
@@ -148,7 +148,7 @@ def joint_positions(data: bytes) -> tuple[tuple[str, ...], Floats]:
 
 
 class _Form(NamedTuple):
-    """What a JointState has between its stamp and its positions, which begin at ``place``."""
+    """The bytes of a JointState between its timestamp and its positions at ``place``."""
 
     text: bytes
     place: int
@@ -192,9 +192,9 @@ def joint_motion(data: bytes) -> Floats:
 
 
 def numbers_of(topic: Topic) -> Reader:
-    """Return the function that reads what flows on a topic in every period.
+    """Return the function that reads the numbers of a topic of flow ``period``.
 
-    Of a JointState it returns the positions in the order of the topic's names.
+    For a JointState it returns the positions in the order of the topic's names.
     """
     if topic.kind == JOINT_STATE:
         return partial(_ordered, topic.names)
@@ -232,7 +232,7 @@ def _after_text(data: bytes, place: int) -> int:
 
 
 def _counted(data: bytes, place: int) -> tuple[int, int]:
-    """Return where what follows a count begins, and the count."""
+    """Return the offset behind a count, and the count."""
     place = _padded(place, 4)
     return place + 4, int(_COUNT.unpack_from(data, place)[0])
 

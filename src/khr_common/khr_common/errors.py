@@ -4,8 +4,8 @@ INTERRUPTED = 130  # exit code of a command that SIGINT ended, as shells have it
 
 
 class KhrError(Exception):
-    """What a user can mend; its text is one line: what, where, which value, what is accepted."""
+    """A user's mistake; its text is one line with name, place, value and accepted values."""
 
 
 class RunError(KhrError):
-    """A computation that began and could not go on: a node died, a scheduler is gone."""
+    """A computation failed after its start: a node died, a scheduler disappeared."""

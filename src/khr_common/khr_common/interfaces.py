@@ -19,9 +19,9 @@ JOINTS: tuple[str, ...] = (  # their order in every vector
     *(f'{side}_{joint}' for side in SIDES for joint in LEG),
 )
 
-HARDWARE = 'khr3hv'  # what diagnostics call the robot
+HARDWARE = 'khr3hv'  # the robot's name in diagnostics
 WORLD, BODY, IMU_FRAME = 'odom', 'base_link', 'imu_link'
-TORSO = 'torso'  # what has the mass of the body, in its place
+TORSO = 'torso'  # the link that carries the mass of the body
 REGIONS = {  # of the feet that carry a force sensor: their frames, by name
     'left_toe': 'l_toe',
     'left_heel': 'l_heel',
@@ -29,8 +29,8 @@ REGIONS = {  # of the feet that carry a force sensor: their frames, by name
     'right_heel': 'r_heel',
 }
 
-# How messages flow on a topic: one in every control period, stamped with its instant; the last
-# one kept for late subscribers; or now and then.
+# Flow of a topic: a message in every control period, with the timestamp of its sample; latched;
+# or at events.
 Flow = Literal['period', 'latched', 'event']
 
 
@@ -41,10 +41,10 @@ class Topic:
     Attributes:
         name: relative to the robot's namespace, unless it begins with a slash.
         kind: message type, such as ``sensor_msgs/msg/Imu``.
-        meaning: what it carries, with units.
-        flow: how messages flow on it.
-        frame: in which the message is, where one holds for all.
-        names: of a JointState: what its positions belong to, in this order.
+        meaning: of its messages, with units.
+        flow: of its messages.
+        frame: of its messages, if all have the same one.
+        names: of the positions of a JointState, in order.
     """
 
     name: str
@@ -83,7 +83,7 @@ STATUS, STATUS_ARRAY = (
 TEXT = 'std_msgs/msg/String'
 TRANSFORMS = 'tf2_msgs/msg/TFMessage'
 
-# What the robot and the ground truly do.
+# Ground truth of robot and slope.
 CLOCK = Topic('clock', 'rosgraph_msgs/msg/Clock', 'Simulated time; asks for the next answers.')
 JOINT_STATES = Topic(
     'joint_states',
@@ -125,7 +125,7 @@ TF_AVAILABLE = find_spec('tf2_msgs') is not None
 TF = Topic('tf', TRANSFORMS, 'Frames that move: odom to base_link, and each joint.', 'event')
 TF_STATIC = Topic('tf_static', TRANSFORMS, 'Frames that do not move.', 'latched')
 
-# What the sensors read.
+# Sensor readings.
 GYRO = Topic(
     'imu/data_raw', IMU, 'Angular velocity as the board reads it, rad/s.', frame=IMU_FRAME
 )
@@ -134,14 +134,14 @@ FOOT_FORCES = tuple(
     for region, frame in REGIONS.items()
 )
 
-# What moves the joints.
+# Joint commands.
 JOINT_REFERENCE = Topic(
     'joint_reference', JOINT_STATE, 'Joint angles of the gait, rad.', names=JOINTS
 )
 
 
 def correction(node: str, joints: tuple[str, ...]) -> Topic:
-    """Return the topic on which a controller sends what the board adds to the reference."""
+    """Return the topic of a controller's correction, which the board adds to the reference."""
     return Topic(
         f'{node}/correction',
         JOINT_STATE,
@@ -155,7 +155,7 @@ HIP_CORRECTION = correction('hip_controller', ('l_hip_pitch', 'r_hip_pitch'))
 BOARD_CORRECTION = Topic(
     'board/correction',
     JOINT_STATE,
-    'What the controller board adds to the reference by its own mixing, rad.',
+    'Correction that the controller board adds to the reference by its own mixing, rad.',
     names=(*ANKLE_CORRECTION.names, *HIP_CORRECTION.names),
 )
 STAGE = Topic(
@@ -174,7 +174,7 @@ PUSHED = Topic(
     'event',
 )
 
-# What comes of it.
+# Results.
 SPECTRUM = Topic(
     'spectrum', 'std_msgs/msg/Float64MultiArray', 'Spectrum of the pitch rate.', 'event'
 )
@@ -188,5 +188,5 @@ READY = Topic('ready', TEXT, 'How far each listener has received the run.', 'lat
 DIAGNOSTICS = Topic(
     'diagnostics', STATUS_ARRAY, 'Health of the nodes, and their parameter changes.', 'event'
 )
-LOG = Topic('/rosout', 'rcl_interfaces/msg/Log', 'What nodes log.', 'event')
+LOG = Topic('/rosout', 'rcl_interfaces/msg/Log', 'Log messages of the nodes.', 'event')
 SCENARIO = Topic('/scenario', TEXT, 'The scenario as it ran; only in a bag.', 'latched')

@@ -16,10 +16,10 @@ _PR_SET_PDEATHSIG = 1  # prctl(2)
 
 
 def tied_to_parent() -> Callable[[], None]:
-    """Return what a child of this process calls between fork and exec, to be killed with it.
+    """Return a function for a child to call between fork and exec; it dies with this process.
 
-    From then on the kernel does it, whatever program the child becomes and also if a signal stops
-    that as it starts.
+    The kernel kills the child from then on, whatever program it becomes, and also if a signal
+    stops that program as it starts.
     """
     parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
 
@@ -57,8 +57,8 @@ def end_with_parent() -> None:
 def report_parents_end(orphaned: Callable[[], object], last: float = 30.0) -> None:
     """Have a function called when the parent dies, in the place of ``end_with_parent``.
 
-    For a process that has to close what it writes. It takes SIGCONT, which wakes a stopped process
-    as well, and which anybody may send: the parent is looked for before the call.
+    For a process that has to close its files. It uses SIGCONT, because it also wakes a stopped
+    process. Anyone may send SIGCONT, so the parent is checked before the call.
 
     Args:
         orphaned: is called in the main thread.

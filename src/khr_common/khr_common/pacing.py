@@ -61,7 +61,7 @@ class RealTime:
 
 @dataclass
 class Punctuality:
-    """Count what comes late in a run that steps by the wall clock.
+    """Count late periods and corrections of a run that steps by the wall clock.
 
     Attributes:
         periods: from one control period to the next, without pauses.

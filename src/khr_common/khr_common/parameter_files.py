@@ -1,6 +1,6 @@
-"""What parameter files say to a node, as ROS 2 reads them, so that nothing is lost silently.
+"""Check the parameter files of a node, so that no value is dropped silently.
 
-ROS 2 leaves out, without a word, a block for a node of another name or namespace and a parameter
+ROS 2 drops, without a warning, a block for a node of another name or namespace and a parameter
 that the node does not declare.
 """
 
@@ -86,7 +86,7 @@ def read_blocks(file: str) -> list[ParameterBlock]:
 def check_blocks(
     blocks: Sequence[ParameterBlock], node: str, parameters: frozenset[str]
 ) -> list[str]:
-    """Check what parameter files say to a node.
+    """Check the blocks of parameter files against a node.
 
     Args:
         blocks: of all files that the node was given.
@@ -94,7 +94,7 @@ def check_blocks(
         parameters: that it knows.
 
     Returns:
-        Lines that warn of what may be meant for another node.
+        Warnings about blocks that may be meant for another node.
 
     Raises:
         ParameterError: if a block names the node in another namespace, and none its own; or if

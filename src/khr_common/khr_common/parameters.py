@@ -1,8 +1,8 @@
-"""One table per node: a frozen dataclass whose field metadata say all there is to a parameter.
+"""One table per node: a frozen dataclass whose field metadata describe each parameter.
 
-The table is what a node declares, what a scenario file is checked against, what
-``config/defaults.yaml`` and ``docs/nodes.md`` are generated from, and the value type that
-the node's core receives. Nothing else knows a parameter's default or range.
+The node declares its ROS parameters from the table, scenario files are checked against it,
+``config/defaults.yaml`` and ``docs/nodes.md`` are generated from it, and the core receives an
+instance of it. Defaults and ranges are stated nowhere else.
 
     @dataclass(frozen=True)
     class GyroParameters:
@@ -30,7 +30,7 @@ class ParameterError(KhrError):
 
 @dataclasses.dataclass(frozen=True)
 class Specification:
-    """What one parameter accepts. ``minimum`` and ``maximum`` bound every element of a list."""
+    """The accepted values of a parameter; ``minimum`` and ``maximum`` bound each list element."""
 
     name: str
     kind: type[Any]
@@ -47,7 +47,7 @@ class Specification:
 
     @property
     def accepted(self) -> str:
-        """Return what the parameter accepts, for a message."""
+        """Return the accepted values as text for a message."""
         if self.choices:
             return ' | '.join(self.choices)
         kind = f'list of {_WORDS[self.element]}s' if self.element else _WORDS[self.kind]
@@ -63,7 +63,7 @@ class Specification:
         """Return ``value`` if the parameter accepts it.
 
         Raises:
-            ParameterError: with the name, the value and what is accepted, in one line.
+            ParameterError: one line with the name, the value and the accepted values.
         """
         kind = list if self.element else self.kind
         if type(value) is not kind:

@@ -26,7 +26,7 @@ def own_run() -> str:
 
 
 def ready_text(name: str, stamp_ns: int, run: str) -> str:
-    """Return what a listener publishes on ``ready``: that it has received all up to a stamp."""
+    """Return a listener's text for ``ready``: it has received all samples up to a timestamp."""
     return f'{name} {stamp_ns} {run or _NONE}'
 
 

@@ -8,8 +8,8 @@ import os
 def ask_for_real_time(priority: int) -> bool:
     """Let the calling thread run before all others as soon as it has something to do.
 
-    It asks for SCHED_FIFO, for itself and not for what it starts; ``ulimit -r`` bounds what is
-    granted.
+    It requests SCHED_FIFO for itself, not for its child processes; ``ulimit -r`` bounds the
+    priority.
 
     Args:
         priority: 1 to 99; 0 asks for nothing.

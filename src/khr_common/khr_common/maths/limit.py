@@ -29,8 +29,8 @@ def bracket_limit(
 ) -> Bracket:
     """Bracket the limit up to which something holds.
 
-    If it holds and does not in turns, one of the limits is found. What does not hold at the lower
-    end has its limit there, as has what still holds at the upper end.
+    If the property is not monotonic, one of its crossings is found. The limit is clamped to the
+    interval: at its lower end if the property does not hold there, at its upper end if it does.
 
     Args:
         holds: asked once for each value.

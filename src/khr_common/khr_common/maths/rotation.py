@@ -97,7 +97,7 @@ def carried(by: Sequence[float], vector: Sequence[float]) -> Vector:
 
 
 def inverse(of: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return the quaternion that turns back what a unit quaternion turns."""
+    """Return the inverse of a unit quaternion."""
     x, y, z, w = of
     return -x, -y, -z, w
 

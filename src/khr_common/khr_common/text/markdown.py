@@ -36,11 +36,11 @@ class WrittenPart:
 
     @property
     def markers(self) -> tuple[str, str]:
-        """Return what stands before the part, and what stands after it."""
+        """Return the markers before and after the part."""
         return f'<!-- begin: written by python -m {self.command} -->', '<!-- end -->'
 
     def rewrite(self, text: str) -> str:
-        """Return the document with the part written anew.
+        """Return the document with the part replaced.
 
         Raises:
             KhrError: if a marker is missing.
