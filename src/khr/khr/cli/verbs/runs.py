@@ -120,7 +120,7 @@ def start_run(
 
 
 def view(
-    what: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
+    source: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
     against: Annotated[
         Path | None, typer.Option(help='Another run to play back for comparison.')
     ] = None,
@@ -157,14 +157,14 @@ def view(
     from khr_bringup.graph.graph import RunOptions
     from khr_view.viewing import Viewing, play
 
-    if against is not None or Path(what).is_dir() or what.endswith('.mcap'):
-        both = [Path(what), *([against] if against else [])]
+    if against is not None or Path(source).is_dir() or source.endswith('.mcap'):
+        both = [Path(source), *([against] if against else [])]
         report = partial(print_line, Console(stderr=True))
         raise typer.Exit(play(both, Viewing(host, port, browser, again), report))
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
-    chosen = scenarios.load_scenario(what, 'run or scenario').set_to(set_ or [], changes)
+    chosen = scenarios.load_scenario(source, 'run or scenario').set_to(set_ or [], changes)
     warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(view_scenario(chosen, options))
 
