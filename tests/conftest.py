@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import settings
 
+from khr_common.arithmetic import PORTABLE, enter, in_force
 from tests import ROOT
 from tests.nightly import is_by_night
 
@@ -30,7 +31,11 @@ OF_PROCESSES = ('graph', 'reliability', 'integration', 'installation')
 OF_MILLISECONDS = ('khr_hardware/test_server.py',)  # on a pseudo-terminal
 
 
-def pytest_configure():
+def pytest_configure(config):
+    if in_force() != PORTABLE:  # restart, with the terminal's own output
+        if capture := config.pluginmanager.getplugin('capturemanager'):
+            capture.stop_global_capturing()
+        enter()
     from tests.support.process_signals import hand_on_signals  # its asserts are rewritten by now
 
     hand_on_signals()
