@@ -120,7 +120,9 @@ def start_run(
 
 
 def view(
-    source: Annotated[str, typer.Argument(help='A scenario file or name, or the folder of a run.')],
+    source: Annotated[
+        str, typer.Argument(help='A scenario file or name, or the folder of a run.')
+    ],
     against: Annotated[
         Path | None, typer.Option(help='Another run to play back for comparison.')
     ] = None,
