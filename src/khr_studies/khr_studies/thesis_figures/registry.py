@@ -26,7 +26,7 @@ from khr_studies.peak_origin import figure as lines
 from khr_studies.peak_origin.line_11 import measure_line_11
 from khr_studies.peak_origin.study import explain_all
 from khr_studies.push import figure as pushes
-from khr_studies.push import limits, motions
+from khr_studies.push import limits, motions, recovery_figure
 from khr_studies.thesis_figures import gaits, gyro, spectra, standing, walking
 from khr_studies.thesis_figures import pendulum_figures as balance
 from khr_studies.thesis_figures.run_plots import RATES
@@ -146,6 +146,9 @@ FIGURES: dict[str, Drawing] = {
     '5.13': Drawing('Smooth and rubber soles, ankle control', spectra.ankle_on_soles, SOLES),
     '5.14': Drawing(
         'Smooth and rubber soles, ankle and hip control', spectra.ankle_and_hip_on_soles, SOLES
+    ),
+    'capture_point': Drawing(
+        'Largest push by feet, flywheel and steps, models', recovery_figure.capture_point
     ),
     'friction': Drawing('Largest inclination against the friction', balance.friction),
     'harmonics': Drawing('Harmonics from gravity against the inclination', walking.harmonics),
