@@ -17,6 +17,7 @@ setup(
     package_data={'': ['py.typed']},
     install_requires=[
         'khr_common',
+        'khr_description',
         'khr_sim',
         'khr_balance',
         'khr_analysis',

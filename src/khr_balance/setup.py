@@ -25,6 +25,6 @@ setup(
         ]
     },
     package_data={'': ['py.typed']},
-    install_requires=['khr_common', 'numpy'],
+    install_requires=['khr_common', 'khr_description', 'numpy'],
     extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

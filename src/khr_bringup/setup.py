@@ -33,6 +33,7 @@ setup(
     },
     install_requires=[
         'khr_common',
+        'khr_description',
         'khr_sim',
         'khr_balance',
         'khr_analysis',

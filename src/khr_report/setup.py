@@ -16,6 +16,7 @@ setup(
     package_data={'': ['py.typed', '*.mplstyle', 'templates/*']},
     install_requires=[
         'khr_common',
+        'khr_description',
         'khr_sim',
         'khr_balance',
         'khr_analysis',

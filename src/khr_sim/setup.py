@@ -14,7 +14,6 @@ setup(
         ('share/ament_index/resource_index/packages', [f'resource/{package}']),
         (f'share/{package}', ['package.xml']),
         (f'lib/{package}', glob('scripts/*')),
-        (f'share/{package}/urdf', glob('urdf/*')),
     ],
     entry_points={
         'khr.nodes': [
@@ -24,7 +23,15 @@ setup(
             'transforms = khr_sim.node_specs:TRANSFORMS',
         ]
     },
-    package_data={'': ['py.typed', 'urdf/*.urdf']},
-    install_requires=['khr_common', 'khr_models', 'llvmlite', 'numba', 'numpy', 'pybullet'],
+    package_data={'': ['py.typed']},
+    install_requires=[
+        'khr_common',
+        'khr_description',
+        'khr_models',
+        'llvmlite',
+        'numba',
+        'numpy',
+        'pybullet',
+    ],
     extras_require={'mujoco': ['mujoco<4'], 'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

@@ -16,6 +16,7 @@ setup(
     package_data={'': ['py.typed', '*.j2', '*.yaml']},
     install_requires=[
         'khr_common',
+        'khr_description',
         'khr_sim',
         'khr_balance',
         'khr_analysis',

@@ -19,6 +19,7 @@ setup(
     package_data={'': ['py.typed', 'browser/*']},
     install_requires=[
         'khr_common',
+        'khr_description',
         'khr_sim',
         'khr_balance',
         'khr_analysis',

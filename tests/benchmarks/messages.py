@@ -32,9 +32,9 @@ from khr_common.cdr import MessageTemplate, clock, numbers_of, transforms
 from khr_common.interfaces import BODY, JOINTS, TF, WORLD
 from khr_common.nodes.messages import blank_message, message_class, serialized
 from khr_common.nodes.node import DATA
+from khr_description.robot import Robot
 from khr_sim.node_specs import SIMULATOR, TRANSFORMS
 from khr_sim.plant import Plant
-from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.transforms import JointTree, TransformsParameters
 from tests.benchmarks.clock import WALL, log

@@ -5,7 +5,7 @@ from math import radians
 import numpy as np
 
 from khr_balance.joints import INDEX
-from khr_sim.robot import JOINTS
+from khr_description.robot import JOINTS
 
 STRAIGHT = [0.0] * len(JOINTS)
 

@@ -14,10 +14,10 @@ from typer.testing import CliRunner
 from khr.cli.verbs.board import board_verbs
 from khr_bringup.graph.run_registry import registered
 from khr_common.interfaces import BOARD_CORRECTION, FOOT_FORCES, JOINTS
+from khr_description.robot import Robot
 from khr_hardware.joint_map import COUNT
 from khr_hardware.node_specs import BOARD
 from khr_hardware.protocol.memory import FREE
-from khr_sim.robot import Robot
 from tests.fakes.boards import TRIMS, Rig
 from tests.support.browser import viewer
 from tests.support.runs import call, children, finish, joined, khr, stamp_ns, wait_for, wait_until

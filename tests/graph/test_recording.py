@@ -18,7 +18,7 @@ from khr_bringup.graph.run_registry import registered
 from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import TF_AVAILABLE
-from khr_sim.robot import link_names
+from khr_description.robot import link_names
 from khr_sim.run_parameters import RunParameters
 from tests.support.runs import (
     LONG,

@@ -11,12 +11,12 @@ from khr_bringup.result import RunRecord
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
+from khr_description.robot import Robot
 from khr_report.film.film import render_run
 from khr_report.film.overlay import LEFT, RIGHT, VERDICTS, Overlay, control_of
 from khr_report.film.scene import Look, PosedScene, frames, scenario_of
 from khr_report.film.shadow import Shadow
 from khr_sim.physics.camera import Camera
-from khr_sim.robot import Robot
 
 SMALL = (96, 80, 20.0)
 

@@ -13,10 +13,10 @@ from rcb4.rcb4interface import RCB4Interface, deg_to_servovector
 
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.virtual_robot import virtual_board
+from khr_description.robot import JOINTS
 from khr_hardware.joint_map import JointMap
 from khr_report.film.film import Filmed, pictures, save_gif
 from khr_report.film.scene import Frame, Look
-from khr_sim.robot import JOINTS
 from tests import ROOT
 from tests.support.served import served
 

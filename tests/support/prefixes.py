@@ -17,5 +17,7 @@ def check_prefix(prefix, name):
         config = prefix / 'share' / name / 'config'
         assert (config / 'scenarios' / 'walk_7.68deg_ka12.yaml').is_file()
         assert (config / 'view' / 'khr.rviz').is_file()
-    if name == 'khr_sim':
+    if name == 'khr_description':
+        assert (prefix / 'share' / name / 'launch' / 'display.launch.py').is_file()
+        assert (prefix / 'share' / name / 'rviz' / 'khr3hv.rviz').is_file()
         assert (prefix / 'share' / name / 'urdf' / 'khr3hv.urdf').is_file()

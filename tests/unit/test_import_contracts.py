@@ -13,7 +13,7 @@ from tests import ROOT
 
 # A wrong import for each contract: the module that gets it, and the line.
 WRONG = {
-    'Packages import downwards': ('khr_sim.robot', 'import khr_bringup.offline'),
+    'Packages import downwards': ('khr_description.robot', 'import khr_bringup.offline'),
     'Studies do not import one another, but those that are made of them': (
         'khr_studies.tuning.gain_axes',
         'import khr_studies.push.model',

@@ -24,10 +24,10 @@ from khr_bringup.offline import ControlLoop, duration
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
+from khr_description.robot import JOINTS
 from khr_report.film.scene import Look, PosedScene
 from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant, mix
-from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import read_ensemble
 

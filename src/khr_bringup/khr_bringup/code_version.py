@@ -24,8 +24,9 @@ from khr_sim.run_parameters import RunParameters
 NODES = 'nodes'
 SOURCES = (
     ('khr_common', '**/*.py'),
+    ('khr_description', '**/*.py'),
+    ('khr_description', 'urdf/*.urdf'),
     ('khr_sim', '**/*.py'),
-    ('khr_sim', 'urdf/*.urdf'),
     ('khr_balance', '**/*.py'),
     ('khr_analysis', 'outcome.py'),
     ('khr_analysis', 'outcome_measures.py'),

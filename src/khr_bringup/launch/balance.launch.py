@@ -21,7 +21,7 @@ from khr_bringup.graph.launching import ARGUMENTS, Launch, check_names, prepare_
 from khr_bringup.graph.processes import WELL
 from khr_common import RunError
 from khr_common.lifeline import PARENT
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 
 PATIENCE = '20'  # s for a node to end by itself: a recorder has a bag to finish
 

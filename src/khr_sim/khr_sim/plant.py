@@ -15,10 +15,10 @@ from math import radians
 from khr_common.arithmetic import warn_unless_portable
 from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
+from khr_description.robot import JOINTS
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import Truth
 from khr_sim.physics.world import World
-from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 
 _INDEX = {name: index for index, name in enumerate(JOINTS)}

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from khr_common import ParameterError, parameter
 from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
+from khr_description.robot import link_names
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
-from khr_sim.robot import link_names
 
 LONGEST_ARM = 1.0  # m from the origin of a link to the point of a push
 

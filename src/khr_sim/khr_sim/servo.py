@@ -18,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
+from khr_description.robot import JOINTS
 from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.robot import JOINTS
 
 Array = NDArray[np.float64]
 

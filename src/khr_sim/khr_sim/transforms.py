@@ -8,7 +8,7 @@ from math import cos, sin
 
 from khr_common import parameter
 from khr_common.interfaces import JOINTS
-from khr_sim.robot import Joint, Robot
+from khr_description.robot import Joint, Robot
 
 Numbers = tuple[float, ...]
 Frames = tuple[tuple[str, str], ...]

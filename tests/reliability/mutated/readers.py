@@ -25,8 +25,8 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_common import KhrError
 from khr_common.parameter_files import check_blocks, read_blocks
 from khr_common.parameters import specifications
+from khr_description.robot import DESCRIPTION, Robot
 from khr_hardware.joint_map import JointMap
-from khr_sim.robot import Robot
 from khr_studies.calibration.plan import read_plan
 from khr_studies.measuring.ensemble_file import SHIPPED_ENSEMBLE, read_ensemble
 from khr_studies.measuring.experiments import experiment_files
@@ -171,7 +171,7 @@ def seeds() -> dict[str, list[bytes]]:
         'study': [(ROOT / 'docs' / 'findings.json').read_bytes()],
         'run table': [(ROOT / 'docs' / 'stage3.csv').read_bytes()],
         'joint map': [(maps / 'khr3hv.yaml').read_bytes()],
-        'description': [(files('khr_sim') / 'urdf' / 'khr3hv.urdf').read_bytes()],
+        'description': [DESCRIPTION.read_bytes()],
         'results': [_written(_write_results)],
         'signals': [_written(signals(scenarios.load_scenario('walk_0deg'), 0, 1.0).save)],
         'sweep results': [_written(_write_sweep)],

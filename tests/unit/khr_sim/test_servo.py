@@ -8,8 +8,8 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
+from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import ANGLE, BACK_EMF, COMMAND, RATE, Servos, position_loop, stretches
 from tests.support.mechanics import PLAIN_SERVOS
 

@@ -9,7 +9,7 @@ from rosbags.typesys import Stores, get_typestore
 from khr_common import cdr
 from khr_common.interfaces import BODY, JOINTS, WORLD
 from khr_common.maths.rotation import matrix
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_sim.transforms import JointTree
 
 ROBOT = Robot.load()

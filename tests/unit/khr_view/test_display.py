@@ -10,7 +10,7 @@ import pytest
 from viser._messages import GuiUpdateMessage
 
 from khr_common.interfaces import GYRO, JOINT_STATES, JOINTS
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import charts
 from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines

@@ -1,8 +1,7 @@
 """Forward kinematics of the whole body: centre of mass and soles, in one pass.
 
-One table contains each moving part: parent, position of the joint, mass and centre of mass. Axes
-and masses are published; the position of each centre of mass in its part is assumed, as in the
-robot's description, with which a test compares this table.
+A table holds each moving part of the robot's description: parent, position of the joint, mass and
+centre of mass.
 """
 
 from __future__ import annotations
@@ -15,67 +14,66 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from khr_balance.joints import INDEX, SIDES
+from khr_common.interfaces import TORSO
+from khr_description.robot import Robot
 
 Array = NDArray[np.float64]
 Triple = tuple[Any, ...]  # x, y, z: floats for one posture, arrays (...) for many
 Axes = Sequence[Triple]  # x, y and z axis
 _UNTURNED: Axes = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
+ROBOT = Robot.load()
+
+
+def _floats(vector: Array) -> tuple[float, float, float]:
+    x, y, z = map(float, vector)
+    return x, y, z
+
+
+def _origin(joint: str) -> tuple[float, float, float]:
+    """Return the position of a joint in its parent's frame, m."""
+    return _floats(ROBOT.joints[joint].origin)
+
+
 # Geometry of the left leg (mirrored in y for the right leg), m.
-HIP_ROLL_Y = 0.017  # hip-roll and ankle-roll axes, from the midline
-LEG_PLANE_Y = 0.028  # thigh and shank, from the midline
-HIP_DROP = 0.0385  # hip roll down to hip pitch, and ankle pitch down to ankle roll
-LINK = 0.065  # thigh and shank
-SOLE_DROP = 0.026  # ankle roll down to the sole
-SOLE_OUT = 0.025  # the sole's centre outboard of the ankle-roll axis
-TOE_X, HEEL_X = 0.054, -0.056  # ends of the flat sole ahead of its centre (under the ankle axis)
+HIP_ROLL_Y = _origin('l_hip_roll')[1]  # hip-roll and ankle-roll axes, from the midline
+HIP_DROP = -_origin('l_hip_pitch')[2]  # hip roll down to hip pitch, and ankle pitch to ankle roll
+LINK = -_origin('l_knee')[2]  # thigh and shank
+SOLE_DROP = -_origin('l_sole_frame')[2]  # ankle roll down to the sole
+SOLE_OUT = _origin('l_sole_frame')[1]  # the sole's centre outboard of the ankle-roll axis
+TOE_X, HEEL_X = _origin('l_toe_frame')[0], _origin('l_heel_frame')[0]  # ends of the sole
 
 
 @dataclass(frozen=True)
 class Part:
     """A rigid part that turns about one axis; joint in the parent's, centre in its own frame, m."""
 
-    parent: str
+    parent: str  # the parent's joint; empty for the torso
     axis: int  # 0, 1, 2: x, y, z
     joint_at: tuple[float, float, float]
     mass: float  # kg
     centre: tuple[float, float, float]
 
 
-def _arm_and_leg(side: str) -> dict[str, Part]:
-    s = 1.0 if side == 'l' else -1.0
-    inward = s * (HIP_ROLL_Y - LEG_PLANE_Y)
+def _parts() -> dict[str, Part]:
+    """Return the parts by the names of their joints, parents first."""
+    moving = {joint.child: joint for joint in ROBOT.joints.values() if joint.kind == 'revolute'}
     return {
-        f'{side}_shoulder_pitch': Part('', 1, (0.0, s * 0.049, 0.11), 0.0153, (0, s * 0.017, 0)),
-        f'{side}_shoulder_roll': Part(
-            f'{side}_shoulder_pitch', 0, (0.0, s * 0.0255, 0.0), 0.1091, (0, 0, -0.045)
-        ),
-        f'{side}_elbow_pitch': Part(
-            f'{side}_shoulder_roll', 1, (0.0, 0.0, -0.0875), 0.0315, (0, 0, -0.03)
-        ),
-        f'{side}_hip_roll': Part(
-            '', 0, (0.0, s * HIP_ROLL_Y, 0.0), 0.0699, (0, s * 0.006, -0.025)
-        ),
-        f'{side}_hip_pitch': Part(
-            f'{side}_hip_roll', 1, (0.0, -inward, -HIP_DROP), 0.1031, (0, 0, -0.0325)
-        ),
-        f'{side}_knee': Part(f'{side}_hip_pitch', 1, (0.0, 0.0, -LINK), 0.0694, (0, 0, -0.03)),
-        f'{side}_ankle_pitch': Part(
-            f'{side}_knee', 1, (0.0, 0.0, -LINK), 0.0691, (0, s * -0.006, -0.019)
-        ),
-        f'{side}_ankle_roll': Part(
-            f'{side}_ankle_pitch', 0, (0.0, inward, -HIP_DROP), 0.0419, (-0.001, s * 0.02, -0.016)
-        ),
+        joint.name: Part(
+            '' if joint.parent == TORSO else moving[joint.parent].name,
+            int(np.argmax(joint.axis)),
+            _origin(joint.name),
+            ROBOT.links[child].mass,
+            _floats(ROBOT.links[child].center_of_mass),
+        )
+        for child, joint in moving.items()
     }
 
 
-TORSO_MASS, TORSO_CENTRE = 0.4665, (-0.03, 0.0, 0.0555)
-PARTS: dict[str, Part] = {
-    'head_yaw': Part('', 2, (0.0, 0.0, 0.1215), 0.0149, (0.003, 0.0, 0.022)),
-    **_arm_and_leg('l'),
-    **_arm_and_leg('r'),
-}
-MASS = TORSO_MASS + sum(part.mass for part in PARTS.values())  # kg
+TORSO_MASS = ROBOT.links[TORSO].mass
+TORSO_CENTRE = _floats(ROBOT.links[TORSO].center_of_mass)
+PARTS = _parts()
+MASS = ROBOT.mass  # kg
 
 
 class Posture(NamedTuple):

@@ -12,7 +12,7 @@ import numpy as np
 
 from khr_balance import joints
 from khr_balance.errors import GaitError, UnreachableError
-from khr_balance.gaits.body import Array, forward
+from khr_balance.gaits.body import ROBOT, Array, forward
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import Plan, plan_motion
 from khr_balance.gaits.kinematics import leg_angles
@@ -134,7 +134,7 @@ def _arms(parameters: GaitParameters) -> Array:
 
 
 def _check_ranges(time: Array, angles: Array) -> None:
-    low, high = np.array(joints.LIMITS).T
+    low, high = ROBOT.limits().T
     excess = np.maximum(low - angles, angles - high)
     step, joint = np.unravel_index(int(np.argmax(excess)), excess.shape)
     if excess[step, joint] > 0.0:

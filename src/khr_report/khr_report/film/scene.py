@@ -21,11 +21,11 @@ from khr_common import RunError
 from khr_common.errors import KhrError
 from khr_common.maths.rotation import matrix
 from khr_common.text.quoting import quoted
+from khr_description.robot import Robot
 from khr_report.film.shadow import Shadow
 from khr_sim.physics import engines
 from khr_sim.physics.camera import Camera
 from khr_sim.physics.truth import Truth
-from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 
 HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks

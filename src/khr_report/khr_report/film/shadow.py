@@ -8,9 +8,9 @@ import numpy as np
 from PIL import Image, ImageChops, ImageDraw
 
 from khr_common.maths.rotation import Array, matrix, pitched
+from khr_description.robot import Robot
 from khr_sim.physics.camera import SUN, Camera
 from khr_sim.physics.truth import Truth
-from khr_sim.robot import Robot
 
 # The corners of a box, and the faces by the numbers of their corners, in order around each.
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))

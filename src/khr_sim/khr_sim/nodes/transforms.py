@@ -9,7 +9,7 @@ from khr_common.interfaces import BODY, JOINT_STATES, TF, TF_STATIC, TRUE_POSE, 
 from khr_common.nodes.messages import Output
 from khr_common.nodes.node import KhrNode
 from khr_common.stamps import StampSequence
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_sim.transforms import Frames, JointTree, TransformsParameters
 
 

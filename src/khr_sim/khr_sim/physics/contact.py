@@ -15,8 +15,8 @@ from xml.etree import ElementTree
 import numpy as np
 
 from khr_common.maths.rotation import Array, Vector, carried, dot, inverse
+from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.robot import Robot
 
 Pose = tuple[Vector, Sequence[float]]  # position in m and orientation x y z w, in odom
 Contact = tuple[Any, ...]  # of robot and ground, a contact point of PyBullet

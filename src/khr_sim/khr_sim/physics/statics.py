@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from khr_common.maths.rotation import Array, applied, between, cross, dot
-from khr_sim.robot import JOINTS, Robot
+from khr_description.robot import JOINTS, Robot
 
 GRAVITY = 9.80665  # m/s^2
 TOUCHING = 0.003  # m; a sole at most this much above the other one carries load

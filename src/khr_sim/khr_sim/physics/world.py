@@ -15,12 +15,12 @@ from khr_common.interfaces import BODY, TORSO
 from khr_common.maths.rotation import applied, carried, matrix, pitched, product, rotated, turned
 from khr_common.maths.seeding import generator
 from khr_common.text.quoting import quoted
+from khr_description.robot import JOINTS, Robot
 from khr_sim.board import Board
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import contact, engines, statics
 from khr_sim.physics.push import Push
 from khr_sim.physics.truth import Truth
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import ANGLE, Servos
 
 Array = NDArray[np.float64]

@@ -13,6 +13,7 @@ from typing import Literal
 
 import numpy as np
 
+from khr_description.robot import JOINTS
 from khr_models.checks import Form
 from khr_models.servo.servo_loop import gain_of_board
 from khr_models.standing.ankle_servo import Pid
@@ -20,7 +21,6 @@ from khr_models.standing.push import Gyro as GyroModel
 from khr_models.standing.push import largest_push
 from khr_models.standing.tipping import PushLoop
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.robot import JOINTS
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.gyro import Gyro, GyroParameters
 from khr_sim.servo import BACK_EMF, gear_stiffness, position_loop

@@ -23,6 +23,7 @@ from khr_common.checks import non_negative, one_of, within
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO
 from khr_common.maths.limit import bracket_limit
 from khr_common.maths.rotation import matrix
+from khr_description.robot import Robot
 from khr_models.checks import Array
 from khr_models.gyro_circuit.circuit import KRG4
 from khr_models.pendulum import Pendulum
@@ -31,7 +32,6 @@ from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import corners
 from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant, mix
-from khr_sim.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes
 

@@ -13,8 +13,8 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.scenario.scenario import Scenario
+from khr_description.robot import JOINTS, Robot
 from khr_models.standing.force_loop import Chain, JointServos, StandingLoop
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.run_parameters import RunParameters
 from khr_sim.sensors.foot_force import FootForceParameters
 from khr_sim.sensors.gyro import GyroParameters

@@ -9,7 +9,7 @@ from typing import Any
 from khr_common.block import Numbers
 from khr_common.interfaces import JOINT_STATES, Topic
 from khr_common.stamps import ExactTimeSynchronizer, TimeJumpError
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
 

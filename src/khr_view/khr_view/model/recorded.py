@@ -17,7 +17,7 @@ from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, ROBOT_DESCRIPTION, STAGE, TRUE_POSE, Topic
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import SLIP, Chart, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from xml.etree import ElementTree
 
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 
 Vector = tuple[float, ...]
 GREY = (0.6, 0.6, 0.6)

@@ -18,9 +18,9 @@ from khr_common.interfaces import (
     TRUE_POSE,
 )
 from khr_common.maths.rotation import Array, matrix
+from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, corners
-from khr_sim.robot import Robot
 
 NEEDED = (JOINT_STATES, TRUE_POSE, TRUE_INCLINATION, *TRUE_FORCES)
 LOADED = 1.0  # N on a sole from which on it supports

@@ -23,7 +23,7 @@ from khr_common.interfaces import (
     WORLD,
 )
 from khr_common.nodes.node import KhrNode
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_view.charts.charts import polled_topics
 from khr_view.charts.traces import Traces
 from khr_view.controls import WATCHED, Tunable, Value, tunables

@@ -14,7 +14,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_view.charts.charts import Chart
 from khr_view.charts.export import signals_csv
 from khr_view.charts.spectrum_lines import SpectrumLines

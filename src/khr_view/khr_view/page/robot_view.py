@@ -10,7 +10,7 @@ from viser.transforms import SO3
 
 from khr_common.interfaces import BODY, JOINTS, TORSO
 from khr_common.maths.rotation import pitched, rotated
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_view.model.shapes import Shape, shapes
 from khr_view.model.snapshot import Snapshot
 from khr_view.page.marks import Marks

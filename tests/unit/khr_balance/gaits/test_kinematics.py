@@ -91,9 +91,3 @@ def test_a_leg_too_short_is_named_with_its_distance():
 def test_a_sole_inside_the_hip_is_refused():
     with pytest.raises(KhrError, match='left leg'):
         leg_angles('l', [0.0, 0.017, 0.0], [0.0, 0.0, 1.0])
-
-
-def test_limits_of_the_right_mirror_those_of_the_left():
-    limits = dict(zip(joints.JOINTS, joints.LIMITS, strict=True))
-    assert limits['r_hip_roll'] == tuple(-angle for angle in reversed(limits['l_hip_roll']))
-    assert limits['r_knee'] == limits['l_knee']

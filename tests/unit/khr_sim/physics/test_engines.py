@@ -11,13 +11,13 @@ import pytest
 from khr_common import RunError, build
 from khr_common.errors import KhrError
 from khr_common.maths.rotation import matrix, pitched
+from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import engines
 from khr_sim.physics.camera import Camera
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.physics.world import World
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import Servos, law
 from tests.fakes.postures import STANCE
 from tests.support.mechanics import momenta, motions

@@ -6,10 +6,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr_common import build
+from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.statics import GRAVITY, footing, holding_torques
 from khr_sim.physics.world import World
-from khr_sim.robot import JOINTS, Robot
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
 
 ROBOT = Robot.load()

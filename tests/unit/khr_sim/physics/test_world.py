@@ -10,11 +10,11 @@ from scipy.spatial.transform import Rotation
 
 from khr_common import ParameterError, build
 from khr_common.maths.rotation import matrix, pitched
+from khr_description.robot import JOINTS
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
 from khr_sim.physics.truth import Truth
-from khr_sim.robot import JOINTS
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
 from tests.support.mechanics import PLAIN_SERVOS, momenta
 

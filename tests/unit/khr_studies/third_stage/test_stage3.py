@@ -8,8 +8,8 @@ import pytest
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.offline import run_offline
 from khr_common import KhrError
+from khr_description.robot import JOINTS, Robot
 from khr_sim.physics.world import Array
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.run_table import run_table
 from khr_studies.third_stage import study as stage3

@@ -12,7 +12,7 @@ from khr_common.interfaces import (
     TRUE_POSE,
 )
 from khr_common.maths.rotation import matrix, pitched
-from khr_sim.robot import Robot
+from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 from khr_view.model.shapes import shapes
 from khr_view.model.snapshot import SnapshotBuilder

@@ -77,8 +77,8 @@ def probe(
 
 def pose(port: PortArgument, map_: MapOption = '', baud: BaudOption = 0) -> None:
     """Read the angle of every joint and compare it with its range in the URDF; write nothing."""
+    from khr_description.robot import JOINTS, Robot
     from khr_hardware.inspection import inspect, torque_of
-    from khr_sim.robot import JOINTS, Robot
 
     with _wired(port, baud, map_) as (client, joint_map, _):
         seen = inspect(client, joint_map)

@@ -6,9 +6,9 @@ import os
 from dataclasses import replace
 
 from khr_common.errors import KhrError
+from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines.base import Engine, Painter
-from khr_sim.robot import Robot
 
 LIBRARIES = {'bullet': 'pybullet', 'mujoco': 'mujoco'}  # name on PyPI by engine
 DEFAULT = SimulatorParameters().engine  # if a scenario names no engine

@@ -13,11 +13,11 @@ import numpy as np
 
 from khr_common.interfaces import TORSO
 from khr_common.maths.rotation import Array, applied, carried, cross, pitched, quaternion
+from khr_description.robot import JOINTS, Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import ContactForces, Pose, physics_urdf
 from khr_sim.physics.engines.base import Motion
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import Servos
 
 # The import prints a line on standard error, from C.

@@ -21,12 +21,12 @@ from numpy.typing import NDArray
 from khr_common import RunError
 from khr_common.interfaces import TORSO
 from khr_common.maths.rotation import Array, carried, cross, pitched, quaternion
+from khr_description.robot import JOINTS, Robot
 from khr_sim.jit import jit
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, SPHERES, ContactForces, Pose, physics_urdf
 from khr_sim.physics.engines.base import Motion
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.robot import JOINTS, Robot
 from khr_sim.servo import GOAL, POSITION, TORQUE, VELOCITY, Servos, law
 
 IMPEDANCE_RATIO = 10.0  # of friction to normal force; keeps a standing foot from creeping

@@ -4,12 +4,15 @@ from math import radians
 
 import numpy as np
 import pytest
+import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr_common.errors import KhrError
-from khr_common.interfaces import BODY, TORSO
-from khr_sim.robot import JOINTS, Robot
+from khr_common.interfaces import BODY, ROBOT_DESCRIPTION, TORSO
+from khr_common.published import NO_LOAD_SPEED, STALL_TORQUE
+from khr_description.robot import JOINTS, Robot
+from tests import ROOT
 from tests.fakes.postures import STRAIGHT, crouch
 
 ROBOT = Robot.load()
@@ -52,7 +55,7 @@ def faults_of_joint(robot, joint):
         yield 'limits'
     if not joint.lower <= 0.0 <= joint.upper or joint.lower == joint.upper:
         yield 'limits'
-    if (joint.effort, joint.velocity) != (1.373, 7.48):
+    if (joint.effort, joint.velocity) != (STALL_TORQUE, NO_LOAD_SPEED):
         yield 'servo'
     if (joint.origin * (1, -1, 1) != twin.origin).any():
         yield 'symmetry'
@@ -66,6 +69,16 @@ def test_the_root_has_no_mass_of_which_kdl_would_warn():
     assert ROBOT.links[root].mass == 0.0
     assert ROBOT.links[TORSO].mass > 0.4
     assert (ROBOT.poses(STRAIGHT)[TORSO] == np.eye(4)).all()
+
+
+def test_rviz_shows_the_description_in_a_frame_of_it():
+    text = (ROOT / 'src' / 'khr_description' / 'rviz' / 'khr3hv.rviz').read_text()
+    view = yaml.safe_load(text)['Visualization Manager']
+    topics = [
+        each['Description Topic'] for each in view['Displays'] if 'Description Topic' in each
+    ]
+    assert [topic['Value'] for topic in topics] == [ROBOT_DESCRIPTION.name]
+    assert view['Global Options']['Fixed Frame'] in ROBOT.links
 
 
 def test_nothing_is_wrong_with_it():

@@ -18,7 +18,7 @@ from khr_common.text.quoting import named, quoted
 
 __all__ = ['JOINTS', 'Joint', 'Link', 'Robot']
 
-DESCRIPTION = files('khr_sim') / 'urdf' / 'khr3hv.urdf'
+DESCRIPTION = files('khr_description') / 'urdf' / 'khr3hv.urdf'
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,1 @@
+"""The KONDO KHR-3HV as a URDF: links, joints, masses and limits."""
