@@ -1,6 +1,6 @@
 # make run    installs what a run needs into .venv and runs the main job
 # make test   installs the tools as well, checks the code, runs the tests
-# make quick  runs the unit tests and golden hashes, but the slow ones, within about a minute
+# make quick  runs the unit tests and golden hashes, without the slow ones, in some minutes
 # make nightly  runs all tests, also those of whole studies and the longest of the others
 # make coverage  runs all tests, measured, and prints their coverage by package
 # make mutants  mutates core modules and prints the mutants that survive their unit tests; resumes

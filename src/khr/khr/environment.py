@@ -7,6 +7,7 @@ Importing this module registers :data:`ENVIRONMENTS`; Gymnasium imports it by it
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from math import cos, isfinite, nan, pi, radians, sin, tau
@@ -86,7 +87,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
     Args:
         scenario: run in each episode.
         render_mode: ``rgb_array`` draws the robot, with no screen; ``human`` opens the window of
-            the physics engine.
+            the physics engine and needs a screen.
         weights: of terms of the reward; the others keep their defaults.
 
     Raises:
@@ -121,6 +122,8 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
             raise KhrError(
                 f'weights: {sorted(unknown)[0]!r} is not accepted; accepted: {" | ".join(WEIGHTS)}'
             )
+        if not os.environ.get('DISPLAY'):  # the checker of Gymnasium opens one of every mode
+            self.metadata = {**self.metadata, 'render_modes': ['rgb_array']}
         self.render_mode = render_mode
         self.weights = {**WEIGHTS, **(weights or {})}
         self._base = scenario.changed(

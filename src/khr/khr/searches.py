@@ -112,7 +112,7 @@ def tune(
     out: str | PathLike[str] | None = None,
     progress: bool = False,
 ) -> Tuning:
-    """Find gains for a slope: most seeds up, then least slip, then least vibration.
+    """Find gains for a slope: most seeds up, then least vibration within 1 mm of the least slip.
 
     Args:
         scenario: Scenario with motion and slope: a name or file; in Python also a loaded one.

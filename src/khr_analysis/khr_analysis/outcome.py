@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from math import atan2, cos, degrees, isfinite, radians
+from math import atan2, cos, degrees, inf, isfinite, radians
 from typing import Literal, NamedTuple
 
 from khr_analysis.outcome_measures import Slides, SoleSlip, StepSlides, Vibration
@@ -69,6 +69,14 @@ class MonitorParameters:
         minimum=0.1,
         maximum=15.0,
     )
+    motion_end: float = parameter(
+        0.0,
+        'End of the motion, after which vibration is not averaged; 0 averages over the whole run. '
+        'khr makes it the end of a walk or leg lift unless the scenario states it.',
+        unit='s',
+        minimum=0.0,
+        maximum=1e6,
+    )
     judge_by: str = parameter(
         'truth',
         'What to judge by: the truth of a simulator, or what the sensors read, which shows only '
@@ -100,6 +108,13 @@ class MonitorParameters:
     control_period: float = sample_period(maximum=0.03)
 
 
+def vibration_of(parameters: MonitorParameters) -> Vibration:
+    """Return the measure of the vibration, before the first sample."""
+    return Vibration(
+        parameters.vibration_frequency, parameters.control_period, parameters.motion_end or inf
+    )
+
+
 class Outcome(NamedTuple):
     """Outcome of the run so far; after a fall it does not change any more.
 
@@ -116,7 +131,8 @@ class Outcome(NamedTuple):
             counts by its share of the load, so a robot that slides on both feet has slid as far
             as they did, and a foot dragged along before it lifts off counts next to nothing.
         largest_slip: largest slip of one sole in one ground contact, m.
-        vibration: root mean square of the pitch rate above the corner frequency, rad/s.
+        vibration: root mean square of the pitch rate above the corner frequency until the end of
+            the motion, rad/s.
         slides: per step of a walk, and in the stance before and after it.
     """
 
@@ -182,12 +198,12 @@ class OutcomeMonitor:
         self._soles = (SoleSlip(), SoleSlip())
         self._start: _Start | None = None
         self._largest_pitch = 0.0
-        self._vibration = Vibration(parameters.vibration_frequency, parameters.control_period)
+        self._vibration = vibration_of(parameters)
         self._steps = StepSlides(parameters.control_period)
         self._outcome: Outcome | None = None
 
     def configure(self, parameters: MonitorParameters) -> None:
-        """Use changed thresholds from the next sample on; the corner frequency stays."""
+        """Use changed thresholds from the next sample on; the vibration keeps its own."""
         self.parameters = parameters
 
     def update(self, stamp_ns: int, signals: Signals) -> Outcome:
@@ -215,7 +231,7 @@ class OutcomeMonitor:
         if self._start is None:
             self._start = _Start(place, height, *matrix(turns[0]).T.tolist()[:2])
         self._largest_pitch = max(self._largest_pitch, abs(atan2(up[0], up[2])))
-        self._vibration.add(rate)
+        self._vibration.add(stamp_ns / 1e9, rate)
         normal = [signals[topic][2] for topic in TRUE_FORCES]
         forces = [normal[0] + normal[1], normal[2] + normal[3]]
         loaded = [force > self.parameters.load_threshold for force in forces]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from math import hypot, pi, sqrt, tan
+from math import hypot, inf, pi, sqrt, tan
 from typing import NamedTuple
 
 from khr_common.maths.rotation import Vector, dot
@@ -146,9 +146,11 @@ class Vibration:
     Args:
         corner: Hz.
         period: of the samples, s.
+        end: time up to which samples count, s: a robot at rest does not vibrate, and would lower
+            the mean the longer it stands.
     """
 
-    def __init__(self, corner: float, period: float) -> None:
+    def __init__(self, corner: float, period: float, end: float = inf) -> None:
         # The bilinear transform in closed form: to import SciPy's filters takes a second.
         warped = tan(pi * corner * period)
         scale = 1.0 / (1.0 + sqrt(2.0) * warped + warped * warped)
@@ -160,14 +162,17 @@ class Vibration:
         )
         self._first = self._second = self._sum = 0.0
         self._count = 0
+        self._end = end + 0.5 * period
 
     @property
     def rms(self) -> float:
-        """Return the root mean square of all samples so far, in the unit of the rate."""
+        """Return the root mean square of the samples so far, in the unit of the rate."""
         return sqrt(self._sum / self._count)
 
-    def add(self, rate: float) -> None:
-        """Take a sample."""
+    def add(self, time: float, rate: float) -> None:
+        """Take a sample and its time in s."""
+        if time > self._end:
+            return
         # Transposed direct form II by hand: SciPy's filters are made for whole arrays.
         high = float(self._b[0] * rate + self._first)
         self._first = float(self._b[1] * rate - self._a[1] * high + self._second)

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 from math import hypot, radians
 
-from khr_analysis.outcome import MonitorParameters, SensedOutcome
-from khr_analysis.outcome_measures import Vibration
+from khr_analysis.outcome import MonitorParameters, SensedOutcome, vibration_of
 from khr_common.block import Signals
 from khr_common.interfaces import FOOT_FORCES, GYRO
 
@@ -23,7 +22,7 @@ class SensedMonitor:
         self._loaded = 0.0  # when a foot last carried the robot, s
         self._fell: float | None = None
         self._fastest = 0.0
-        self._vibration = Vibration(parameters.vibration_frequency, parameters.control_period)
+        self._vibration = vibration_of(parameters)
 
     def configure(self, parameters: MonitorParameters) -> None:
         """Take changed parameters."""
@@ -40,7 +39,7 @@ class SensedMonitor:
         time = stamp_ns / 1e9
         rate = hypot(*signals[GYRO])
         self._fastest = max(self._fastest, rate)
-        self._vibration.add(signals[GYRO][1])
+        self._vibration.add(time, signals[GYRO][1])
         if rate > radians(own.fall_rate_deg):
             self._turned = time
         if sum(signals[topic][2] for topic in FOOT_FORCES) > own.load_threshold:

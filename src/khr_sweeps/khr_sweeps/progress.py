@@ -21,6 +21,7 @@ class ProgressBar:
     Args:
         title: of the bar.
         total: runs or simulated seconds, as far as known.
+        final: whether the total includes all runs to come, and :meth:`expect` does not raise it.
         done: finished before.
         unit: ``s`` for simulated seconds; empty for runs.
         lines: whether to print lines if stderr is not a terminal.
@@ -37,6 +38,7 @@ class ProgressBar:
         unit: str = '',
         lines: bool = False,
         quiet: bool = False,
+        final: bool = False,
         console: Console | None = None,
     ) -> None:
         console = console or Console(stderr=True)
@@ -52,6 +54,7 @@ class ProgressBar:
         )
         self._task = self._bar.add_task(title, total=total or None, text='')
         self._title, self._total, self._done, self._before = title, total, done, done
+        self._final = final
         self._number = '{:.2f}' if unit else '{:g}'
         self._unit = f' {unit}' if unit else ''
         self._terminal = console.is_terminal and not quiet
@@ -67,7 +70,7 @@ class ProgressBar:
 
     def expect(self, count: float) -> None:
         """Raise the total."""
-        self.show(self._title, self._done, self._total + count)
+        self.show(self._title, self._done, self._total + (0.0 if self._final else count))
 
     def advance(self, count: float = 1, text: str = '') -> None:
         """Count finished runs or simulated seconds; show a text beside the bar."""

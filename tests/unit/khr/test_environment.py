@@ -76,6 +76,13 @@ def test_gymnasium_accepts_it_without_a_warning(name, window):
     assert window.shown > 0 and window.opened == 0
 
 
+def test_the_checker_opens_no_window_on_a_machine_without_a_screen(monkeypatch):
+    monkeypatch.delenv('DISPLAY', raising=False)
+    environment = gymnasium.make('khr.environment:khr/Balance-v0', set=SHORT)
+    check_env(environment.unwrapped)
+    environment.close()
+
+
 def test_a_window_is_shown_every_step(window):
     environment = gymnasium.make('khr.environment:khr/Balance-v0', set=SHORT, render_mode='human')
     environment.reset(seed=0)

@@ -285,6 +285,15 @@ def test_vibration_agrees_with_scipy(frequency):
     )
 
 
+@pytest.mark.parametrize('idle', [0, 1000])
+def test_vibration_is_that_of_the_motion_however_long_it_stands_after_it(idle):
+    rates = np.random.default_rng(0).normal(size=100)
+    still, monitor = Seen().signals, OutcomeMonitor(MonitorParameters(motion_end=1.5))
+    for step, rate in enumerate([*rates, *np.zeros(idle)], 1):
+        outcome = monitor.update(step * 15_000_000, still | {TRUE_RATE: (0.0, rate, 0.0)})
+    assert outcome.vibration == vibration(rates) > 0.0
+
+
 def test_thresholds_change_at_runtime():
     monitor = OutcomeMonitor(MonitorParameters())
     for seen in walk(slide=0.01):

@@ -45,12 +45,12 @@ def test_a_bar_that_is_quiet_or_never_used_shows_nothing(console):
 def test_elsewhere_there_are_lines_at_intervals_if_asked_for(monkeypatch, capsys):
     now = iter(range(0, 1000, 10))
     monkeypatch.setattr(progress.time, 'monotonic', lambda: next(now))
-    for lines in (True, False):
-        with ProgressBar('tune', 2, lines=lines) as bar:
+    for total, lines, final in ((2, True, False), (2, False, False), (4, True, True)):
+        with ProgressBar('tune', total, lines=lines, final=final) as bar:
             bar.expect(2)
             for _ in range(3):
                 bar.advance()
-    assert capsys.readouterr().err.splitlines() == [
-        'tune: 1 of 4, 0:01:00 left',
-        'tune: 3 of 4, 0:00:13 left',
-    ]
+    assert (
+        capsys.readouterr().err.splitlines()
+        == ['tune: 1 of 4, 0:01:00 left', 'tune: 3 of 4, 0:00:13 left'] * 2
+    )

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from copy import copy
+from functools import cache
 from math import degrees
 from typing import Any
 
-from khr_analysis.node_specs import COURSE
+from khr_analysis.node_specs import COURSE, MONITOR
+from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_balance.gaits.gait_plan import plan_motion
 from khr_bringup.node_registry import spec_of, table_of
-from khr_common import specifications
+from khr_common import build, specifications
+from khr_common.errors import KhrError
 from khr_sim.physics.world import TILTING_SPEED
 from khr_sim.run_parameters import GAIT
 
@@ -41,7 +45,7 @@ def derived(values: Values, node: str) -> dict[str, Any]:
     All nodes share the simulator's control period and seed; a driver inherits every simulator
     parameter that it declares. The analyser's window is one gait cycle, and f_0 is four times its
     frequency. A leg lift that begins on level ground starts when the slope has reached its
-    inclination and the robot is at rest.
+    inclination and the robot is at rest. The monitor averages until the motion ends.
     """
     simulator, known = values.get('simulator', {}), specifications(table_of(node))
     in_its_place = node == COURSE.name or spec_of(node).drives
@@ -54,7 +58,23 @@ def derived(values: Values, node: str) -> dict[str, Any]:
     motion = values.get(node, {}).get('motion')
     if motion == 'leg_lift' and simulator.get('level_start'):
         found['start_delay'] = start_of_lift(simulator.get('inclination_deg', 0.0))
+    if node == MONITOR.name:
+        try:
+            own = derived(values, GAIT) | dict(values.get(GAIT, {}))
+            found['motion_end'] = motion_end(build(GaitParameters, own))
+        except KhrError:  # a gait that is not accepted is reported for itself
+            pass
     return found
+
+
+@cache
+def motion_end(gait: GaitParameters) -> float:
+    """Return when the motion of a gait ends, in s; 0 for a robot that only stands.
+
+    Raises:
+        KhrError: if the motion cannot be planned.
+    """
+    return 0.0 if gait.motion == 'stand' else round(plan_motion(gait).duration, 6)
 
 
 def start_of_lift(inclination_deg: float) -> float:

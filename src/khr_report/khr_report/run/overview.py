@@ -211,20 +211,30 @@ def draw_spectra(axis: Axes, spectra: Mapping[str, Spectrum | None]) -> None:
         axis.vlines(one.frequency + shift, 0.0, height, color=color, linestyles='solid')
         if name:
             axis.plot([], [], color=color, linestyle='-', label=name)
+        # A peak lies between two lines and may be higher than both: it has a mark of its own.
         for peak in one.peaks[:PEAKS_NAMED]:
+            place = peak.frequency, float(np.degrees(peak.amplitude))
+            axis.plot(*place, color=color, marker='o', markersize=3.0, fillstyle='none')
             axis.annotate(
                 f'{peak.frequency:.2f}',
-                (peak.frequency, np.degrees(peak.amplitude)),
+                place,
+                xytext=(0, 3),
+                textcoords='offset points',
                 fontsize=7,
                 ha='center',
                 va='bottom',
                 color=color,
             )
+    highest = max(
+        np.degrees(max(one.amplitude.max(), *(peak.amplitude for peak in one.peaks), 0.0))
+        for one in found.values()
+    )
     spans = dict.fromkeys(f'{one.start:.2f} s to {one.end:.2f} s' for one in found.values())
     axis.set(
-        xlabel=f'frequency (Hz), {"; ".join(spans)}; peaks interpolated between the lines',
+        title=f'{axis.get_title(loc="left") or "Spectrum"}, {"; ".join(spans)}',
+        xlabel='frequency (Hz); circles: peaks, interpolated between the lines',
         ylabel='amplitude (°/s)',
-        ylim=(0.0, None),
+        ylim=(0.0, 1.15 * highest or None),  # room for the name of the highest
     )
     for name in (each for each in spectra if each not in found):
         axis.plot([], [], linestyle='none', label=f'{name}: too short for a spectrum')

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.scenario.scenario import changes_of, load_scenario
+from khr_bringup.scenario.scenario import Scenario, changes_of, load_scenario
 from khr_common.errors import KhrError
 from khr_common.text.strict_yaml import read_yaml
 from khr_sim.run_parameters import RunParameters
@@ -112,18 +112,23 @@ def _case(run: Run) -> str:
 
 def _walks(label: str, runs: Runs) -> Walks:
     scenario = runs[0].scenario
-    simulator, gait = scenario.table(RunParameters), scenario.table(GaitParameters)
-    condition, _ = Condition.of(scenario)
-    treatment = Treatment(
-        gait.cycle_period,
+    start, end = whole_cycles(scenario.table(GaitParameters))
+    return Walks(
+        label,
+        _treatment(scenario),
+        tuple(_record(run, start, end) for run in runs),
+        scenario.table(RunParameters).control_period,
+    )
+
+
+def _treatment(scenario: Scenario) -> Treatment:
+    simulator, (condition, _) = scenario.table(RunParameters), Condition.of(scenario)
+    return Treatment(
+        scenario.table(GaitParameters).cycle_period,
         condition.ankle_gain,
         condition.hip_gain,
         simulator.sole_friction,
         radians(simulator.inclination_deg),
-    )
-    start, end = whole_cycles(gait)
-    return Walks(
-        label, treatment, tuple(_record(run, start, end) for run in runs), simulator.control_period
     )
 
 
@@ -151,12 +156,13 @@ def study(runs: Runs) -> PeakStudy:
     """
     walks = walks_of(runs)
     bands = compare_gains(walks)
+    tried = [_treatment(some[0].scenario) for some in group_by(runs, _case).values()]
     return PeakStudy(
         runs[0].scenario.name,
         walks,
         label_peaks(walks[0], walks[1:], PEAK),
         bands,
-        tuple(judge_peak(peak, walks, bands) for peak in THESIS_PEAKS),
+        tuple(judge_peak(peak, walks, bands, tried) for peak in THESIS_PEAKS),
         lost_runs(runs),
         count_false_labels(walks, PEAK),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import product
 
@@ -11,7 +11,7 @@ from scipy import stats
 
 from khr_common.published import GAIT_PERIOD
 from khr_studies.measuring.thesis_values import LINE_HZ
-from khr_studies.peak_origin.cycle_spectrum import Walks
+from khr_studies.peak_origin.cycle_spectrum import Treatment, Walks
 from khr_studies.peak_origin.origin import PEAK, Line, Sureness, label_strongest
 from khr_studies.peak_origin.resonance import Resonance, resonance
 from khr_sweeps.trial import Row
@@ -124,8 +124,20 @@ def compare_gains(walks: Sequence[Walks]) -> tuple[Band, ...]:
     return tuple(found)
 
 
-def judge_peak(peak: ThesisPeak, walks: Sequence[Walks], bands: Sequence[Band]) -> JudgedPeak:
-    """Return the origin of a peak of the thesis on the simulated robot."""
+def judge_peak(
+    peak: ThesisPeak,
+    walks: Sequence[Walks],
+    bands: Sequence[Band],
+    tried: Iterable[Treatment] = (),
+) -> JudgedPeak:
+    """Return the origin of a peak of the thesis on the simulated robot.
+
+    Args:
+        peak: of the thesis.
+        walks: that stayed up.
+        bands: in which loops ring.
+        tried: treatments of all runs, those that fell among them.
+    """
     gain = f'{peak.loop}_gain'
     near = tuple(
         band
@@ -141,7 +153,9 @@ def judge_peak(peak: ThesisPeak, walks: Sequence[Walks], bands: Sequence[Band]) 
     alike = [each for each in walks if vars(each.treatment).items() >= wanted.items()]
     own = max(alike, key=lambda each: each.treatment.inclination, default=None)
     if own is None:
-        return JudgedPeak(peak, None, None, np.nan, near, 'no walk with these gains', 'low')
+        fell = any(vars(each).items() >= wanted.items() for each in tried)
+        verdict = 'every walk with these gains fell' if fell else 'not tried'
+        return JudgedPeak(peak, None, None, np.nan, near, verdict, 'low')
     others = [each for each in walks if each is not own]
     line = label_strongest(own, others, peak.frequency, LINE_HZ)
     share = line.amplitude / float(own.amplitude[1:].max())

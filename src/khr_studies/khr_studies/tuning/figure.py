@@ -24,17 +24,21 @@ def front_picture(answer: Tuning) -> Figure:
         points = axis.scatter(*_places(up), c=up[axes[0].name], cmap='cividis', s=22, zorder=2)
         figure.colorbar(points, ax=axis, label=axes[0].symbol)
         axis.step(*_places(front), where='post', color='#D55E00', label='front', zorder=1)
-        for number, (_, row) in enumerate(front.iterrows()):
-            axis.annotate(
-                values_text(axes[:2], row),
-                (1e3 * row['slip_m'], degrees(row['vibration_rad_s'])),
-                xytext=(5, -10 if number % 2 else 5),
-                textcoords='offset points',
-                fontsize=6.5,
-            )
-        _mark(axis, answer.best, 'o', 'chosen')
+        # Only the ends of the front and the marks are named: more names would overlap.
+        for row, place in ((front.iloc[0], 'left'), (front.iloc[-1], 'right')):
+            if row.name != answer.best.name:
+                axis.annotate(
+                    values_text(axes[:2], row),
+                    (1e3 * row['slip_m'], degrees(row['vibration_rad_s'])),
+                    xytext=(0, 6 if place == 'left' else -6),
+                    textcoords='offset points',
+                    ha=place,
+                    va='bottom' if place == 'left' else 'top',
+                    fontsize=7,
+                )
+        _mark(axis, answer.best, 'o', f'chosen: {values_text(axes, answer.best)}')
         if answer.before.name in up.index:
-            _mark(axis, answer.before, 's', 'before')
+            _mark(axis, answer.before, 's', f'before: {values_text(axes, answer.before)}')
         axis.set_xlabel('largest slip of a sole (mm)')
         axis.set_ylabel('vibration above 4 Hz (°/s)')
         axis.legend()

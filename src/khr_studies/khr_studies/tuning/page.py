@@ -70,7 +70,7 @@ def _words(row: pd.Series) -> str:
     if not isfinite(row['slip_m']):
         return f'{row["up"]:.0%} up'
     return (
-        f'{row["up"]:.0%} up, slip {1e3 * row["slip_m"]:.0f} mm, '
+        f'{row["up"]:.0%} up, slip {1e3 * row["slip_m"]:.1f} mm, '
         f'vibration {degrees(row["vibration_rad_s"]):.1f} deg/s'
     )
 

@@ -2,7 +2,8 @@
 
 CMA-ES only needs the order of the candidates: most seeds up, then least slip, then least vibration.
 A second search puts vibration before slip and finds the other end of the trade-off. The front is
-the set of candidates of both searches that no other candidate beats in slip and vibration.
+the set of candidates of both searches that no other candidate beats in slip and vibration. The
+choice is the candidate of the front that vibrates least within 1 mm of the least slip.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ from khr_sweeps.progress import ProgressBar
 from khr_sweeps.results.kept_jobs import KeptJobs
 from khr_sweeps.trial import Row
 
-SLIP_STEP = 0.001  # m, unit to which slip is rounded for the order, so that vibration can decide
+SLIP_STEP = 0.001  # m, slips that differ by less count as equal for the choice
 SPREAD = 0.3  # of the first generation, as a share of the ranges
 POPULATION = 8  # candidates of a generation
 ORDERS = ('slip', 'vibration')  # first criterion of each search once all seeds are up
@@ -86,6 +87,17 @@ class Question:
         """Return the default folder of the results: ``runs/tune/NAME``."""
         return ROOT / (self.scenario.name + ('_robust' if self.robots else ''))
 
+    @property
+    def generations(self) -> int:
+        """Return the generations of each of the two searches."""
+        return max(1, self.candidates // (POPULATION * len(ORDERS)))
+
+    @property
+    def runs(self) -> int:
+        """Return the most runs of the search: no candidate is measured twice."""
+        measured = 2 + len(ORDERS) * self.generations * POPULATION
+        return measured * self.seeds * max(len(self.robots), 1)
+
     def scenarios(self, values: Sequence[float]) -> list[Scenario]:
         """Return the scenario of a candidate with each robot.
 
@@ -137,8 +149,17 @@ class Tuning:
 
     @cached_property
     def best(self) -> pd.Series:
-        """Return the row of the best candidate, slip before vibration."""
-        return self.tried.iloc[int(np.argmin(places(self.tried)))]
+        """Return the row of the best candidate, which lies on the front.
+
+        Of the candidates with most runs up, it vibrates least among those that slip at most
+        SLIP_STEP more than the one that slips least. So no other candidate, the unchanged scenario
+        among them, is better in both.
+        """
+        most = self.survivors
+        if most.empty:
+            return self.tried.iloc[int(np.argmax(self.tried['lasted']))]
+        near = most[most['slip_m'] <= most['slip_m'].min() + SLIP_STEP]
+        return near.sort_values(MERITS[::-1], kind='stable').iloc[0]
 
     @property
     def survivors(self) -> pd.DataFrame:
@@ -237,8 +258,7 @@ def places(candidates: pd.DataFrame, first: str = 'slip') -> list[int]:
         candidates: table of :func:`summarise`.
         first: the criterion after the runs up and their length: ``slip`` or ``vibration``.
     """
-    slip = (candidates['slip_m'] / SLIP_STEP).round()
-    merits = [slip, candidates['vibration_rad_s']]
+    merits = [candidates[name] for name in MERITS]
     keys = [
         -candidates['up'],
         -candidates['lasted'],
@@ -267,7 +287,7 @@ def tune(question: Question, jobs: int | None, folder: Path, quiet: bool = False
     seeds = range(question.seeds)
     with (
         local_pool(jobs, '--jobs') as pool,
-        ProgressBar('tune', 0, lines=True, quiet=quiet) as bar,
+        ProgressBar('tune', question.runs, lines=True, quiet=quiet, final=True) as bar,
         KeptJobs(pool, folder, version_of_study('tuning'), bar, {}) as kept,
     ):
         tried = question.measure(kept, [first], seeds)
@@ -299,6 +319,6 @@ def _generations(
     ]
     seed = 1 + question.seed + 1000 * ORDERS.index(order)
     optimiser = evolution(start, SPREAD, seed, POPULATION)
-    for _ in range(max(1, question.candidates // (POPULATION * len(ORDERS)))):
+    for _ in range(question.generations):
         shares = optimiser.ask()
         yield optimiser, shares

@@ -8,7 +8,7 @@ from math import inf
 from typing import Any
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.gaits.gait_plan import plan_motion
+from khr_bringup.scenario.derived import motion_end
 from khr_common.errors import KhrError
 
 
@@ -35,7 +35,7 @@ def motion_of(parameters: GaitParameters) -> GaitMotion:
     if parameters.motion == 'stand':
         return STANDING
     try:
-        end = plan_motion(parameters).duration
+        end = motion_end(parameters)
     except KhrError:
         return STANDING
     if parameters.motion == 'walk':

@@ -38,7 +38,9 @@ def test_the_overview_shows_rates_in_degrees_on_one_time_axis_and_a_spectrum(ser
         figure = overview(series, SCENARIO)
     check_whole(figure)
     rate, *others, lines = figure.axes
-    assert titles(figure) == ['Pitch rate of the torso', 'Foot forces, both feet', SPECTRUM]
+    *over_time, last = titles(figure)
+    assert over_time == ['Pitch rate of the torso', 'Foot forces, both feet']
+    assert last.startswith(SPECTRUM)
     true, gyro = rate.lines
     np.testing.assert_allclose(true.get_ydata(), np.degrees(series.pitch_rate))
     np.testing.assert_allclose(gyro.get_ydata(), np.degrees(series.gyro_rate))
@@ -60,7 +62,7 @@ def test_a_signal_that_says_nothing_has_no_panel(series):
     with styled():
         assert 'Corrections: ankle' in titles(overview(moved, SCENARIO))
         still = replace(moved, gyro_rate=0.0 * series.time)
-        assert SPECTRUM not in titles(overview(still, SCENARIO))
+        assert SPECTRUM not in ' '.join(titles(overview(still, SCENARIO)))
         level, _ = over_time({'': replace(series, inclination=series.time * 0.0 + 0.1)}, {})
         tilting, _ = over_time({'': replace(series, inclination=0.01 * series.time)}, {})
     assert not [title for title in titles(level) if 'ground' in title]
@@ -76,6 +78,20 @@ def test_of_two_runs_the_one_without_a_spectrum_is_named(series):
         [text.get_text() for text in axis.get_legend().get_texts()] if axis.get_legend() else []
     )
     assert named == ['A', 'B: too short for a spectrum']
+
+
+def test_the_highest_peak_has_its_name_inside_the_panel_and_above_its_own_mark(series):
+    between = TONE + 0.5 / (SCENARIO.table(GaitParameters).cycle_period)  # of two lines
+    wave = np.sin(2.0 * np.pi * between * series.time)
+    with styled():
+        figure, (axis,) = panels('')
+        draw_spectra(axis, {'': third_cycle(replace(series, gyro_rate=wave), SCENARIO)})
+        figure.draw_without_rendering()
+    name = next(text for text in axis.texts if abs(float(text.get_text()) - between) < 0.1)
+    frame, box = axis.get_window_extent(), name.get_window_extent()
+    assert frame.y0 < box.y0 and box.y1 < frame.y1
+    assert name.xy in [tuple(line.get_xydata()[0]) for line in axis.lines]
+    assert name.xy[1] > max(end[1] for end in axis.collections[0].get_segments()[1])
 
 
 def test_signals_and_spectrogram_of_two_runs_share_the_time_axis(series):

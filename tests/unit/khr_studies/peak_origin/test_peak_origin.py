@@ -144,7 +144,9 @@ def test_what_no_run_shows_is_not_settled(runs):
     away = judge_peak(ThesisPeak(10.6, 12.0, 14.0), walks, bands)
     assert away.verdict.startswith('not settled') and away.sure == 'low'
     never = judge_peak(ThesisPeak(4.74, 18.0), walks, bands)
-    assert never.line is None and never.sure == 'low' and 'no walk' in never.verdict
+    assert never.line is None and never.sure == 'low' and never.verdict == 'not tried'
+    fell = [replace(walks[0].treatment, cycle_period=GAIT_PERIOD, ankle_gain=18.0, hip_gain=0.0)]
+    assert 'fell' in judge_peak(ThesisPeak(4.74, 18.0), walks, bands, fell).verdict
 
 
 def test_a_peak_that_is_not_explained_stands_out_all_the_same(runs, monkeypatch):

@@ -135,8 +135,8 @@ def test_no_candidate_on_the_front_is_beaten(candidates):
 
 def test_more_seeds_up_come_first_then_slip_then_vibration():
     ranked = table(
-        [trial(slip=0.0102, vibration=0.1)] * 2,
         [trial(slip=0.0099, vibration=0.2)] * 2,
+        [trial(slip=0.0102, vibration=0.1)] * 2,
         [trial(slip=0.02, vibration=0.0)] * 2,
         [trial(slip=0.0), trial(stayed_up=False, lasted=0.9)],
         [trial(slip=0.0), trial(stayed_up=False, lasted=0.1)],
@@ -145,6 +145,22 @@ def test_more_seeds_up_come_first_then_slip_then_vibration():
     assert places(ranked) == [0, 1, 2, 3, 4, 5]
     assert places(ranked, 'vibration')[2] == 0
     assert places(ranked.iloc[[0, 0]]) == [0, 0]
+
+
+@given(st.lists(st.lists(TRIALS, min_size=2, max_size=2), min_size=1, max_size=8))
+def test_the_choice_is_on_the_front_and_never_worse_in_both_than_before(candidates):
+    tried = table(*candidates)
+    answer = Tuning(Question(WALK, GAINS), tried, tried.iloc[0])
+    if answer.best['up']:
+        assert answer.best[MERITS].tolist() in answer.front[MERITS].to_numpy().tolist()
+    if answer.before['up'] == answer.best['up'] > 0.0:
+        assert not (answer.best[MERITS] > answer.before[MERITS]).all()
+
+
+def test_a_slip_less_by_a_fraction_of_a_millimetre_is_not_worth_more_vibration():
+    tried = table(*([trial(slip=slip, vibration=vibration)] for slip, vibration in (
+        (0.0036, 0.0731), (0.0024, 0.0843), (0.0026, 0.07))))  # fmt: skip
+    assert Tuning(Question(WALK, GAINS), tried, tried.iloc[0]).best.name == 2
 
 
 def test_the_worst_robot_counts():
