@@ -24,6 +24,6 @@ setup(
         ]
     },
     package_data={'': ['py.typed']},
-    install_requires=['khr_common', 'mcap', 'numpy', 'PyYAML', 'rosbags'],
+    install_requires=['khr_common', 'mcap', 'numpy', 'PyYAML', 'rosbags', 'scipy'],
     extras_require={'test': ['hypothesis', 'pytest', 'pytest-timeout']},
 )

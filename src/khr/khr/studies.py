@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from os import PathLike
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -14,6 +15,7 @@ from pydantic import InstanceOf
 
 from khr.arguments import checked
 from khr.runs import RunResult, changes_of, prepared
+from khr_analysis.sampling import samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum
 from khr_analysis.spectrum import spectrum as spectrum_of
 from khr_balance.gaits.gait_parameters import GaitParameters
@@ -74,10 +76,9 @@ def spectrum(
     first, last = (
         given if given is not None else own for given, own in ((start, first), (end, last))
     )
-    time = run.signals.time
-    inside = (time > first - 1e-4) & (time < last - 1e-4)
-    began = float(time[inside][0]) if inside.any() else first
-    return spectrum_of(getattr(run.signals, signal)[inside], parameters, began)
+    samples = samples_at(run.signals.time, getattr(run.signals, signal))
+    part = within(samples, first, last)
+    return spectrum_of(part.values, replace(parameters, control_period=part.period), part.start)
 
 
 @checked

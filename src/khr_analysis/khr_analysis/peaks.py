@@ -88,8 +88,8 @@ def find_tones(
     inner = amplitude[1:-1]
     is_peak = (inner > amplitude[:-2]) & (inner >= amplitude[2:]) & (inner >= floor)
     bins = 1 + np.flatnonzero(is_peak)
-    largest = bins[np.argsort(-amplitude[bins], kind='stable')][:count]
-    return tuple(_tone(transform, int(k), window, spacing, center, fundamental) for k in largest)
+    tones = [_tone(transform, int(k), window, spacing, center, fundamental) for k in bins]
+    return tuple(sorted(tones, key=lambda tone: -tone.amplitude)[:count])
 
 
 def _tone(

@@ -25,6 +25,7 @@ from khr_common.interfaces import (
     TRUE_SOLES,
     Topic,
 )
+from khr_common.stamps import SYSTEM_TIME
 
 Stamps = NDArray[np.int64]
 SAMPLED = (
@@ -73,10 +74,11 @@ class Track:
         return tuple(self.numbers[max(row, 0)].tolist())
 
     def column(self, stamps: Stamps, index: int) -> Array:
-        """Return one number at each of these stamps, NaN where there is no sample."""
+        """Return one number at each of these stamps, increasing; NaN without a sample."""
         found = np.full(len(stamps), np.nan)
         if len(self.stamps):
-            found[np.searchsorted(stamps, self.stamps)] = self.numbers[:, index]
+            own = np.isin(self.stamps, stamps, assume_unique=True)
+            found[np.searchsorted(stamps, self.stamps[own])] = self.numbers[own, index]
         return found
 
 
@@ -120,6 +122,9 @@ def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome |
     known = (*SAMPLED, BOARD_CORRECTION, *corrections.values())
     tracks = {topic: Track.of(messages[topic]) for topic in known}
     stamps = np.unique(np.concatenate([track.stamps for track in tracks.values()]))
+    of_system = stamps[stamps >= SYSTEM_TIME]
+    stamps = of_system if of_system.size else stamps
+    origin = int(of_system[0]) if of_system.size else 0  # the run starts at 0 s
 
     def column(topic: Topic, index: int) -> Array:
         return tracks[topic].column(stamps, index)
@@ -141,7 +146,7 @@ def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome |
     slip[rows] = [outcome.slip_distance for outcome in outcomes]
     turns = zip(*(column(TRUE_POSE, index).tolist() for index in range(3, 7)), strict=True)
     series = Series(
-        time=np.array(stamps, dtype=np.float64) / 1e9,
+        time=np.array(stamps - origin, dtype=np.float64) / 1e9,
         inclination=column(TRUE_INCLINATION, 0),
         pitch=np.array([pitch_of(*turn) for turn in turns], dtype=np.float64),
         pitch_rate=column(TRUE_RATE, 1),

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import os
-import struct
 from array import array
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, BinaryIO
+from typing import Any
 
-from mcap.exceptions import McapError
-from mcap.records import Channel, McapRecord, Message, Schema
-from mcap.stream_reader import StreamReader
-from mcap.writer import CompressionType, Writer
-from rosbags.rosbag2 import Reader
+from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
+from khr_bringup.recorded.mend import mend
+from khr_bringup.recorded.storage import ACCEPTED, files_of, is_recording, opened
 from khr_common import KhrError, cdr
 from khr_common.cdr import Floats
 from khr_common.interfaces import FINISHED, Topic
@@ -27,6 +23,10 @@ from khr_common.interfaces import FINISHED, Topic
 # By topic: (stamp in ns, numbers) of periodic topics, whole messages of the others.
 Messages = dict[Topic, Any]  # a list of messages, or Samples of a periodic topic
 NumbersOf = Callable[[Topic], cdr.Reader]
+
+
+class AmbiguousError(KhrError):
+    """A recording of several robots, of which one must be named."""
 
 
 class Samples:
@@ -63,40 +63,46 @@ def bag_of(path: Path) -> Path:
 
 
 def existing_bag(bag: Path) -> Path:
-    """Return the existing bag of a run.
+    """Return the existing recording of a run.
+
+    Args:
+        bag: the recording, one of its files, or the folder of a run.
 
     Raises:
-        KhrError: if there is no bag.
+        KhrError: if there is none.
     """
     place = bag_of(bag)
     if not place.exists():
+        raise KhrError(f'{bag}: not there; {ACCEPTED}')
+    if not is_recording(place):
         raise KhrError(
-            f'{bag}: not there; accepted: a rosbag2 folder, or the folder of a run that recorded one'
-        )
-    if place.is_dir() and not (place / 'metadata.yaml').exists() and not any(place.glob('*.mcap')):
-        raise KhrError(
-            f'{bag}: no bag in it: an --offline or --no-record run leaves none; accepted: a '
-            'rosbag2 folder, or the folder of a run that recorded one'
+            f'{bag}: no bag in it: an --offline or --no-record run leaves none; {ACCEPTED}'
         )
     return place
 
 
 def read_messages(
-    bag: Path, topics: Sequence[Topic], numbers_of: NumbersOf = cdr.numbers_of
+    bag: Path,
+    topics: Sequence[Topic],
+    numbers_of: NumbersOf = cdr.numbers_of,
+    namespace: str | None = None,
 ) -> Messages:
     """Return the messages of some topics in the order they were recorded.
 
     Args:
         bag: the bag, or the folder of the run that holds it.
-        topics: in any namespace; a topic that is not in the bag has no messages.
+        topics: a topic that is not in the bag, or there is of another type, has no messages.
         numbers_of: returns the decoder of a periodic topic.
+        namespace: of the robot; by default the only one that has these topics.
 
     Raises:
-        KhrError: if it is no bag or is damaged.
+        KhrError: if it is no bag or is damaged, or several namespaces have these topics.
     """
     place, messages = existing_bag(bag), _empty(topics)
     try:
-        _collect(place, messages, numbers_of)
+        _collect(place, messages, numbers_of, namespace)
+    except AmbiguousError as error:
+        raise AmbiguousError(f'{bag}: {error}') from error
     except Exception as error:  # a damaged file fails in many ways inside the reader
         text = ' '.join(str(error).split()) or type(error).__name__
         raise KhrError(
@@ -106,7 +112,9 @@ def read_messages(
     return messages
 
 
-def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str]:
+def read_what_is_left(
+    bag: Path, topics: Sequence[Topic], namespace: str | None = None
+) -> tuple[Messages, str]:
     """Return the messages as :func:`read_messages`, of a damaged bag those before the damage.
 
     Returns:
@@ -116,16 +124,17 @@ def read_what_is_left(bag: Path, topics: Sequence[Topic]) -> tuple[Messages, str
         KhrError: if nothing can be read.
     """
     try:
-        return read_messages(bag, topics), ''
+        return read_messages(bag, topics, namespace=namespace), ''
     except KhrError as damage:
         messages = _empty(topics)
         place = bag_of(bag)
-        files = sorted(place.glob('*.mcap')) if place.is_dir() else [place]
+        if isinstance(damage, AmbiguousError) or not place.exists():
+            raise
         with TemporaryDirectory() as folder, suppress(Exception):
             mended = Path(folder) / 'mended.mcap'
-            for file in files:
+            for file in files_of(place):
                 mend(file, mended)
-                _collect(mended, messages)
+                _collect(mended, messages, namespace=namespace)
         if not any(messages.values()):
             raise
         return messages, str(damage)
@@ -145,13 +154,20 @@ def _empty(topics: Sequence[Topic]) -> Messages:
     return {topic: Samples() if topic.flow == 'period' else [] for topic in topics}
 
 
-def _collect(bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_of) -> None:
+def _collect(
+    bag: Path,
+    messages: Messages,
+    numbers_of: NumbersOf = cdr.numbers_of,
+    namespace: str | None = None,
+) -> None:
     whole = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
-    with Reader(bag) as reader:
+    with opened(bag) as storage:
+        typed = [each for each in storage.connections if _topic_of(each, messages) is not None]
+        robot = namespace_of([each.topic for each in typed], messages, namespace)
         chosen, read = [], {}
-        for connection in reader.connections:
-            topic = next((each for each in messages if _is(each, connection.topic)), None)
-            if topic is None:
+        for connection in typed:
+            topic = _topic_of(connection, messages)
+            if topic is None or connection.topic != full_name(topic, robot):
                 continue
             chosen.append(connection)
             numbers = numbers_of(topic) if topic.flow == 'period' else None
@@ -162,60 +178,69 @@ def _collect(bag: Path, messages: Messages, numbers_of: NumbersOf = cdr.numbers_
                 else partial(whole, typename=connection.msgtype),
             )
         counts: Counter[str] = Counter()
-        for connection, _, data in reader.messages(chosen) if chosen else ():
+        for connection, _, data in storage.messages(chosen):
             counts[connection.topic] += 1
             keep, decode = read[connection.topic]
-            message: Any = decode(bytes(data))
+            message: Any = decode(data)
             keep(message)
+        stated: Counter[str] = Counter()
         for connection in chosen:
-            if counts[connection.topic] != connection.msgcount:
-                raise ValueError(
-                    f'{connection.topic}: {counts[connection.topic]} messages, '
-                    f'{connection.msgcount} by its metadata'
-                )
+            stated[connection.topic] += connection.msgcount
+        for name, number in stated.items():
+            if counts[name] != number:
+                raise ValueError(f'{name}: {counts[name]} messages, {number} by its metadata')
 
 
-def _is(topic: Topic, name: str) -> bool:
-    """Return whether a full name is this topic in any namespace."""
-    return f'/{name}'.endswith('/' + topic.name.lstrip('/'))
+def _topic_of(connection: Connection, topics: Iterable[Topic]) -> Topic | None:
+    """Return the topic that a connection carries in any namespace, if its type is the same."""
+    return next(
+        (
+            topic
+            for topic in topics
+            if topic.kind == connection.msgtype
+            and connection.topic.endswith('/' + topic.name.lstrip('/'))
+        ),
+        None,
+    )
+
+
+def namespace_of(
+    names: Iterable[str], topics: Iterable[Topic], namespace: str | None = None
+) -> str:
+    """Return the namespace of the robot whose topics a recording holds.
+
+    Args:
+        names: of the topics in the recording.
+        topics: of a robot.
+        namespace: the one asked for, if any.
+
+    Raises:
+        AmbiguousError: if several namespaces have the same topic, and none is asked for.
+    """
+    if namespace is not None:
+        return namespace.strip('/')
+    relative = [topic.name for topic in topics if not topic.name.startswith('/')]
+    found = [
+        name.removesuffix('/' + topic).strip('/')
+        for topic in relative
+        for name in names
+        if name.endswith('/' + topic)
+    ]
+    by_number = Counter(found).most_common()
+    if len(by_number) > 1 and '' not in found and by_number[0][1] < 2 * by_number[1][1]:
+        raise AmbiguousError(
+            'several robots: namespace is needed; accepted: '
+            + ', '.join(sorted(f'--namespace /{each}' for each in set(found)))
+        )
+    return '' if '' in found or not found else by_number[0][0]
+
+
+def full_name(topic: Topic, namespace: str) -> str:
+    """Return the name of a topic in a namespace."""
+    if topic.name.startswith('/'):
+        return topic.name
+    return f'/{namespace}/{topic.name}' if namespace else f'/{topic.name}'
 
 
 def _sample(read: cdr.Reader, data: bytes) -> tuple[int, Floats]:
     return cdr.clock(data), read(data)
-
-
-def mend(damaged: Path, whole: Path) -> None:
-    """Write the messages before the damage of an MCAP file to a whole MCAP file.
-
-    The file of a killed recorder has no end, and its last chunk may be cut.
-
-    Raises:
-        OSError: if a file cannot be read or written.
-    """
-    schemas, channels = {}, {}
-    with whole.open('wb') as stream, damaged.open('rb') as file:
-        writer: Any = Writer(stream, compression=CompressionType.NONE)
-        writer.start('ros2')
-        for record in _records_before_damage(file):
-            if isinstance(record, Schema) and record.id not in schemas:
-                schemas[record.id] = writer.register_schema(
-                    record.name, record.encoding, record.data
-                )
-            elif isinstance(record, Channel) and record.id not in channels:
-                channels[record.id] = writer.register_channel(
-                    record.topic,
-                    record.message_encoding,
-                    schemas[record.schema_id],
-                    record.metadata,
-                )
-            elif isinstance(record, Message):
-                writer.add_message(
-                    channels[record.channel_id], record.log_time, record.data, record.publish_time
-                )
-        writer.finish()
-
-
-def _records_before_damage(file: BinaryIO) -> Iterator[McapRecord]:
-    limit = os.fstat(file.fileno()).st_size
-    with suppress(McapError, ValueError, struct.error):  # the reader's own, by the kind of damage
-        yield from StreamReader(file, validate_crcs=True, record_size_limit=limit).records

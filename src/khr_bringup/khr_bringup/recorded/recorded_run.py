@@ -13,6 +13,7 @@ from khr_bringup.changes import Change, changes_in
 from khr_bringup.code_version import version_in, versions_in
 from khr_bringup.recorded.bag_signals import series_of, signal_topics
 from khr_bringup.recorded.bags import (
+    AmbiguousError,
     Messages,
     NumbersOf,
     bag_of,
@@ -21,6 +22,7 @@ from khr_bringup.recorded.bags import (
     read_what_is_left,
 )
 from khr_bringup.recorded.run_signals import Series
+from khr_bringup.recorded.storage import is_recording
 from khr_bringup.result import FILE, RunRecord, read_outcome
 from khr_bringup.run_folder import SCENARIO as SCENARIO_FILE
 from khr_bringup.scenario.scenario import Scenario, parse
@@ -41,6 +43,7 @@ class RecordedRun:
         topics: to read from the bag besides ``ABOUT_THE_RUN``; the signals by default.
         salvage: read a damaged bag up to the damage.
         numbers_of: reader of the messages of a sampled topic.
+        namespace: of the robot, in a bag of several.
 
     Attributes:
         name: of the folder or bag.
@@ -54,17 +57,18 @@ class RecordedRun:
         *,
         salvage: bool = False,
         numbers_of: NumbersOf = cdr.numbers_of,
+        namespace: str | None = None,
     ) -> None:
         self.path, self.name = path, path.resolve().name
         self.folder = path if path.is_dir() else path.parent
         sampled = signal_topics() if topics is None else topics
         self._topics = tuple(dict.fromkeys((*ABOUT_THE_RUN, *sampled)))
-        self._salvage, self._numbers_of = salvage, numbers_of
+        self._salvage, self._numbers_of, self._namespace = salvage, numbers_of, namespace
 
     @property
     def has_bag(self) -> bool:
         """Return whether there is a bag, damaged or not."""
-        return self.path.is_file() or bag_of(self.path) != self.path or _holds_mcap(self.path)
+        return self.path.is_file() or bag_of(self.path) != self.path or is_recording(self.path)
 
     @property
     def messages(self) -> Messages:
@@ -78,6 +82,11 @@ class RecordedRun:
         return self._bag[0]
 
     @property
+    def readable(self) -> bool:
+        """Return whether the bag, or its beginning, could be read."""
+        return not isinstance(self._bag, KhrError)
+
+    @property
     def damage(self) -> str:
         """Describe the damage of the bag in one line; empty if it is whole."""
         return str(self._bag) if isinstance(self._bag, KhrError) else self._bag[1]
@@ -86,8 +95,10 @@ class RecordedRun:
     def _bag(self) -> tuple[Messages, str] | KhrError:
         try:
             if self._salvage:
-                return read_what_is_left(self.path, self._topics)
-            return read_messages(self.path, self._topics, self._numbers_of), ''
+                return read_what_is_left(self.path, self._topics, self._namespace)
+            return read_messages(self.path, self._topics, self._numbers_of, self._namespace), ''
+        except AmbiguousError:
+            raise
         except KhrError as error:
             return error
 
@@ -104,6 +115,16 @@ class RecordedRun:
         if self.path.is_file() or not file.is_file():
             raise KhrError(f'{file}: not there; {ACCEPTED}')
         return read_file(file)
+
+    @property
+    def has_scenario(self) -> bool:
+        """Return whether the scenario of a khr run is there, in the bag or beside it.
+
+        Raises:
+            KhrError: if there is no bag, or it cannot be read.
+        """
+        beside = self.path.is_dir() and (self.folder / SCENARIO_FILE).is_file()
+        return bool(self.messages[SCENARIO]) or beside
 
     @cached_property
     def scenario(self) -> Scenario:
@@ -188,7 +209,3 @@ class RecordedRun:
     def series(self) -> Series:
         """Return the signals; those of an offline run, bit for bit, if nothing was lost."""
         return self.signals[0]
-
-
-def _holds_mcap(folder: Path) -> bool:
-    return any(folder.glob('*.mcap'))

@@ -11,7 +11,8 @@ from rosbags.interfaces import ConnectionExtRosbag2, QosDurability
 from rosbags.rosbag2 import Reader
 
 from khr_analysis.recording import Recording
-from khr_bringup.recorded.bags import bag_of, mend
+from khr_bringup.recorded.bags import bag_of
+from khr_bringup.recorded.mend import mend
 from khr_common.errors import KhrError
 
 

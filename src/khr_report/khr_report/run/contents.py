@@ -8,13 +8,16 @@ from pathlib import Path
 from typing import TypeVar
 
 from khr_bringup.changes import Change
+from khr_bringup.recorded.bags import bag_of
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
+from khr_bringup.recorded.storage import is_recording
 from khr_bringup.result import FILE, RunRecord
 from khr_bringup.run_folder import SCENARIO
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
-from khr_common.interfaces import PUSHED
+from khr_common.interfaces import OUTCOME, PUSHED, STATE, TRUE_POSE
+from khr_common.interfaces import SCENARIO as SCENARIO_TOPIC
 from khr_sim.run_parameters import RunParameters
 
 Part = TypeVar('Part')
@@ -72,7 +75,19 @@ class RunContents:
             return None
 
 
-def contents_of(path: Path) -> RunContents:
+def is_foreign(path: Path, namespace: str = '') -> bool:
+    """Return whether a path is a recording without a scenario and without an outcome of khr."""
+    place = bag_of(path)
+    if not path.exists() or not is_recording(place) or (path.is_dir() and place != path):
+        return False
+    run = RecordedRun(path, salvage=True, namespace=namespace or None)
+    if not run.readable:
+        return False
+    known = (SCENARIO_TOPIC, OUTCOME, STATE, TRUE_POSE)
+    return not any(len(run.messages[topic]) for topic in known)
+
+
+def contents_of(path: Path, namespace: str = '') -> RunContents:
     """Read a run, its bag up to the first damage.
 
     Raises:
@@ -80,7 +95,7 @@ def contents_of(path: Path) -> RunContents:
     """
     if not path.exists():
         raise KhrError(f'{path}: no such run; {ACCEPTED}')
-    run = RecordedRun(path, salvage=True)
+    run = RecordedRun(path, salvage=True, namespace=namespace or None)
     found = RunContents(run.name, run.folder)
     if path.is_dir():
         found.notes += [f'{n} is missing' for n in (SCENARIO, FILE) if not (path / n).is_file()]

@@ -12,11 +12,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from khr_analysis.sampling import Samples, samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
 from khr_bringup.scenario.scenario import Scenario
+from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.plots.plot_style import head, legend_above, panels, save, styled
 from khr_sim.sensors.foot_force import FootForceParameters
@@ -268,7 +270,10 @@ def draw_spectrogram(axis: Axes, windows: Sequence[Spectrum]) -> None:
 
 def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
     """Return the gyro's spectra over a sliding window; none if the run is too short."""
-    parameters = scenario.table(FftAnalyserParameters)
+    samples = _gyro(series)
+    if samples is None:
+        return []
+    parameters = replace(scenario.table(FftAnalyserParameters), control_period=samples.period)
     analyser = SpectrumAnalyser(replace(parameters, window='hann', rate=SPECTRA_PER_SECOND))
     return [
         one
@@ -280,17 +285,25 @@ def spectrogram(series: Series, scenario: Scenario) -> list[Spectrum]:
 def third_cycle(series: Series, scenario: Scenario) -> Spectrum | None:
     """Return the gyro's spectrum over a walk's third whole cycle, or over the last window."""
     parameters, gait = scenario.table(FftAnalyserParameters), scenario.table(GaitParameters)
-    rates, size = series.gyro_rate, parameters.size
-    if len(rates) < size:
+    samples = _gyro(series)
+    if samples is None:
         return None
-    start = len(rates) - size
+    length = parameters.window_length
+    begin = samples.span[1] - length
     if gait.motion == 'walk':
-        third = gait.start_delay + 2.5 * gait.cycle_period
-        start = min(start, round(third / parameters.control_period))
-    window = rates[start : start + size]
-    if not np.isfinite(window).all():
+        begin = min(begin, gait.start_delay + 2.5 * gait.cycle_period)
+    part = within(samples, begin, begin + length)
+    if len(part.values) < round(length / part.period):
         return None
-    return spectrum(window, parameters, start * parameters.control_period)
+    return spectrum(part.values, replace(parameters, control_period=part.period), part.start)
+
+
+def _gyro(series: Series) -> Samples | None:
+    """Return the gyro's longest stretch without a gap; None if it is too short."""
+    try:
+        return samples_at(series.time, series.gyro_rate)
+    except KhrError:
+        return None
 
 
 def _share_time(axes: Sequence[Axes]) -> None:

@@ -23,8 +23,9 @@ from khr_common.errors import KhrError
 from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
-from khr_report.run.contents import RunContents, contents_of
+from khr_report.run.contents import RunContents, contents_of, is_foreign
 from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
+from khr_report.run.recording_page import report_recording
 from khr_sweeps.trial import complete
 
 HASH = 'trajectory_hash'
@@ -34,7 +35,14 @@ RESOLUTION = 150  # dots per inch
 Found = Mapping[str, RunContents]  # one as ``this run``, or two as ``A`` and ``B``
 
 
-def report(run: Path, against: Path | None, out: Path | None) -> Path:
+def report(
+    run: Path,
+    against: Path | None = None,
+    out: Path | None = None,
+    topic: str = '',
+    axis: str = '',
+    namespace: str = '',
+) -> Path:
     """Write the page of a run, beside another if there is one; return its path.
 
     The page shows the parts that can be read; it and stderr list the missing ones.
@@ -43,12 +51,17 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
         run: the folder of a run, or its bag.
         against: another.
         out: the page; ``report.html`` in the run's folder by default.
+        topic, axis, namespace: of the signal to show of a recording that is no run of khr.
 
     Raises:
         KhrError: if a run has nothing to show, or the page cannot be written.
     """
+    folder = run if run.is_dir() else run.parent
+    page = out or folder / 'report.html'
+    if topic or axis or (against is None and is_foreign(run, namespace)):
+        return report_recording(run, page, topic, axis, namespace)
     paths = {'this run': run} if against is None else {'A': run, 'B': against}
-    found = {name: contents_of(path) for name, path in paths.items()}
+    found = {name: contents_of(path, namespace) for name, path in paths.items()}
     for each in found.values():
         if each.record is None and each.series is None:
             reasons = '; '.join(each.notes)
@@ -58,8 +71,7 @@ def report(run: Path, against: Path | None, out: Path | None) -> Path:
         warnings.insert(0, other)
     for warning in warnings:
         print(f'khr: {warning}', file=sys.stderr)
-    folder = run if run.is_dir() else run.parent
-    return write_run(out or folder / 'report.html', found, warnings)
+    return write_run(page, found, warnings)
 
 
 def write_run(path: Path, found: Found, warnings: Sequence[str]) -> Path:

@@ -66,18 +66,19 @@ def page(found: PeakStudy) -> str:
 
 
 def recorded_page(found: RecordedPeaks) -> str:
-    """Return the peaks of one recorded run as a table in Markdown."""
+    """Return the peaks of one recording as a table in Markdown, and the notes on it."""
     part = f'{found.begin:.2f} s to {found.end:.2f} s'
     largest = max((peak.amplitude for peak in found.peaks), default=1.0)
     columns: Columns[Peak] = {
         'frequency, Hz': lambda peak: f'{peak.frequency:.2f}',
-        'amplitude, deg/s': lambda peak: rate(peak.amplitude, 2),
+        f'amplitude, {found.unit}': lambda peak: f'{peak.amplitude:.4g}',
         'of the largest': lambda peak: f'{100.0 * peak.amplitude / largest:.0f} %',
         'place': found.place,
     }
     texts: list[Block] = [
-        f'{found.run}: pitch rate from {part}, by the {found.signal}.',
-        table(found.peaks, columns),
+        f'{found.run}: {found.signal}, from {part}.',
+        table(found.peaks, columns) if found.peaks else 'No line stands out of the noise.',
+        Bullets(found.notes),
     ]
     if found.cycle:
         texts.append(

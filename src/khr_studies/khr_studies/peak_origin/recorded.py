@@ -1,66 +1,88 @@
-"""``khr lines FOLDER``: the peaks of one recorded run, by their place among the gait's lines."""
+"""``khr lines FOLDER``: the peaks of one recording, of a walk by their place in its gait."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import floor
+from dataclasses import dataclass, replace
+from math import ceil, floor, inf
 from pathlib import Path
 
 import numpy as np
 
 from khr_analysis.peaks import Peak, place_in_gait
+from khr_analysis.recorded_spectrum import recorded_spectrum
+from khr_analysis.sampling import samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.channel import read_channel
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Series
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
-from khr_sim.run_parameters import RunParameters
 from khr_studies.peak_origin.study import whole_cycles
-
-SYSTEM_TIME = 1e6  # s, longer than any run: a larger timestamp is system time
 
 
 @dataclass(frozen=True)
 class RecordedPeaks:
-    """The peaks of the pitch rate in one run.
+    """The peaks of one signal in a recording.
 
     Attributes:
-        run: title or name of the run.
-        signal: source of the rate.
+        run: title or name of the recording.
+        signal: the signal and its source.
+        unit: of the amplitudes.
         begin, end: of the analysed part, s.
         cycle: of the gait, s; 0 if the robot did not walk.
-        peaks: the largest first.
+        peaks: the largest first, amplitudes in ``unit``.
+        notes: on rate, corrections and resolution, a sentence each.
     """
 
     run: str
     signal: str
+    unit: str
     begin: float
     end: float
     cycle: float
     peaks: tuple[Peak, ...]
+    notes: tuple[str, ...] = ()
 
     def place(self, peak: Peak) -> str:
         """Return the place of a peak among the lines of the gait; empty without a gait."""
         return place_in_gait(peak.frequency, self.cycle)
 
 
-def peaks_of_run(folder: Path) -> RecordedPeaks:
-    """Return the peaks of a recorded run, of the simulator or a driver.
+def peaks_of_recording(
+    path: Path, topic: str = '', axis: str = '', namespace: str = ''
+) -> RecordedPeaks:
+    """Return the peaks of a recording: of a khr run, or of any topic of any other.
 
     Args:
-        folder: of the run, or its bag.
+        path: the recording, one of its files, or the folder of a run.
+        topic: to analyse; by default the pitch rate of a khr run, else the only Imu.
+        axis: of the topic.
+        namespace: of the robot, in a recording of several.
 
     Raises:
-        KhrError: if there is no bag, or the bag is damaged.
-        KhrError: see :func:`peaks_of`.
+        KhrError: if there is no recording, it is damaged, or it has no such topic or axis.
     """
-    run = RecordedRun(folder)
-    return peaks_of(str(folder), run.parameters, run.series)
+    if not (topic or axis):
+        run = RecordedRun(path, namespace=namespace or None)
+        if run.has_scenario:
+            return peaks_of(str(path), run.parameters, run.series)
+    channel = read_channel(path, topic, axis, namespace)
+    found = recorded_spectrum(channel.even())
+    return RecordedPeaks(
+        str(path),
+        channel.label,
+        channel.quantity.unit,
+        found.spectrum.start,
+        found.spectrum.end,
+        0.0,
+        found.spectrum.peaks,
+        found.notes,
+    )
 
 
 def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
-    """Return the peaks of the pitch rate, over the whole cycles of a walk.
+    """Return the peaks of the pitch rate of a khr run, over the whole cycles of a walk.
 
     One run shows the places of its peaks only. The origin of peaks between the lines needs runs
     with other gains, cycles or friction (:func:`khr_studies.peak_origin.study.run_variants`).
@@ -73,35 +95,43 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     Raises:
         KhrError: if the pitch rate is shorter than the window of a spectrum.
     """
-    gait, period = scenario.table(GaitParameters), scenario.table(RunParameters).control_period
+    gait, parameters = scenario.table(GaitParameters), scenario.table(FftAnalyserParameters)
     walks = gait.motion == 'walk'
     simulated = np.isfinite(series.pitch_rate).any()
     rate = series.pitch_rate if simulated else series.gyro_rate
-    known = np.isfinite(rate)
-    if not known.any():
+    if not np.isfinite(rate).any():
         raise KhrError(f'{name}: no pitch rate in it; accepted: a run with a gyro')
-    # A driver may use system time and drop samples.
-    own = series.time[known] - (series.time[known][0] if series.time[0] > SYSTEM_TIME else 0.0)
-    times = np.arange(own[0], own[-1] + period / 2.0, period)
-    begin, end = own[0], own[-1] + period
-    if walks:
-        begin, last = whole_cycles(gait)
-        cycles = floor((min(last, end) - begin) / gait.cycle_period + 1e-6)
-        end = begin + cycles * gait.cycle_period
-    inside = (times > begin - period / 2.0) & (times < end - period / 2.0)
-    parameters = FftAnalyserParameters(control_period=period)
-    if inside.sum() < parameters.size:
+    samples = samples_at(series.time, np.degrees(rate))
+    begin, end = _cycles(gait, *samples.span) if walks else (-inf, inf)
+    part = within(samples, begin, end)
+    least = gait.cycle_period if walks else parameters.window_length
+    if len(part.values) * part.period < least - part.period:
+        length = f'{samples.span[1] - samples.span[0]:.2f} s'
         raise KhrError(
-            f'{name}: {"no whole cycle of the gait" if walks else f"{own[-1] - own[0]:.2f} s"} '
-            f'is not enough; accepted: {"one" if walks else f"{parameters.window_length:g} s"} or more'
+            f'{name}: {"no whole cycle of the gait" if walks else length} '
+            f'is not enough; accepted: {"one" if walks else f"{least:g} s"} or more'
         )
-    rates = np.interp(times[inside], own, rate[known])
-    found = spectrum(rates, parameters, float(times[inside][0]))
+    found = spectrum(
+        part.values,
+        replace(parameters, control_period=part.period, window_length=least),
+        part.start,
+    )
     return RecordedPeaks(
         scenario.title or name,
-        'true rate of the torso' if simulated else 'gyro',
+        f'pitch rate, by the {"true rate of the torso" if simulated else "gyro"}',
+        'deg/s',
         found.start,
         found.end,
         gait.cycle_period if walks else 0.0,
         found.peaks,
+        part.notes,
     )
+
+
+def _cycles(gait: GaitParameters, begin: float, end: float) -> tuple[float, float]:
+    """Return begin and end, s, of the whole cycles of a walk within a part of it."""
+    first, last = whole_cycles(gait)
+    period, little = gait.cycle_period, 1e-6
+    before = max(0, ceil((begin - first) / period - little))
+    after = floor((min(last, end) - first) / period + little)
+    return first + before * period, first + max(before, after) * period

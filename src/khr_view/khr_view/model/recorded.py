@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters
+from khr_analysis.sampling import Samples, even_samples, within
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.recorded.bag_signals import Track, judge
@@ -71,12 +72,21 @@ class Timeline:
         self.stamps = self._tracks[TRUE_POSE].stamps
         self._snapshots = SnapshotBuilder(self.robot, scenario.table(RunParameters))
         self._analyser = scenario.table(FftAnalyserParameters)
+        self._gyro = self._gyro_samples()
         self.motion = motion_of(scenario.table(GaitParameters))
         self._judged, self._outcomes = judge(self._tracks, scenario.table(MonitorParameters))
         if self._outcomes:
             slip = [[outcome.slip_distance] for outcome in self._outcomes]
             self._tracks[SLIP] = Track(self._judged, np.array(slip))
         self.marks = sorted(self._events(run), key=lambda mark: mark.time)
+
+    def _gyro_samples(self) -> Samples | None:
+        """Return the pitch rate of the gyro, sampled evenly; None if there is too little."""
+        track = self._tracks.get(GYRO)
+        try:
+            return even_samples(track.stamps, track.numbers[:, 1]) if track else None
+        except KhrError:
+            return None
 
     @property
     def end(self) -> float:
@@ -109,14 +119,14 @@ class Timeline:
 
     def spectrum(self, time: float) -> SpectrumLines | None:
         """Return the spectrum of the window that ends at a time, s; None before it is full."""
-        track = self._tracks.get(GYRO)
-        if track is None:
+        if self._gyro is None:
             return None
-        stop = int(np.searchsorted(track.stamps, round(time * 1e9), side='right'))
-        start = stop - self._analyser.size
-        if start < 0:
+        end = min(time, self._gyro.span[1]) + self._gyro.period / 2.0
+        part = within(self._gyro, end - self._analyser.window_length, end)
+        if len(part.values) < self._analyser.size:
             return None
-        found = spectrum(track.numbers[start:stop, 1], self._analyser, track.stamps[start] / 1e9)
+        own = replace(self._analyser, control_period=part.period)
+        found = spectrum(part.values, own, part.start)
         peaks = [PlacedPeak(peak.frequency, peak.amplitude) for peak in found.peaks]
         return spectrum_lines(found.frequency, found.amplitude, peaks, self.motion.cycle)
 

@@ -31,7 +31,9 @@ def test_peaks_of_a_walk_are_placed_among_the_lines_of_its_gait():
         'run', load_scenario('walk_0deg'), series(15.0, (0.2, ON_LINE), (0.1, BETWEEN))
     )
     assert [peak.frequency for peak in found.peaks] == pytest.approx([ON_LINE, BETWEEN], abs=0.02)
-    assert [peak.amplitude for peak in found.peaks] == pytest.approx([0.2, 0.1], rel=0.1)
+    assert [peak.amplitude for peak in found.peaks] == pytest.approx(
+        np.degrees([0.2, 0.1]), rel=0.1
+    )
     assert [found.place(peak) for peak in found.peaks] == ['gait, n = 6', 'loop or slip, n = 12.5']
     text = recorded_page(found)
     assert '| 2.60 | 11.46 | 100 % | gait, n = 6 |' in text
@@ -51,13 +53,13 @@ def test_a_driver_s_gyro_is_read_whatever_its_clock_and_its_losses():
     lossy[::17] = np.nan
     found = peaks_of('run', load_scenario('stand_0deg'), replace(given, gyro_rate=lossy))
     assert found.peaks[0].frequency == pytest.approx(3.0, abs=0.02)
-    assert found.signal == 'gyro' and 'place' not in recorded_page(found)
+    assert 'gyro' in found.signal and 'place' not in recorded_page(found)
 
 
 @pytest.mark.parametrize(
     ('scenario', 'seconds', 'name', 'says'),
     [('walk_0deg', 4.2, 'pitch_rate', 'run: no whole cycle of the gait is not enough'),
-     ('stand_0deg', 1.5, 'pitch_rate', r'run: 1.48 s is not enough; accepted: 2.31 s or more'),
+     ('stand_0deg', 1.5, 'pitch_rate', r'run: 1.50 s is not enough; accepted: 2.31 s or more'),
      ('walk_0deg', 9.0, 'pitch', 'no pitch rate')],
 )  # fmt: skip
 def test_too_little_is_one_line(scenario, seconds, name, says):

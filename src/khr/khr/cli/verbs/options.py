@@ -37,6 +37,20 @@ RecordOption = Annotated[bool, typer.Option('--record/--no-record', help='Write 
 OutOption = Annotated[
     Path | None, typer.Option(help="The run's folder; runs/SCENARIO-TIME by default.")
 ]
+TopicOption = Annotated[
+    str,
+    typer.Option(
+        help='Topic of a recording: Imu, JointState, WrenchStamped, Vector3Stamped or Float64; by '
+        'default the pitch rate of a khr run, else the only Imu.'
+    ),
+]
+AxisOption = Annotated[
+    str,
+    typer.Option(help='Axis of the topic: x, y or z (y by default); of a JointState, a joint.'),
+]
+NamespaceOption = Annotated[
+    str, typer.Option(help='Namespace of the robot, in a recording of several.')
+]
 SetOption = Annotated[
     list[str] | None,
     typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),

@@ -7,6 +7,7 @@ from typing import Annotated
 
 import typer
 
+from khr.cli.verbs.options import AxisOption, NamespaceOption, TopicOption
 from khr_sweeps.progress import ProgressBar
 
 
@@ -41,16 +42,21 @@ def film(
 
 
 def report(
-    run: Annotated[Path, typer.Argument(help='The folder of a run, or its bag.')],
+    run: Annotated[
+        Path, typer.Argument(help='The folder of a run, its bag, or any other rosbag2.')
+    ],
     against: Annotated[Path | None, typer.Option(help='Another run to compare it with.')] = None,
     out: Annotated[
         Path | None, typer.Option(help="The page; report.html in the run's folder by default.")
     ] = None,
+    topic: TopicOption = '',
+    axis: AxisOption = '',
+    namespace: NamespaceOption = '',
 ) -> None:
-    """Write a page about a run, or one that compares two: signals, spectra, parameters."""
+    """Write a page about a run, one that compares two, or one about any recording."""
     from khr_report.run.page import report as write
 
-    print(write(run, against, out))
+    print(write(run, against, out, topic, axis, namespace))
 
 
 def verify_bag(

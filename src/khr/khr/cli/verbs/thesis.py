@@ -10,11 +10,14 @@ import typer
 from rich.console import Console
 
 from khr.cli.verbs.options import (
+    AxisOption,
     EngineOption,
+    NamespaceOption,
     ProcessesOption,
     SeedsOption,
     SetOption,
     ToleranceOption,
+    TopicOption,
 )
 from khr_sim.physics import engines
 
@@ -89,19 +92,27 @@ def reproduce(
 def lines(
     scenario: Annotated[
         str,
-        typer.Argument(help='A walking scenario: file or name. Or the folder of a recorded run.'),
+        typer.Argument(
+            help='A walking scenario: file or name. Or a recording: the folder of a run, or any '
+            'rosbag2 (MCAP or SQLite).'
+        ),
     ] = 'walk_6.99deg_ka12',
+    topic: TopicOption = '',
+    axis: AxisOption = '',
+    namespace: NamespaceOption = '',
     fast: Annotated[bool, typer.Option('--fast', help='One seed: no intervals.')] = False,
     out: Annotated[Path | None, typer.Option(help='The Markdown file to write as well.')] = None,
     set_: SetOption = None,
     workers: ProcessesOption = None,
 ) -> None:
-    """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recorded run."""
+    """Attribute a walk's spectral peaks to gait, feedback or slip; list those of a recording."""
+    from khr_bringup.recorded.storage import is_recording
     from khr_common.files import write_text
     from khr_studies.peak_origin import page, recorded, study
 
-    if Path(scenario).is_dir():
-        text = page.recorded_page(recorded.peaks_of_run(Path(scenario)))
+    path = Path(scenario)
+    if topic or axis or namespace or path.is_dir() or is_recording(path):
+        text = page.recorded_page(recorded.peaks_of_recording(path, topic, axis, namespace))
     else:
         runs = study.run_variants(scenario, fast, workers, changed=set_ or [])
         text = page.page(study.study(runs))

@@ -1,0 +1,271 @@
+"""One number over time from any topic of any recording."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import degrees
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from rosbags.interfaces import Connection
+from rosbags.typesys import Stores, get_typestore
+
+from khr_analysis.sampling import Samples, choose_stamps, even_samples
+from khr_bringup.recorded.bags import AmbiguousError, existing_bag
+from khr_bringup.recorded.storage import Storage, opened
+from khr_common.errors import KhrError
+from khr_common.interfaces import GYRO, IMU, JOINT_STATE, WRENCH
+from khr_common.text.quoting import one_line, quoted
+
+VECTOR, FLOAT = 'geometry_msgs/msg/Vector3Stamped', 'std_msgs/msg/Float64'
+Array = NDArray[np.float64]
+Stamps = NDArray[np.int64]
+Rows = list[tuple[str, float]]  # the numbers of a message by axis
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The numbers of a message type that can be analysed.
+
+    Attributes:
+        read: returns the numbers of a message by axis.
+        default: axis if none is asked for; empty for the first.
+        name: of the quantity.
+        unit: as shown.
+        factor: from the unit of the message to the shown one.
+    """
+
+    read: Callable[[Any], Rows]
+    default: str
+    name: str
+    unit: str
+    factor: float = 1.0
+
+
+def _vector(vector: Any, suffix: str = '') -> Rows:
+    return [(f'{axis}{suffix}', float(getattr(vector, axis))) for axis in 'xyz']
+
+
+def _imu(message: Any) -> Rows:
+    return _vector(message.angular_velocity)
+
+
+def _joints(message: Any) -> Rows:
+    positions = message.position if len(message.position) else [np.nan] * len(message.name)
+    return [(str(name), float(value)) for name, value in zip(message.name, positions, strict=True)]
+
+
+QUANTITIES = {
+    IMU: Quantity(_imu, 'y', 'angular velocity', 'deg/s', degrees(1.0)),
+    JOINT_STATE: Quantity(_joints, '', 'joint position', 'rad'),
+    WRENCH: Quantity(lambda m: _vector(m.wrench.force), 'z', 'force', 'N'),
+    VECTOR: Quantity(lambda m: _vector(m.vector), 'y', 'vector', 'its unit'),
+    FLOAT: Quantity(lambda m: [('data', float(m.data))], 'data', 'value', 'its unit'),
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Channel:
+    """The samples of one number of a topic, as recorded.
+
+    Attributes:
+        topic, kind: name and type of the topic.
+        axis: of the number.
+        quantity: to which it belongs.
+        stamps: timestamps of the messages, ns, (N,); 0 without one.
+        logs: times of recording, ns, (N,).
+        values: in the shown unit, (N,).
+        frame: of the messages.
+        notes: on the recording, a sentence each.
+    """
+
+    topic: str
+    kind: str
+    axis: str
+    quantity: Quantity
+    stamps: Stamps
+    logs: Stamps
+    values: Array
+    frame: str
+    notes: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """Return quantity, axis and topic."""
+        frame = f' in {self.frame}' if self.frame else ''
+        return f'{self.quantity.name} {self.axis}{frame} on {self.topic}'
+
+    def even(self) -> Samples:
+        """Return the longest stretch without a gap, sampled evenly.
+
+        Raises:
+            KhrError: if no stretch is long enough.
+        """
+        stamps, chosen = choose_stamps(self.stamps, self.logs)
+        try:
+            found = even_samples(stamps, self.values)
+        except KhrError as error:
+            raise KhrError(f'{self.topic}: {" ".join((*chosen, ""))}{error}') from error
+        return Samples(
+            found.start,
+            found.period,
+            found.values,
+            found.nyquist,
+            (*self.notes, *chosen, *found.notes),
+        )
+
+
+@dataclass(frozen=True)
+class TopicCount:
+    """A topic of a recording, its type and its number of messages."""
+
+    name: str
+    kind: str
+    messages: int
+
+
+def topics_in(path: Path) -> tuple[list[TopicCount], list[str]]:
+    """Return the topics of a recording, and notes on its form.
+
+    Raises:
+        KhrError: if it is no recording, or cannot be read.
+    """
+    with _opened(path) as storage:
+        return _topics(storage), list(storage.notes)
+
+
+def read_channel(path: Path, topic: str = '', axis: str = '', namespace: str = '') -> Channel:
+    """Read one number of a topic.
+
+    Args:
+        path: the recording, one of its files, or the folder of a run.
+        topic: its name; by default the only topic of type ``sensor_msgs/msg/Imu``.
+        axis: ``x``, ``y`` or ``z``; of a JointState the name of a joint.
+        namespace: in which the topic is.
+
+    Raises:
+        KhrError: if there is no such recording, topic or axis, or it cannot be read.
+    """
+    with _opened(path) as storage:
+        chosen = _choose(_topics(storage), topic, namespace)
+        quantity = QUANTITIES[chosen.kind]
+        connections = [
+            each
+            for each in storage.connections
+            if each.topic == chosen.name and each.msgtype == chosen.kind
+        ]
+        stamps, logs, rows, frame = _read(storage, connections, quantity)
+        notes = list(storage.notes)
+    axes = sorted({name for row in rows for name, _ in row}, key=_order(rows))
+    wanted = axis or quantity.default or (axes[0] if axes else '')
+    if wanted not in axes:
+        raise KhrError(
+            f'axis: {quoted(wanted)} is not in {chosen.name}; accepted: '
+            f'{", ".join(axes) or "a topic with messages"}'
+        )
+    table = {
+        name: np.array([dict(row).get(name, np.nan) for row in rows], dtype=np.float64)
+        for name in axes
+    }
+    moving = [name for name in axes if _moves(table[name])]
+    if wanted not in moving:
+        raise KhrError(
+            f'axis: {wanted} of {chosen.name} holds nothing: it is constant; accepted: '
+            f'{", ".join(f"--axis {name}" for name in moving) or "a topic that changes"}'
+        )
+    return Channel(
+        chosen.name,
+        chosen.kind,
+        wanted,
+        quantity,
+        stamps,
+        logs,
+        table[wanted] * quantity.factor,
+        frame,
+        tuple(notes),
+    )
+
+
+def _moves(values: Array) -> bool:
+    known = values[np.isfinite(values)]
+    return bool(known.size) and float(np.ptp(known)) > 0.0
+
+
+def _order(rows: list[Rows]) -> Callable[[str], int]:
+    places = {name: place for row in rows[:1] for place, (name, _) in enumerate(row)}
+    return lambda name: places.get(name, len(places))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[Storage]:
+    place = existing_bag(path)
+    try:
+        with opened(place, salvage=True) as storage:
+            yield storage
+    except KhrError:
+        raise
+    except Exception as error:  # a damaged file fails in many ways inside the reader
+        text = one_line(str(error)) or type(error).__name__
+        raise KhrError(
+            f'{path}: not a readable recording ({text}); accepted: a whole one'
+        ) from error
+
+
+def _topics(storage: Storage) -> list[TopicCount]:
+    counts: Counter[tuple[str, str]] = Counter()
+    for each in storage.connections:
+        counts[each.topic, each.msgtype] += each.msgcount
+    return [TopicCount(name, kind, number) for (name, kind), number in sorted(counts.items())]
+
+
+def _choose(topics: list[TopicCount], name: str, namespace: str) -> TopicCount:
+    """Return the topic to read.
+
+    Raises:
+        KhrError: if there is none, or its type is not accepted.
+        AmbiguousError: if there are several.
+    """
+    inside = f'/{namespace.strip("/")}/' if namespace.strip('/') else '/'
+    found = [each for each in topics if each.messages and each.name.startswith(inside)]
+    known = [each for each in found if each.kind in QUANTITIES]
+    listed = ', '.join(f'--topic {each.name} ({each.kind})' for each in known)
+    accepted = f'accepted: {listed or "a recording with a topic of " + ", ".join(QUANTITIES)}'
+    if name:
+        named = [each for each in found if each.name in (name, inside + name.strip('/'))]
+        if not named:
+            raise KhrError(f'topic: {quoted(name)} has no messages; {accepted}')
+        if named[0].kind not in QUANTITIES:
+            raise KhrError(f'topic: {name} is of type {named[0].kind}; {accepted}')
+        return named[0]
+    gyros = [each for each in known if each.kind == IMU]
+    if not gyros:
+        others = [each for each in found if each.name.endswith('/' + GYRO.name)]
+        beside = f' ({others[0].name} is of type {others[0].kind})' if others else ''
+        raise KhrError(f'topic: no topic of type {IMU}{beside}; {accepted}')
+    raw = [each for each in gyros if each.name.endswith('/' + GYRO.name)]
+    if len(gyros) > 1 and len(raw) != 1:
+        several = ', '.join(f'--topic {each.name}' for each in gyros)
+        raise AmbiguousError(f'topic: several of type {IMU}; accepted: {several}')
+    return (raw or gyros)[0]
+
+
+def _read(
+    storage: Storage, connections: list[Connection], quantity: Quantity
+) -> tuple[Stamps, Stamps, list[Rows], str]:
+    """Return timestamps, times of recording, numbers and frame of the messages."""
+    decode = get_typestore(Stores.ROS2_JAZZY).deserialize_cdr
+    stamps, logs, rows, frame = [], [], [], ''
+    for connection, time_ns, data in storage.messages(connections):
+        message: Any = decode(data, connection.msgtype)
+        header = getattr(message, 'header', None)
+        stamp = header.stamp if header is not None else None
+        stamps.append(stamp.sec * 10**9 + stamp.nanosec if stamp is not None else 0)
+        frame = header.frame_id if header is not None else ''
+        logs.append(time_ns)
+        rows.append(quantity.read(message))
+    return np.array(stamps, np.int64), np.array(logs, np.int64), rows, frame

@@ -1,0 +1,162 @@
+"""Open a recording of ROS 2 in any of its forms.
+
+A recording is a rosbag2 folder, with its ``metadata.yaml`` or without, or one of its files. The
+files are MCAP or SQLite, several if the recording was split, and may be compressed as a whole
+(``.zstd``) or message by message.
+"""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Collection, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import zstandard
+from mcap.exceptions import McapError
+from mcap.reader import make_reader
+from mcap.writer import MCAP0_MAGIC
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import Reader
+
+from khr_bringup.recorded.mend import mend
+from khr_common.errors import KhrError
+from khr_common.text.quoting import one_line
+
+SUFFIXES = ('.mcap', '.db3', '.mcap.zstd', '.db3.zstd')
+METADATA = 'metadata.yaml'
+ACCEPTED = (
+    'accepted: a rosbag2 folder, an MCAP or SQLite file of one, or the folder of a run that '
+    'recorded one'
+)
+_COMPRESSED = b'\x28\xb5\x2f\xfd'  # the first bytes of zstd; CDR begins with 0
+
+
+@dataclass
+class Storage:
+    """The messages of an open recording.
+
+    Attributes:
+        readers: of its files, in their order.
+        notes: on its form, a sentence each.
+    """
+
+    readers: list[Reader]
+    notes: list[str] = field(default_factory=list)
+
+    @property
+    def connections(self) -> list[Connection]:
+        """Return the publishers' connections of all files; each has topic, type and count."""
+        return [connection for reader in self.readers for connection in reader.connections]
+
+    def messages(self, chosen: Collection[Connection]) -> Iterator[tuple[Connection, int, bytes]]:
+        """Yield connection, time of recording in ns and bytes of each message, file by file."""
+        for reader in self.readers:
+            own = [connection for connection in reader.connections if connection in chosen]
+            for connection, time_ns, data in reader.messages(own) if own else ():
+                whole = bytes(data)
+                if whole[:4] == _COMPRESSED:
+                    whole = zstandard.ZstdDecompressor().decompressobj().decompress(whole)
+                yield connection, time_ns, whole
+
+
+def files_of(place: Path) -> list[Path]:
+    """Return the files of a recording in their order; a file is its own."""
+    if place.is_file():
+        return [place]
+    found = [each for each in place.iterdir() if each.name.endswith(SUFFIXES)]
+    return sorted(found, key=_part_number)
+
+
+def is_recording(place: Path) -> bool:
+    """Return whether a path is a recording: a file of one, or a folder with such files."""
+    if place.is_file():
+        return place.name.endswith(SUFFIXES)
+    return place.is_dir() and ((place / METADATA).is_file() or bool(files_of(place)))
+
+
+@contextmanager
+def opened(place: Path, salvage: bool = False) -> Iterator[Storage]:
+    """Open a recording.
+
+    Args:
+        place: its folder, or one of its files.
+        salvage: read the files one by one if the metadata are damaged or do not fit.
+
+    Raises:
+        KhrError: if it is no recording.
+        Exception: if a file is damaged.
+    """
+    trouble = f'{METADATA} is missing'
+    with ExitStack() as stack:
+        if place.is_dir() and (place / METADATA).is_file():
+            trouble = ''
+            try:
+                reader = stack.enter_context(Reader(place))
+            except Exception as error:  # metadata fail in many ways inside the reader
+                if not salvage or not files_of(place):
+                    raise
+                trouble = f'{METADATA} cannot be used ({one_line(str(error))})'
+            else:
+                if all(_is_indexed(file) for file in place.glob('*.mcap')):
+                    yield Storage([reader])
+                    return
+        files = files_of(place) if is_recording(place) else []
+        if not files:
+            raise KhrError(f'{place}: not a recording; {ACCEPTED}')
+        folder = Path(stack.enter_context(TemporaryDirectory()))
+        storage = Storage([_reader(stack, file, folder, salvage) for file in files])
+        if place.is_dir() and trouble:
+            storage.notes.append(
+                f'{trouble}: the files are read without it ("ros2 bag reindex" or "khr recover" '
+                'write one).'
+            )
+        yield storage
+
+
+def _reader(stack: ExitStack, file: Path, folder: Path, salvage: bool) -> Reader:
+    """Open one file; decompress or mend it into the folder first, if necessary."""
+    if file.suffix == '.zstd':
+        whole = folder / file.stem
+        with file.open('rb') as stream, whole.open('wb') as out:
+            shutil.copyfileobj(zstandard.ZstdDecompressor().stream_reader(stream), out)
+        file = whole
+    try:
+        reader = stack.enter_context(Reader(file))
+        if file.suffix != '.mcap' or _is_indexed(file):
+            return reader
+        raise McapError(f'{file.name}: no index of its messages')
+    except Exception:  # the reader of rosbags takes the profile of ROS and an index for granted
+        if file.suffix != '.mcap' or not (salvage or _is_whole(file)):
+            raise
+        mended = folder / f'mended-{file.name}'
+        mend(file, mended)
+        reader = stack.enter_context(Reader(mended))
+        if not reader.message_count:
+            raise
+        return reader
+
+
+def _is_indexed(file: Path) -> bool:
+    """Return whether every chunk of an MCAP file has an index of its messages.
+
+    The reader of rosbags finds nothing in a chunk without one.
+    """
+    with file.open('rb') as stream:
+        summary = make_reader(stream).get_summary()
+    return summary is None or all(each.message_index_offsets for each in summary.chunk_indexes)
+
+
+def _is_whole(file: Path) -> bool:
+    """Return whether an MCAP file has its end."""
+    with file.open('rb') as stream:
+        stream.seek(max(0, file.stat().st_size - len(MCAP0_MAGIC)))
+        return stream.read() == MCAP0_MAGIC
+
+
+def _part_number(file: Path) -> tuple[int, str]:
+    """Return the number of a part of a split recording, which is behind its name."""
+    number = file.name.partition('.')[0].rpartition('_')[2]
+    return int(number) if number.isdigit() else -1, file.name

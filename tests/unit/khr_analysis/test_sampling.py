@@ -1,0 +1,146 @@
+"""Samples on an even grid: a tone keeps its frequency whatever its timestamps are like."""
+
+from math import tau
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from khr_analysis.recorded_spectrum import recorded_spectrum
+from khr_analysis.sampling import even_samples, within
+from khr_common.errors import KhrError
+
+EPOCH = 1_700_000_000_000_000_000  # ns
+
+
+def ns(times):
+    return EPOCH + np.rint(np.asarray(times) * 1e9).astype(np.int64)
+
+
+def peaks_of(stamps, values):
+    found = recorded_spectrum(even_samples(np.array(stamps), np.array(values)))
+    lines = [(peak.frequency, peak.amplitude) for peak in found.spectrum.peaks]
+    return lines, ' '.join(found.notes)
+
+
+def sine(times, frequency):
+    return np.sin(tau * frequency * np.asarray(times))
+
+
+def check(stamps, values, frequency, amplitude=0.02):
+    lines, notes = peaks_of(stamps, values)
+    assert lines[0][0] == pytest.approx(frequency, rel=2e-3)
+    assert lines[0][1] == pytest.approx(1.0, rel=amplitude)
+    assert len(lines) == 1, lines
+    return notes
+
+
+@given(rate=st.floats(5.0, 2000.0), share=st.floats(0.05, 0.45), start=st.integers(0, 2 * EPOCH))
+def test_a_tone_at_any_rate_is_read_true(rate, share, start):
+    times = np.arange(300) / rate
+    stamps = start + np.rint(times * 1e9).astype(np.int64)
+    notes = check(stamps, sine(times, share * rate), share * rate)
+    assert 'even within 0.1 %' in notes
+
+
+@given(seed=st.integers(0, 2**32 - 1), jitter=st.floats(0.25, 0.6))
+def test_jitter_is_resampled_and_said(seed, jitter):
+    """Samples taken at the jittered times: the tone stays, and no other line reaches 10 %."""
+    draw = np.random.default_rng(seed)
+    times = (np.arange(600) + draw.uniform(0.0, jitter, 600)) / 100.0
+    notes = check(ns(times), sine(times, 8.0), 8.0)
+    assert 'jitter by' in notes and 'resampled evenly' in notes
+
+
+@pytest.mark.parametrize('spacing', [0.0, 20e-6])
+def test_batches_are_spread_evenly(spacing):
+    times = np.arange(2000) / 400.0
+    sent = np.repeat(times[9::10], 10) + np.tile(spacing * np.arange(10), 200)
+    notes = check(ns(sent), sine(times, 33.0), 33.0)
+    assert '400' in notes and 'batches of about 10' in notes
+
+
+@pytest.mark.parametrize('digits', [2, 3])
+def test_rounded_timestamps_give_the_mean_rate(digits):
+    times = np.arange(2000) / 66.6667
+    check(ns(np.round(times, digits)), sine(times, 5.0), 5.0, amplitude=0.03)
+
+
+@given(seed=st.integers(0, 2**32 - 1))
+def test_single_losses_are_bridged_and_counted(seed):
+    kept = np.random.default_rng(seed).random(800) > 0.04
+    kept[[0, -1]] = True
+    index = np.arange(800)[kept]
+    if np.diff(index).max() > 3:
+        return
+    notes = check(ns(index / 100.0), sine(index / 100.0, 8.0), 8.0)
+    missing = 800 - len(index)
+    assert not missing or f'{missing} missing sample' in notes
+
+
+@given(begin=st.floats(1.0, 5.0), length=st.floats(0.5, 2.0))
+def test_a_gap_is_never_bridged(begin, length):
+    times = np.arange(800) / 100.0
+    times = times[(times < begin) | (times > begin + length)]
+    notes = check(ns(times), sine(times, 7.3), 7.3)
+    assert '1 gap, the longest of' in notes and f'of {len(times)} samples' in notes
+
+
+@pytest.mark.parametrize('step', [-EPOCH, -3 * 10**9, 10**18], ids=['zero', 'back', 'forward'])
+def test_a_jump_of_the_clock_is_cut_out(step):
+    times = np.arange(800) / 100.0
+    stamps = ns(times)
+    stamps[:100] += step if step != -(3 * 10**9) else 3 * 10**9
+    notes = check(stamps, sine(times, 7.0), 7.0)
+    assert '1 jump' in notes and '700 of 800 samples' in notes
+
+
+def test_repeated_and_swapped_messages_change_nothing():
+    times = np.repeat(np.arange(800) / 100.0, 2)
+    assert '800 samples left out: repeated' in check(ns(times), sine(times, 7.0), 7.0)
+    times = np.arange(800) / 100.0
+    times[[100, 101]] = times[[101, 100]]
+    assert '1 sample out of order' in check(ns(times), sine(times, 7.0), 7.0)
+
+
+def test_samples_without_number_or_timestamp_are_left_out():
+    times = np.arange(800) / 100.0
+    stamps, values = ns(times), sine(times, 7.0)
+    stamps[[5, 300]] = 0
+    values[[50, 400]] = np.nan, np.inf
+    notes = check(stamps, values, 7.0)
+    assert '2 samples left out: not finite' in notes and 'their timestamp is 0' in notes
+
+
+def test_a_rate_that_changes_folds_nothing():
+    times = np.concatenate([np.arange(400) / 200.0, 2.0 + np.arange(300) / 100.0])
+    lines, _ = peaks_of(ns(times), sine(times, 30.0))
+    assert lines[0][0] == pytest.approx(30.0, abs=0.2)
+    assert all(abs(frequency - 30.0) < 3.0 for frequency, _ in lines)
+
+
+def test_lines_are_ordered_by_amplitude_also_between_bins():
+    times = np.arange(833) / 66.6667
+    signal = sine(times, 20.5 / 9.24) + 0.8 * sine(times, 40 / 9.24)
+    lines, _ = peaks_of(ns(times), signal)
+    assert [amplitude for _, amplitude in lines] == pytest.approx([1.0, 0.8], rel=0.02)
+
+
+def test_noise_has_no_lines_and_a_trend_has_none():
+    times = np.arange(4000) / 100.0
+    assert peaks_of(ns(times), np.random.default_rng(3).normal(size=4000))[0] == []
+    assert peaks_of(ns(times), 3.0 * times - 40.0)[0] == []
+
+
+@pytest.mark.parametrize('stamps', [[], [5] * 20, range(7)], ids=['none', 'constant', 'seven'])
+def test_too_little_is_one_line(stamps):
+    stamps = np.array(list(stamps), np.int64)
+    with pytest.raises(KhrError, match='accepted: 8 or more'):
+        even_samples(stamps, np.arange(len(stamps), dtype=float))
+
+
+def test_a_part_is_cut_at_its_times():
+    samples = even_samples(ns(np.arange(100) / 10.0), np.arange(100.0))
+    part = within(samples, 2.0, 3.0)
+    assert part.values.tolist() == [*range(20, 30)] and part.start == pytest.approx(2.0)
