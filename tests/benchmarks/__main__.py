@@ -10,7 +10,7 @@ import json
 
 from khr_common.files import write_text
 from tests import ROOT
-from tests.benchmarks import board, commands, environments, graphs, messages
+from tests.benchmarks import board, commands, environments, graphs
 from tests.benchmarks.clock import log
 from tests.benchmarks.page import page
 
@@ -18,7 +18,6 @@ DATA, PAGE = ROOT / 'docs' / 'performance.json', ROOT / 'docs' / 'performance.md
 ENGINES = ('bullet', 'mujoco')
 ROUNDS = {  # measured in several rounds
     'graphs': graphs.measure,
-    'messages': messages.measure,
     'swept': commands.sweeps,
     'environments': environments.measure,
 }
