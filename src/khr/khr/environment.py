@@ -27,7 +27,6 @@ from khr_common import KhrError
 from khr_common.interfaces import ANKLE_CORRECTION, GYRO, HIP_CORRECTION, JOINT_REFERENCE
 from khr_description.robot import JOINTS
 from khr_report.film.scene import Look, PosedScene
-from khr_sim.physics.truth import Truth
 from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.ensemble_file import read_ensemble
@@ -269,7 +268,7 @@ class BalanceEnv(gymnasium.Env):  # type: ignore[misc]
         values = [
             *self._loop.signals[GYRO],
             *self._loop.forces,
-            *self._truth.numbers[Truth.joint_position.span],
+            *self._truth.joint_position.tolist(),
             *self._action,
             sin(turned),
             cos(turned),

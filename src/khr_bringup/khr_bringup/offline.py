@@ -21,13 +21,13 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common.block import Block, Numbers
 from khr_common.errors import KhrError
 from khr_common.interfaces import CLOCK, FOOT_FORCES, GYRO, JOINT_REFERENCE, STAGE, Topic
-from khr_sim.physics.truth import SIGNALS, Truth
+from khr_sim.physics.truth import SIGNALS, GroundTruth
 from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import GAIT, RunParameters
 
 SIMULATOR, MONITOR = 'simulator', 'monitor'
 BEFORE = -1  # stamp before the first sample, ns
-Watch = Callable[[Truth, 'ControlLoop', Outcome], object]  # called at each sample of a run
+Watch = Callable[[GroundTruth, 'ControlLoop', Outcome], object]  # called at each sample of a run
 
 
 def duration(scenario: Scenario) -> float:
@@ -92,7 +92,7 @@ class ControlLoop:
         elif node in self._by_node:
             self._by_node[node].configure(scenario.table(spec_of(node).table))
 
-    def observe(self, truth: Truth) -> Outcome:
+    def observe(self, truth: GroundTruth) -> Outcome:
         """Pass a sample of the truth to the blocks and the judge; return the outcome so far."""
         time, signals = truth.stamp_ns / 1e9, truth.signals()
         for block, topics in self._blocks:
@@ -101,7 +101,7 @@ class ControlLoop:
         self.outcome = self._monitor.update(truth.stamp_ns, signals)
         return self.outcome
 
-    def answer(self, truth: Truth) -> list[float]:
+    def answer(self, truth: GroundTruth) -> list[float]:
         """Return the mixed target, 17 joint angles in rad, that answers ``truth``."""
         self.observe(truth)
         signals = self.signals

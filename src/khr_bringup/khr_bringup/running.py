@@ -21,7 +21,7 @@ from khr_common.files import write_text
 
 if TYPE_CHECKING:
     from khr_bringup.offline import ControlLoop
-    from khr_sim.physics.truth import Truth
+    from khr_sim.physics.truth import GroundTruth
 
 
 def run_to_end(
@@ -78,7 +78,7 @@ def offline_progress(show: Callable[[Progress], None]) -> Watch:
     """Return a callback that shows the progress of an offline run."""
     began = time.monotonic()
 
-    def watch(truth: Truth, loop: ControlLoop, _: object) -> None:
+    def watch(truth: GroundTruth, loop: ControlLoop, _: object) -> None:
         seconds = truth.stamp_ns / 1e9
         factor = seconds / (time.monotonic() - began + 1e-9)
         show(Progress(seconds, 'offline', factor, loop.pitch_rate))

@@ -17,7 +17,7 @@ from khr_hardware.joint_map import COUNT, JointMap
 from khr_hardware.protocol import commands
 from khr_hardware.protocol.memory import BATTERY_VOLTS, FREE, Config
 from khr_hardware.virtual.board import AD_TOP, PowerOnSettings, VirtualBoard
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_sim.plant import Plant
 from khr_sim.run_parameters import RunParameters
 from khr_sim.servo import SUPPLY, stretches
@@ -75,7 +75,7 @@ class SimulatedRobot:
         return self._loop.outcome
 
     @property
-    def truth(self) -> Truth:
+    def truth(self) -> GroundTruth:
         """Return the true state of the robot on the ground."""
         return self._plant.truth
 

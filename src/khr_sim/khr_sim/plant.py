@@ -17,7 +17,7 @@ from khr_common.errors import KhrError
 from khr_common.text.quoting import quoted
 from khr_description.robot import JOINTS
 from khr_sim.physics.push import Push
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_sim.physics.world import World
 from khr_sim.run_parameters import RunParameters
 
@@ -58,9 +58,9 @@ class Plant:
         self._hash = hashlib.sha256()
         self._end_ns = round(parameters.duration * 1e9) or None
         self._due: deque[Sequence[float]] = deque()  # targets of the coming periods, rad
-        self.truth: Truth
+        self.truth: GroundTruth
 
-    def start(self, posture: Sequence[float]) -> Truth:
+    def start(self, posture: Sequence[float]) -> GroundTruth:
         """Put the robot on the ground in ``posture``, 17 joint angles in rad, at time zero."""
         self._hash = hashlib.sha256()
         self._due = deque([posture] * self.parameters.control_delay)
@@ -78,7 +78,7 @@ class Plant:
         """Return whether the answer for the next period is queued."""
         return bool(self._due)
 
-    def advance(self) -> Truth:
+    def advance(self) -> GroundTruth:
         """Simulate one control period towards the next queued answer.
 
         Raises:
@@ -118,7 +118,7 @@ class Plant:
         """Return the SHA-256 of the records of all samples so far, in hex."""
         return self._hash.hexdigest()
 
-    def _take(self, truth: Truth) -> Truth:
+    def _take(self, truth: GroundTruth) -> GroundTruth:
         self.truth = truth
         self._hash.update(truth.record())
         return truth

@@ -13,7 +13,7 @@ from khr_bringup.result import FILE, Result, read_outcome
 from khr_common import cdr
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINT_STATES, TRUE_POSE, Topic
-from khr_sim.physics.truth import SIGNALS, Truth
+from khr_sim.physics.truth import SIGNALS, GroundTruth
 
 TAIL_NS = 100_000_000  # of a run that was interrupted: its last answers may not have come
 # A run takes the angles of the one and the pose of the other alone, but both carry speeds too.
@@ -54,7 +54,7 @@ class SideBySide:
         self._ended: dict[Topic, int] = {}
         self.instants, self.topics = 0, len(self._samples)
 
-    def take(self, truth: Truth, loop: ControlLoop, *_: object) -> None:
+    def take(self, truth: GroundTruth, loop: ControlLoop, *_: object) -> None:
         """Compare the next sample."""
         self.instants += 1
         speeds = truth.speeds()

@@ -17,7 +17,7 @@ from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import REGIONS
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:
     from khr_bringup.offline import ControlLoop, Watch
@@ -159,7 +159,7 @@ def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Resu
 
     rows: list[tuple[Any, ...]] = []
 
-    def look(truth: Truth, loop: ControlLoop, outcome: Outcome) -> None:
+    def look(truth: GroundTruth, loop: ControlLoop, outcome: Outcome) -> None:
         if also is not None:
             also(truth, loop, outcome)
         rows.append(

@@ -34,7 +34,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import JOINT_STATES, PUSHED, SCENARIO, TRUE_POSE, WORLD
 from khr_common.run_identity import is_integer
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 
 OF_PUSHES = tuple((SIMULATOR, name) for name in ('push_link', 'push_point', 'push_duration'))
@@ -219,7 +219,7 @@ def _repeat(recorded: Recorded) -> tuple[Result, SideBySide]:
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task('repeating', total=seconds)
 
-        def watch(truth: Truth, loop: ControlLoop, *_: object) -> None:
+        def watch(truth: GroundTruth, loop: ControlLoop, *_: object) -> None:
             comparison.take(truth, loop)
             progress.update(task, completed=truth.stamp_ns / 1e9)
 

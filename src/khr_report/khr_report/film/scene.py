@@ -25,7 +25,7 @@ from khr_description.robot import Robot
 from khr_report.film.shadow import Shadow
 from khr_sim.physics import engines
 from khr_sim.physics.camera import Camera
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 
 HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
@@ -50,7 +50,7 @@ class Look:
     pitch: float = -0.1
     distance: float = 1.15
 
-    def camera(self, truth: Truth) -> Camera:
+    def camera(self, truth: GroundTruth) -> Camera:
         """Return the camera at a sample; it follows the feet, because the torso swings."""
         x, _, z = truth.sole_position.mean(axis=0).tolist()
         target = (x + AHEAD, 0.0, z + HALF_HEIGHT)
@@ -61,7 +61,7 @@ class Look:
 class Frame:
     """One sample of a run: the truth, the gyro's pitch rate in rad/s, the outcome so far."""
 
-    truth: Truth
+    truth: GroundTruth
     pitch_rate: float
     outcome: Outcome
 
@@ -100,7 +100,7 @@ def frames(
     """
     kept: list[Frame] = []
 
-    def keep(truth: Truth, loop: ControlLoop, outcome: Outcome) -> None:
+    def keep(truth: GroundTruth, loop: ControlLoop, outcome: Outcome) -> None:
         kept.append(Frame(truth, loop.pitch_rate, outcome))
         show(kept[-1].time)
 
@@ -125,7 +125,7 @@ class PosedScene:
         self._scene.reset(0.0)
         self._shadow = Shadow(robot)
 
-    def picture(self, truth: Truth, camera: Camera) -> Image.Image:
+    def picture(self, truth: GroundTruth, camera: Camera) -> Image.Image:
         """Return a picture of the robot with its shadow."""
         self._scene.place(truth.position, matrix(truth.orientation), truth.joint_position.tolist())
         self._scene.tilt_ground(truth.inclination)

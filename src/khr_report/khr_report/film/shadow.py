@@ -10,7 +10,7 @@ from PIL import Image, ImageChops, ImageDraw
 from khr_common.maths.rotation import Array, matrix, pitched
 from khr_description.robot import Robot
 from khr_sim.physics.camera import SUN, Camera
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 
 # The corners of a box, and the faces by the numbers of their corners, in order around each.
 CORNERS = np.array(list(product((-0.5, 0.5), repeat=3)))
@@ -31,7 +31,7 @@ class Shadow:
                     size, center = _numbers(box.attrib['size']), _numbers(origin.attrib['xyz'])
                     self._boxes.append((link.attrib['name'], center + CORNERS * size))
 
-    def on_slope(self, truth: Truth) -> Array:
+    def on_slope(self, truth: GroundTruth) -> Array:
         """Return the corners of all boxes thrown onto the slope, m in odom, (boxes, 8, 3)."""
         poses = self._robot.poses(truth.joint_position)
         turn, place = matrix(truth.orientation), np.asarray(truth.position)
@@ -44,7 +44,7 @@ class Shadow:
         return thrown
 
     def darken(
-        self, picture: Image.Image, slope: Image.Image, truth: Truth, camera: Camera
+        self, picture: Image.Image, slope: Image.Image, truth: GroundTruth, camera: Camera
     ) -> None:
         """Darken the part of the slope in the shadow.
 

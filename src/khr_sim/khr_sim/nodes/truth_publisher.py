@@ -20,7 +20,7 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.messages import blank_vector
 from khr_common.nodes.node import KhrNode
-from khr_sim.physics.truth import SIGNALS, Truth
+from khr_sim.physics.truth import SIGNALS, GroundTruth
 
 
 class TruthPublisher:
@@ -53,7 +53,7 @@ class TruthPublisher:
         self._outputs[CLOCK].fill(stamp_ns)
         self._outputs[CLOCK].send()
 
-    def publish(self, truth: Truth) -> None:
+    def publish(self, truth: GroundTruth) -> None:
         """Publish the ground truth of one sample, the clock first."""
         speeds = truth.speeds()
         for topic, values in truth.signals().items():

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import chain
 from math import radians
 
 import numpy as np
@@ -20,7 +19,7 @@ from khr_sim.board import Board
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics import contact, engines, statics
 from khr_sim.physics.push import Push
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_sim.servo import ANGLE, Servos
 
 Array = NDArray[np.float64]
@@ -58,7 +57,7 @@ class World:
         no_steps = np.zeros((0, len(JOINTS)))  # compile before the first period
         self.engine.run(no_steps, self._servos, self._contact_forces)
 
-    def reset(self, posture: Sequence[float], clearance: float = 0.0) -> Truth:
+    def reset(self, posture: Sequence[float], clearance: float = 0.0) -> GroundTruth:
         """Restart with the robot at rest, its soles on the ground and its servos loaded.
 
         Args:
@@ -89,7 +88,7 @@ class World:
         self._orientation = self.engine.base().orientation
         return self._observe()
 
-    def advance(self, target: Sequence[float]) -> Truth:
+    def advance(self, target: Sequence[float]) -> GroundTruth:
         """Simulate one control period, in which the board interpolates to ``target``.
 
         Args:
@@ -240,7 +239,7 @@ class World:
             poses.append(((x + dx, y + dy, z + dz), orientation))
         return poses
 
-    def _observe(self) -> Truth:
+    def _observe(self) -> GroundTruth:
         motion = self.engine.base()
         orientation = motion.orientation
         position, velocity = self.engine.joints()
@@ -248,22 +247,21 @@ class World:
         rate = [angle / period for angle in turned(self._orientation, orientation)]
         self._orientation = orientation
         soles = self._soles()
-        left, right = soles
         forces = self._contact_forces.mean(soles)
         self._contact_forces = contact.ContactForces(self._feet, soles)
-        return Truth.of(
+        return GroundTruth(
             self._step,
             self._step * self._step_ns,
             self._inclination,
-            position=motion.position,
-            orientation=orientation,
-            linear_velocity=motion.linear_velocity,
-            angular_velocity=motion.angular_velocity,
-            joint_position=position.tolist(),
-            joint_velocity=velocity.tolist(),
-            mean_angular_velocity=rate,
-            joint_effort=self._efforts,
-            contact_force=[*chain.from_iterable(forces)],
-            sole_position=[*left[0], *right[0]],
-            sole_orientation=[*left[1], *right[1]],
+            position=np.array(motion.position),
+            orientation=np.array(orientation),
+            linear_velocity=np.array(motion.linear_velocity),
+            angular_velocity=np.array(motion.angular_velocity),
+            joint_position=np.array(position),
+            joint_velocity=np.array(velocity),
+            joint_effort=np.array(self._efforts),
+            mean_angular_velocity=np.array(rate),
+            contact_force=np.array(forces),
+            sole_position=np.array([place for place, _ in soles]),
+            sole_orientation=np.array([turn for _, turn in soles]),
         )

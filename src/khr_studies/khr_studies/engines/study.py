@@ -23,7 +23,7 @@ from khr_bringup.scenario import scenario as scenarios
 from khr_common.checks import integer
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.engines import LIBRARIES
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_studies.measuring.bench import CYCLE
 from khr_studies.measuring.condition import Changes, Condition, with_engine, with_seed
 from khr_studies.measuring.critical import START, limit_of_seed
@@ -84,7 +84,7 @@ def measure_scenario(name: str, changes: Changes) -> Row:
     """Run a scenario offline; return ``verdict`` and the QUANTITIES that a fall leaves valid."""
     scenario = scenarios.load_scenario(name).changed(dict(changes))
     gait = scenario.table(GaitParameters)
-    truths: list[Truth] = []
+    truths: list[GroundTruth] = []
     result = run_offline(scenario, lambda truth, *_: truths.append(truth))
     outcome = result.outcome
     row: Row = {'verdict': outcome.verdict, 'vibration_deg_s': degrees(outcome.vibration)}

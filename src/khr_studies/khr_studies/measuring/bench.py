@@ -15,7 +15,7 @@ from khr_balance.gaits.gait import gait_of
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.scenario.derived import start_of_lift
 from khr_sim.physics import engines
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_studies.measuring.condition import ENGINE, Changes, Condition, with_engine
 from khr_studies.measuring.critical import START, limit_of_seed, run_condition, run_row
 from khr_studies.measuring.limit import Limit
@@ -40,7 +40,7 @@ def walk(condition: Condition, inclination_deg: float, seed: int) -> Row:
     start, end = gait_of(condition.scenario(inclination_deg).table(GaitParameters)).cycle(CYCLE)
     rates: list[float] = []
 
-    def record(truth: Truth, *_: object) -> None:
+    def record(truth: GroundTruth, *_: object) -> None:
         if start <= truth.stamp_ns / 1e9 < end - 1e-9:
             rates.append(float(truth.mean_angular_velocity[1]))
 
@@ -74,7 +74,7 @@ def lift(condition: Condition, inclination_deg: float, seed: int) -> Row:
     forces: list[Any] = []
     rates: list[float] = []
 
-    def record(truth: Truth, *_: object) -> None:
+    def record(truth: GroundTruth, *_: object) -> None:
         time = truth.stamp_ns / 1e9
         if time >= begin:
             rates.append(abs(float(truth.mean_angular_velocity[1])))

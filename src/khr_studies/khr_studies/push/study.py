@@ -30,7 +30,7 @@ from khr_models.pendulum import Pendulum
 from khr_models.standing.push import DIRECTIONS, Direction, capture_force
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import corners
-from khr_sim.physics.truth import Truth
+from khr_sim.physics.truth import GroundTruth
 from khr_sim.plant import Plant, mix
 from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring.condition import Changes
@@ -211,7 +211,7 @@ def push_robot(condition: PushCondition, force: float) -> PushResponse:
     parameters = scenario.table(RunParameters)
     rows: list[tuple[float, float]] = []
 
-    def watch(truth: Truth, *_: object) -> None:
+    def watch(truth: GroundTruth, *_: object) -> None:
         rows.append((truth.stamp_ns / 1e9 - START, _x_com(truth, condition.side, parameters)))
 
     result = run_offline(scenario, watch)
@@ -224,7 +224,7 @@ def falls(condition: PushCondition, force: float) -> bool:
     return run_offline(condition.scenario(force)).outcome.fell
 
 
-def _x_com(truth: Truth, side: float, parameters: SimulatorParameters) -> float:
+def _x_com(truth: GroundTruth, side: float, parameters: SimulatorParameters) -> float:
     """Return the distance of the centre of mass beyond the edge of toes (1) or heels (-1), m."""
     robot = _robot()
     center = robot.center_of_mass(robot.poses(truth.joint_position))

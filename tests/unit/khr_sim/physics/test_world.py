@@ -14,7 +14,6 @@ from khr_description.robot import JOINTS
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.push import Push
 from khr_sim.physics.statics import GRAVITY
-from khr_sim.physics.truth import Truth
 from tests.fakes.postures import STANCE, STRAIGHT, crouch
 from tests.support.mechanics import PLAIN_SERVOS, momenta
 
@@ -236,8 +235,7 @@ def test_the_record_is_canonical(world_with):
 def test_tilt_is_the_angle_to_the_vertical(world_with, axis, angle):
     truth = world_with().reset(STANCE)
     leaning = Rotation.from_rotvec(np.multiply(axis, angle)) * Rotation.from_euler('z', 1.0)
-    truth.numbers[Truth.orientation.span] = leaning.as_quat().tolist()
-    assert truth.tilt == pytest.approx(angle, abs=1e-9)
+    assert replace(truth, orientation=leaning.as_quat()).tilt == pytest.approx(angle, abs=1e-9)
 
 
 # --- determinism ------------------------------------------------------------
