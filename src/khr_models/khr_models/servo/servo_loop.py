@@ -18,7 +18,7 @@ import cmath
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from scipy import signal
@@ -29,7 +29,6 @@ from khr_common.published import AD_STEP, GYRO_SENSITIVITY, SERVO_STEP_DEG
 from khr_models.checks import FORMS, Array, Form
 from khr_models.integrate import integrate
 
-Discretisation = Literal['euler', 'zoh', 'bilinear']
 SAME_POLE = 1e-6  # relative; poles closer than this are one double pole
 
 
@@ -236,27 +235,3 @@ def response_published(loop: ServoLoop, tone: Tone, time: Array) -> Array:
         amplitude * np.cos(angular * time + phase)
         + decay * (in_phase * np.cos(ringing * time) + quadrature * np.sin(ringing * time))
     )
-
-
-def discretise(loop: ServoLoop, period: float, method: Discretisation = 'zoh') -> Any:
-    """Return G_f sampled at a period (s), as a discrete scipy.signal.StateSpace.
-
-    Raises:
-        KhrError: if the loop itself is unstable (its gain at or above the limit), or the
-            explicit Euler method is at this period (the message gives the longest accepted).
-    """
-    positive('period', period)
-    one_of('method', method, ('euler', 'zoh', 'bilinear'))
-    if loop.feedback_damping <= 0.0:
-        raise KhrError(
-            f'gain: {loop.gain!r} makes the loop unstable; '
-            f'accepted: (-inf, {loop.stability_limit:.6g})'
-        )
-    system = loop.transfer_function()
-    longest = min(-2.0 * pole.real / abs(pole) ** 2 for pole in system.poles)
-    if method == 'euler' and period >= longest:
-        raise KhrError(
-            f'period: {period!r} makes the Euler discretisation unstable; '
-            f'accepted: (0, {longest:.6g})'
-        )
-    return system.to_ss().to_discrete(period, method=method)

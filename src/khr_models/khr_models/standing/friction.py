@@ -23,7 +23,7 @@ from scipy.integrate import solve_ivp
 from khr_common.checks import non_negative, positive, within
 from khr_common.errors import KhrError
 from khr_models.checks import RIGHT_ANGLE, Array, inclination_within, time_grid
-from khr_models.pendulum import GRAVITY, Pendulum, critical_inclination
+from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid, ServoMotion
 
 MODE_CHANGES = 1000  # more than this in one run is chatter, not physics
@@ -65,15 +65,6 @@ def sliding_inclination(friction: float) -> float:
     """Return the inclination at which a body at rest starts to slide, atan(mu), rad."""
     non_negative('friction', friction)
     return math.atan(friction)
-
-
-def standing_inclination(
-    pendulum: Pendulum, foot: SlidingFoot, *, initial_lean: float = 0.0
-) -> float:
-    """Return the inclination up to which the robot neither slides nor tips, rad."""
-    return min(
-        sliding_inclination(foot.friction), critical_inclination(pendulum, initial_lean, 'tangent')
-    )
 
 
 class _Dynamics:

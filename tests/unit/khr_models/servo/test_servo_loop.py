@@ -13,7 +13,6 @@ from khr_common.errors import KhrError
 from khr_models.servo.servo_loop import (
     ServoLoop,
     Tone,
-    discretise,
     gain_of_board,
     response_by_residues,
     response_by_simulation,
@@ -169,30 +168,6 @@ def test_the_closed_form_as_printed_starts_from_rest_but_is_another_curve():
     assert np.max(np.abs(curve - response_by_residues(printed, [TONE], TIME))) > 0.05
 
 
-@pytest.mark.parametrize('method', ['zoh', 'bilinear', 'euler'])
-def test_a_discrete_loop_is_stable_and_keeps_the_static_gain(method):
-    discrete = discretise(LOOP, 1e-3, method)
-    assert np.all(np.abs(np.linalg.eigvals(discrete.A)) < 1.0)
-    static = discrete.C @ np.linalg.solve(np.eye(2) - discrete.A, discrete.B) + discrete.D
-    assert static.item() == pytest.approx(1.0)
-
-
-def test_the_longest_period_of_euler_is_the_one_it_names():
-    with pytest.raises(KhrError, match=r'^period: 1.0 .*accepted: \(0, ') as refusal:
-        discretise(LOOP, 1.0, 'euler')
-    longest = float(str(refusal.value).rsplit(' ', 1)[1].rstrip(')'))
-    poles = LOOP.transfer_function().poles
-    assert np.max(np.abs(1.0 + 0.999 * longest * poles)) < 1.0
-    assert np.max(np.abs(1.0 + 1.001 * longest * poles)) > 1.0
-    assert np.all(np.abs(np.linalg.eigvals(discretise(LOOP, 0.999 * longest, 'euler').A)) < 1.0)
-
-
-def test_an_unstable_gain_is_refused_at_its_limit():
-    with pytest.raises(KhrError, match=r'^gain: .*unstable; accepted: '):
-        discretise(replace(LOOP, gain=LOOP.stability_limit), 1e-3)
-    discretise(replace(LOOP, gain=0.99 * LOOP.stability_limit), 1e-3)
-
-
 def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
     limit = LOOP.damping / LOOP.gain
     sweep = sweep_stiffness(LOOP, np.array([0.6, 0.8, 0.95, 1.05]) * limit, TONE)
@@ -212,8 +187,6 @@ def test_a_stiffer_joint_vibrates_more_under_the_same_gyro_gain():
         (lambda: ServoLoop(1.0, 1.0, 1.0, form='exact'), 'form'),
         (lambda: Tone(1.0, 0.0), 'frequency'),
         (lambda: LOOP.gain_at(-1.0), 'frequency'),
-        (lambda: discretise(LOOP, 0.0), 'period'),
-        (lambda: discretise(LOOP, 0.01, 'tustin'), 'method'),
         (lambda: response_published(replace(LOOP, gain=0.0), TONE, TIME), 'damping'),
         (lambda: sweep_stiffness(LOOP, [100.0, 0.0], TONE), 'stiffness'),
     ],

@@ -8,14 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from khr_common.errors import KhrError
-from khr_models.pendulum import GRAVITY, Pendulum, critical_inclination
+from khr_models.pendulum import GRAVITY, Pendulum
 from khr_models.standing.ankle_servo import Pid, simulate_servo
-from khr_models.standing.friction import (
-    SlidingFoot,
-    simulate_sliding,
-    sliding_inclination,
-    standing_inclination,
-)
+from khr_models.standing.friction import SlidingFoot, simulate_sliding, sliding_inclination
 
 DEG = math.pi / 180.0
 
@@ -109,14 +104,6 @@ def test_with_enough_friction_it_is_the_pendulum_that_stands():
     assert not motion.slide.any()
     assert np.allclose(motion.lean, fixed.lean, atol=1e-7)
     assert np.allclose(motion.force_difference, fixed.force_difference, atol=1e-4)
-
-
-def test_it_stands_up_to_the_smaller_of_sliding_and_tipping():
-    pendulum = Pendulum()
-    assert standing_inclination(pendulum, SlidingFoot(friction=0.05)) == math.atan(0.05)
-    assert standing_inclination(pendulum, SlidingFoot(friction=0.9)) == critical_inclination(
-        pendulum, 0.0, 'tangent'
-    )
 
 
 @pytest.mark.parametrize(
