@@ -147,14 +147,6 @@ def test_a_dead_node_is_named_the_rest_stops_and_the_bag_is_readable(run):
     assert Bag(run.folder / 'bag')['/imu/data_raw']
 
 
-def test_a_silent_node_is_named(run):
-    os.kill(children(run)['ankle_controller'].pid, signal.SIGSTOP)
-    ended = finish(run, run.folder)
-    assert ended.code == 1
-    assert 'no answer from ankle_controller' in ended.err
-    assert Bag(run.folder / 'bag')['/imu/data_raw']
-
-
 @pytest.mark.parametrize('number', [signal.SIGTERM, signal.SIGHUP])
 def test_a_signal_leaves_a_readable_bag_a_hash_and_no_process(run, number):
     pids = [child.pid for child in children(run).values()]

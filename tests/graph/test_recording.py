@@ -15,7 +15,6 @@ import pytest
 from khr_analysis.nodes.recorder import RecorderNode
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.graph.run_registry import registered
-from khr_bringup.node_registry import spec_of
 from khr_bringup.scenario import scenario as scenarios
 from khr_common.interfaces import TF_AVAILABLE
 from khr_description.robot import link_names
@@ -141,14 +140,6 @@ def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
     assert values['trajectory_hash'] == standing.hash
 
 
-def test_no_picture_is_drawn_by_default(standing):
-    assert not (standing.folder / 'overview.png').exists()
-
-
-def test_without_stages_there_is_no_stage_node(bag):
-    assert '/stage' not in bag
-
-
 def test_bag_is_in_simulated_time(bag):
     assert all(time_ns <= 4_100_000_000 for messages in bag.values() for time_ns, _ in messages)
 
@@ -247,35 +238,6 @@ def test_a_recorder_ends_though_others_never_fall_silent(tmp_path, monkeypatch, 
         assert recorder.wait(30.0) == 0
     assert '/chatter' not in Bag(tmp_path / 'bag')
     assert RecorderNode.patience < 4.0, 'a launch kills what takes longer'
-
-
-def test_a_second_clock_that_goes_back_is_refused(tmp_path, monkeypatch):
-    """As of a bag that is played beside the run: its verdict names who publishes it."""
-    import rclpy
-    from rclpy.executors import SingleThreadedExecutor
-    from rosgraph_msgs.msg import Clock
-
-    with registered('clocks', tmp_path) as entry:
-        for key, value in {**entry.environment(), 'ROS_LOG_DIR': str(tmp_path)}.items():
-            monkeypatch.setenv(key, value)
-        rclpy.init(args=['--ros-args', '-p', f'folder:={tmp_path / "bag"}'])
-        try:
-            recorder = RecorderNode(spec_of('recorder'))
-            executor = SingleThreadedExecutor()
-            executor.add_node(recorder)
-            other = rclpy.create_node('other')
-            clocks = [other.create_publisher(Clock, 'clock', 10) for _ in range(2)]
-            wait_for(lambda: recorder.count_publishers('clock') == 2, 'both clocks')
-            wait_for(lambda: all(each.get_subscription_count() for each in clocks), 'the recorder')
-            for publisher, seconds in ((clocks[0], 2), (clocks[1], 1), (clocks[0], 3)):
-                message = Clock()
-                message.clock.sec = seconds
-                publisher.publish(message)
-            wait_for(lambda: executor.spin_once(0.05) or recorder.now_ns == 3 * 10**9, 'the end')
-            recorder.close()
-        finally:
-            rclpy.try_shutdown()
-    assert recorder.failure is None
 
 
 @contextmanager

@@ -183,16 +183,6 @@ def test_a_reader_sees_what_the_document_of_the_page_says(tmp_path, monkeypatch)
         reader.do(line)
 
 
-def test_what_a_document_shows_is_compared():
-    printed = '│ fell at, s │ 2.1 │\ngain: 12.0 -> 18.0 # Gain of the ankle'
-    assert not missing(
-        '│ fell at, s    │ 2.1   │\ngain: 12.0 -> 18.0 # ...', printed, numbers=True
-    )
-    assert missing('│ fell at, s │ 2.2 │', printed, numbers=True)
-    assert not missing('│ fell at, s │ 2.2 │', printed, numbers=False)
-    assert missing('│ slipped │', printed, numbers=False)
-
-
 def spoken(text):
     """Return the khr commands of a document, in blocks and amid the text."""
     blocks = [
@@ -219,7 +209,3 @@ def test_verbs_and_options_are_those_of_the_command(path):
         known = {name for each in command.params for name in (*each.opts, *each.secondary_opts)}
         asked = {word.partition('=')[0] for word in words if word.startswith('--')}
         assert asked <= known | {'--help'}, f'khr {verb}'
-
-
-def test_the_documents_speak_of_the_command():
-    assert sum(len(spoken(path.read_text())) for path in DOCUMENTS) > 60

@@ -125,17 +125,6 @@ def test_some_figures_are_reproduced_and_not_computed_again(tmp_path):
     assert len(list((tmp_path / 'again' / 'figures').glob('*.png'))) == 1
 
 
-@pytest.mark.nightly
-def test_what_is_done_is_not_done_again(done, place):
-    before = (place / 'report' / 'scoreboard.md').read_bytes()
-    kept = sorted((place / 'runs' / 'experiments').rglob('*'))
-    again = khr(place, '--only', '3.8,5.5,scoreboard', '--out', 'again')
-    assert again.returncode == 0, again.stderr
-    assert (place / 'again' / 'scoreboard.md').read_bytes() == before
-    assert sorted((place / 'runs' / 'experiments').rglob('*')) == kept
-    assert len(list((place / 'again' / 'figures').glob('*.png'))) == 2
-
-
 @pytest.mark.parametrize('only', ['5.81', '', '3.8,,4.5', 'scoreboards'])
 def test_an_unknown_number_is_one_line(only):
     with pytest.raises(KhrError, match=r'--only: .* is not known; accepted: .*3\.8.*map_.*'):

@@ -26,7 +26,7 @@ from khr_common.files import write_text
 from khr_common.text.markdown import table
 from tests import ROOT
 from tests.reliability.cases import HARMS, attempt, cases
-from tests.reliability.harms import board, load
+from tests.reliability.harms import load
 from tests.reliability.harms.harmed_run import Case
 from tests.reliability.strangers.other_machine import why_not
 from tests.support.load import busy
@@ -34,8 +34,6 @@ from tests.support.process_signals import hand_on_signals
 
 LOADED = 1.0  # cores that others use, from which on a machine counts as loaded
 LOOK = 1.0  # s of wall time over which their use is measured
-# What is tried with no other case beside it: loads, and the board, which is in real time.
-ALONE = {**load.HARMS, **board.HARMS}
 FREED = {'MALLOC_PERTURB_': '165'}  # of the C library: any byte but 0
 TITLE = (
     '# Reliability\n\nWhat a run withstands, as `make chaos` tries it, with an allocator that overwrites '
@@ -97,7 +95,7 @@ def main() -> int:
         return results
 
     if given.share is not None:
-        shared = [case for case in wanted if case.kind not in ALONE]
+        shared = [case for case in wanted if case.kind not in load.HARMS]
         list(_campaign(shared[given.share :: given.jobs], given.journal, [0]))
         return 0
     _drop_other_versions(given.journal)
@@ -127,7 +125,7 @@ def _campaign(wanted: Sequence[Case], journal: Path, loops: Sequence[int]) -> It
 
 
 def _share_out(jobs: int) -> None:
-    """Try cases in so many processes, each with a register of runs of its own; but not ALONE."""
+    """Try cases in so many processes, each with a register of runs of its own; but not loads."""
     command = [sys.executable, '-m', 'tests.reliability', *sys.argv[1:]]
     with TemporaryDirectory(prefix='khr-chaos-') as folder:
         started = []

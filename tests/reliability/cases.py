@@ -12,18 +12,11 @@ from traceback import extract_tb
 import psutil
 
 from khr_bringup.graph.run_registry import running
-from tests.reliability.harms import board, files, load, machine, processes, studies
+from tests.reliability.harms import files, load, machine, processes, studies
 from tests.reliability.harms.harmed_run import FIGURES, Case
 
 LONGEST_LINE = 600
-HARMS = {
-    **processes.HARMS,
-    **machine.HARMS,
-    **files.HARMS,
-    **studies.HARMS,
-    **load.HARMS,
-    **board.HARMS,
-}
+HARMS = {**processes.HARMS, **machine.HARMS, **files.HARMS, **studies.HARMS, **load.HARMS}
 
 
 def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
@@ -34,7 +27,6 @@ def cases(seed: int, kills: int, soak_seconds: int) -> list[Case]:
         *files.cases(seed),
         *studies.cases(seed),
         *load.cases(seed, soak_seconds),
-        *board.cases(seed),
     ]
     random.Random(seed).shuffle(found)
     return found

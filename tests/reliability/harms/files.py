@@ -47,12 +47,13 @@ def tested(case: Case, _: Path) -> list[str]:
 HARMS = {
     'mutated files, 500 each': fuzz,
     'damaged runs, 50 each': damage,
-    'tests of traffic, users, network, workers, hangs': tested,
+    'tests of traffic, users, network, workers, hangs, board': tested,
 }
 TESTED = (
     'reliability/test_traffic', 'reliability/test_no_hang', 'reliability/test_closed',
     'reliability/test_other_user', 'reliability/test_workers_elsewhere',
-    'integration/test_sweep_cluster',
+    'integration/test_sweep_cluster', 'graph/test_board', 'unit/khr_hardware/test_client',
+    'unit/khr_hardware/test_driver', 'unit/khr_hardware/test_server',
 )  # fmt: skip
 
 
@@ -61,6 +62,6 @@ def cases(seed: int) -> list[Case]:
     return [
         *(Case('mutated files, 500 each', '', '', '', seed + n) for n in range(20)),
         *(Case('damaged runs, 50 each', '', '', '', seed + n) for n in range(6)),
-        *(Case('tests of traffic, users, network, workers, hangs', '', f'tests/{name}.py')
+        *(Case('tests of traffic, users, network, workers, hangs, board', '', f'tests/{name}.py')
           for name in TESTED),
     ]  # fmt: skip

@@ -1,4 +1,4 @@
-"""Much at once, a second simulator, viewers, and runs that last."""
+"""Much at once, viewers, and runs that last."""
 
 from __future__ import annotations
 
@@ -19,23 +19,6 @@ from tests import ROOT
 from tests.reliability.harms.harmed_run import BOTH, FIGURES, LIMIT, Case, Run
 from tests.reliability.harms.viewers import trouble
 from tests.support.runs import KHR
-
-
-def simulator(case: Case, folder: Path) -> list[str]:
-    """Start a second simulator in the domain of a run: the run ends by its name."""
-    run = Run(folder / 'run', case.mode, 600.0)
-    run.reach('run', random.Random(case.name))
-    entry = _entry(run)
-    second = subprocess.Popen(
-        [sys.executable, '-m', 'khr_common.nodes.run', 'khr_sim.node_specs:SIMULATOR'],
-        env={**os.environ, **entry.environment()} if entry else None,
-        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
-    )  # fmt: skip
-    try:
-        return run.finish({1}, 'published by .*simulator')
-    finally:
-        second.kill()
-        second.wait()
 
 
 def flood(case: Case, folder: Path) -> list[str]:
@@ -127,7 +110,6 @@ def _lost(bag: Path, seconds: float) -> list[str]:
 
 
 HARMS = {
-    'a second simulator': simulator,
     '500 changes a second, 220 calls at once': flood,
     'ten viewers that come and go': viewers,
     'soak': soak,
@@ -137,7 +119,6 @@ HARMS = {
 def cases(seed: int, soak_seconds: int) -> list[Case]:
     """Return the cases of these harms."""
     return [
-        *(Case('a second simulator', mode, '', '', seed) for mode in BOTH),
         *(Case('500 changes a second, 220 calls at once', mode, victim, '', seed)
           for mode in BOTH for victim in ('changes', 'calls')),
         Case('ten viewers that come and go', '', 'run and playback', '', 600),

@@ -123,14 +123,6 @@ def clock(case: Case, folder: Path) -> list[str]:
     return run.finish({0})
 
 
-def same_folder(case: Case, folder: Path) -> list[str]:
-    """Start two runs with one folder: one has it, the other is refused before anything starts."""
-    runs = [Run(folder / 'run', case.mode) for _ in range(2)]
-    faults = [fault for run in runs for fault in run.finish({0, 2})]
-    codes = sorted(run.process.returncode for run in runs)
-    return faults + ([] if codes == [0, 2] else [f'exits {codes}'])
-
-
 def removed(case: Case, folder: Path) -> list[str]:
     """Remove the folder of a run while it goes on: the end says so, and has the right hash."""
     run = Run(folder / 'run', case.mode)
@@ -144,7 +136,6 @@ HARMS = {
     'a quota that is exceeded': quota,
     'two users': users,
     'environment': environment,
-    'two runs with one folder': same_folder,
     'a folder removed during the run': removed,
     'a clock that is set': clock,
 }
@@ -162,7 +153,6 @@ def cases(seed: int) -> list[Case]:
           for mode in BOTH for size in (4, 40, 400)),
         *(Case('two users', mode) for mode in BOTH),
         *(Case('environment', mode, name) for mode in BOTH for name in ENVIRONMENTS),
-        *(Case('two runs with one folder', mode, '', '', seed + n) for mode in BOTH for n in range(3)),
         *(Case('a folder removed during the run', mode, '', '', seed) for mode in BOTH),
         *(Case('a clock that is set', mode, '', '', jump)
           for mode in BOTH for jump in (-3600, 3600, 86_400 * 365)),

@@ -143,15 +143,12 @@ def test_a_sweep_has_a_row_per_run(tmp_path, capsys):
     ('call', 'says'),
     [
         (lambda: khr.run('nowhere'), 'nowhere'),
-        (lambda: khr.run('walk_0deg', set={'gain': 3}), 'NODE.PARAMETER'),
         (lambda: khr.load('nowhere'), 'nowhere: not there'),
         (lambda: khr.critical('fly'), 'motion'),
         (lambda: khr.run(), 'scenario is missing'),
         (lambda: khr.run(3), 'a valid string . a path . an instance of Scenario'),
         (lambda: khr.run('walk_0deg', gain=12), "'gain'.*accepted: scenario, set"),
-        (lambda: khr.run('walk_0deg', engine='ode'), 'bullet . mujoco'),
         (lambda: khr.critical(seeds=0), '^seeds: 0'),
-        (lambda: khr.sweep('walk_0deg', {'simulator.seed': 3}), 'a list of values'),
         (lambda: khr.stage3(scales=[]), 'scales'),
     ],
 )
@@ -164,12 +161,3 @@ def test_a_mistake_is_one_line(call, says):
 def test_a_signal_that_is_no_rate_is_refused(walk):
     with pytest.raises(khr.KhrError, match=r'gyro_rate \| pitch_rate'):
         khr.spectrum(walk, 'distance')
-
-
-@pytest.mark.parametrize(
-    ('settings', 'says'),
-    [({'window': 'hanning'}, r'rectangular \| hann'), ({'foo': 1}, 'foo: no such parameter')],
-)
-def test_a_setting_that_the_analyser_does_not_have_is_refused(walk, settings, says):
-    with pytest.raises(khr.KhrError, match=says):
-        khr.spectrum(walk, **settings)

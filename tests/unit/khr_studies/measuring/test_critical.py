@@ -11,7 +11,7 @@ from khr_sim.run_parameters import RunParameters
 from khr_studies.measuring import critical
 from khr_studies.measuring.condition import Condition
 from khr_studies.measuring.critical import measure_limit, run_condition
-from khr_studies.measuring.limit import ONE_SEED_DEG, RAGGED, VIBRATES, Limit, limit_text
+from khr_studies.measuring.limit import ONE_SEED_DEG, RAGGED, VIBRATES, Limit
 from khr_studies.measuring.run_table import run_table
 from tests.fakes.benches import full_outcome, outcome
 from tests.fakes.pools import HerePool
@@ -53,10 +53,6 @@ def test_slip_and_vibration_are_reported_of_the_steepest_ground_survived():
     assert limit.highest['inclination_deg'].tolist() == [5.5, 6.0]
     assert (limit.slipped, limit.vibrated) == (0.5, 0.5)
     assert np.isnan(Limit((5.55, 6.25)).slipped), 'no seed stayed up'
-
-
-def test_limit_is_the_first_number_reported():
-    assert float(limit_text('walk, K_A 12', Limit((6.0, 6.5))).split()[0]) == 6.25
 
 
 def test_condition_sets_what_each_node_does():

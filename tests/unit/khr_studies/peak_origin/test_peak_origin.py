@@ -15,16 +15,10 @@ from khr_report.page.document import markdown
 from khr_studies.measuring import experiments
 from khr_studies.measuring.experiments import specification_of
 from khr_studies.peak_origin import study as lines
-from khr_studies.peak_origin import thesis_peaks
 from khr_studies.peak_origin.evidence import APART, MOVED
 from khr_studies.peak_origin.page import blocks
 from khr_studies.peak_origin.study import run_variants, walks_of
-from khr_studies.peak_origin.thesis_peaks import (
-    THESIS_PEAKS,
-    ThesisPeak,
-    compare_gains,
-    judge_peak,
-)
+from khr_studies.peak_origin.thesis_peaks import ThesisPeak, compare_gains, judge_peak
 from tests.fakes.invented_runs import kept_runs
 
 PERIOD = 0.015
@@ -147,29 +141,6 @@ def test_what_no_run_shows_is_not_settled(runs):
     assert never.line is None and never.sure == 'low' and never.verdict == 'not tried'
     fell = [replace(walks[0].treatment, cycle_period=GAIT_PERIOD, ankle_gain=18.0, hip_gain=0.0)]
     assert 'fell' in judge_peak(ThesisPeak(4.74, 18.0), walks, bands, fell).verdict
-
-
-def test_a_peak_that_is_not_explained_stands_out_all_the_same(runs, monkeypatch):
-    near = thesis_peaks.label_strongest
-    monkeypatch.setattr(
-        thesis_peaks,
-        'label_strongest',
-        lambda *given: replace(near(*given), origin=None, label='unexplained', sure='low'),
-    )
-    walks = walks_of(runs)
-    found = judge_peak(ThesisPeak(2.58, 12.0), walks, compare_gains(walks))
-    assert found.share > lines.PEAK and found.sure == 'low'
-    assert found.verdict == 'not settled: the experiments do not explain the peak there'
-
-
-@pytest.mark.slow
-def test_the_page_begins_with_the_published_peaks(runs):
-    text = markdown(blocks(lines.study(runs)))
-    lead = text.split('\n\n')[0]
-    for peak in THESIS_PEAKS:
-        assert f'{peak.frequency:.2f} Hz ({peak.gains})' in lead
-    assert 'gait line 6: the gait (high)' in lead and 'f_0' in text
-    assert ' 0 feedback, 0 slipping' in text and 'no power' in text
 
 
 @pytest.mark.slow

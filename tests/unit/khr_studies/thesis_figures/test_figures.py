@@ -101,12 +101,6 @@ def test_a_picture_has_its_symbols_typeset_and_the_table_has_them_plain(tmp_path
     assert 'φ_cr' in table.read_text(encoding='utf-8')
 
 
-@pytest.mark.slow
-def test_drawing_twice_gives_the_same_bytes(tmp_path):
-    one, two = draw('3.9', tmp_path / 'a'), draw('3.9', tmp_path / 'b')
-    assert [path.read_bytes() for path in one] == [path.read_bytes() for path in two]
-
-
 def test_an_unknown_figure_lists_those_known(tmp_path):
     with pytest.raises(KhrError) as refusal:
         draw('9.9', tmp_path)

@@ -7,7 +7,6 @@ import pytest
 
 from khr_balance.hip import HipControllerParameters
 from khr_bringup.offline import run_offline
-from khr_common import KhrError
 from khr_description.robot import JOINTS, Robot
 from khr_sim.physics.world import Array
 from khr_sim.run_parameters import RunParameters
@@ -223,14 +222,6 @@ def test_a_plane_is_measured_once(tmp_path):
     assert len(read_store(tmp_path / 'jobs.sqlite', lambda data: data)[1]) == 7
     assert measure_plane(1, 'mujoco', 1, tmp_path, (0.02,), (0.2,)).climbs.equals(found.climbs)
     assert (tmp_path / 'jobs.sqlite').read_bytes() == kept
-
-
-@pytest.mark.parametrize(
-    ('seeds', 'engine', 'word'), [(0, 'mujoco', '--seeds'), (1, 'abacus', 'engine')]
-)
-def test_arguments_are_refused(tmp_path, seeds, engine, word):
-    with pytest.raises(KhrError, match=word):
-        measure_plane(seeds, engine, 1, tmp_path, (0.002,), (0.5,))
 
 
 @pytest.mark.slow
