@@ -19,7 +19,7 @@ setup(
         'khr.nodes': [
             'fft_analyser = khr_analysis.node_specs:FFT_ANALYSER',
             'monitor = khr_analysis.node_specs:MONITOR',
-            'course = khr_analysis.node_specs:COURSE',
+            'run_phase = khr_analysis.node_specs:RUN_PHASE',
             'recorder = khr_analysis.node_specs:RECORDER',
         ]
     },

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from khr_analysis.course import CourseParameters
 from khr_analysis.outcome import OBSERVED, SENSED, MonitorParameters
 from khr_analysis.recorder_parameters import OF_EVERY_RUN, RecorderParameters
+from khr_analysis.run_phase import RunPhaseParameters
 from khr_analysis.spectrum import FftAnalyserParameters
 from khr_common.block import NodeSpec
 from khr_common.interfaces import CLOCK, DIAGNOSTICS, GYRO, OUTCOME, PEAKS, READY, SPECTRUM, STATE
@@ -29,13 +29,13 @@ MONITOR = NodeSpec(
     node='khr_analysis.nodes.monitor:MonitorNode',
     listens=True,
 )
-COURSE = NodeSpec(
-    'course',
+RUN_PHASE = NodeSpec(
+    'run_phase',
     PACKAGE,
-    CourseParameters,
+    RunPhaseParameters,
     subscribes=(CLOCK,),
     publishes=(STATE, DIAGNOSTICS),
-    node='khr_analysis.nodes.course:CourseNode',
+    node='khr_analysis.nodes.run_phase:RunPhaseNode',
     joins=lambda _: False,  # only with a driver that does not report the state of its run
 )
 RECORDER = NodeSpec(

@@ -34,7 +34,7 @@ def roughly_driven(stand_on):
 def test_what_the_driver_publishes_itself_is_left_out(driven):
     scenario = yaml.safe_load((driven.folder / 'scenario.yaml').read_text())
     nodes = {name.removeprefix('/**/') for name in scenario}
-    assert {'gait', 'ankle_controller', 'monitor', 'recorder', 'course'} <= nodes
+    assert {'gait', 'ankle_controller', 'monitor', 'recorder', 'run_phase'} <= nodes
     assert not {'gyro', 'foot_force'} & nodes
     assert (driven.folder / 'log' / 'pendulum.log').exists()
 

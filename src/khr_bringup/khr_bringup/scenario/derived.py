@@ -8,7 +8,7 @@ from functools import cache
 from math import degrees
 from typing import Any
 
-from khr_analysis.node_specs import COURSE, MONITOR
+from khr_analysis.node_specs import MONITOR, RUN_PHASE
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.gait_plan import plan_motion
 from khr_bringup.node_registry import spec_of, table_of
@@ -48,7 +48,7 @@ def derived(values: Values, node: str) -> dict[str, Any]:
     inclination and the robot is at rest. The monitor averages until the motion ends.
     """
     simulator, known = values.get('simulator', {}), specifications(table_of(node))
-    in_its_place = node == COURSE.name or spec_of(node).drives
+    in_its_place = node == RUN_PHASE.name or spec_of(node).drives
     shared = simulator if in_its_place else SHARED
     # Copied: YAML would write a list that is the same in two places as an alias.
     found = {key: copy(simulator[key]) for key in shared if key in simulator and key in known}

@@ -13,7 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from khr_analysis.node_specs import COURSE, MONITOR
+from khr_analysis.node_specs import MONITOR, RUN_PHASE
 from khr_analysis.outcome import OBSERVED, SENSED
 from khr_bringup.node_registry import controllers, registry, spec_of
 from khr_common.block import NodeSpec
@@ -64,7 +64,7 @@ class Driver:
     @property
     def first(self) -> str:
         """Return the node that ends the run, as the simulator does."""
-        return self.name if self.reports_state else COURSE.name
+        return self.name if self.reports_state else RUN_PHASE.name
 
     @property
     def judged_by(self) -> str:
@@ -80,7 +80,7 @@ class Driver:
     def graph(self, nodes: Iterable[str]) -> list[str]:
         """Return the nodes of a run on this driver, given the nodes of a run on the simulator."""
         wanted = {node for node in nodes if not self._replaces(spec_of(node))}
-        wanted |= {COURSE.name} if not self.reports_state else set()
+        wanted |= {RUN_PHASE.name} if not self.reports_state else set()
         wanted |= {self.name} if self.path is None else set()
         wanted -= {MONITOR.name} if self.judged_by == 'nothing' else set()
         return [node for node in registry() if node in wanted]

@@ -302,9 +302,7 @@ def _node_values(file: str, node: str, body: Any) -> dict[str, Any]:
         raise KhrError(f'{file}: {named(node)}: accepted: one key ros__parameters')
     keys = body['ros__parameters']
     if not isinstance(keys, dict):
-        raise KhrError(
-            f'{file}: {named(node)}: ros__parameters: accepted: a mapping of parameters'
-        )
+        raise KhrError(f'{file}: {named(node)}: ros__parameters: accepted: a mapping')
     name = _known_node(file, node)
     return {
         key: _checked(file, name, key, value)

@@ -108,7 +108,7 @@ class SimulatorNode(KhrNode):
         """Release the physics."""
         self.plant.close()
 
-    # ---- the course of a run ----
+    # ---- the phases of a run ----
 
     def _begin(self, posture: Sequence[float]) -> None:
         self._started = True

@@ -76,7 +76,7 @@ def test_a_driver_takes_the_place_of_the_simulator_in_a_launch(tmp_path, monkeyp
     launch = prepare_launch({**DEFAULTS, **given})
     assert launch.scenario.driver.path == tmp_path / 'lib' / PENDULUM
     names = {name for _, name in launch.nodes}
-    assert 'course' in names
+    assert 'run_phase' in names
     assert not names & {'simulator', 'gyro', 'foot_force'}
 
 

@@ -60,6 +60,6 @@ def test_a_run_without_recorder_or_end(tmp_path):
 def test_the_node_that_ends_a_run_on_a_driver_receives_its_duration(tmp_path):
     driven = WALK.driven_by(Driver('foreign', 'plant'))
     wiring = Wiring.derive(driven, tmp_path)
-    assert wiring.values['course'] == {'duration': wiring.values['simulator']['duration']}
+    assert wiring.values['run_phase'] == {'duration': wiring.values['simulator']['duration']}
     assert wiring.driver_parameters(driven)['answers'] == driven.answers
     assert all('period' not in line.split() for line in wiring.values['recorder']['topics'][1:])

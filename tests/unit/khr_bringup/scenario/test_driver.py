@@ -28,7 +28,7 @@ def nodes(*publishes, scenario='stand_0deg'):
 
 def test_sensors_stay_where_the_driver_publishes_the_truth():
     truth = nodes(CLOCK, JOINT_STATES, *OBSERVED)
-    assert truth >= SENSORS | {'course', 'monitor'}
+    assert truth >= SENSORS | {'run_phase', 'monitor'}
     assert 'simulator' not in truth
     assert not nodes(*OF_BOARD) & SENSORS
     half = nodes(CLOCK, JOINT_STATES, GYRO, *TRUE_FORCES)
@@ -55,8 +55,8 @@ def test_without_anything_to_judge_by_there_is_no_monitor():
 
 
 def test_a_driver_that_reports_its_state_keeps_the_course_itself():
-    assert 'course' in nodes(*OF_BOARD)
-    assert 'course' not in nodes(*OF_BOARD, STATE)
+    assert 'run_phase' in nodes(*OF_BOARD)
+    assert 'run_phase' not in nodes(*OF_BOARD, STATE)
 
 
 def test_a_controller_without_its_sensor_is_refused_by_name():

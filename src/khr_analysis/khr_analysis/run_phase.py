@@ -8,8 +8,8 @@ from khr_common import parameter
 
 
 @dataclass(frozen=True)
-class CourseParameters:
-    """The parameter table of the course."""
+class RunPhaseParameters:
+    """The parameter table of the node ``run_phase``."""
 
     duration: float = parameter(
         0.0,
@@ -22,13 +22,13 @@ class CourseParameters:
     )
     sync: str = parameter(
         'realtime',
-        'Whether the driver waits for answers; the course only reports it.',
+        'Whether the driver waits for answers; the node only reports it.',
         choices=('lockstep', 'realtime'),
         read_only=True,
     )
 
 
-class Course:
+class RunPhase:
     """Follow the clock of a driver from state to state: waiting, running, finished.
 
     Attributes:
@@ -37,7 +37,7 @@ class Course:
         now_ns: last clock time before the end of the run, ns.
     """
 
-    def __init__(self, parameters: CourseParameters) -> None:
+    def __init__(self, parameters: RunPhaseParameters) -> None:
         self._end_ns = round(parameters.duration * 1e9) or None
         self.state, self.end, self.now_ns = 'waiting', '', 0
 
