@@ -140,6 +140,18 @@ def test_hash_is_the_last_line_and_in_the_bag(bag, standing):
     assert values['trajectory_hash'] == standing.hash
 
 
+def test_times_of_recording_are_the_timestamps(bag):
+    """As other tools show them: PlotJuggler and Foxglove plot over the time of recording."""
+    stamped = [
+        (time_ns, stamp_ns(message))
+        for topic, messages in bag.items()
+        if topic.startswith(('/imu', '/foot_force', '/ground_truth', '/ankle', '/joint_ref'))
+        for time_ns, message in messages
+    ]
+    assert len(stamped) > 1000
+    assert all(time_ns == at_ns for time_ns, at_ns in stamped)
+
+
 def test_bag_is_in_simulated_time(bag):
     assert all(time_ns <= 4_100_000_000 for messages in bag.values() for time_ns, _ in messages)
 

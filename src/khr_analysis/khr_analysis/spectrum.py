@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import ceil, floor, isfinite
 
 import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, Array, Peak, find_tones
+from khr_analysis.quantities import QUANTITIES
 from khr_common import ParameterError, parameter, sample_period
 from khr_common.errors import KhrError
 from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
@@ -18,6 +19,9 @@ from khr_common.published import GAIT_FREQUENCY, GAIT_PERIOD
 # shifts the due time. The share is larger at first, while the due time is the mean of few samples;
 # until then a sample may be off by OFF_AT_FIRST.
 FOLLOWED, SETTLED = 0.05, 20
+WRONG_RATE = 0.01  # deviation of the rate of the samples, from which on it is taken instead
+MOSTLY_BRIDGED = 0.4  # the same, if samples between those that come were invented
+RATE_SAMPLES = 50  # whose intervals show the rate after a reset
 OFF, OFF_AT_FIRST = 0.5, 0.75  # of a period
 
 
@@ -42,6 +46,17 @@ class FftAnalyserParameters:
         'Window function. Over whole gait cycles "rectangular" puts every line of '
         'the gait on a bin of its own; for other lengths take "hann".',
         choices=('rectangular', 'hann'),
+    )
+    input_type: str = parameter(
+        'sensor_msgs/msg/Imu',
+        'Type of the topic to analyse, imu/data_raw or the one it is remapped to.',
+        choices=tuple(QUANTITIES),
+        read_only=True,
+    )
+    axis: str = parameter(
+        '',
+        'Axis to analyse: x, y or z; of a JointState a joint. By default y, of a force z.',
+        read_only=True,
     )
     remove_mean: bool = parameter(True, 'Subtract the mean of the window first.')
     rate: float = parameter(
@@ -185,8 +200,10 @@ class SpectrumAnalyser:
     """
 
     def __init__(self, parameters: FftAnalyserParameters) -> None:
-        self.parameters = parameters
+        self.parameters = self._own = parameters
         self._samples: deque[float] = deque(maxlen=parameters.size)
+        self._times: deque[float] = deque(maxlen=parameters.size)  # of the samples, s
+        self._steps: deque[float] = deque(maxlen=RATE_SAMPLES)
         self._last: float | None = None
         self._due = 0.0  # when the next sample is due, s
         self._wait = 0
@@ -194,8 +211,8 @@ class SpectrumAnalyser:
 
     def configure(self, parameters: FftAnalyserParameters) -> None:
         """Take changed parameters from the next sample on, keeping the samples that fit."""
-        self.parameters = parameters
-        self._samples = deque(self._samples, maxlen=parameters.size)
+        self._own = parameters
+        self._take(self.parameters.control_period)
 
     def add(self, time: float, value: float) -> Spectrum | None:
         """Take a sample; return a spectrum if the window is full and the next one is due.
@@ -204,7 +221,8 @@ class SpectrumAnalyser:
         period before or after it is due; the due time follows slowly, as the clock of a driver
         drifts. A single sample that is missing is bridged by the mean of its neighbours. A longer
         gap, or a time that goes back, empties the window and sets ``reason``: a spectrum
-        over a gap would belong to a different signal.
+        over a gap would belong to a different signal. If the samples come at another rate than that
+        of ``control_period``, their own rate is taken, and ``reason`` states it.
 
         Args:
             time: s; about one control period after the last.
@@ -217,17 +235,62 @@ class SpectrumAnalyser:
             raise KhrError(f'value: {value!r} is not accepted; accepted: finite')
         if time == self._last:
             return None
+        if self._last is not None:
+            self._steps.append(time - self._last)
         if self._place(time) == 1:
             self._samples.append((self._samples[-1] + float(value)) / 2.0)
+            self._times.append((self._times[-1] + time) / 2.0)
             self._wait -= 1
         self._last = time
         self._samples.append(float(value))
+        self._times.append(time)
         self._wait -= 1
         if len(self._samples) < self.parameters.size or self._wait > 0:
+            return None
+        if self._correct(self._rate_of_window(time)):
             return None
         self._wait = max(1, round(1.0 / (self.parameters.rate * self.parameters.control_period)))
         start = time - (len(self._samples) - 1) * self.parameters.control_period
         return spectrum(self._samples, self.parameters, start)
+
+    def _rate_of_steps(self) -> float:
+        """Return the interval between the last samples, s, without gaps; 0 if it is not known."""
+        if len(self._steps) < SETTLED:
+            return 0.0
+        usual = sorted(self._steps)[len(self._steps) // 2]
+        whole = [step for step in self._steps if 0.0 < step < 1.6 * usual]
+        return sum(whole) / max(1, len(whole))
+
+    def _rate_of_window(self, time: float) -> float:
+        """Return the interval between the samples of a full window that ends at ``time``, s."""
+        steps = self._rate_of_steps()
+        if abs(steps / self.parameters.control_period - 1.0) > MOSTLY_BRIDGED:
+            return steps
+        return (time - self._times[0]) / (len(self._times) - 1)
+
+    def _correct(self, period: float) -> bool:
+        """Take the interval of the samples, s, if it is another than the present one."""
+        given = self.parameters.control_period
+        if not period or abs(period / given - 1.0) < WRONG_RATE:
+            return False
+        self.reason = (
+            f'samples come every {period:.4g} s ({1.0 / period:.4g} Hz), not every {given:.4g} s: '
+            'their own rate is taken'
+        )
+        self._samples.clear()
+        self._times.clear()
+        self._take(period)
+        return True
+
+    def _take(self, period: float) -> None:
+        """Use the parameters with this period between samples, and a window of eight or more."""
+        own = self._own
+        if period != own.control_period:
+            length = max(own.window_length, 8.0 * period)
+            own = replace(own, control_period=period, window_length=length)
+        self.parameters = own
+        self._samples = deque(self._samples, maxlen=own.size)
+        self._times = deque(self._times, maxlen=own.size)
 
     def _place(self, time: float) -> int:
         """Return how many samples are missing before this one, of those that can be bridged."""
@@ -245,6 +308,9 @@ class SpectrumAnalyser:
                 )
                 self._samples.clear()
                 missing, late = 0, 0.0
+                self._times.clear()
+                self._correct(self._rate_of_steps())
+                period = self.parameters.control_period
         followed = max(FOLLOWED, 1.0 / (len(self._samples) + 1))
         self._due = time + period - (1.0 - followed) * late
         return missing

@@ -93,6 +93,11 @@ def test_system_time_jitter_and_lost_samples_change_neither_spectrum_nor_correct
         assert amplitude == pytest.approx(fitted(each, frequency), rel=0.05)
 
 
+def test_a_best_effort_sensor_is_received_and_named(roughly_driven):
+    assert len(roughly_driven.bag()['/imu/data_raw']) > 100
+    assert 'imu/data_raw: published best effort' in roughly_driven.err
+
+
 def test_bad_manners_are_not_warned_of_again_and_again(roughly_driven):
     log = (roughly_driven.folder / 'log' / 'graph.log').read_text()
     assert log.count('window emptied') <= 1

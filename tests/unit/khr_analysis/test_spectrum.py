@@ -293,6 +293,18 @@ def test_a_sample_that_is_missing_now_and_then_is_bridged(seed):
         assert result.peaks[0].amplitude == pytest.approx(0.4, rel=0.02)
 
 
+@pytest.mark.parametrize('rate', [20.0, 40.0, 72.0, 100.0, 200.0])
+def test_another_rate_is_found_and_taken(rate):
+    """A rate that is assumed shows a tone at the wrong frequency; 1 % is below a bin."""
+    analyser, found = SpectrumAnalyser(FftAnalyserParameters(window='hann')), []
+    for k in range(int(10.0 * rate)):
+        result = analyser.add(k / rate, float(np.sin(tau * 5.0 * k / rate)))
+        found += [result] if result is not None else []
+    assert found and 'their own rate is taken' in analyser.reason
+    for result in found:
+        assert result.peaks[0].frequency == pytest.approx(5.0, rel=0.01)
+
+
 def test_a_shorter_window_keeps_the_latest_samples():
     signal = np.sin(np.arange(SIZE + 1))
     analyser = SpectrumAnalyser(FftAnalyserParameters(rate=66.6))

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
 from diagnostic_msgs.msg import DiagnosticArray
 from std_msgs.msg import Float64MultiArray, MultiArrayDimension
 
+from khr_analysis.quantities import QUANTITIES
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser
 from khr_common.block import NodeSpec
-from khr_common.cdr import Floats
-from khr_common.interfaces import GYRO, PEAKS, SPECTRUM, Topic
+from khr_common.interfaces import GYRO, IMU, PEAKS, SPECTRUM
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import restamp, status
+from khr_common.run_identity import MalformedError
 from khr_common.stamps import RunTime, StampSequence
 
 QUIET = 10.0  # s of wall time between warnings
@@ -30,19 +35,50 @@ class FftAnalyserNode(Listener):
         self._stamps, self._time = StampSequence(), RunTime()
         self._spectrum = self.publisher(SPECTRUM)
         self._peaks = self.publisher(PEAKS)
-        self.subscribe_numbers(GYRO, self._on_gyro)
+        own = self.parameters
+        self._last: tuple[int, float] | None = None
+        self._unstamped = False
+        if own.input_type == IMU and own.axis in ('', *'xyz'):
+            place = 'xyz'.index(own.axis or 'y')
+            self.subscribe_numbers(GYRO, lambda _, at, rates: self._on_sample(at, rates[place]))
+        else:
+            self._quantity = QUANTITIES[own.input_type]
+            self.subscribe(replace(GYRO, kind=own.input_type), self._on_message)
 
     def configure(self, parameters: FftAnalyserParameters) -> None:
         """Pass changed parameters to the analyser."""
         self._analyser.configure(parameters)
 
-    def _on_gyro(self, _: Topic, stamp_ns: int, rates: Floats) -> None:
+    def _on_message(self, message: Any) -> None:
+        rows = dict(self._quantity.read(message))
+        axis = self.parameters.axis or self._quantity.default or next(iter(rows), '')
+        if axis not in rows:
+            self.fail(f'axis: {axis!r} is not accepted; accepted: {", ".join(rows)}')
+            return
+        if not isfinite(rows[axis]):
+            raise MalformedError('numbers that are not finite')
+        header = getattr(message, 'header', None)
+        stamp = header.stamp if header is not None else None
+        self._unstamped |= stamp is None
+        self._on_sample(stamp.sec * 10**9 + stamp.nanosec if stamp else 0, rows[axis])
+
+    def _time_of(self, stamp_ns: int, value: float) -> int:
+        """Return the timestamp of a sample, or of its arrival if the samples have none, ns."""
+        again = stamp_ns == 0 and self._last is not None and self._last[0] == 0
+        if again and not self._unstamped and self._last != (0, value):
+            self._unstamped = True
+            self.get_logger().warning('timestamps are zero: times of arrival are used')
+        self._last = stamp_ns, value
+        return self.get_clock().now().nanoseconds if self._unstamped else stamp_ns
+
+    def _on_sample(self, stamp_ns: int, value: float) -> None:
+        stamp_ns = self._time_of(stamp_ns, value)
         self.now_ns = stamp_ns
         self.received(stamp_ns)
         if not self._stamps.is_new(stamp_ns):
             return
         before = self._analyser.reason
-        spectrum = self._analyser.add(self._time.since_start(stamp_ns) / 1e9, rates[1])
+        spectrum = self._analyser.add(self._time.since_start(stamp_ns) / 1e9, value)
         if self._analyser.reason != before:
             self.get_logger().warning(
                 f'window emptied: {self._analyser.reason}', throttle_duration_sec=QUIET

@@ -14,7 +14,19 @@ from khr_analysis.recording import Recording
 from khr_common import cdr
 from khr_common.block import NodeSpec
 from khr_common.errors import KhrError
-from khr_common.interfaces import CLOCK, LOG, SCENARIO, TRANSFORMS, Topic
+from khr_common.interfaces import (
+    CLOCK,
+    IMU,
+    JOINT_STATE,
+    LOG,
+    SCENARIO,
+    STATUS_ARRAY,
+    TRANSFORMS,
+    TRUE_POSE,
+    TRUE_SOLES,
+    WRENCH,
+    Topic,
+)
 from khr_common.nodes.listener import Listener
 from khr_common.nodes.messages import little_endian, message_class
 from khr_common.run_identity import MalformedError, check_run
@@ -28,6 +40,18 @@ DEPTH_LATCHED = QoSProfile(depth=1000, durability=DurabilityPolicy.TRANSIENT_LOC
 IDLE_SPINS, LOST_SPINS = 10, 50
 # ns: if all nodes are interrupted at once, the last samples get no answers.
 LAST_INSTANTS = 100_000_000
+
+
+SAME_CLOCK = 10_000_000_000  # ns between clock and timestamp of a message of the same clock
+STAMPED = (  # types that begin with a timestamp
+    CLOCK.kind,
+    IMU,
+    JOINT_STATE,
+    STATUS_ARRAY,
+    TRUE_POSE.kind,
+    TRUE_SOLES.kind,
+    WRENCH,
+)
 
 
 class RecorderNode(Listener):
@@ -87,13 +111,16 @@ class RecorderNode(Listener):
         return recording
 
     def _subscribe_to(self, name: str, topic: Topic) -> None:
-        self.create_subscription(
-            message_class(topic.kind),
-            name,
-            partial(self._on_log if topic == LOG else self._on_message, name),
-            DEPTH_LATCHED if topic.flow == 'latched' else DEPTH,
-            raw=True,
-        )
+        kind = message_class(topic.kind)
+        receive = partial(self._on_log if topic == LOG else self._on_message, name)
+
+        def subscription(qos: QoSProfile) -> object:
+            return self.create_subscription(kind, name, receive, qos, raw=True)
+
+        latched = topic.flow == 'latched'
+        subscription(DEPTH_LATCHED if latched else DEPTH)
+        if topic.kind in STAMPED and not latched:
+            self.subscribe_best_effort_too(topic, subscription)
 
     def _on_log(self, name: str, data: bytes) -> None:
         """Record a log message from the domain-wide topic if a node of this robot sent it."""
@@ -110,6 +137,7 @@ class RecorderNode(Listener):
     def _on_message(self, name: str, data: bytes) -> None:
         self._idle_spins = 0
         topic = self._topics[name]
+        self.matched(topic)
         if name in self._kinds and self._last.get(name) == data:
             return  # a repeated sample
         try:
@@ -136,7 +164,20 @@ class RecorderNode(Listener):
                 self.received(stamp_ns)
         recording = self._recording
         if recording is not None and name in recording.counts:
-            self._attempt(lambda: recording.write(name, data, self.now_ns))
+            time_ns = self._time_of(topic, data)
+            self._attempt(lambda: recording.write(name, data, time_ns))
+
+    def _time_of(self, topic: Topic, data: bytes) -> int:
+        """Return the time of recording, ns: the timestamp of the message, if it has one.
+
+        Topics arrive up to some seconds apart, so that the clock heard last would mislead tools
+        that show the times of recording. A timestamp of another clock than that of the run does not
+        count.
+        """
+        if topic.kind not in STAMPED:
+            return self.now_ns
+        stamp_ns = cdr.clock(little_endian(data, message_class(topic.kind)))
+        return stamp_ns if stamp_ns and abs(stamp_ns - self.now_ns) < SAME_CLOCK else self.now_ns
 
     def _check(self, name: str, data: bytes) -> int:
         """Return the stamp, ns, of a message of a periodic topic; -1 for other topics.

@@ -11,21 +11,23 @@ from math import inf
 from typing import TYPE_CHECKING
 
 from khr_analysis.node_specs import MONITOR, RECORDER
+from khr_analysis.outcome import SENSED
 from khr_bringup.graph.wiring import START_TIMEOUT, nodes_of
 from khr_bringup.node_registry import spec_of
 from khr_bringup.result import Progress, Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common import RunError
-from khr_common.interfaces import DIAGNOSTICS, READY, TF, TF_STATIC
+from khr_common.interfaces import DIAGNOSTICS, READY, TF, TF_STATIC, Topic
 from khr_common.pacing import RealTime
 from khr_common.text.quoting import one_line
 from khr_sim.run_parameters import RunParameters
 
 if TYPE_CHECKING:
-    from khr_bringup.graph.run_monitor import View
+    from khr_bringup.graph.run_monitor import View, Watcher
     from khr_bringup.graph.run_registry import RunEntry
 
 ENDING = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)
+SAMPLES = 12.0  # s of wall time for the first whole sample of a driver
 SILENCE = 15.0  # s of wall time without a report of the simulator; it sends one every second
 LAST_WORDS = 4.0  # s of wall time for the outcome of a run that was interrupted; launch waits 5
 
@@ -90,7 +92,8 @@ def follow(
     # In realtime mode the run goes on without a silent node, so not all can receive the whole run.
     lockstep = scenario.table(RunParameters).sync == 'lockstep'
     owners = _owners(scenario, RECORDER.name in listeners)
-    watcher = Watcher(listeners if lockstep else (), run, owners, callbacks.switch)
+    sensors = _sensors(scenario)
+    watcher = Watcher(listeners if lockstep else (), run, owners, callbacks.switch, sensors)
     view, deadline = watcher.view, inf
     view.judges = MONITOR.name in scenario.nodes
     executor = EventsExecutor()
@@ -105,17 +108,18 @@ def follow(
                     stop()
                 trouble = watcher.stranger()
                 if not (deadline < inf or view.over):
-                    trouble = trouble or failed() or _silent(view, simulator) or _unfinished(view)
+                    trouble = trouble or failed() or _silent(view, simulator)
+                    trouble = trouble or _unjudged(watcher) or _unfinished(view)
                 if trouble is not None:
                     raise RunError(f'{trouble}; the run was stopped')
     finally:
         executor.remove_node(watcher)
         watcher.destroy_node()
         rclpy.try_shutdown()
-    return _result(view, scenario, began)
+    return _result(view, scenario, began, watcher.sensors.notes)
 
 
-def _result(view: View, scenario: Scenario, began: float) -> Result:
+def _result(view: View, scenario: Scenario, began: float, notes: Sequence[str]) -> Result:
     values = view.state_values
     if values.get('end') == 'error':
         raise RunError(f'{one_line(values.get("reason", ""))}; the run was stopped')
@@ -130,7 +134,7 @@ def _result(view: View, scenario: Scenario, began: float) -> Result:
         wall_time=view.ran + (now - view.entered if view.state == 'running' else 0.0),
         realtime=RealTime.read(values),
         changes=tuple(view.changes),
-        warnings=tuple(view.complaints),
+        warnings=(*view.complaints, *notes),
     )
 
 
@@ -159,6 +163,24 @@ def _silent(view: View, simulator: str) -> str | None:
     ):
         return None
     return f'{simulator} has not reported for {silent:.0f} s'
+
+
+def _sensors(scenario: Scenario) -> tuple[Topic, ...]:
+    """Return the topics of a driver of its own that judge a run."""
+    driver = scenario.driver
+    if driver is None or driver.path is None or driver.judged_by != 'sensors':
+        return ()
+    return tuple(topic for topic in SENSED if topic in driver.publishes)
+
+
+def _unjudged(watcher: Watcher) -> str | None:
+    """Return an error if the samples of a driver make no run before a timeout, else None."""
+    view = watcher.view
+    begun = view.started and time.monotonic() - max(view.started, view.judged_at)
+    if not (begun and begun > SAMPLES and not view.final):
+        return None
+    faults = watcher.sensors.faults()
+    return f'the run cannot be judged: {"; ".join(faults)}' if faults else None
 
 
 def _unfinished(view: View) -> str | None:

@@ -17,6 +17,7 @@ from rclpy.serialization import deserialize_message
 from khr_analysis.outcome import Outcome, SensedOutcome
 from khr_analysis.outcome_values import outcome_of
 from khr_bringup.changes import Change, changes_in
+from khr_bringup.graph.sensor_watch import SensorWatch
 from khr_bringup.result import Progress
 from khr_common import KhrError, RunError, cdr
 from khr_common.interfaces import DIAGNOSTICS, OUTCOME, READY, STATE, Topic
@@ -52,6 +53,7 @@ class View:
     ran: float = 0.0  # s that the run went on until then, pauses left out
     pace: Progress = field(default_factory=lambda: Progress(0.0, ''))
     judged: Outcome | SensedOutcome | None = None
+    judged_at: float = 0.0  # when an outcome last changed
     final: bool = False  # whether the outcome is that of the whole run
     warnings: list[str] = field(default_factory=list)
     refused: Counter[str] = field(default_factory=Counter)  # messages, by topic and reason
@@ -118,15 +120,18 @@ class View:
         """Take the monitor's verdict so far."""
         values = pairs(status)
         check_run(values.get(KEY, ''), run)
+        before = self.judged, self.final
         self.judged = outcome_of(status.message, values)
         self.final = values.get('final') == 'true'
-        self.news = time.monotonic()
+        if (self.judged, self.final) != before:  # repeated reports are no news
+            self.news = self.judged_at = time.monotonic()
 
     def take_ready(self, message: Any, run: str) -> None:
         """Take the progress of a listener."""
         name, stamp_ns = read_ready(message.data, run)
+        if self.received.get(name) != stamp_ns:
+            self.news = time.monotonic()
         self.received[name] = stamp_ns
-        self.news = time.monotonic()
 
     def take_diagnostics(self, array: DiagnosticArray) -> None:
         """Take the health of the nodes, and parameter changes; an ERROR is kept as a warning."""
@@ -164,6 +169,7 @@ class Watcher(Node):  # type: ignore[misc]
         listeners: nodes that must have received the whole run before it is over.
         run: identity of the run; messages of other runs are refused.
         owners: the one node that may publish each of these topics.
+        sensors: topics of a driver, whose samples are needed to judge the run.
         switch: ends the run for another scenario; None if this run has no successor.
     """
 
@@ -173,11 +179,13 @@ class Watcher(Node):  # type: ignore[misc]
         run: str = '',
         owners: Mapping[str, str] | None = None,
         switch: Switch | None = None,
+        sensors: Sequence[Topic] = (),
     ) -> None:
         super().__init__('khr', start_parameter_services=False, enable_rosout=False)
         self.view = View(listeners=tuple(listeners))
         self._owners = owners or {}
         self._switch = switch
+        self.sensors = SensorWatch(self, sensors)
         self.create_service(SetParametersAtomically, '~/switch', self._on_switch)
         view = self.view
         self._follow(STATE, lambda status: view.take_state(status, run), LATCHED_FROM_ALL)

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -15,58 +14,16 @@ from numpy.typing import NDArray
 from rosbags.interfaces import Connection
 from rosbags.typesys import Stores, get_typestore
 
+from khr_analysis.quantities import QUANTITIES, Quantity, Rows
 from khr_analysis.sampling import Samples, choose_stamps, even_samples
 from khr_bringup.recorded.bags import AmbiguousError, existing_bag
 from khr_bringup.recorded.storage import Storage, opened
 from khr_common.errors import KhrError
-from khr_common.interfaces import GYRO, IMU, JOINT_STATE, WRENCH
+from khr_common.interfaces import GYRO, IMU
 from khr_common.text.quoting import one_line, quoted
 
-VECTOR, FLOAT = 'geometry_msgs/msg/Vector3Stamped', 'std_msgs/msg/Float64'
 Array = NDArray[np.float64]
 Stamps = NDArray[np.int64]
-Rows = list[tuple[str, float]]  # the numbers of a message by axis
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """The numbers of a message type that can be analysed.
-
-    Attributes:
-        read: returns the numbers of a message by axis.
-        default: axis if none is asked for; empty for the first.
-        name: of the quantity.
-        unit: as shown.
-        factor: from the unit of the message to the shown one.
-    """
-
-    read: Callable[[Any], Rows]
-    default: str
-    name: str
-    unit: str
-    factor: float = 1.0
-
-
-def _vector(vector: Any, suffix: str = '') -> Rows:
-    return [(f'{axis}{suffix}', float(getattr(vector, axis))) for axis in 'xyz']
-
-
-def _imu(message: Any) -> Rows:
-    return _vector(message.angular_velocity)
-
-
-def _joints(message: Any) -> Rows:
-    positions = message.position if len(message.position) else [np.nan] * len(message.name)
-    return [(str(name), float(value)) for name, value in zip(message.name, positions, strict=True)]
-
-
-QUANTITIES = {
-    IMU: Quantity(_imu, 'y', 'angular velocity', 'deg/s', degrees(1.0)),
-    JOINT_STATE: Quantity(_joints, '', 'joint position', 'rad'),
-    WRENCH: Quantity(lambda m: _vector(m.wrench.force), 'z', 'force', 'N'),
-    VECTOR: Quantity(lambda m: _vector(m.vector), 'y', 'vector', 'its unit'),
-    FLOAT: Quantity(lambda m: [('data', float(m.data))], 'data', 'value', 'its unit'),
-}
 
 
 @dataclass(frozen=True, eq=False)

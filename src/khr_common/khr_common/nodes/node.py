@@ -16,7 +16,7 @@ from rclpy.exceptions import ParameterException
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 from rclpy.publisher import Publisher
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rclpy.subscription import Subscription
 from rclpy.timer import Timer
@@ -50,10 +50,12 @@ DATA = QoSProfile(depth=HISTORY)
 # Publishers latch one message. Subscribers keep 50, because several nodes may latch on one
 # topic.
 LATCHED = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+BEST_EFFORT = QoSProfile(depth=HISTORY, reliability=ReliabilityPolicy.BEST_EFFORT)
 LATCHED_FROM_ALL = QoSProfile(depth=50, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 # Parameters that every node of ROS 2 has.
 OF_ROS = ('use_sim_time', 'start_type_description_service')
 MOST_REASONS = 50  # that are reported one by one
+MATCH_PERIOD = 0.25  # s of wall time between looks at the publishers of a silent topic
 REPORT_PERIOD = 1.0  # s of wall time between reports of refused messages
 
 
@@ -82,6 +84,7 @@ class KhrNode(Node):  # type: ignore[misc]
         self.now_ns = 0
         self.closed = False
         self._refused: Counter[tuple[Topic, str]] = Counter()
+        self._unmatched: dict[Topic, Callable[[QoSProfile], object]] = {}
         for specification in specifications(self.table).values():
             self._declare(specification)
         self.parameters = self._build({})
@@ -192,6 +195,7 @@ class KhrNode(Node):  # type: ignore[misc]
         def receive(data: bytes) -> None:
             if self.closed:
                 return
+            self.matched(topic)
             try:
                 found = read(data)
             except MalformedError as error:
@@ -207,10 +211,48 @@ class KhrNode(Node):  # type: ignore[misc]
             except KhrError as error:
                 self.fail(f'{topic.name}: {error}')
 
-        qos = LATCHED_FROM_ALL if topic.flow == 'latched' else DATA
-        return self.create_subscription(
-            message_class(topic.kind), topic.name, receive, qos, raw=True
-        )
+        def subscription(qos: QoSProfile) -> Subscription:
+            kind = message_class(topic.kind)
+            return self.create_subscription(kind, topic.name, receive, qos, raw=True)
+
+        if topic.flow == 'latched':
+            return subscription(LATCHED_FROM_ALL)
+        self.subscribe_best_effort_too(topic, subscription)
+        return subscription(DATA)
+
+    def subscribe_best_effort_too(
+        self, topic: Topic, subscription: Callable[[QoSProfile], object]
+    ) -> None:
+        """Subscribe again if all publishers of a topic turn out to be best effort.
+
+        They never match a reliable subscription. Drivers of sensors often are.
+
+        Args:
+            topic: from which no message has come yet; see :meth:`matched`.
+            subscription: creates a subscription of the given quality of service.
+        """
+        if not self._unmatched:
+            self._matching = self.by_wall_clock(MATCH_PERIOD, self._match)
+        self._unmatched[topic] = subscription
+
+    def matched(self, topic: Topic) -> None:
+        """Note that a message has come on a topic."""
+        if self._unmatched:
+            self._unmatched.pop(topic, None)
+
+    def _match(self) -> None:
+        for topic, subscription in list(self._unmatched.items()):
+            infos = self.get_publishers_info_by_topic(self.resolve_topic_name(topic.name))
+            reliabilities = {info.qos_profile.reliability for info in infos}
+            if reliabilities == {ReliabilityPolicy.BEST_EFFORT}:
+                self.matched(topic)
+                subscription(BEST_EFFORT)
+                self.get_logger().warning(
+                    f'{topic.name}: published best effort: subscribed best effort, samples may '
+                    'be lost'
+                )
+        if not self._unmatched:
+            self._matching.cancel()
 
     def _report_refused(self) -> None:
         self._publish_health(

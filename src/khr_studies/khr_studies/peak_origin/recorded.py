@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from math import ceil, floor, inf
+from math import ceil, floor
 from pathlib import Path
 
 import numpy as np
@@ -93,7 +93,7 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
         series: signals of the run.
 
     Raises:
-        KhrError: if the pitch rate is shorter than the window of a spectrum.
+        KhrError: if there is no pitch rate, or one of fewer than eight samples.
     """
     gait, parameters = scenario.table(GaitParameters), scenario.table(FftAnalyserParameters)
     walks = gait.motion == 'walk'
@@ -102,30 +102,20 @@ def peaks_of(name: str, scenario: Scenario, series: Series) -> RecordedPeaks:
     if not np.isfinite(rate).any():
         raise KhrError(f'{name}: no pitch rate in it; accepted: a run with a gyro')
     samples = samples_at(series.time, np.degrees(rate))
-    begin, end = _cycles(gait, *samples.span) if walks else (-inf, inf)
-    part = within(samples, begin, end)
-    least = gait.cycle_period if walks else parameters.window_length
-    if len(part.values) * part.period < least - part.period:
-        length = f'{samples.span[1] - samples.span[0]:.2f} s'
-        raise KhrError(
-            f'{name}: {"no whole cycle of the gait" if walks else length} '
-            f'is not enough; accepted: {"one" if walks else f"{least:g} s"} or more'
-        )
-    found = spectrum(
-        part.values,
-        replace(parameters, control_period=part.period, window_length=least),
-        part.start,
-    )
-    return RecordedPeaks(
-        scenario.title or name,
-        f'pitch rate, by the {"true rate of the torso" if simulated else "gyro"}',
-        'deg/s',
-        found.start,
-        found.end,
-        gait.cycle_period if walks else 0.0,
-        found.peaks,
-        part.notes,
-    )
+    title = scenario.title or name
+    signal = f'pitch rate, by the {"true rate of the torso" if simulated else "gyro"}'
+    begin, end = _cycles(gait, *samples.span) if walks else (0.0, 0.0)
+    if end - begin < gait.cycle_period - samples.period:  # none is whole
+        whole = recorded_spectrum(samples)
+        none = ('No whole cycle of the gait: the lines have no place in it.',) if walks else ()
+        notes = (*none, *whole.notes)
+        lines, cycle = whole.spectrum, 0.0
+    else:
+        part = within(samples, begin, end)
+        own = replace(parameters, control_period=part.period, window_length=gait.cycle_period)
+        lines = spectrum(part.values, own, part.start)
+        notes, cycle = part.notes, gait.cycle_period
+    return RecordedPeaks(title, signal, 'deg/s', lines.start, lines.end, cycle, lines.peaks, notes)
 
 
 def _cycles(gait: GaitParameters, begin: float, end: float) -> tuple[float, float]:

@@ -7,11 +7,12 @@ import pytest
 from diagnostic_msgs.msg import DiagnosticArray
 from hypothesis import given
 from hypothesis import strategies as st
+from std_msgs.msg import String
 
 from khr_bringup.graph.following import START_TIMEOUT, _unfinished
 from khr_bringup.graph.run_monitor import View
 from khr_common.nodes.messages import status
-from khr_common.run_identity import MalformedError
+from khr_common.run_identity import MalformedError, ready_text
 
 END = 12_000_000_000
 VIEW = View(
@@ -40,6 +41,15 @@ def test_a_run_that_all_have_acknowledged_is_over_once_it_is_judged():
     unjudged = replace(complete, final=False, news=long_ago())
     assert not unjudged.over
     assert _unfinished(unjudged) == 'the monitor did not judge the run'
+
+
+def test_a_repeated_report_is_no_news():
+    """Listeners of a run that is stuck report the same sample again and again."""
+    view = View()
+    for stamp_ns, news in ((1, True), (1, False), (2, True)):
+        view.news = 1.0
+        view.take_ready(String(data=ready_text('monitor', stamp_ns, '')), '')
+        assert (view.news > 1.0) == news
 
 
 def test_a_run_that_goes_on_is_not_over():

@@ -1,0 +1,54 @@
+"""The numbers of each message type whose spectrum can be computed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import degrees, nan
+from typing import Any
+
+from khr_common.interfaces import IMU, JOINT_STATE, WRENCH
+
+VECTOR, FLOAT = 'geometry_msgs/msg/Vector3Stamped', 'std_msgs/msg/Float64'
+Rows = list[tuple[str, float]]  # the numbers of a message by axis
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The numbers of a message type that can be analysed.
+
+    Attributes:
+        read: returns the numbers of a message by axis.
+        default: axis if none is asked for; empty for the first.
+        name: of the quantity.
+        unit: as shown.
+        factor: from the unit of the message to the shown one.
+    """
+
+    read: Callable[[Any], Rows]
+    default: str
+    name: str
+    unit: str
+    factor: float = 1.0
+
+
+def _vector(vector: Any, suffix: str = '') -> Rows:
+    return [(f'{axis}{suffix}', float(getattr(vector, axis))) for axis in 'xyz']
+
+
+def _imu(message: Any) -> Rows:
+    return _vector(message.angular_velocity)
+
+
+def _joints(message: Any) -> Rows:
+    positions = message.position if len(message.position) else [nan] * len(message.name)
+    return [(str(name), float(value)) for name, value in zip(message.name, positions, strict=True)]
+
+
+QUANTITIES = {
+    IMU: Quantity(_imu, 'y', 'angular velocity', 'deg/s', degrees(1.0)),
+    JOINT_STATE: Quantity(_joints, '', 'joint position', 'rad'),
+    WRENCH: Quantity(lambda m: _vector(m.wrench.force), 'z', 'force', 'N'),
+    VECTOR: Quantity(lambda m: _vector(m.vector), 'y', 'vector', 'its unit'),
+    FLOAT: Quantity(lambda m: [('data', float(m.data))], 'data', 'value', 'its unit'),
+}
