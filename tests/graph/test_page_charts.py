@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from tests.support.browser import browser_page, chart, free_port, saved, slider
+from tests.support.browser import browser_page, chart, free_port, row, saved, slider
 from tests.support.runs import joined, start_khr, wait_for, wait_until
 
 pytestmark = [pytest.mark.slow, pytest.mark.timeout(300)]
@@ -142,7 +142,7 @@ def test_a_reader_chooses_the_charts_and_saves_what_is_chosen(page):
         assert name == 'signals.csv'
         return list(csv.reader(io.StringIO(table.decode())))
 
-    table = wait_for(lambda: len((found := columns())[0]) == 12 and found, 'chosen columns')
+    table = wait_for(lambda: len((found := columns())[0]) == 22 and found, 'chosen columns')
     head, *rows = table
     assert head[0] == 'time, s' and 'Joint ankle pitch left, deg' in head
     assert not any(name.startswith(DELTA) for name in head)
@@ -179,7 +179,7 @@ def test_the_charts_are_saved_as_they_are_shown(page):
 
 def test_forces_and_support_can_be_hidden(page):
     """The robot stands still meanwhile: nothing else changes in the picture."""
-    box = page.get_by_role('checkbox', name='Forces and support')
+    box = page.get_by_role('checkbox', name='Forces and balance')
     shown = middle_of(page)
     box.uncheck()
     wait_for(lambda: changed(shown, middle_of(page)) > 100, 'a robot without them')
@@ -226,3 +226,26 @@ def torso(page):
 def middle_of(page):
     clip = {'x': 370, 'y': 0, 'width': 680, 'height': 850}
     return Image.open(io.BytesIO(page.screenshot(clip=clip))).convert('RGB')
+
+
+def test_every_chart_has_a_scale_though_some_of_its_lines_have_no_data(page):
+    """No node publishes a correction of the roll controller, and there is no earlier attempt."""
+    scales = f'Object.values({DRAWN}).map(({{chart}}) => [chart.scales.y.min, chart.scales.y.max])'
+    wait_for(
+        lambda: all(None not in ends and ends[0] < ends[1] for ends in page.evaluate(scales)),
+        'a scale of every chart',
+    )
+
+
+def test_a_number_acts_on_enter_and_not_on_every_key(page):
+    box = row(page, 'Ankle gain K_A', 'input').locator('input').last
+    before = slider(page, 'Ankle gain K_A').get_attribute('aria-valuenow')
+    box.click()
+    box.press('Control+a')
+    box.type('23')
+    page.wait_for_timeout(500)
+    assert slider(page, 'Ankle gain K_A').get_attribute('aria-valuenow') == before
+    box.press('Enter')
+    wait_for(
+        lambda: slider(page, 'Ankle gain K_A').get_attribute('aria-valuenow') == '23', 'the gain'
+    )

@@ -29,6 +29,10 @@ class AnkleControllerParameters(BalanceParameters):
         maximum=1.0,
     )
 
+    def constant(self, time: float) -> float:
+        """Return the part of the correction that no sensor causes, rad; the forces have none."""
+        return super().constant(time) if self.source == 'gyro' else 0.0
+
 
 class AnkleController(BalanceController[AnkleControllerParameters]):
     """Feed the pitch rate (5.3) or the toe-heel difference (3.13) back to both ankles.

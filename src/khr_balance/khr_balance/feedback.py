@@ -99,6 +99,17 @@ class BalanceParameters(FeedbackParameters):
         maximum=20.0,
     )
 
+    def constant(self, time: float) -> float:
+        """Return the part of the correction that no sensor causes, rad, at a time in s."""
+        if not self.enabled:
+            return 0.0
+        ramp = min(time / self.start_ramp, 1.0) if self.start_ramp else 1.0
+        limit = radians(self.limit_deg)
+        angle = radians(self.lean_deg) - rate_gain(self.gain * self.gain_unit) * (
+            self.reference_offset
+        )
+        return ramp * max(-limit, min(limit, angle))
+
 
 FeedbackTable = TypeVar('FeedbackTable', bound=FeedbackParameters)
 BalanceTable = TypeVar('BalanceTable', bound=BalanceParameters)

@@ -49,11 +49,18 @@ _OF_SIMULATOR = (
     Tunable('Time', 'simulator', 'realtime_factor', SPEED, 0.05, 5.0),
 )
 
+OF_CONTROLLER = ('enabled', 'gain')  # parameters that the reader can change
 # Parameters that the page needs to draw and does not change.
 WATCHED = (
     Tunable('', 'simulator', 'surface', ''),
     Tunable('', 'simulator', 'pad_distance', ''),
     *(Tunable('', GAIT, name, '') for name in specifications(GaitParameters)),
+    *(
+        Tunable('', node, name, '')
+        for node in controllers()
+        for name in specifications(table_of(node))
+        if name not in OF_CONTROLLER
+    ),
 )
 
 

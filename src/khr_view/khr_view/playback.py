@@ -11,7 +11,8 @@ from pathlib import Path
 
 import numpy as np
 
-from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts
+from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart, charts, interpolate
+from khr_view.charts.traces import shade
 from khr_view.guard import AccessGuard
 from khr_view.model.recorded import Timeline
 from khr_view.model.restart import PAUSE
@@ -97,15 +98,22 @@ class PlayedRuns:
             for chart in charts()
         )
 
+    def shades(self, times: Array) -> tuple[Array, ...]:
+        """Return the phases of the first run's gait, and the events of all runs."""
+        events = [event for run in self._runs for event in run.marks]
+        return shade(times, self._runs[0].motion.swings, events)
+
+    def ghost(self, chart: Chart, times: Array) -> Array:
+        """Return no earlier attempt."""
+        return np.full(len(times), np.nan)
+
     def columns(self, chart: Chart) -> tuple[Array, ...]:
-        """Return times and the values of each curve."""
+        """Return times and the values of each curve; NaN where a run has no sample."""
         single = self._single[chart.title]
         found = [run.columns(single, self.now) for run in self._runs]
         times = max((own for own, *_ in found), key=len)
         return times, *(
-            np.interp(times, own, values) if len(own) else np.zeros(len(times))
-            for own, *lines in found
-            for values in lines
+            interpolate(times, own, values) for own, *lines in found for values in lines
         )
 
 
@@ -138,6 +146,7 @@ def play(paths: Sequence[Path], guard: Callable[[], AccessGuard], loop: bool = T
     note = Note(
         runs[0].title if len(runs) == 1 else ' | '.join(run.name for run in runs),
         '; '.join(run.damage for run in runs if run.damage),
+        ' | '.join(run.title for run in runs),
     )
     count, shown, before = 0, -1.0, time.monotonic()
     while not interrupted:

@@ -88,6 +88,17 @@ def test_two_runs_share_each_chart_with_all_their_lines():
         ]
 
 
+def test_the_lines_of_the_shorter_run_end_where_its_recording_ends():
+    long, short = Constant('long', 1.0, 9), Constant('short', 2.0, 5)
+    short.columns = lambda chart, _: (np.linspace(0.0, 0.5, 5), *(np.ones(5) for _ in chart.lines))
+    played = PlayedRuns([long, short])
+    chart = played.charts[0]
+    times, *lines = played.columns(chart)
+    half = len(lines) // 2
+    assert all(np.isnan(line[times > 0.5]).all() for line in lines[half:])
+    assert not any(np.isnan(line).any() for line in lines[:half])
+
+
 def test_rows_of_two_runs_stand_side_by_side():
     assert side_by_side([{'a': '1', 'b': '2'}, {'b': '3', 'c': '4'}]) == [
         ('a', '1', ''),
@@ -98,7 +109,7 @@ def test_rows_of_two_runs_stand_side_by_side():
 
 def test_status_shows_what_is_there():
     status = Status()
-    assert dict(status.rows(1.0)) == {'time': '1.00 s', 'verdict': 'not yet'}
+    assert dict(status.rows(1.0)) == {'time': '1.00 s', 'verdict so far': 'not yet'}
     values = values_of(Outcome('slipped', 1.0, None, 0.0, 0.0, 0.0, 0.0123, 0.0, 0.0))
     status.monitor('slipped', values | {'real_time_factor': '2.00'})
     status.simulator({'sync': 'realtime', 'missed_periods': '3', 'stale_corrections': '1'})

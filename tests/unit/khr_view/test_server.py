@@ -66,7 +66,7 @@ def test_the_page_is_viser_s_with_what_khr_adds(served, encoding):
     page, headers = got(served, **{'Accept-Encoding': encoding})
     assert int(headers['Content-Length']) == len(page)
     added = re.findall(rb'(?:href|src)="(khr/[^"]+)"', page)
-    assert len(added) == 3
+    assert len(added) == 5
     for name in added:
         body, headers = got(served + name.decode())
         assert body and headers['Content-Type'].startswith('text/')

@@ -17,6 +17,7 @@ from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_balance.gaits.splines import ClampedSpline, RestingPath
 
 Path = Callable[[Array], Array]
+SAMPLE, RAISED = 0.005, 0.0005  # s between samples, and m from which on a foot is in the air
 
 
 class Key(NamedTuple):
@@ -78,6 +79,15 @@ class Plan:
     torso_pitch: float
     hip_height: float
     cycles: tuple[tuple[float, float], ...] = ()
+
+    def swings(self, side: str) -> list[tuple[float, float]]:
+        """Return when a foot is in the air: start and end of each time, s."""
+        time = np.arange(0.0, self.duration, SAMPLE)
+        raised = np.diff(self.sole[side].z(time) > RAISED, prepend=False, append=False)
+        return [
+            (float(start), float(end))
+            for start, end in SAMPLE * np.flatnonzero(raised).reshape(-1, 2)
+        ]
 
     def centre_of_mass(self, time: Array) -> Array:
         """Give the (N, 2) ground projection of the centre of mass."""

@@ -2,21 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome, OutcomeMonitor
+from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers
 from khr_bringup.recorded.bags import Messages, Samples
-from khr_bringup.recorded.run_signals import Array, Series, pitch_of
+from khr_bringup.recorded.constant_part import constant_parts
+from khr_bringup.recorded.run_signals import POSE, Array, Series, pitch_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
     BOARD_CORRECTION,
     FOOT_FORCES,
     GYRO,
+    JOINT_STATES,
+    JOINTS,
     STAGE,
     TRUE_FORCES,
     TRUE_INCLINATION,
@@ -29,6 +33,7 @@ from khr_common.stamps import SYSTEM_TIME
 
 Stamps = NDArray[np.int64]
 SAMPLED = (
+    JOINT_STATES,
     TRUE_RATE,
     GYRO,
     TRUE_POSE,
@@ -111,8 +116,15 @@ def judge(
     return np.array(stamps, dtype=np.int64), outcomes
 
 
-def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome | None]:
+def series_of(
+    messages: Messages, scenario: Scenario, changes: Sequence[Change] = ()
+) -> tuple[Series, Outcome | None]:
     """Align the messages on :func:`signal_topics` in time, and judge the run.
+
+    Args:
+        messages: of the bag.
+        scenario: as it began.
+        changes: of parameters while it ran.
 
     Returns:
         The signals, NaN where the bag lacks them, and the outcome; None if the bag nowhere holds
@@ -128,6 +140,9 @@ def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome |
 
     def column(topic: Topic, index: int) -> Array:
         return tracks[topic].column(stamps, index)
+
+    def whole(topic: Topic, width: int) -> Array:
+        return np.column_stack([column(topic, index) for index in range(width)])
 
     def columns(topics: Iterable[Topic], index: int) -> Array:
         return np.column_stack([column(topic, index) for topic in topics])
@@ -159,5 +174,10 @@ def series_of(messages: Messages, scenario: Scenario) -> tuple[Series, Outcome |
         distance=distance,
         slip=slip,
         controllers=tuple(corrections),
+        pose=whole(TRUE_POSE, len(POSE)),
+        joints=whole(JOINT_STATES, len(JOINTS)),
+        constant=constant_parts(
+            scenario, changes, stamps / 1e9, np.nan_to_num(whole(STAGE, len(STAGE.names)))
+        ),
     )
     return series, outcomes[-1] if outcomes else None

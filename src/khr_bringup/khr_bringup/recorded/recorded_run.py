@@ -200,7 +200,7 @@ class RecordedRun:
         Raises:
             KhrError: if there is no bag, it cannot be read, or it holds no signal.
         """
-        series, outcome = series_of(self.messages, self.parameters)
+        series, outcome = series_of(self.messages, self.parameters, self.changes)
         if not series.time.size:
             raise KhrError(f'{self.path}: no signals in it; accepted: the bag of a khr run')
         return series, outcome

@@ -16,14 +16,24 @@ from khr_analysis.outcome import Outcome
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
-from khr_common.interfaces import REGIONS
+from khr_common.interfaces import JOINT_STATES, JOINTS, REGIONS, STAGE, TRUE_POSE
 from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:
     from khr_bringup.offline import ControlLoop, Watch
 
 Array = NDArray[np.float64]
-IN_RADIANS = ('inclination', 'read_inclination', 'pitch', 'gyro_rate', 'correction')
+IN_RADIANS = (
+    'inclination',
+    'read_inclination',
+    'pitch',
+    'gyro_rate',
+    'correction',
+    'constant',
+    'joints',
+)
+OF_PAGES = ('pose', 'joints', 'constant')  # studies do not use them and do not keep them
+POSE = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,6 +54,10 @@ class Series:
         distance: way of the torso along the surface, m, (N,).
         slip: way that the loaded soles have slid so far, m, (N,).
         controllers: short names of the controllers: ``ankle``, ``hip``, then any other.
+        pose: of base_link in odom, x y z in m and quaternion x y z w, (N, 7); None if not kept.
+        joints: angles of the 17 joints, rad, (N, 17); None if not kept.
+        constant: part of each correction that no sensor causes, rad, as ``correction``; None if
+            it is not known.
     """
 
     time: Array
@@ -59,24 +73,27 @@ class Series:
     distance: Array
     slip: Array
     controllers: tuple[str, ...] = ('ankle', 'hip')
+    pose: Array | None = None
+    joints: Array | None = None
+    constant: Array | None = None
 
     @property
     def arrays(self) -> dict[str, Array]:
         """Return the signals by name."""
-        return {
-            each.name: getattr(self, each.name)
-            for each in fields(self)
-            if each.name != 'controllers'
-        }
+        found = {each.name: getattr(self, each.name) for each in fields(self)}
+        return {name: each for name, each in found.items() if isinstance(each, np.ndarray)}
 
     @property
     def columns(self) -> dict[str, Array]:
         """Return the signals by name, (N,) each; a signal with several columns is split.
 
         Forces are split by foot region (``contact_force_l_toe``), corrections by controller
-        (``correction_ankle``).
+        (``correction_ankle``), the pose as ``pose_x``, the joints as ``joints_l_knee_pitch``.
         """
         parts = {
+            'pose': POSE,
+            'joints': JOINTS,
+            'constant': self.controllers,
             'contact_force': tuple(REGIONS.values()),
             'foot_force': tuple(REGIONS.values()),
             'correction': self.controllers,
@@ -119,7 +136,11 @@ class Series:
         """Write the signals in single precision; the file is whole or not there."""
         part = path.with_name(f'{path.name}.part')
         with part.open('wb') as file:
-            single: Any = {name: values.astype(np.float32) for name, values in self.arrays.items()}
+            single: Any = {
+                name: values.astype(np.float32)
+                for name, values in self.arrays.items()
+                if name not in OF_PAGES
+            }
             np.savez_compressed(file, controllers=np.array(self.controllers), **single)
         part.replace(path)
 
@@ -156,6 +177,7 @@ class Series:
 def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Result, Series]:
     """Run a scenario offline and keep its signals; ``also`` is called at each sample."""
     from khr_bringup.offline import run_offline  # a bag is read without gait and physics
+    from khr_bringup.recorded.constant_part import constant_parts
 
     rows: list[tuple[Any, ...]] = []
 
@@ -175,12 +197,18 @@ def run_with_series(scenario: Scenario, also: Watch | None = None) -> tuple[Resu
                 *loop.stage,
                 outcome.distance,
                 outcome.slip_distance,
+                loop.signals[TRUE_POSE],
+                loop.signals[JOINT_STATES],
+                loop.signals.get(STAGE, ()),
             )
         )
 
     result = run_offline(scenario, look)
     columns: Any = [np.array(column, dtype=np.float64) for column in zip(*rows, strict=True)]
-    return result, Series(*[*columns, tuple(scenario.corrections)])
+    *signals, pose, joints, stages = columns
+    constant = constant_parts(scenario, (), signals[0], stages)
+    given: Any = (*signals, tuple(scenario.corrections))
+    return result, replace(Series(*given), pose=pose, joints=joints, constant=constant)
 
 
 def pitch_of(x: float, y: float, z: float, w: float) -> float:

@@ -77,6 +77,16 @@ def motion_end(gait: GaitParameters) -> float:
     return 0.0 if gait.motion == 'stand' else round(plan_motion(gait).duration, 6)
 
 
+@cache
+def swings(gait: GaitParameters) -> dict[str, list[tuple[float, float]]]:
+    """Return when each foot is planned to be in the air, s, by ``left`` and ``right``."""
+    try:
+        plan = plan_motion(gait)
+    except KhrError:  # not within reach
+        return {}
+    return {name: plan.swings(name[0]) for name in ('left', 'right')}
+
+
 def start_of_lift(inclination_deg: float) -> float:
     """Return when a leg lift begins that starts on level ground, in s."""
     return round(abs(inclination_deg) / degrees(TILTING_SPEED) + SETTLING, 6)

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from itertools import cycle
-from math import degrees
+from math import degrees, nan
 
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_bringup.balance import Margins
 from khr_bringup.node_registry import controllers, short_name
-from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS, LEG, Topic
+from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS, LEG, TRUE_RATE, Topic
 
 Array = NDArray[np.float64]
 
@@ -25,10 +26,22 @@ DASHES: dict[str, list[int]] = {
     'dashed': [6, 4],
     'dotted': [2, 3],
     'dash-dotted': [8, 3, 2, 3],
+    'long-dashed': [14, 4],
+    'sparse': [2, 8],
 }
 DEGREES = degrees(1.0)
-# Not on any topic of its own: the monitor reports it among its quantities.
+GREY = '#8A8F98'
+# On no topic: the monitor reports the slip; the page computes the others from samples.
 SLIP = Topic('slip', '', 'Way that the loaded soles slid so far, over all steps, m.')
+LEAN = 'lean'
+BALANCE = Topic(
+    'balance',
+    '',
+    'Margins of the balance, m; lean of the torso, rad.',
+    names=(*Margins._fields, LEAN),
+)
+CONSTANT = Topic('constant_part', '', 'Part of each correction that no sensor causes, rad.')
+COMPUTED = (SLIP, BALANCE, CONSTANT)
 
 
 @dataclass(frozen=True)
@@ -79,7 +92,7 @@ class Chart:
         """Return the times, and for each line its values at these times.
 
         For drawing only: a topic without a sample at one of the times is interpolated between its
-        neighbours.
+        neighbours. A line is NaN before its first and after its last sample.
 
         Args:
             times: s.
@@ -91,10 +104,20 @@ class Chart:
             total = np.zeros(len(times))
             for topic, index, weight in line.terms:
                 own, values = samples(topic, index)
-                if len(own):
-                    total = total + weight * np.interp(times, own, values)
+                total += weight * interpolate(times, own, values)
             columns.append(total)
         return tuple(columns)
+
+
+def interpolate(times: Array, own: Array, values: Array) -> Array:
+    """Return values at other times; NaN outside their own times."""
+    if not len(own):
+        return np.full(len(times), nan)
+    return np.interp(times, own, values, left=nan, right=nan)
+
+
+def _margin(name: str, label: str, color: str, dash: str = '') -> Curve:
+    return Curve(label, ((BALANCE, BALANCE.names.index(name), 1e3),), color, dash)
 
 
 def _joint(name: str) -> Chart:
@@ -113,7 +136,26 @@ def _joint(name: str) -> Chart:
 
 L_TOE, L_HEEL, R_TOE, R_HEEL = FOOT_FORCES
 _OF_SENSORS = (
-    Chart('Pitch rate', 'deg/s', (Curve('gyro', ((GYRO, 1, DEGREES),), BLUE),)),
+    Chart(
+        'Balance, ahead of the middle of the soles',
+        'mm',
+        (
+            _margin('center', 'centre of mass', PURPLE),
+            _margin('capture', 'capture point', ORANGE, 'dashed'),
+            _margin('pressure', 'centre of pressure', GREEN, 'dotted'),
+            _margin('toe', 'toe edge', GREY),
+            _margin('heel', 'heel edge', GREY, 'dashed'),
+        ),
+    ),
+    Chart('Lean of the torso', 'deg', (Curve('forward', ((BALANCE, 5, DEGREES),), BLUE),)),
+    Chart(
+        'Pitch rate',
+        'deg/s',
+        (
+            Curve('gyro', ((GYRO, 1, DEGREES),), BLUE),
+            Curve('true', ((TRUE_RATE, 1, DEGREES),), GREEN, 'dotted'),
+        ),
+    ),
     Chart(
         'Foot forces',
         'N',
@@ -152,7 +194,17 @@ def charts() -> tuple[Chart, ...]:
         Curve(short_name(name), ((topic, 0, DEGREES),), color, dash)
         for (name, topic), (color, dash) in zip(controllers().items(), looks, strict=False)
     ]
-    return (*_OF_SENSORS, Chart('Corrections', 'deg', tuple(lines)), *_OF_THE_REST)
+    constant = [
+        replace(
+            line,
+            label=f'{line.label}, constant part',
+            terms=((CONSTANT, n, DEGREES),),
+            dash='dotted',
+        )
+        for n, line in enumerate(lines)
+    ]
+    corrections = Chart('Corrections', 'deg', (*lines, *constant))
+    return (*_OF_SENSORS, corrections, *_OF_THE_REST)
 
 
 @cache
@@ -165,4 +217,4 @@ def chart_topics() -> tuple[Topic, ...]:
 @cache
 def polled_topics() -> tuple[Topic, ...]:
     """Return the topics to subscribe to without callbacks: one message per control period."""
-    return tuple(topic for topic in chart_topics() if topic != SLIP)
+    return tuple(topic for topic in chart_topics() if topic not in COMPUTED)

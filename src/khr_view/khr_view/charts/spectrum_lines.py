@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isclose
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from khr_analysis.peaks import DOMINANT_SHARE, place_in_gait
+from khr_analysis.peaks import DOMINANT_SHARE, WINDOWS, place_in_gait
 from khr_bringup.scenario.derived import PEAKS_PER_CYCLE
 from khr_common.run_identity import MalformedError
 from khr_common.status_values import real
@@ -107,6 +108,27 @@ def bins_in(message: Any) -> tuple[Array, Array]:
     if (np.diff(frequency) <= 0.0).any() or (np.abs(frequency) > HIGHEST).any():
         raise MalformedError(f'frequencies that do not increase up to {HIGHEST:g} Hz at most')
     return frequency, amplitude
+
+
+def belong_together(frequency: Array, amplitude: Array, tones: Sequence[PlacedPeak]) -> bool:
+    """Return whether bins and peaks are of one window.
+
+    A peak is read from the bin nearest to it, whose amplitude is its own times the lobe of the
+    window. The message of the bins has no timestamp.
+    """
+    if len(frequency) < 2:
+        return False
+    spacing = float(frequency[1] - frequency[0])
+    bins = [min(round(tone.frequency / spacing), len(frequency) - 1) for tone in tones]
+    return any(
+        all(
+            isclose(
+                amplitude[k], tone.amplitude * lobe(tone.frequency / spacing - k), rel_tol=1e-3
+            )
+            for k, tone in zip(bins, tones, strict=True)
+        )
+        for lobe in (window.lobe for window in WINDOWS.values())
+    )
 
 
 def spectrum_lines(

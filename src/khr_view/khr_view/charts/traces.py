@@ -1,19 +1,26 @@
-"""The last seconds of the signals in the charts."""
+"""The signals of a run as they arrive: the last seconds for the charts, the run as a ghost."""
 
 from __future__ import annotations
 
-from collections import deque
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
 from typing import Protocol
 
 import numpy as np
 
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.events import Event
 from khr_common.block import Numbers
 from khr_common.interfaces import Topic
-from khr_view.charts.charts import Array, Chart, chart_topics
+from khr_view.charts.charts import Array, Chart, chart_topics, charts, interpolate
 
-SPAN = 3.0 * GaitParameters().cycle_period  # s
-SHORTEST_PERIOD = 0.010  # s between samples
+SPAN = 3.0 * GaitParameters().cycle_period  # s that charts show
+KEPT = 60.0  # s that are kept
+TRIMMED = 500  # samples by which a topic exceeds them before it is trimmed
+
+Ghost = Mapping[Chart, tuple[Array, Array]]  # times, s, and values of the first line of a chart
+Swings = Mapping[str, Sequence[tuple[float, float]]]  # of the feet, s
+SHADES = ('left', 'right')
 
 
 class Columns(Protocol):
@@ -22,40 +29,97 @@ class Columns(Protocol):
     def columns(self, chart: Chart) -> tuple[Array, ...]:
         """Return times in s, and for each line of a chart its values at these times."""
 
+    def shades(self, times: Array) -> tuple[Array, ...]:
+        """Return 1 while the left foot swings, while the right one does, and at events; else 0."""
+
+    def ghost(self, chart: Chart, times: Array) -> Array:
+        """Return the first line of a chart in an earlier attempt; NaN without one."""
+
+
+def shade(times: Array, swings: Swings, events: Sequence[Event]) -> tuple[Array, ...]:
+    """Return what :meth:`Columns.shades` returns, for swings and events in s."""
+    shades = [np.zeros(len(times)) for _ in (*SHADES, 'event')]
+    for values, side in zip(shades, SHADES, strict=False):
+        for start, end in swings.get(side, ()):
+            values[(times >= start) & (times < end)] = 1.0
+    for event in events:
+        place = int(np.searchsorted(times, event.time))
+        if 0 < place < len(times):
+            shades[-1][place] = 1.0
+    return tuple(shades)
+
 
 class Traces:
-    """Keep the last seconds of some topics; a stamp that goes back starts another run."""
+    """Keep the signals of a run; a stamp that goes back starts another run.
+
+    Attributes:
+        swings: planned swings of the feet, s.
+        events: of the run.
+        earlier: the attempt that the charts show as a ghost.
+    """
 
     def __init__(self, span: float = SPAN) -> None:
         self._span_ns = round(span * 1e9)
-        length = int(span / SHORTEST_PERIOD) + 1
-        self._samples: dict[Topic, deque[tuple[int, Numbers]]] = {
-            topic: deque(maxlen=length) for topic in chart_topics()
-        }
+        self._stamps: dict[Topic, list[int]] = {topic: [] for topic in chart_topics()}
+        self._numbers: dict[Topic, list[Numbers]] = {topic: [] for topic in chart_topics()}
+        self.swings: Swings = {}
+        self.events: list[Event] = []
+        self.earlier: Ghost = {}
 
     def add(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
         """Take a sample of a topic; a repeated one changes nothing."""
-        samples = self._samples[topic]
-        if samples and stamp_ns <= samples[-1][0]:
-            if stamp_ns == samples[-1][0]:
+        stamps, kept = self._stamps[topic], self._numbers[topic]
+        if stamps and stamp_ns <= stamps[-1]:
+            if stamp_ns == stamps[-1]:
                 return
-            samples.clear()
-        samples.append((stamp_ns, numbers))
-        while samples[-1][0] - samples[0][0] > self._span_ns:
-            samples.popleft()
+            stamps.clear()
+            kept.clear()
+        stamps.append(stamp_ns)
+        kept.append(numbers)
+        old = bisect_left(stamps, stamp_ns - round(KEPT * 1e9))
+        if old > TRIMMED:
+            del stamps[:old], kept[:old]
 
     def clear(self) -> None:
         """Remove all samples."""
-        for samples in self._samples.values():
-            samples.clear()
+        for topic in self._stamps:
+            self._stamps[topic].clear()
+            self._numbers[topic].clear()
 
     def columns(self, chart: Chart) -> tuple[Array, ...]:
         """Return times in s, and for each line of a chart its values at these times."""
-        return chart.columns(self._times(chart.clock), self._values)
+        return self._columns(chart, self._start(chart.clock))
 
-    def _values(self, topic: Topic, index: int) -> tuple[Array, Array]:
-        values = [numbers[index] for _, numbers in self._samples[topic]]
-        return self._times(topic), np.array(values, dtype=np.float64)
+    def shades(self, times: Array) -> tuple[Array, ...]:
+        """Return the phases of the gait and the events at these times."""
+        return shade(times, self.swings, self.events)
 
-    def _times(self, topic: Topic) -> Array:
-        return np.array([stamp for stamp, _ in self._samples[topic]], dtype=np.float64) / 1e9
+    def ghost(self, chart: Chart, times: Array) -> Array:
+        """Return the first line of a chart in the earlier attempt."""
+        own, values = self.earlier.get(chart, (np.zeros(0), np.zeros(0)))
+        return interpolate(times, own, values)
+
+    def as_ghost(self) -> Ghost:
+        """Return the first line of each chart, over all that is kept."""
+        found = {chart: self._columns(chart, 0)[:2] for chart in charts()}
+        return {chart: (times, values) for chart, (times, values) in found.items()}
+
+    def _start(self, topic: Topic) -> int:
+        stamps = self._stamps[topic]
+        return bisect_left(stamps, stamps[-1] - self._span_ns) if stamps else 0
+
+    def _columns(self, chart: Chart, start: int) -> tuple[Array, ...]:
+        stamps = self._stamps[chart.clock][start:]
+        times = np.array(stamps, dtype=np.float64) / 1e9
+        first = stamps[0] if stamps else 0
+
+        def values(topic: Topic, index: int) -> tuple[Array, Array]:
+            begin = max(bisect_left(self._stamps[topic], first) - 1, 0)
+            own = np.array(self._stamps[topic][begin:], dtype=np.float64) / 1e9
+            numbers = [
+                each[index] if index < len(each) else np.nan
+                for each in self._numbers[topic][begin:]
+            ]
+            return own, np.array(numbers, dtype=np.float64)
+
+        return chart.columns(times, values)

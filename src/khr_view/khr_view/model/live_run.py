@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
+from khr_bringup.node_registry import controllers, table_of
+from khr_bringup.recorded.constant_part import constant_part
+from khr_common import build, specifications
 from khr_sim.run_parameters import GAIT
 from khr_view.controls import Tunable, Value
 from khr_view.model.motion import GaitMotion, motion_in
@@ -31,16 +35,37 @@ class LiveRun:
         self.trouble = ''
         self._motion: GaitMotion | None = None  # computed on first use
         self._known: dict[tuple[str, str], Value | str] = {}
+        self._tables: dict[str, Any] = {}  # of the controllers, built on first use
 
     def learn(self, tunable: Tunable, value: Any) -> None:
         """Take the value that a parameter has."""
         self._known[tunable.key] = value
+        self._tables.pop(tunable.node, None)
         if tunable.node == GAIT:
             self._motion = None
 
     def of(self, node: str) -> dict[str, Any]:
         """Return the known parameters of a node."""
         return {name: value for (each, name), value in self._known.items() if each == node}
+
+    def known_of_controllers(self) -> dict[str, dict[str, Any]]:
+        """Return the known parameters of all controllers."""
+        return {node: self.of(node) for node in controllers()}
+
+    def constants(self, time: float, stage: Sequence[float] = ()) -> tuple[float, ...]:
+        """Return the constant part of each controller's correction, rad, at a time in s."""
+        return tuple(constant_part(node, self._table(node), time, stage) for node in controllers())
+
+    def _table(self, node: str) -> Any:
+        if node not in self._tables:
+            table = table_of(node)
+            known = {
+                name: value
+                for name, value in self.of(node).items()
+                if name in specifications(table)
+            }
+            self._tables[node] = build(table, known) if known else None
+        return self._tables[node]
 
     @property
     def motion(self) -> GaitMotion:

@@ -34,7 +34,7 @@ class LiveScene:
         self.snapshot: Snapshot | None = None
         self.truth = self.pushable = True
         self._samples = ExactTimeSynchronizer[Topic](NEEDED)
-        self._complete: Mapping[Topic, Numbers] | None = None  # the newest complete sample
+        self._stamp_ns = 0  # of the newest complete sample
         self._robot: Robot | None = None
         self._builder: SnapshotBuilder | None = None
 
@@ -56,28 +56,33 @@ class LiveScene:
         if self._robot is not None:
             self._builder = SnapshotBuilder(self._robot, replace(RunParameters(), **own))
 
-    def take(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> None:
-        """Take a sample of a topic."""
+    def take(self, topic: Topic, stamp_ns: int, numbers: Numbers) -> Numbers | None:
+        """Take a sample of a topic.
+
+        Returns:
+            Margins and lean of the sample, as on ``BALANCE``, if it completes one.
+        """
         self.signals[topic] = numbers
-        if topic in NEEDED:
-            try:
-                complete = self._samples.put(topic, stamp_ns, numbers)
-            except TimeJumpError:  # another run, for a page that was started by hand
-                self._samples = ExactTimeSynchronizer[Topic](NEEDED)
-                complete = self._samples.put(topic, stamp_ns, numbers)
-            self._complete = complete or self._complete
+        if topic not in NEEDED:
+            return None
+        try:
+            complete = self._samples.put(topic, stamp_ns, numbers)
+        except TimeJumpError:  # another run, for a page that was started by hand
+            self._samples, self.snapshot = ExactTimeSynchronizer[Topic](NEEDED), None
+            complete = self._samples.put(topic, stamp_ns, numbers)
+        if complete is None or self._builder is None:
+            return None
+        before = self.snapshot.balance if self.snapshot else None
+        period = (stamp_ns - self._stamp_ns) / 1e9
+        self.snapshot = self._builder.build(complete, before, period)
+        self._stamp_ns = stamp_ns
+        return self.snapshot.numbers
 
     def build(self) -> Snapshot | None:
         """Return the scene of the newest complete sample; None before there is one.
 
         Without a true pose it shows the newest signals.
         """
-        if self._builder is None:
-            return None
-        signals = self._complete
-        if not self.truth and JOINT_STATES in self.signals:
-            signals = self._builder.completed(self.signals)
-        if signals is None:
-            return None
-        self.snapshot = self._builder.build(signals)
+        if self._builder is not None and not self.truth and JOINT_STATES in self.signals:
+            self.snapshot = self._builder.build(self._builder.completed(self.signals))
         return self.snapshot

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any
 
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.scenario.derived import motion_end
+from khr_bringup.scenario.derived import motion_end, swings
+from khr_common import build
 from khr_common.errors import KhrError
 
 
@@ -20,11 +21,13 @@ class GaitMotion:
         doing: activity of the robot, such as walking; empty if it is unknown.
         end: of the motion with its pauses, s; inf if it has none.
         cycle: of a walk, s; 0 if it does not walk.
+        swings: start and end of each time that a foot is in the air, s, by ``left``, ``right``.
     """
 
     doing: str = ''
     end: float = inf
     cycle: float = 0.0
+    swings: Mapping[str, Sequence[tuple[float, float]]] = field(default_factory=dict)
 
 
 STANDING = GaitMotion('standing')
@@ -39,12 +42,12 @@ def motion_of(parameters: GaitParameters) -> GaitMotion:
     except KhrError:
         return STANDING
     if parameters.motion == 'walk':
-        return GaitMotion('walking', end, parameters.cycle_period)
-    return GaitMotion('lifting a leg', end)
+        return GaitMotion('walking', end, parameters.cycle_period, swings(parameters))
+    return GaitMotion('lifting a leg', end, swings=swings(parameters))
 
 
 def motion_in(values: Mapping[str, Any]) -> GaitMotion:
     """Return the motion of a gait of which some parameters are known, by name."""
     if 'motion' not in values:
         return GaitMotion()
-    return motion_of(replace(GaitParameters(), **values))
+    return motion_of(build(GaitParameters, values))

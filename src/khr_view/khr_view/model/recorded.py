@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,14 +12,17 @@ from khr_analysis.outcome import OBSERVED, MonitorParameters
 from khr_analysis.sampling import Samples, even_samples, within
 from khr_analysis.spectrum import FftAnalyserParameters, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_bringup.recorded.bag_signals import Track, judge
+from khr_bringup.balance import balance_of
+from khr_bringup.node_registry import controllers, short_name
+from khr_bringup.recorded.bag_signals import Track, judge, signal_topics
+from khr_bringup.recorded.events import events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
 from khr_common.errors import KhrError
 from khr_common.interfaces import GYRO, ROBOT_DESCRIPTION, STAGE, TRUE_POSE, Topic
 from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
-from khr_view.charts.charts import SLIP, Chart, polled_topics
+from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
 from khr_view.charts.traces import SPAN
 from khr_view.model.motion import motion_of
@@ -28,14 +30,6 @@ from khr_view.model.snapshot import NEEDED, Snapshot, SnapshotBuilder
 from khr_view.model.status import Status
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Mark:
-    """An event: time in s, and text."""
-
-    time: float
-    text: str
 
 
 class Timeline:
@@ -58,7 +52,8 @@ class Timeline:
     """
 
     def __init__(self, path: Path) -> None:
-        sampled = tuple(dict.fromkeys((*NEEDED, *polled_topics(), *OBSERVED, STAGE)))
+        topics = (*NEEDED, *polled_topics(), *OBSERVED, STAGE, *signal_topics())
+        sampled = tuple(dict.fromkeys(topics))
         run = RecordedRun(path, (*sampled, ROBOT_DESCRIPTION), salvage=True)
         messages, self.damage, self.name = run.messages, run.damage, run.name
         self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
@@ -78,7 +73,25 @@ class Timeline:
         if self._outcomes:
             slip = [[outcome.slip_distance] for outcome in self._outcomes]
             self._tracks[SLIP] = Track(self._judged, np.array(slip))
-        self.marks = sorted(self._events(run), key=lambda mark: mark.time)
+        series, robot = run.series, self.robot
+        balance = balance_of(series, robot, scenario.table(RunParameters))
+        stamps = np.rint(series.time * 1e9).astype(np.int64)
+        if balance is not None:
+            numbers = [*vars(balance).values(), series.pitch]
+            self._tracks[BALANCE] = Track(stamps, np.column_stack(numbers))
+        if series.constant is not None:
+            known = dict(zip(series.controllers, series.constant.T, strict=True))
+            none = np.full(len(stamps), np.nan)
+            columns = [known.get(short_name(node), none) for node in controllers()]
+            self._tracks[CONSTANT] = Track(stamps, np.column_stack(columns))
+        fell = next((o.fell_at for o in self._outcomes if o.fell_at is not None), None)
+        stage = self._tracks.get(STAGE)
+        self.marks = events_of(
+            fell,
+            run.changes,
+            stage.stamps / 1e9 if stage else np.zeros(0),
+            stage.numbers[:, 0] if stage else np.zeros(0),
+        )
 
     def _gyro_samples(self) -> Samples | None:
         """Return the pitch rate of the gyro, sampled evenly; None if there is too little."""
@@ -101,8 +114,12 @@ class Timeline:
     def snapshot(self, time: float) -> Snapshot:
         """Return the scene at a time, s; after the end it stays."""
         stamp_ns = round(time * 1e9)
-        signals: Signals = {topic: self._tracks[topic].at(stamp_ns) for topic in NEEDED}
-        return self._snapshots.build(signals)
+        earlier = round((time - self.period) * 1e9)
+        before = self._snapshots.build(self._signals(earlier)).balance if earlier >= 0 else None
+        return self._snapshots.build(self._signals(stamp_ns), before, self.period)
+
+    def _signals(self, stamp_ns: int) -> Signals:
+        return {topic: self._tracks[topic].at(stamp_ns) for topic in NEEDED}
 
     def columns(self, chart: Chart, time: float) -> tuple[Array, ...]:
         """Return the columns of :meth:`khr_view.charts.traces.Traces.columns` at a time, s."""
@@ -134,17 +151,8 @@ class Timeline:
         """Return the status of the run at a time, s, as rows of label and value."""
         index = int(np.searchsorted(self._judged, round(time * 1e9), side='right')) - 1
         status = Status(outcome=self._outcomes[max(index, 0)] if self._outcomes else None)
+        if time >= self.end:
+            status.state = 'finished'
         if STAGE in self._tracks:
             status.stage = int(self._tracks[STAGE].at(round(time * 1e9))[0])
         return dict(status.rows(min(time, self.end)))
-
-    def _events(self, run: RecordedRun) -> Iterator[Mark]:
-        fell = next((o.fell_at for o in self._outcomes if o.fell_at is not None), None)
-        if fell is not None:
-            yield Mark(fell, 'fell')
-        for change in run.changes:
-            yield Mark(change.time, f'{change.node}.{change.parameter} = {change.value}')
-        if STAGE in self._tracks:
-            track = self._tracks[STAGE]
-            for row in np.flatnonzero(np.diff(track.numbers[:, 0])) + 1:
-                yield Mark(float(track.stamps[row]) / 1e9, f'stage {track.numbers[row, 0]:.0f}')

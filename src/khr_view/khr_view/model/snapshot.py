@@ -3,27 +3,26 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, sin, tan
+from math import cos, sin
 
 import numpy as np
-from scipy.spatial import ConvexHull, QhullError
 
-from khr_common.block import Numbers, Signals
+from khr_bringup.balance import Balance, BalanceModel
+from khr_bringup.recorded.run_signals import pitch_of
+from khr_common.block import Signals
 from khr_common.interfaces import (
     FOOT_FORCES,
     JOINT_STATES,
-    REGIONS,
     TRUE_FORCES,
     TRUE_INCLINATION,
     TRUE_POSE,
 )
-from khr_common.maths.rotation import Array, matrix
+from khr_common.maths.rotation import Array
 from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
-from khr_sim.physics.contact import SIDES, corners
+from khr_sim.physics.contact import SIDES
 
 NEEDED = (JOINT_STATES, TRUE_POSE, TRUE_INCLINATION, *TRUE_FORCES)
-LOADED = 1.0  # N on a sole from which on it supports
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,21 +33,22 @@ class Snapshot:
         base: pose of base_link: x y z, quaternion x y z w.
         joints: 17 angles.
         inclination: of the slope, positive if it descends along x.
-        center_of_mass: (3,).
-        below: vertical projection of the centre of mass onto the slope, (3,).
+        balance: centre of mass, capture point, centre of pressure and support.
         forces: of l_toe l_heel r_toe r_heel in their frames, N, (4, 3).
-        support: corners of the convex hull of the loaded soles, in order, (n, 3); empty in the air.
         torso: middle of the torso, at which pushes are shown, (3,).
     """
 
     base: tuple[float, ...]
     joints: tuple[float, ...]
     inclination: float
-    center_of_mass: Array
-    below: Array
+    balance: Balance
     forces: Array
-    support: Array
     torso: Array
+
+    @property
+    def numbers(self) -> tuple[float, ...]:
+        """Return margins, m, and lean, rad, in the order of the charts."""
+        return (*self.balance.margins, pitch_of(*self.base[3:]))
 
     @property
     def way(self) -> Array:
@@ -68,30 +68,25 @@ class SnapshotBuilder:
 
     def __init__(self, robot: Robot, parameters: SimulatorParameters) -> None:
         self._robot = robot
-        self._corners = np.column_stack([corners(parameters, robot), np.ones(4)])
+        self._model = BalanceModel(robot, parameters)
 
-    def build(self, signals: Signals) -> Snapshot:
-        """Return the scene of a sample; ``signals`` are those of NEEDED."""
+    def build(
+        self, signals: Signals, before: Balance | None = None, period: float = 0.0
+    ) -> Snapshot:
+        """Return the scene of a sample.
+
+        Args:
+            signals: those of NEEDED.
+            before: balance at an earlier sample, for the velocity of the centre of mass.
+            period: time since then, s.
+        """
         base = tuple(signals[TRUE_POSE])
         joints = tuple(signals[JOINT_STATES])
         (inclination,) = signals[TRUE_INCLINATION]
-        in_odom = np.eye(4)
-        in_odom[:3, 3], in_odom[:3, :3] = base[:3], matrix(base[3:])
-        poses = {name: in_odom @ pose for name, pose in self._robot.poses(joints).items()}
-        forces = dict(
-            zip(REGIONS.values(), (signals[topic] for topic in TRUE_FORCES), strict=True)
-        )
-        center = self._robot.center_of_mass(poses)
-        return Snapshot(
-            base,
-            joints,
-            inclination,
-            center,
-            np.array([center[0], center[1], -center[0] * tan(inclination)]),
-            np.array(list(forces.values())),
-            self._support(poses, forces),
-            (in_odom @ (0.0, 0.0, 0.08, 1.0))[:3],
-        )
+        forces = np.array([signals[topic] for topic in TRUE_FORCES])
+        balance = self._model.at(base, joints, inclination, forces[:, 2].tolist(), before, period)
+        torso = balance.poses['base_link'] @ (0.0, 0.0, 0.08, 1.0)
+        return Snapshot(base, joints, inclination, balance, forces, torso[:3])
 
     def completed(self, signals: Signals) -> Signals:
         """Return the signals of NEEDED where no truth is published, as on a real robot.
@@ -111,17 +106,3 @@ class SnapshotBuilder:
             **dict(zip(TRUE_FORCES, read, strict=True)),
             **signals,
         }
-
-    def _support(self, poses: dict[str, Array], forces: dict[str, Numbers]) -> Array:
-        loaded = [
-            side for side in SIDES if forces[f'{side}_toe'][2] + forces[f'{side}_heel'][2] > LOADED
-        ]
-        if not loaded:
-            return np.zeros((0, 3))
-        points = np.concatenate(
-            [(poses[f'{side}_sole'] @ self._corners.T).T[:, :3] for side in loaded]
-        )
-        try:
-            return np.asarray(points[ConvexHull(points[:, :2]).vertices])
-        except QhullError:  # a sole on its edge, seen from above
-            return np.zeros((0, 3))

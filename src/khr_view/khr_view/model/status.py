@@ -70,10 +70,17 @@ class Status:
         factor = real(values, FACTOR) if FACTOR in values else None
         self.outcome, self.factor = outcome, factor
 
+    @property
+    def _label(self) -> str:
+        """Return the label of the verdict, which may change until the end or a fall."""
+        return (
+            'verdict' if self.state == 'finished' or self.verdict == 'fell' else 'verdict so far'
+        )
+
     def rows(self, time: float) -> list[tuple[str, str]]:
         """Return labels and values to show at a simulated time, s."""
         rows = [('scenario', self.scenario)] if self.scenario else []
-        rows += [('time', f'{time:.2f} s'), ('verdict', self.verdict or 'not yet')]
+        rows += [('time', f'{time:.2f} s'), (self._label, self.verdict or 'not yet')]
         for label, attribute, unit, scale in ROWS:
             value = getattr(self.outcome, attribute, None)
             if value is not None:

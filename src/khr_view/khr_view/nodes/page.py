@@ -24,11 +24,12 @@ from khr_common.interfaces import (
 )
 from khr_common.nodes.node import KhrNode
 from khr_description.robot import Robot
-from khr_view.charts.charts import polled_topics
+from khr_view.charts.charts import BALANCE, CONSTANT, polled_topics
 from khr_view.charts.traces import Traces
-from khr_view.controls import WATCHED, Tunable, Value, tunables
+from khr_view.controls import WATCHED, Control, Tunable, Value, tunables
 from khr_view.guard import listen
 from khr_view.live_page import LivePage
+from khr_view.model.attempts import HEADS, gains_text
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
 from khr_view.model.restart import EndAction, RestartTimer
@@ -73,7 +74,7 @@ class PageNode(KhrNode):
         self._push = self.publisher(PUSH)
         refused = partial(setattr, self._run, 'trouble')
         self._client = RunClient(
-            self, (*tunables(), *WATCHED), self._panel.add, self._on_value, refused
+            self, (*tunables(), *WATCHED), self._on_control, self._on_value, refused
         )
         self._reports = Reports(
             self,
@@ -86,6 +87,7 @@ class PageNode(KhrNode):
             self.push,
         )
         self._display.restart()
+        self._show_attempts()
         self._panel.begin(self, self._session.scenario if self._session else None)
         self.by_wall_clock(1.0 / p.rate, self._on_frame)
 
@@ -94,10 +96,25 @@ class PageNode(KhrNode):
         restarting = self._session is not None and self._session.next is not None
         self._note('restarting' if restarting else 'the run has ended')
         self._samples.close()
+        self._page.attempts.add(self._run, self._traces)
         if self._closes_page:
             self._page.close()
 
+    def _show_attempts(self) -> None:
+        attempts = self._page.attempts
+        self._traces.earlier = attempts.ghost
+        rows = [(each.number, each.cells) for each in attempts.kept]
+        self._display.show_attempts(HEADS, rows, attempts.chosen, self._choose_ghost)
+
+    def _choose_ghost(self, number: int) -> None:
+        self._page.attempts.choose(number)
+        self._show_attempts()
+
     # ---- parameters of the run ----
+
+    def _on_control(self, control: Control) -> None:
+        self._run.learn(control.tunable, control.value)
+        self._panel.add(control)
 
     def _on_value(self, tunable: Tunable, value: Value) -> None:
         self._run.learn(tunable, value)
@@ -124,6 +141,7 @@ class PageNode(KhrNode):
             return
         self._look()
         if self._count % CHARTS_EVERY == 0:
+            self._traces.swings = self._run.motion.swings
             self._display.show_traces(self._traces)
         if self._count % STATUS_EVERY == 0 and self._run.known:
             self._note(self._run.state_text(self._page.at_the_end if self._session else None))
@@ -134,8 +152,12 @@ class PageNode(KhrNode):
         fresh = False
         for topic, stamp_ns, numbers in self._samples.take():
             fresh = True
-            self._scene.take(topic, stamp_ns, numbers)
-            self._run.now = stamp_ns / 1e9
+            balance = self._scene.take(topic, stamp_ns, numbers)
+            now = self._run.now = stamp_ns / 1e9
+            if balance is not None:
+                stage = self._scene.signals.get(STAGE, ())
+                self._traces.add(BALANCE, stamp_ns, balance)
+                self._traces.add(CONSTANT, stamp_ns, self._run.constants(now, stage))
             if topic in polled_topics():
                 self._traces.add(topic, stamp_ns, numbers)
         snapshot = self._scene.build() if fresh else None
@@ -155,7 +177,10 @@ class PageNode(KhrNode):
 
     def _note(self, state: str) -> None:
         trouble = self._run.trouble or ('' if self._scene.truth else NO_TRUTH)
-        self._display.show_status(Note(state, trouble), self._run.status.rows(self._run.now))
+        run = self._run
+        gains = gains_text(run.known_of_controllers()) or 'no control'
+        picture = f'{run.status.scenario}; {gains}; {run.now:.2f} s'
+        self._display.show_status(Note(state, trouble, picture), run.status.rows(run.now))
 
     # ---- actions of the reader ----
 

@@ -13,6 +13,7 @@ from std_msgs.msg import Float64MultiArray, String
 
 from khr_analysis.outcome import Outcome
 from khr_bringup.changes import changes_in
+from khr_bringup.recorded.events import Event, number
 from khr_common.errors import KhrError
 from khr_common.interfaces import (
     DIAGNOSTICS,
@@ -28,7 +29,14 @@ from khr_common.run_identity import MalformedError, check_status
 from khr_common.status_values import real
 from khr_common.text.quoting import one_line
 from khr_view.charts.charts import SLIP
-from khr_view.charts.spectrum_lines import PlacedPeak, bins_in, peaks_in, spectrum_lines
+from khr_view.charts.spectrum_lines import (
+    Array,
+    PlacedPeak,
+    belong_together,
+    bins_in,
+    peaks_in,
+    spectrum_lines,
+)
 from khr_view.charts.traces import Traces
 from khr_view.model.live_run import LiveRun
 from khr_view.model.live_scene import LiveScene
@@ -64,6 +72,7 @@ class Reports:
         self._run, self._scene, self._traces = run, scene, traces
         self._display, self._panel, self._client = display, panel, client
         self._tones: list[PlacedPeak] = []
+        self._bins: tuple[Array, Array] | None = None
         callbacks: dict[Any, Any] = {
             ROBOT_DESCRIPTION: self.on_description,
             STATE: self._on_state,
@@ -96,13 +105,21 @@ class Reports:
         self._panel.show_state(status.message)
 
     def _on_diagnostics(self, array: DiagnosticArray) -> None:
-        self._client.on_changes(changes_in([array]))
+        changes = changes_in([array])
+        self._client.on_changes(changes)
+        self._traces.events += [
+            Event(each.time, f'{each.node}.{each.parameter} = {number(each.value)}')
+            for each in changes
+        ]
         for status in array.status:
             values = {pair.key: pair.value for pair in status.values}
             if status.name == 'monitor' and 'time' in values:
                 self._run.status.monitor(status.message, values)
                 outcome = self._run.status.outcome
                 if isinstance(outcome, Outcome):
+                    fell = Event(outcome.fell_at, 'fell') if outcome.fell_at is not None else None
+                    if fell and fell not in self._traces.events:
+                        self._traces.events.append(fell)
                     stamp_ns = round(1e9 * real(values, 'time'))
                     self._traces.add(SLIP, stamp_ns, (outcome.slip_distance,))
             elif 'sync' in values:  # from the simulator or a driver
@@ -112,10 +129,16 @@ class Reports:
 
     def _on_peaks(self, array: DiagnosticArray) -> None:
         self._tones = peaks_in(array)
+        self._show_spectrum()
 
     def _on_spectrum(self, message: Float64MultiArray) -> None:
-        if self._display.readers:
-            lines = spectrum_lines(*bins_in(message), self._tones, self._run.motion.cycle)
+        self._bins = bins_in(message)
+        self._show_spectrum()
+
+    def _show_spectrum(self) -> None:
+        """Draw the spectrum once its bins and its peaks, which come in two messages, are there."""
+        if self._bins and self._display.readers and belong_together(*self._bins, self._tones):
+            lines = spectrum_lines(*self._bins, self._tones, self._run.motion.cycle)
             self._display.show_spectrum(lines)
 
     def _on_push(self, message: WrenchStamped) -> None:

@@ -59,7 +59,16 @@ class RunClient:
                 self._describe(name, client)
 
     def ask(self, tunable: Tunable, value: Value) -> None:
-        """Request a parameter change; the newest of several values wins."""
+        """Request a parameter change; the newest of several values wins.
+
+        A value that the parameter does not accept is refused here, in the words of the command.
+        """
+        try:
+            check(table_of(tunable.node), tunable.name, value)
+        except KhrError as error:
+            self._refused(f'{tunable.node}: {error}')
+            self._restore(tunable)
+            return
         self._pending.ask(tunable.key, value)
 
     def send(self) -> None:

@@ -9,13 +9,12 @@ from typing import Any
 import numpy as np
 
 from khr_analysis.peaks import DOMINANT_SHARE
-from khr_view.charts.charts import BLUE, DASHES, ORANGE, Array, Chart
+from khr_view.charts.charts import BLUE, DASHES, GREY, ORANGE, Array, Chart
 from khr_view.charts.export import spectrum_csv
 from khr_view.charts.spectrum_lines import SpectrumLines
 from khr_view.charts.traces import Columns
 
 HEIGHT = 150  # px
-GREY = '#8A8F98'
 LINES = {
     'stroke': GREY,
     'grid': {'stroke': 'rgba(138, 143, 152, 0.2)', 'width': 1},
@@ -28,6 +27,15 @@ AXES: tuple[Any, Any] = (
     LINES | {'space': 18, 'size': 44},
 )
 EMPTY = np.zeros(2)
+# The phases of the gait and events have a scale of their own, so they fill the height of a chart.
+OWN_SCALE: dict[str, Any] = {'scale': 'phase', 'points': {'show': False}}
+SHADINGS = (
+    OWN_SCALE | {'label': 'left foot swings', 'width': 0, 'fill': 'rgba(0, 114, 178, 0.12)'},
+    OWN_SCALE | {'label': 'right foot swings', 'width': 0, 'fill': 'rgba(213, 94, 0, 0.12)'},
+    OWN_SCALE | {'label': 'change or fall', 'stroke': '#000000', 'width': 1.5, 'dash': [2, 2]},
+)
+SCALES = {'x': {'time': False}, 'phase': {'range': [0.02, 1]}}  # 0 lies below
+GHOST = 'attempt before'
 NO_SPECTRUM = 'after the first whole cycle of the gait'
 STILL = 'the robot is still'
 LEAST = 1e-6  # rad/s that are a vibration
@@ -49,7 +57,7 @@ def _add(gui: Any, title: str, over: str, lines: list[dict[str, Any]], **options
         (EMPTY,) * (len(lines) + 1),
         ({'label': over}, *lines),
         title=title,
-        scales={'x': {'time': False}},
+        scales=SCALES,
         axes=AXES,
         padding=(8, 16, 0, 0),
         **options,
@@ -59,18 +67,29 @@ def _add(gui: Any, title: str, over: str, lines: list[dict[str, Any]], **options
 class TimeCharts:
     """One chart per group of signals, over the last seconds, with synchronous cursors.
 
+    Args:
+        gui: viser's.
+        charts: to show.
+        attempts: whether an earlier attempt is shown behind each first line.
+
     Attributes:
         drawn: times in s, and the values of each line, by chart that is shown.
     """
 
-    def __init__(self, gui: Any, charts: tuple[Chart, ...]) -> None:
+    def __init__(self, gui: Any, charts: tuple[Chart, ...], attempts: bool = False) -> None:
+        ghost = [_line(GHOST, '#C0C4CA', 2.0)] if attempts else []
+        self._attempts = attempts
         self.drawn: dict[Chart, tuple[Array, ...]] = {}
         self._handles = {
             chart: _add(
                 gui,
                 f'{chart.title}, {chart.unit}, over time, s',
                 's',
-                [_line(line.label, line.color, dash=line.dash) for line in chart.lines],
+                [
+                    *ghost,
+                    *(_line(line.label, line.color, dash=line.dash) for line in chart.lines),
+                    *SHADINGS,
+                ],
                 cursor={'sync': {'key': 'time'}},
                 height=HEIGHT,
                 visible=chart.shown,
@@ -93,8 +112,11 @@ class TimeCharts:
             if not handle.visible:
                 continue
             columns = traces.columns(chart)
-            if len(columns[0]) > 1:
-                handle.data = drawn[chart] = columns
+            times, *lines = columns
+            if len(times) > 1:
+                drawn[chart] = columns
+                ghost = [traces.ghost(chart, times)] if self._attempts else []
+                handle.data = (times, *ghost, *lines, *traces.shades(times))
         self.drawn = drawn
 
 
@@ -119,14 +141,12 @@ class SpectrumChart:
             [
                 _line('spectrum', BLUE),
                 _line('gait: n = 4, 8, 12, ...', GREY, 1.0, 'dashed'),
-                _line('peaks', ORANGE, 2.5),
+                _line('peaks, read between the lines', ORANGE, 2.5),
                 _line(f'{100 * DOMINANT_SHARE:.0f} % of the largest', GREY, 1.0),
             ],
             height=210,
-            visible=False,
         )
         self._peaks = gui.add_html('')
-        self._wanted = True
         self.forget()
 
     def add_choice(self, gui: Any) -> None:
@@ -141,26 +161,22 @@ class SpectrumChart:
             return
         self.drawn = lines
         frequency, *amplitudes = lines.columns
-        self._chart.visible = self._wanted
         self._chart.data = (frequency, *map(np.degrees, amplitudes))
         rows = ''.join(
             f'<tr><td>{tone.name}</td><td>{tone.frequency:.2f} Hz</td>'
             f'<td>{degrees(tone.amplitude):.1f} deg/s</td></tr>'
             for tone in lines.tones
         )
-        self._peaks.content = f'<div class="khr"><table>{rows}</table></div>'
+        self._peaks.content = f'<div class="khr khr-peaks"><table>{rows}</table></div>'
 
     def csv(self) -> str:
         """Return the drawn spectrum as a table."""
         return spectrum_csv(self.drawn)
 
     def forget(self, words: str = NO_SPECTRUM) -> None:
-        """Clear the spectrum, and show the reason."""
-        self.drawn, self._chart.visible = None, False
-        self._peaks.content = (
-            f'<div class="khr">Spectrum of the pitch rate{escape(self._of)}: {words}.</div>'
-        )
+        """Clear the spectrum, and show the reason; the page keeps its layout."""
+        self.drawn, self._chart.data = None, (EMPTY,) * 5
+        self._peaks.content = f'<div class="khr khr-peaks">Spectrum of the pitch rate{escape(self._of)}: {words}.</div>'
 
     def _choose(self, wanted: bool) -> None:
-        self._wanted = self._peaks.visible = wanted
-        self._chart.visible = wanted and self.drawn is not None
+        self._chart.visible = self._peaks.visible = wanted

@@ -44,6 +44,13 @@ BRAND = (
 WIDE = 0.65  # width by height of the scene from which on it has room below the robot
 PUSH_SHOWN = 0.5  # s of wall time
 CAMERA, TARGET = (0.45, -0.75, 0.35), (0.0, 0.0, 0.17)
+BACKWARD = 0.55  # m by which the camera stands further back for each m between robots
+# Places of the camera from the middle of the robots.
+VIEWS = {
+    'Side view': (0.0, -0.9, 0.0),
+    'From above': (-0.02, 0.0, 0.8),
+    'Default view': tuple(np.subtract(CAMERA, TARGET).tolist()),
+}
 # On a phone the controls cover the lower half: the robot stands in the upper one.
 CAMERA_NARROW, TARGET_NARROW = (0.85, -1.4, 0.12), (0.0, 0.0, -0.28)
 SAVE = (
@@ -63,6 +70,7 @@ class Note:
 
     state: str
     trouble: str = ''
+    picture: str = ''  # heading of saved pictures of the charts
 
 
 class Display:
@@ -72,13 +80,18 @@ class Display:
         guard: where it is served.
         charts: to show.
         names: of several runs, for their spectra.
+        attempts: whether charts show an earlier attempt as a ghost.
 
     Attributes:
         server: of the page.
     """
 
     def __init__(
-        self, guard: AccessGuard, charts: tuple[Chart, ...], names: Sequence[str] = ('',)
+        self,
+        guard: AccessGuard,
+        charts: tuple[Chart, ...],
+        names: Sequence[str] = ('',),
+        attempts: bool = False,
     ) -> None:
         self._acts: SimpleQueue[Callable[[], object]] = SimpleQueue()
         self.server = PageServer(guard, TITLE)
@@ -97,14 +110,15 @@ class Display:
         self._root = server.scene.add_frame(ROOT, show_axes=False)
         self._slope = SlopeView(server.scene, ROOT)
         self._robots: list[RobotView] = []
-        self._follow = True
+        self._follow, self._middle = True, 0.0
         self._push_until = inf
         self._theme(dark=False)
         self._status = server.gui.add_html(LOADING)
+        self._attempts = server.gui.add_html('')
         panel = server.gui.add_panel()
         with panel.add_tab('Signals'):
             self._spectra = [SpectrumChart(server.gui, name) for name in names]
-            self._charts = TimeCharts(server.gui, charts)
+            self._charts = TimeCharts(server.gui, charts, attempts)
             links = ''
             for number, chart in enumerate(self._spectra, 1):
                 file = f'spectrum{number}.csv' if number > 1 else 'spectrum.csv'
@@ -135,6 +149,15 @@ class Display:
     ) -> None:
         """Put a robot on the slope, its name above its head; dragging its torso pushes it."""
         at = f'{ROOT}/robot_{len(self._robots)}'
+        self._middle = shift[1] / 2.0
+        if self._middle:
+            away = BACKWARD * abs(shift[1])
+            self.server.initial_camera.position = (
+                CAMERA[0] + away,
+                CAMERA[1] + self._middle - away,
+                CAMERA[2] + away / 2.0,
+            )
+            self.server.initial_camera.look_at = (TARGET[0], self._middle, TARGET[2])
         self._robots.append(RobotView(self.server.scene, at, robot, shift, name))
         if push is not None:
             self._robots[-1].on_drag(partial(self.later, push))
@@ -180,12 +203,26 @@ class Display:
         """Add the controls of the view."""
         gui = self.server.gui
         with gui.add_folder('View'):
-            forces = gui.add_checkbox('Forces and support', True)
+            forces = gui.add_checkbox('Forces and balance', True)
+            through = gui.add_checkbox('See through the robot', False)
             follow = gui.add_checkbox('Follow the robot', True)
             dark = gui.add_checkbox('Dark', False)
+            for name, place in VIEWS.items():
+                button = gui.add_button(name, color='gray')
+                button.on_click(partial(self._look_from, place))
+        through.on_update(lambda _: self._see_through(through.value))
         forces.on_update(lambda _: self._show_marks(forces.value))
         follow.on_update(lambda _: setattr(self, '_follow', follow.value))
         dark.on_update(lambda _: self._theme(dark.value))
+
+    def _look_from(self, place: tuple[float, float, float], event: Any) -> None:
+        camera = event.client.camera
+        middle = (0.0, self._middle, TARGET[2])
+        camera.position, camera.look_at = tuple(np.add(middle, place).tolist()), middle
+
+    def _see_through(self, through: bool) -> None:
+        for robot in self._robots:
+            robot.see_through(through)
 
     def _show_marks(self, visible: bool) -> None:
         for robot in self._robots:
@@ -217,9 +254,36 @@ class Display:
         )
         trouble = f'<div class="khr-note">{escape(note.trouble)}</div>' if note.trouble else ''
         self._status.content = (
-            f'<div class="khr"><div class="khr-state">{escape(note.state)}</div>{trouble}'
+            f'<div class="khr" data-khr-title="{escape(note.picture, quote=True)}">'
+            f'<div class="khr-state">{escape(note.state)}</div>{trouble}'
             f'<table>{cells}</table></div>'
         )
+
+    def show_attempts(
+        self,
+        heads: Sequence[str],
+        rows: Sequence[tuple[int, Sequence[str]]],
+        chosen: int,
+        choose: Callable[[int], object],
+    ) -> None:
+        """List the attempts; a click on one calls ``choose`` with its number."""
+        if not rows:
+            return
+        head = ''.join(f'<th>{escape(each)}</th>' for each in heads)
+        body = ''
+        for number, cells in rows:
+            self.server.tables[f'attempt/{number}'] = partial(self._on_attempt, choose, number)
+            mark = ' class="khr-chosen"' if number == chosen else ''
+            texts = ''.join(f'<td>{escape(cell)}</td>' for cell in (str(number), *cells))
+            body += f'<tr data-khr-attempt="{number}"{mark}>{texts}</tr>'
+        self._attempts.content = (
+            '<div class="khr khr-attempts"><b>Attempts</b>: click to show one in grey'
+            f'<table><tr>{head}</tr>{body}</table></div>'
+        )
+
+    def _on_attempt(self, choose: Callable[[int], object], number: int) -> str:
+        self.later(choose, number)
+        return ''
 
     def close(self) -> None:
         """Stop serving the page."""

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from khr_bringup.balance import Balance
 from khr_common.interfaces import REGIONS
 from khr_common.maths.rotation import Array
 from khr_view.model.snapshot import Snapshot
@@ -25,6 +26,8 @@ LEFT, RIGHT, CENTER, SUPPORT, PATH, PUSH = (
     (230, 159, 0),
     (60, 64, 72),
 )
+# On the slope, colours as in the chart: centre of mass, capture point, centre of pressure.
+POINTS = (('below', CENTER), ('capture', RIGHT), ('pressure', SUPPORT))
 STEP = 0.005  # m of way between points of the path
 LONGEST_PATH = 400  # points
 CORNERS = 8  # of the support, at most: four of each sole
@@ -50,7 +53,9 @@ class Marks:
             for frame in REGIONS.values()
         ]
         self._center = scene.add_icosphere(f'{at}/center_of_mass', 0.008, CENTER)
-        self._below = scene.add_icosphere(f'{at}/below', 0.005, CENTER)
+        self._points = [
+            scene.add_icosphere(f'{at}/{name}', 0.007, color) for name, color in POINTS
+        ]
         self._plumb = _lines(scene, f'{at}/center_of_mass/plumb', CENTER)
         self._support = _lines(scene, f'{at}/support', SUPPORT, CORNERS)
         self._path = _lines(scene, f'{at}/path', PATH)
@@ -66,14 +71,24 @@ class Marks:
             arrow.visible = self._visible and bool(np.linalg.norm(force) > LEAST)
             if arrow.visible:
                 arrow.points = _between(np.zeros(3), ARROW * force)
-        self._center.position = scene.center_of_mass
-        self._below.position = scene.below
-        depth = float(scene.center_of_mass[2] - scene.below[2])
+        balance = scene.balance
+        self._center.position = balance.center_of_mass
+        self._show_points(balance)
+        depth = float(balance.center_of_mass[2] - balance.below[2])
         if abs(depth - self._depth) > STEP:
             self._depth = depth
             self._plumb.points = _between(np.zeros(3), np.array([0.0, 0.0, -depth]))
-        self._support.points = outline(scene.support)
+        self._support.points = outline(balance.support)
         self._walk(scene.way)
+
+    def _show_points(self, balance: Balance) -> None:
+        for ball, place in zip(
+            self._points, (balance.below, balance.capture, balance.pressure), strict=True
+        ):
+            known = bool(np.isfinite(place).all())
+            ball.visible = self._visible and known
+            if known:
+                ball.position = np.add(place, (0.0, 0.0, 0.002))
 
     def show_push(self, scene: Snapshot, force: NDArray[np.float64]) -> None:
         """Show a push that acts or is being dragged, N in odom; a zero one hides it."""
@@ -91,7 +106,7 @@ class Marks:
         for mark in (
             *self._arrows,
             self._center,
-            self._below,
+            *self._points,
             self._plumb,
             self._support,
             self._path,

@@ -17,6 +17,8 @@ from khr_view.page.marks import Marks
 from khr_view.page.pose import wxyz
 
 DRAG, LARGEST_DRAG = 100.0, 0.3  # N per m that the torso is dragged, and m that count
+OPACITY = 0.35  # of a transparent link
+FOOT = '_foot'
 OVERHEAD = 0.2  # m from the torso's frame up to the robot's name
 # Aims a push at the torso, N in odom; it is given once the second argument is true.
 Push = Callable[[tuple[float, float, float], bool], object]
@@ -48,6 +50,7 @@ class RobotView:
         self._frame = scene.add_frame(at, show_axes=False, position=shift)
         self._joints: dict[str, Any] = {}
         self._names = self._add_frames(robot, at)
+        self._shapes: list[Any] = []
         self._torso: list[Any] = []  # links that can be dragged
         for number, shape in enumerate(shapes(robot)):
             self._add_shape(number, shape)
@@ -71,6 +74,11 @@ class RobotView:
     def tilt(self, angle: float) -> None:
         """Rotate the robot about the axis of the slope, rad, to show it on another slope."""
         self._frame.wxyz = wxyz(pitched(angle))
+
+    def see_through(self, through: bool) -> None:
+        """Draw the links transparent or solid."""
+        for shape in self._shapes:
+            shape.opacity = OPACITY if through or FOOT in shape.name else None
 
     def on_drag(self, push: Push) -> None:
         """Report pushes that are aimed by dragging the torso, and given at the drag's end."""
@@ -98,11 +106,17 @@ class RobotView:
 
     def _add_shape(self, number: int, shape: Shape) -> None:
         name = f'{self._names[shape.link]}/shape_{number}'
-        place = {'position': shape.position, 'wxyz': SO3.from_rpy_radians(*shape.turn).wxyz}
+        place: dict[str, Any] = {
+            'position': shape.position,
+            'wxyz': SO3.from_rpy_radians(*shape.turn).wxyz,
+        }
+        # The balance under the feet shows through them.
+        place['opacity'] = OPACITY if shape.link.endswith(FOOT) else None
         color = tuple(round(255 * part) for part in shape.color)
         if len(shape.size) == 3:
             handle = self._scene.add_box(name, color, shape.size, **place)
         else:
             handle = self._scene.add_cylinder(name, *shape.size, color, **place)
+        self._shapes.append(handle)
         if shape.link in (BODY, TORSO):  # older recordings have no torso
             self._torso.append(handle)

@@ -24,12 +24,13 @@ def test_every_line_is_a_column_with_its_unit_at_the_times_of_the_finest_chart()
         if number % 2 == 0:
             for topic in FOOT_FORCES:
                 traces.add(topic, number * 15_000_000, (0.0, 0.0, float(number)))
-    rate, forces, *_ = charts()
+    by_title = {chart.title: chart for chart in charts()}
+    rate, forces = by_title['Pitch rate'], by_title['Foot forces']
     found = rows(signals_csv({chart: traces.columns(chart) for chart in (rate, forces)}))
     assert [float(row['time, s']) for row in found] == [0.015 * n for n in range(10)]
-    assert float(found[3]['Pitch rate, deg/s']) == pytest.approx(degrees(0.3))
+    assert float(found[3]['Pitch rate gyro, deg/s']) == pytest.approx(degrees(0.3))
     assert float(found[3]['Foot forces left toe, N']) == pytest.approx(3.0)
-    assert len(found[0]) == 6
+    assert len(found[0]) == 7
 
 
 def test_a_spectrum_is_frequencies_and_amplitudes():

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_analysis.peaks import DOMINANT_SHARE, ON_LINE
-from khr_view.charts.spectrum_lines import PlacedPeak, spectrum_lines
+from khr_analysis.spectrum import FftAnalyserParameters, spectrum
+from khr_view.charts.spectrum_lines import PlacedPeak, belong_together, spectrum_lines
 
 BINS = np.arange(30) / 2.31
 
@@ -54,3 +55,15 @@ def test_a_robot_that_does_not_walk_has_no_lines_of_a_gait():
 
 def test_an_empty_spectrum_is_empty():
     assert all(len(column) == 0 for column in spectrum_lines([], []).columns)
+
+
+def test_bins_and_peaks_of_two_windows_are_told_apart():
+    time = 0.015 * np.arange(154)
+    parameters = FftAnalyserParameters(window_length=2.31)
+    one, other = (
+        spectrum(np.sin(2.0 * np.pi * tone * time) + 0.3 * np.sin(20.0 * time), parameters)
+        for tone in (1.9, 2.3)
+    )
+    peaks = [PlacedPeak(peak.frequency, peak.amplitude) for peak in one.peaks]
+    assert belong_together(one.frequency, one.amplitude, peaks)
+    assert not belong_together(other.frequency, other.amplitude, peaks)

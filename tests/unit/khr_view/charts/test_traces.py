@@ -8,9 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from khr_balance.ankle import toe_heel_difference
+from khr_bringup.recorded.events import Event
 from khr_common.interfaces import FOOT_FORCES, GYRO, JOINT_STATES, JOINTS
-from khr_view.charts.charts import SLIP, chart_topics, charts, polled_topics
-from khr_view.charts.traces import SPAN, Traces
+from khr_view.charts.charts import COMPUTED, chart_topics, charts, polled_topics
+from khr_view.charts.traces import SPAN, Traces, shade
 
 PERIOD = 15_000_000
 BY_TITLE = {chart.title: chart for chart in charts()}
@@ -25,7 +26,8 @@ def fill(traces, count, topic=GYRO, value=float, start=0):
 def test_only_the_last_seconds_are_kept():
     traces = Traces()
     fill(traces, 2000)
-    times, rate = traces.columns(RATE)
+    times, rate, true = traces.columns(RATE)
+    assert np.isnan(true).all(), 'nobody published it'
     assert times[-1] == pytest.approx(1999 * 0.015)
     assert SPAN - 0.02 < times[-1] - times[0] <= SPAN
     assert rate[-1] == pytest.approx(degrees(1999.0))
@@ -70,15 +72,35 @@ def test_a_chart_without_samples_is_empty():
 def test_every_controller_has_a_line():
     titles = {chart.title: chart for chart in charts()}
     lines = titles['Corrections'].lines
-    assert [line.label for line in lines] == ['ankle', 'hip', 'roll']
+    names = ['ankle', 'hip', 'roll']
+    assert [line.label for line in lines] == names + [f'{name}, constant part' for name in names]
     assert len({(line.color, line.dash) for line in lines}) == len(lines)
 
 
 def test_slip_is_on_no_topic_of_its_own_and_joints_are_those_of_both_legs():
-    assert set(chart_topics()) - set(polled_topics()) == {SLIP}
+    assert set(chart_topics()) - set(polled_topics()) == set(COMPUTED)
     angles = tuple(map(float, range(len(JOINTS))))
     traces = Traces()
     traces.add(JOINT_STATES, 0, angles)
     _, left, right = traces.columns(BY_TITLE['Joint ankle pitch'])
     assert left[0] == pytest.approx(degrees(JOINTS.index('l_ankle_pitch')))
     assert right[0] == pytest.approx(degrees(JOINTS.index('r_ankle_pitch')))
+
+
+def test_the_phases_of_the_gait_and_the_events_shade_the_charts():
+    times = np.linspace(0.0, 1.0, 11)
+    swings = {'left': [(0.15, 0.35)], 'right': [(0.65, 0.85)]}
+    left, right, event = shade(times, swings, [Event(0.5, 'gain'), Event(7.0, 'later')])
+    assert np.flatnonzero(left).tolist() == [2, 3] and np.flatnonzero(right).tolist() == [7, 8]
+    assert np.flatnonzero(event).tolist() == [5]
+
+
+def test_an_earlier_attempt_is_shown_at_its_own_times_and_ends_where_it_ended():
+    first, second = Traces(), Traces()
+    fill(first, 20, value=lambda number: 1.0)
+    fill(second, 40)
+    second.earlier = first.as_ghost()
+    times, *_ = second.columns(RATE)
+    ghost = second.ghost(RATE, times)
+    assert ghost[:20] == pytest.approx(degrees(1.0)) and np.isnan(ghost[20:]).all()
+    assert np.isnan(first.ghost(RATE, times)).all()

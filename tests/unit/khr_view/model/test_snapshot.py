@@ -41,7 +41,7 @@ def build(**changes):
 
 @pytest.mark.parametrize('inclination', [0.0, 0.15, -0.1])
 def test_support_lies_on_the_board_and_holds_the_middle(inclination):
-    support = build(inclination=inclination).support
+    support = build(inclination=inclination).balance.support
     normal = matrix(pitched(inclination))[:, 2]
     assert np.allclose(support @ normal, 0.0, atol=1e-9)
     center = support.mean(axis=0)
@@ -51,16 +51,18 @@ def test_support_lies_on_the_board_and_holds_the_middle(inclination):
 
 
 def test_support_is_that_of_the_loaded_soles():
-    both, left = build().support, build(loads=(7.0, 7.0, 0.0, 0.0)).support
+    both, left = (
+        build(**loads).balance.support for loads in ({}, {'loads': (7.0, 7.0, 0.0, 0.0)})
+    )
     assert left[:, 1].min() > 0.0 > both[:, 1].min()
-    assert build(loads=(0.1,) * 4).support.shape == (0, 3)
+    assert build(loads=(0.1,) * 4).balance.support.shape == (0, 3)
 
 
 def test_the_plumb_line_is_vertical_and_ends_on_the_board():
     scene = build(inclination=0.2)
-    assert np.allclose(scene.center_of_mass[:2], scene.below[:2])
-    assert scene.below @ matrix(pitched(0.2))[:, 2] == pytest.approx(0.0, abs=1e-12)
-    assert 0.15 < scene.center_of_mass[2] < 0.3
+    assert np.allclose(scene.balance.center_of_mass[:2], scene.balance.below[:2])
+    assert scene.balance.below @ matrix(pitched(0.2))[:, 2] == pytest.approx(0.0, abs=1e-12)
+    assert 0.15 < scene.balance.center_of_mass[2] < 0.3
 
 
 def test_forces_are_those_of_the_sensors_in_their_frames():
@@ -107,7 +109,7 @@ def test_without_the_truth_the_torso_is_upright_over_its_lower_sole():
     scene = builder.build(builder.completed(known))
     assert scene.base[3:] == (0.0, 0.0, 0.0, 1.0)
     assert scene.inclination == 0.0
-    assert len(scene.support) >= 4
-    assert abs(scene.support[:, 2]).max() < 1e-9
+    assert len(scene.balance.support) >= 4
+    assert abs(scene.balance.support[:, 2]).max() < 1e-9
     truth = signals()
     assert builder.completed(truth) == truth

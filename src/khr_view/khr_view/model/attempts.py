@@ -1,0 +1,81 @@
+"""The attempts of a live page: their gains and outcome, and the one that charts show as a ghost."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import degrees
+
+from khr_analysis.outcome import Outcome
+from khr_bringup.node_registry import controllers, short_name
+from khr_view.charts.traces import Ghost, Traces
+from khr_view.controls import SYMBOLS
+from khr_view.model.live_run import LiveRun
+
+MOST = 12  # that are kept
+HEADS = ('', 'gains', 'slope', 'verdict', 'slip, mm', 'vibration, deg/s')
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A finished run of the page.
+
+    Attributes:
+        number: from 1.
+        cells: text of each column but the first.
+        ghost: its signals.
+    """
+
+    number: int
+    cells: tuple[str, ...]
+    ghost: Ghost
+
+
+class Attempts:
+    """Keep the last attempts.
+
+    Attributes:
+        kept: oldest first.
+        chosen: number of the attempt shown as a ghost; 0 for none.
+    """
+
+    def __init__(self) -> None:
+        self.kept: list[Attempt] = []
+        self.chosen = 0
+
+    @property
+    def ghost(self) -> Ghost:
+        """Return the signals of the chosen attempt."""
+        return next((each.ghost for each in self.kept if each.number == self.chosen), {})
+
+    def add(self, run: LiveRun, traces: Traces) -> None:
+        """Keep a run that has ended, and choose it; a run that nobody looked at is not kept."""
+        outcome = run.status.outcome
+        if not isinstance(outcome, Outcome):
+            return
+        number = self.kept[-1].number + 1 if self.kept else 1
+        slope = run.of('simulator').get('inclination_deg')
+        cells = (
+            gains_text(run.known_of_controllers()) or 'no control',
+            f'{slope:.4g}°' if slope is not None else '',
+            outcome.verdict,
+            f'{1e3 * outcome.slip_distance:.1f}',
+            f'{degrees(outcome.vibration):.1f}',
+        )
+        self.kept = [*self.kept, Attempt(number, cells, traces.as_ghost())][-MOST:]
+        self.chosen = number
+
+    def choose(self, number: int) -> None:
+        """Choose the ghost; the attempt chosen before is no longer shown."""
+        self.chosen = 0 if number == self.chosen else number
+
+
+def gains_text(of_controllers: Mapping[str, Mapping[str, object]]) -> str:
+    """Return the gains of the controllers that act, such as ``K_A 12``."""
+    found = []
+    for node in controllers():
+        known = of_controllers.get(node, {})
+        if known.get('enabled') and 'gain' in known:
+            name = short_name(node)
+            found.append(f'{SYMBOLS.get(name, name).strip()} {known["gain"]:g}')
+    return ', '.join(found)
