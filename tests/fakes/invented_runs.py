@@ -1,7 +1,7 @@
 """Runs of the shipped experiments whose signals are invented: what is drawn is known."""
 
 import functools
-from dataclasses import dataclass, fields, replace
+from dataclasses import MISSING, dataclass, fields, replace
 
 import numpy as np
 
@@ -56,7 +56,7 @@ def signals(scenario, seed: int, end: float) -> Series:
         'slip': 0.01 * time,
         'time': time,
     }
-    names = [each.name for each in fields(Series) if each.name != 'controllers']
+    names = [each.name for each in fields(Series) if each.default is MISSING]
     return Series(**{name: pairs.get(name, still) for name in names})
 
 

@@ -7,16 +7,19 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.result import RunRecord
+from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.scenario import load_scenario
 from khr_common import KhrError, RunError
 from khr_common.maths.rotation import matrix, pitched
 from khr_description.robot import Robot
 from khr_report.film.film import render_run
-from khr_report.film.overlay import LEFT, RIGHT, VERDICTS, Overlay, control_of
-from khr_report.film.scene import Look, PosedScene, frames, scenario_of
+from khr_report.film.overlay import LEFT, RIGHT, VERDICTS, Overlay
+from khr_report.film.scene import Look, PosedScene, frames, scenario_of, source_of
 from khr_report.film.shadow import Shadow
 from khr_sim.physics.camera import Camera
+from tests.support.runs import khr
 
 SMALL = (96, 80, 20.0)
 
@@ -191,3 +194,17 @@ def test_what_is_no_run_is_refused(tmp_path, monkeypatch, run, word):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(KhrError, match=word):
         scenario_of(run)
+
+
+def test_a_recorded_run_is_filmed_as_it_was_recorded_changes_and_all(tmp_path):
+    """A run in real time does not repeat, and a bag alone has no scenario.yaml beside it."""
+    folder = tmp_path / 'run'
+    khr('run', 'stand_0deg', '--realtime', '--duration', '0.5', '--no-draw', '--out', folder)
+    for path in (folder, folder / 'bag'):
+        source = source_of(str(path))
+        kept = source.frames(lambda _: None)
+        series = RecordedRun(path).series
+        assert [frame.time for frame in kept] == pytest.approx(series.time.tolist())
+        assert np.array_equal([frame.truth.joint_position for frame in kept], series.joints)
+    (still,) = render_run(str(folder / 'bag'), tmp_path / 'still.png', 0.3, size=SMALL)
+    assert still.is_file()

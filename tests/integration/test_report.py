@@ -104,7 +104,8 @@ def test_page_of_a_run_shows_all_of_it(recorded):
             assert f'{text} {shown(name, outcome[name])}' in page.text
     assert 'vibration, deg/s' in page.text and 'rad/s' not in page.text
     for word in (
-        'Pitch of the torso',
+        'Balance',
+        'Lean of the torso',
         'Pitch rate of the torso',
         'Force on the left foot',
         'Force on the right foot',
@@ -127,7 +128,7 @@ def test_page_of_a_run_shows_all_of_it(recorded):
     (link,) = [link for link in page.links if link.startswith('data:')]
     table = list(csv.DictReader(base64.b64decode(link.split(',')[1]).decode().splitlines()))
     assert len(table) == round(SECONDS / 0.015) + 1
-    assert float(table[-1]['slip']) == pytest.approx(outcome['slip_distance_m'])
+    assert float(table[-1]['slip, m']) == pytest.approx(outcome['slip_distance_m'])
 
 
 def test_the_bag_alone_will_do(recorded, tmp_path):

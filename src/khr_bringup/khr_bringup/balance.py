@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from math import cos, nan, sin, sqrt, tan
-from typing import TYPE_CHECKING, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
@@ -18,9 +18,6 @@ from khr_description.robot import Robot
 from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.contact import SIDES, corners
 from khr_sim.physics.statics import GRAVITY
-
-if TYPE_CHECKING:
-    from khr_bringup.recorded.run_signals import Series
 
 LOADED = 1.0  # N on a sole from which on it supports
 
@@ -144,10 +141,8 @@ class BalanceSeries:
     heel: Array
 
 
-def balance_of(
-    series: Series, robot: Robot, parameters: SimulatorParameters
-) -> BalanceSeries | None:
-    """Return the balance of a run over time; None if its poses were not kept."""
+def balance_of(series: Any, robot: Robot, parameters: SimulatorParameters) -> BalanceSeries | None:
+    """Return the balance of a Series over time; None if its poses were not kept."""
     if series.pose is None or series.joints is None:
         return None
     model, rows, before = BalanceModel(robot, parameters), [], None

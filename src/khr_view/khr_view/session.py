@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from khr_bringup.scenario.control_text import title_with_changes
 from khr_bringup.scenario.scenario import Scenario, find_scenario, parse
 from khr_common.text.quoting import LONGEST
 from khr_common.text.strict_yaml import read_file
@@ -95,6 +96,6 @@ class Session:
             if value != base.whole(node)[name]
         }
         shown = [f'{node}.{name}={value:g}' for (node, name), value in made.items()]
-        title = ', '.join([base.title or base.name, *shown])[:LONGEST]
-        self.next = replace(base.changed(made), title=title)
+        changed = base.changed(made)
+        self.next = replace(changed, title=title_with_changes(changed, shown)[:LONGEST])
         self._base, self._changes = base, dict(changes)

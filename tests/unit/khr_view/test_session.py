@@ -22,9 +22,8 @@ def test_a_restart_keeps_all_changes_and_names_them(session):
     assert session.advance() and session.next is None
     assert session.scenario.of('ankle_controller')['gain'] == 18.0
     assert session.scenario.of('simulator')['inclination_deg'] == 5.0
-    assert session.scenario.title == (
-        f'{first.title}, ankle_controller.gain=18, simulator.inclination_deg=5'
-    )
+    kept, _, _ = first.title.partition(', ankle gain')
+    assert session.scenario.title == f'{kept}, K_A 18 (gyro), simulator.inclination_deg=5'
     session.restart()
     assert session.next.title == session.scenario.title and not session.next.driver
 
@@ -47,7 +46,7 @@ def test_another_scenario_keeps_gains_and_speed_alone(session):
     assert (chosen.name, chosen.of('ankle_controller')['gain']) == ('walk_6.99deg_ka12', 18.0)
     assert chosen.of('simulator')['inclination_deg'] == 6.99
     assert chosen.of('simulator')['pace'] == 2.0
-    assert chosen.title.endswith(', ankle_controller.gain=18, simulator.pace=2')
+    assert chosen.title.endswith('board, K_A 18 (gyro), simulator.pace=2')
 
 
 def test_a_refused_scenario_changes_nothing(session):

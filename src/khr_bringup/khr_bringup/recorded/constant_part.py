@@ -9,9 +9,9 @@ import numpy as np
 
 from khr_bringup.changes import Change
 from khr_bringup.node_registry import controllers, table_of
-from khr_bringup.recorded.run_signals import Array
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.interfaces import STAGE
+from khr_common.maths.rotation import Array
 
 
 def constant_part(node: str, table: Any, time: float, stage: Sequence[float] = ()) -> float:

@@ -27,11 +27,20 @@ from khr_bringup.result import FILE, RunRecord, read_outcome
 from khr_bringup.run_folder import SCENARIO as SCENARIO_FILE
 from khr_bringup.scenario.scenario import Scenario, parse
 from khr_common import KhrError, cdr
-from khr_common.interfaces import DIAGNOSTICS, OUTCOME, PUSHED, SCENARIO, STATE, Topic
+from khr_common.interfaces import (
+    DIAGNOSTICS,
+    OUTCOME,
+    PUSHED,
+    ROBOT_DESCRIPTION,
+    SCENARIO,
+    STATE,
+    Topic,
+)
 from khr_common.run_identity import MalformedError
 from khr_common.text.strict_yaml import read_file
+from khr_description.robot import Robot
 
-ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, DIAGNOSTICS, PUSHED)
+ABOUT_THE_RUN = (SCENARIO, STATE, OUTCOME, DIAGNOSTICS, PUSHED, ROBOT_DESCRIPTION)
 ACCEPTED = 'accepted: the folder of a khr run, or its bag'
 
 
@@ -204,6 +213,12 @@ class RecordedRun:
         if not series.time.size:
             raise KhrError(f'{self.path}: no signals in it; accepted: the bag of a khr run')
         return series, outcome
+
+    @cached_property
+    def robot(self) -> Robot:
+        """Return the description of the robot in the bag, or else the packaged one."""
+        found = self.messages.get(ROBOT_DESCRIPTION)
+        return Robot(found[-1].data) if found else Robot.load()
 
     @property
     def series(self) -> Series:

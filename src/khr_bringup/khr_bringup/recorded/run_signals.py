@@ -13,10 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from khr_analysis.outcome import Outcome
+from khr_bringup.balance import BalanceSeries, balance_of
 from khr_bringup.result import Result
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.interfaces import JOINT_STATES, JOINTS, REGIONS, STAGE, TRUE_POSE
+from khr_description.robot import Robot
+from khr_sim.parameters import SimulatorParameters
 from khr_sim.physics.truth import GroundTruth
 
 if TYPE_CHECKING:
@@ -33,6 +36,8 @@ IN_RADIANS = (
     'joints',
 )
 OF_PAGES = ('pose', 'joints', 'constant')  # studies do not use them and do not keep them
+# By the beginning of a name; angles are in deg.
+UNITS = {'time': 's', 'contact': 'N', 'foot': 'N', 'distance': 'm', 'slip': 'm', 'pose': 'm'}
 POSE = ('x', 'y', 'z', 'qx', 'qy', 'qz', 'qw')
 
 
@@ -58,6 +63,7 @@ class Series:
         joints: angles of the 17 joints, rad, (N, 17); None if not kept.
         constant: part of each correction that no sensor causes, rad, as ``correction``; None if
             it is not known.
+        balance: centre of mass, capture point, centre of pressure and edges; None if not computed.
     """
 
     time: Array
@@ -76,6 +82,7 @@ class Series:
     pose: Array | None = None
     joints: Array | None = None
     constant: Array | None = None
+    balance: BalanceSeries | None = None
 
     @property
     def arrays(self) -> dict[str, Array]:
@@ -121,16 +128,45 @@ class Series:
             if name.startswith(IN_RADIANS)
         }
 
+    @property
+    def with_units(self) -> dict[str, Array]:
+        """Return the signals by name and unit, angles in deg: ``pitch, deg``, ``time, s``."""
+        found = {}
+        for name, values in self.columns.items():
+            if name.startswith(IN_RADIANS):
+                unit = 'deg/s' if name.endswith('_rate') else 'deg'
+                found[f'{name}, {unit}'] = np.degrees(values)
+            else:
+                unit = '' if name.startswith('pose_q') else UNITS.get(name.partition('_')[0], '')
+                found[f'{name}, {unit}' if unit else name] = values
+        return found
+
     def correction_of(self, controller: str) -> Array:
         """Return the correction of a controller by its short name, rad, (N,); NaN without one."""
         if controller not in self.controllers:
             return np.full(len(self.time), np.nan)
         return np.asarray(self.correction[:, self.controllers.index(controller)])
 
+    def constant_of(self, controller: str) -> Array:
+        """Return the constant part of a correction, rad, (N,); NaN if it is not known."""
+        if self.constant is None or controller not in self.controllers:
+            return np.full(len(self.time), np.nan)
+        return np.asarray(self.constant[:, self.controllers.index(controller)])
+
+    def margin(self, name: str) -> Array:
+        """Return a part of the balance, m, (N,), by its name; NaN if it is not computed."""
+        if self.balance is None:
+            return np.full(len(self.time), np.nan)
+        return np.asarray(getattr(self.balance, name))
+
+    def with_balance(self, robot: Robot, parameters: SimulatorParameters) -> Series:
+        """Return the signals with the balance of the robot."""
+        return replace(self, balance=balance_of(self, robot, parameters))
+
     def during(self, shown: NDArray[np.bool_]) -> Series:
         """Return the signals at some of the times, given as a mask (N,)."""
         changes: dict[str, Any] = {name: values[shown] for name, values in self.arrays.items()}
-        return replace(self, **changes)
+        return replace(self, balance=None, **changes)
 
     def save(self, path: Path) -> None:
         """Write the signals in single precision; the file is whole or not there."""

@@ -14,6 +14,7 @@ from typing import Any, TypeVar
 import yaml
 
 from khr_bringup.node_registry import controllers, node_of, registry, short_name, table_of
+from khr_bringup.scenario.control_text import title_with_changes
 from khr_bringup.scenario.derived import derived
 from khr_bringup.scenario.driver import Driver
 from khr_common import ParameterError, build, check, specifications
@@ -146,8 +147,7 @@ class Scenario:
         """
         given = list(texts)
         changed = self.changed({**changes_of(given), **(more or {})})
-        words = [self.title or self.name, *(' '.join(text.split()) for text in given)]
-        return replace(changed, title=', '.join(words)[:LONGEST].strip())
+        return replace(changed, title=title_with_changes(changed, given)[:LONGEST].strip())
 
     def switched_off(self, changes: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
         """Return parameters without effect, by node, because its ``enabled`` is false.

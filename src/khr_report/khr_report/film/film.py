@@ -11,12 +11,12 @@ import imageio_ffmpeg  # type: ignore[import-untyped]
 import numpy as np
 from PIL import Image
 
-from khr_bringup.offline import duration
+from khr_bringup.changes import Change
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import written
 from khr_report.film.overlay import COLORS, Overlay
-from khr_report.film.scene import Frame, Look, PosedScene, frames, scenario_of
+from khr_report.film.scene import Frame, Look, PosedScene, source_of
 from khr_report.folders import make_folder
 
 GIF_COLORS = 96
@@ -27,10 +27,11 @@ Show = Callable[[str, float, float], None]
 
 @dataclass(frozen=True, eq=False)
 class Filmed:
-    """A run to show: its scenario and all samples."""
+    """A run to show: its scenario, all samples, and changes while it ran."""
 
     scenario: Scenario
     kept: Sequence[Frame]
+    changes: Sequence[Change] = ()
 
     def at(self, time: float) -> Frame:
         """Return the sample at a time, s; the last one after the end."""
@@ -50,7 +51,7 @@ def render_run(
     """Render a run to MP4 and GIF, or one picture of it to PNG; return the files.
 
     Args:
-        run: a run folder, or a scenario file or name.
+        run: a run folder or bag, or a scenario file or name.
         out: path of the files, with or without a suffix; by default in the run folder, or the
             scenario's name in the current folder.
         still: time of the one picture, s.
@@ -65,12 +66,12 @@ def render_run(
     """
     runs = [run] if against is None else [run, against]
     look = _look(*size, panels=len(runs))
-    chosen = [scenario_of(each) for each in runs]
-    _within(max(map(duration, chosen)), still, part)
-    base = _base(run, chosen[0], out)
+    chosen = [source_of(each) for each in runs]
+    _within(max(each.length for each in chosen), still, part)
+    base = _base(run, chosen[0].scenario, out)
     make_folder(base.parent)
     tracks = [
-        Filmed(one, frames(one, each, _of(f'repeating {each}', duration(one), show)))
+        Filmed(one.scenario, one.frames(_of(f'repeating {each}', one.length, show)), one.changes)
         for one, each in zip(chosen, runs, strict=True)
     ]
     last = max(track.kept[-1].time for track in tracks)
@@ -109,7 +110,9 @@ def pictures(
 ) -> Iterator[Image.Image]:
     """Draw all runs at each time, beside one another."""
     large = replace(look, width=round(look.width * SMOOTH), height=round(look.height * SMOOTH))
-    overlays = [Overlay(track.scenario, track.kept, large.height) for track in tracks]
+    overlays = [
+        Overlay(track.scenario, track.kept, large.height, track.changes) for track in tracks
+    ]
     scene = PosedScene(tracks[0].scenario)
     try:
         for time in times:

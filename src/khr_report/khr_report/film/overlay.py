@@ -8,17 +8,20 @@ from math import cos, degrees, radians, sin
 import numpy as np
 from PIL import Image, ImageDraw, ImageFont
 
-from khr_balance.ankle import AnkleControllerParameters
 from khr_balance.gaits.gait_parameters import GaitParameters
-from khr_balance.hip import HipControllerParameters
+from khr_bringup.balance import BalanceModel
+from khr_bringup.changes import Change
+from khr_bringup.scenario.control_text import control_of
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.maths.rotation import matrix, pitched
+from khr_description.robot import Robot
 from khr_report.film.scene import Frame
 from khr_sim.physics.camera import Camera
 from khr_sim.run_parameters import RunParameters
 
 INK, FAINT, PAPER, TRACE = (30, 34, 40), (120, 124, 130), (255, 255, 255), (20, 60, 140)
 LEFT, RIGHT = (0, 114, 178), (213, 94, 0)  # of the feet, as in figures
+MASS, PRESSURE = (204, 121, 167), (0, 158, 115)  # as on the page
 VERDICTS = {
     'walked': (0, 130, 90), 'stood': (0, 130, 90), 'slipped': (190, 130, 0), 'fell': (190, 40, 40),
 }  # fmt: skip
@@ -36,25 +39,27 @@ Pen = ImageDraw.ImageDraw
 Box = tuple[float, float, float, float]
 
 
-def control_of(scenario: Scenario) -> str:
-    """Return the controls of a scenario that act, with their gains."""
-    ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)
-    words = [f'K_A {ankle.gain:g} ({ankle.source})'] if ankle.enabled else []
-    words += [f'K_H {hip.gain:g}'] if hip.enabled else []
-    others = scenario.answers[1:]
-    words += [name for name in others if name not in ('ankle_controller', 'hip_controller')]
-    return ', '.join(words) or 'without control'
-
-
 class Overlay:
     """Text, level line, forces and pitch rate over the pictures of one run."""
 
-    def __init__(self, scenario: Scenario, kept: Sequence[Frame], height: int) -> None:
+    def __init__(
+        self,
+        scenario: Scenario,
+        kept: Sequence[Frame],
+        height: int,
+        changes: Sequence[Change] = (),
+    ) -> None:
         self._scale = height / HEIGHT
         self._large, self._small = (
             ImageFont.load_default(max(6, round(size * self._scale))) for size in (LARGE, SMALL)
         )
-        self._control = control_of(scenario)
+        self._controls = [(0.0, control_of(scenario))]
+        changed = scenario
+        for each in sorted(changes, key=lambda change: change.time):
+            changed = changed.changed({(each.node, each.parameter): each.value})
+            self._controls.append((each.time, control_of(changed)))
+        self._kept = kept
+        self._balance = BalanceModel(Robot.load(), scenario.table(RunParameters))
         motion = scenario.table(GaitParameters).motion.replace('_', ' ')
         self._what = f'{motion}, {scenario.table(RunParameters).surface}'
         self._outcome = kept[-1].outcome
@@ -67,7 +72,9 @@ class Overlay:
         margin, line = MARGIN * self._scale, 1.3 * SMALL * self._scale
         right, bottom = image.width - margin, image.height - margin
         top = margin + 1.3 * LARGE * self._scale
-        pen.text((margin, margin), self._control, INK, self._large)
+        control = [text for time, text in self._controls if time <= frame.time][-1]
+        pen.text((margin, margin), control, INK, self._large)
+        self._points(pen, frame, camera, (margin, top + line))
         pen.text((margin, top), self._what, FAINT, self._small)
         self._verdict(pen, right, margin)
         clock = f't {frame.time:.2f} s'
@@ -76,6 +83,36 @@ class Overlay:
         up, middle = bottom - PANEL * self._scale, image.width * 0.44
         self._forces(pen, (margin, up, middle, bottom), frame)
         self._pitch_rate(pen, (middle + margin, up, right, bottom), frame.time)
+
+    def _points(self, pen: Pen, frame: Frame, camera: Camera, legend: tuple[float, float]) -> None:
+        """Draw centre of mass, capture point and centre of pressure on the slope, and name them."""
+        number = int(np.searchsorted(self._time, frame.time))
+        before, balance, earlier = self._kept[max(number - 1, 0)], None, 0.0
+        for each in (before, frame):
+            truth = each.truth
+            balance = self._balance.at(
+                (*truth.position, *truth.orientation),
+                truth.joint_position.tolist(),
+                truth.inclination,
+                truth.contact_force[:, 2].tolist(),
+                balance,
+                each.time - earlier,
+            )
+            earlier = each.time
+        assert balance is not None
+        radius, x = 7 * self._scale, legend[0] + 7 * self._scale
+        for name, color, place in (
+            ('centre of mass', MASS, balance.below),
+            ('capture point', RIGHT, balance.capture),
+            ('centre of pressure', PRESSURE, balance.pressure),
+        ):
+            y = legend[1] + SMALL * self._scale / 2.0
+            pen.ellipse((x - radius, y - radius, x + radius, y + radius), color, PAPER)
+            pen.text((x + 2 * radius, y), name, FAINT, self._small, anchor='lm')
+            x += 4 * radius + pen.textlength(name, self._small)
+            if np.isfinite(place).all():
+                u, v = camera.pixels(place).tolist()
+                pen.ellipse((u - radius, v - radius, u + radius, v + radius), color, PAPER)
 
     def _verdict(self, pen: Pen, right: float, top: float) -> None:
         outcome, pad = self._outcome, 6 * self._scale

@@ -1,24 +1,28 @@
 """The pictures of a film: the poses of a run in a scene without physics.
 
-A run folder holds its scenario, which is run again offline, bit for bit, and its trajectory hash
-is compared. Filming cannot disturb the run.
+A bag holds the poses of any run, also of one that was changed or ran in real time. A run without a
+bag is run again offline, bit for bit, and its trajectory hash is compared.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import pi
+from math import nan, pi
 from pathlib import Path
 
 from PIL import Image
 
-from khr_analysis.outcome import Outcome
-from khr_bringup.offline import ControlLoop, run_offline
+from khr_analysis.outcome import OBSERVED, MonitorParameters, Outcome
+from khr_bringup.changes import Change
+from khr_bringup.offline import ControlLoop, duration, run_offline
+from khr_bringup.recorded.bag_signals import Track, judge
+from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.result import FILE, read_outcome
 from khr_bringup.scenario.scenario import Scenario, load_scenario
 from khr_common import RunError
 from khr_common.errors import KhrError
+from khr_common.interfaces import GYRO, JOINT_STATES, TRUE_INCLINATION
 from khr_common.maths.rotation import matrix
 from khr_common.text.quoting import quoted
 from khr_description.robot import Robot
@@ -28,6 +32,8 @@ from khr_sim.physics.camera import Camera
 from khr_sim.physics.truth import GroundTruth
 from khr_sim.run_parameters import RunParameters
 
+POSES = (*OBSERVED, JOINT_STATES, TRUE_INCLINATION, GYRO)
+SCENARIO_FILES = ('.yaml', '.yml')
 HALF_HEIGHT = 0.145  # m, from the feet to where the camera looks
 AHEAD = 0.02  # m, of the feet
 
@@ -114,6 +120,58 @@ def frames(
                 f'recorded {quoted(before)}; was it made with other versions?'
             )
     return kept
+
+
+@dataclass(frozen=True, eq=False)
+class Source:
+    """A run to film.
+
+    Attributes:
+        scenario: as it began.
+        length: s.
+        frames: returns all samples; called with a callback that takes the time of each, s.
+        changes: of parameters while it ran.
+    """
+
+    scenario: Scenario
+    length: float
+    frames: Callable[[Callable[[float], None]], list[Frame]]
+    changes: tuple[Change, ...] = ()
+
+
+def source_of(run: str) -> Source:
+    """Return a recorded run as it was recorded; a scenario, or a run without a bag, is run.
+
+    Raises:
+        KhrError: if there is neither, or the bag lacks the poses.
+    """
+    path = Path(run)
+    if path.exists() and path.suffix not in SCENARIO_FILES:
+        recorded = RecordedRun(path, POSES, salvage=True)
+        if recorded.has_bag:
+            kept = recorded_frames(recorded)
+            length = kept[-1].time
+            return Source(recorded.parameters, length, lambda _: kept, recorded.changes)
+    scenario = scenario_of(run)
+    return Source(scenario, duration(scenario), lambda show: frames(scenario, run, show))
+
+
+def recorded_frames(run: RecordedRun) -> list[Frame]:
+    """Return the samples of a bag.
+
+    Raises:
+        KhrError: if the bag cannot be read, or lacks the poses.
+    """
+    tracks = {topic: Track.of(run.messages[topic]) for topic in run.messages if topic in POSES}
+    stamps, outcomes = judge(tracks, run.parameters.table(MonitorParameters))
+    if not outcomes:
+        raise KhrError(f'{run.path}: no poses of the robot in it; {ACCEPTED}')
+    found = []
+    for number, (stamp_ns, outcome) in enumerate(zip(stamps.tolist(), outcomes, strict=True)):
+        signals = {topic: track.at(stamp_ns) for topic, track in tracks.items()}
+        rate = signals[GYRO][1] if GYRO in signals else nan
+        found.append(Frame(GroundTruth.of_signals(number, stamp_ns, signals), rate, outcome))
+    return found
 
 
 class PosedScene:

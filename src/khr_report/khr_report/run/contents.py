@@ -7,8 +7,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
+import numpy as np
+
 from khr_bringup.changes import Change
 from khr_bringup.recorded.bags import bag_of
+from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import ACCEPTED, RecordedRun
 from khr_bringup.recorded.run_signals import Series, run_with_series
 from khr_bringup.recorded.storage import is_recording
@@ -18,6 +21,7 @@ from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 from khr_common.interfaces import OUTCOME, PUSHED, STATE, TRUE_POSE
 from khr_common.interfaces import SCENARIO as SCENARIO_TOPIC
+from khr_description.robot import Robot
 from khr_sim.run_parameters import RunParameters
 
 Part = TypeVar('Part')
@@ -55,6 +59,15 @@ class RunContents:
     def parameters(self) -> Scenario:
         """Return the scenario, or one of defaults to interpret the signals."""
         return self.scenario or Scenario('', {})
+
+    @property
+    def events(self) -> list[Event]:
+        """Return changes, stages and the fall."""
+        judged = self.record.judged if self.record else None
+        time, stage = (
+            (self.series.time, self.series.stage) if self.series else (np.zeros(0), np.zeros(0))
+        )
+        return events_of(judged.fell_at if judged else None, self.changes, time, stage)
 
     @property
     def title(self) -> str:
@@ -121,6 +134,8 @@ def _read_bag(run: RecordedRun, found: RunContents) -> None:
     found.changes = run.changes or found.record.changes
     found.pushes = len(messages[PUSHED])
     found.series = found.read(lambda: run.series)
+    if found.series is not None:
+        found.series = found.series.with_balance(run.robot, found.parameters.table(RunParameters))
     if run.damage:
         until = f' to {found.series.time[-1]:.2f} s' if found.series else ''
         found.notes.append(f'the bag is damaged; shown is what can be read{until} ({run.damage})')
@@ -143,7 +158,7 @@ def _repeat(found: RunContents) -> None:
         return
     result, series = run_with_series(found.scenario)
     if result.trajectory_hash == record.trajectory_hash:
-        found.series = series
+        found.series = series.with_balance(Robot.load(), found.scenario.table(RunParameters))
         found.notes.append(
             'no bag; the signals are those of the run repeated, whose trajectory hash is the same'
         )

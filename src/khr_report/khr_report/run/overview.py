@@ -15,20 +15,32 @@ from matplotlib.figure import Figure
 from khr_analysis.sampling import Samples, samples_at, within
 from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, SpectrumAnalyser, spectrum
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.recorded.events import Event, events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_bringup.recorded.run_signals import Array, Series
+from khr_bringup.scenario.derived import swings
 from khr_bringup.scenario.scenario import Scenario
 from khr_common.errors import KhrError
 from khr_common.files import written
-from khr_report.plots.plot_style import head, legend_above, panels, save, styled
+from khr_report.plots.plot_style import COLORS, head, legend_above, panels, save, styled
 from khr_sim.sensors.foot_force import FootForceParameters
 
+BALANCE = 'Balance: places along the slope, ahead of the middle of the soles'
 RATE, FEET, CORRECTIONS = 'Pitch rate of the torso', 'Foot forces, both feet', 'Corrections'
+MARGINS = {
+    'center': 'centre of mass',
+    'capture': 'capture point',
+    'pressure': 'centre of pressure',
+    'toe': 'toe edge',
+    'heel': 'heel edge',
+}
 LEFT, RIGHT = 'Force on the left foot', 'Force on the right foot'
 GROUND, STAGE = 'Inclination of the ground', 'Stage of the control'
 SPECTRUM = 'Spectrum of the gyro'
 SPECTRA_PER_SECOND = 10.0  # of a spectrogram
 PEAKS_NAMED = 4
+EVENTS_NAMED = 9
+SHADED = 'shaded: the left foot swings (blue), the right foot (orange)'
 PANEL = 1.55  # inches, height of a panel
 LEAST = 0.5  # deg/s, amplitude below which a gyro at rest has no spectrum to show
 RANGE_DB = 40.0  # of the colours of a spectrogram
@@ -61,7 +73,8 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
     """Return all signals of runs, those of every controller behind those of the feet."""
     controllers = dict.fromkeys(name for series in runs for name in series.controllers)
     return [
-        Signal('Pitch of the torso', '', 'pitch (°)', lambda s: np.degrees(s.pitch)),
+        *(_margin(name, label) for name, label in MARGINS.items()),
+        Signal('Lean of the torso', '', 'lean (°)', lambda s: np.degrees(s.pitch)),
         Signal(RATE, 'true', 'rate (°/s)', lambda s: np.degrees(s.pitch_rate)),
         Signal(RATE, 'gyro', 'rate (°/s)', lambda s: np.degrees(s.gyro_rate)),
         Signal(FEET, 'toe', 'force (N)', lambda s: s.foot_force[:, [0, 2]].sum(axis=1)),
@@ -70,7 +83,7 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
         Signal(LEFT, 'heel', 'force (N)', lambda s: s.foot_force[:, 1]),
         Signal(RIGHT, 'toe', 'force (N)', lambda s: s.foot_force[:, 2]),
         Signal(RIGHT, 'heel', 'force (N)', lambda s: s.foot_force[:, 3]),
-        *map(correction, controllers),
+        *(part for name in controllers for part in (correction(name), _constant(name))),
         Signal('Slip of the loaded soles, summed', '', 'slip (mm)', lambda s: 1000.0 * s.slip),
         Signal(GROUND, 'true', 'φ (°)', lambda s: np.degrees(s.inclination), moving=True),
         Signal(GROUND, 'read back', 'φ (°)', lambda s: np.degrees(s.read_inclination)),
@@ -78,11 +91,57 @@ def signals_of(runs: Iterable[Series]) -> list[Signal]:
     ]
 
 
+def _margin(name: str, label: str) -> Signal:
+    return Signal(BALANCE, label, 'place (mm)', lambda s: 1000.0 * s.margin(name))
+
+
+def _constant(controller: str) -> Signal:
+    return Signal(
+        CORRECTIONS,
+        f'{controller}, constant part',
+        'angle (°)',
+        lambda s: np.degrees(s.constant_of(controller)),
+    )
+
+
 def correction(controller: str) -> Signal:
     """Return the signal of a controller, by its short name."""
     return Signal(
         CORRECTIONS, controller, 'angle (°)', lambda s: np.degrees(s.correction_of(controller))
     )
+
+
+@dataclass(frozen=True)
+class Timing:
+    """What all panels over time share.
+
+    Attributes:
+        gait: whose swings of the feet are shaded.
+        events: changes of parameters and falls.
+    """
+
+    gait: GaitParameters | None = None
+    events: Sequence[Event] = ()
+
+    def draw(self, axes: Sequence[Axes]) -> None:
+        """Shade the swings and mark the events; the top panel names them."""
+        shades = swings(self.gait) if self.gait else {}
+        for axis in axes:
+            for color, side in zip(COLORS, ('left', 'right'), strict=False):
+                for start, end in shades.get(side, ()):
+                    axis.axvspan(start, end, color=color, alpha=0.1, linewidth=0.0, zorder=0)
+            for event in self.events:
+                axis.axvline(event.time, color='0.2', linestyle=':', linewidth=0.8)
+        for number, event in enumerate(self.events[:EVENTS_NAMED]):
+            axes[0].annotate(
+                event.text,
+                (event.time, 1.0),
+                xytext=(2, -8 - 8 * (number % 3)),
+                textcoords='offset points',
+                xycoords=('data', 'axes fraction'),
+                fontsize=6,
+                annotation_clip=True,
+            )
 
 
 @dataclass(frozen=True)
@@ -110,15 +169,18 @@ def draw_run(bag: Path, scenario: Scenario, path: Path) -> None:
     Raises:
         KhrError: if the bag cannot be read.
     """
-    series = RecordedRun(bag).series
+    run = RecordedRun(bag)
+    series, outcome = run.signals
+    fell = outcome.fell_at if outcome else None
+    events = events_of(fell, run.changes, series.time, series.stage)
     with styled():
-        figure = overview(series, scenario)
+        figure = overview(series, scenario, events)
         with written(path) as part:
             save(figure, part)
 
 
-def overview(series: Series, scenario: Scenario) -> Figure:
-    """Draw pitch rate, foot forces, corrections and spectrum of a run."""
+def overview(series: Series, scenario: Scenario, events: Sequence[Event] = ()) -> Figure:
+    """Draw pitch rate, foot forces, corrections and spectrum of a run, and mark its events."""
     panes = panes_of({'': series}, (RATE, FEET, CORRECTIONS))
     third = third_cycle(series, scenario)
     if third and np.degrees(third.amplitude.max()) < LEAST:
@@ -128,17 +190,24 @@ def overview(series: Series, scenario: Scenario) -> Figure:
     for axis, pane in zip(axes, panes, strict=False):
         pane.draw(axis)
     _share_time(axes[: len(panes)])
+    Timing(scenario.table(GaitParameters), events).draw(axes[: len(panes)])
     if third:
         draw_spectra(axes[-1], {'': third})
-    head(figure, scenario.title or scenario.name, note(scenario))
+    head(figure, title_of_run(scenario, events), note(scenario))
     return figure
+
+
+def title_of_run(scenario: Scenario, events: Sequence[Event]) -> str:
+    """Return the title of a run; it says so if parameters were changed while it ran."""
+    changed = any('=' in event.text for event in events)
+    return (scenario.title or scenario.name) + ', changed while it ran' * changed
 
 
 def note(scenario: Scenario) -> str:
     """Return a note on the signs and delays of the signals."""
     late = scenario.table(FootForceParameters).time_constant
     forces = f'; the force sensors are slow: a reading is about {late:g} s late' if late else ''
-    return f'forward is positive{forces}'
+    return f'forward is positive; {SHADED}{forces}'
 
 
 def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pane]:
@@ -173,13 +242,16 @@ def panes_of(runs: Mapping[str, Series], groups: Iterable[str] = ()) -> list[Pan
 
 
 def over_time(
-    runs: Mapping[str, Series], spectrograms: Mapping[str, Sequence[Spectrum]]
+    runs: Mapping[str, Series],
+    spectrograms: Mapping[str, Sequence[Spectrum]],
+    timing: Timing | None = None,
 ) -> tuple[Figure, list[str]]:
     """Draw all signals of runs, then their spectrograms, on one time axis.
 
     Args:
         runs: by name.
         spectrograms: of runs, by title, from :func:`spectrogram`.
+        timing: swings and events to mark.
 
     Returns:
         The figure, and the titles of its panels.
@@ -192,6 +264,7 @@ def over_time(
     for axis, windows in zip(axes[len(panes) :], spectrograms.values(), strict=True):
         draw_spectrogram(axis, windows)
     _share_time(axes)
+    (timing or Timing()).draw(axes[: len(panes)])
     axes[0].set_xlim(0.0, max(float(series.time[-1]) for series in runs.values()))
     return figure, titles
 

@@ -13,6 +13,7 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from khr_analysis.outcome_values import LABELS, Value, shown
+from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_bringup.code_version import code_version, version_of, versions_of_run
 from khr_bringup.node_registry import registry
 from khr_bringup.recorded.recorded_run import ACCEPTED
@@ -24,7 +25,7 @@ from khr_report.page.html import Section, data_uri, paragraphs, part, write_page
 from khr_report.page.text import count, csv_text
 from khr_report.plots.plot_style import panels, save, styled
 from khr_report.run.contents import RunContents, contents_of, is_foreign
-from khr_report.run.overview import draw_spectra, note, over_time, spectrogram, third_cycle
+from khr_report.run.overview import Timing, draw_spectra, note, over_time, spectrogram, third_cycle
 from khr_report.run.recording_page import report_recording
 from khr_sweeps.trial import complete
 
@@ -135,7 +136,10 @@ def _signals(found: Found) -> Markup:
     }
     shown = {title: each for title, each in windows.items() if len(each) > 1}
     with styled():
-        figure, titles = over_time({name: series for name, _, series in runs}, shown)
+        gait = runs[0][1].parameters.table(GaitParameters)
+        events = [event for _, run, _ in runs for event in run.events]
+        signals = {name: series for name, _, series in runs}
+        figure, titles = over_time(signals, shown, Timing(gait, events))
     body = _picture('; '.join(titles), figure)
     texts = dict.fromkeys(note(run.parameters).capitalize() for _, run, _ in runs)
     body += paragraphs(
@@ -147,8 +151,8 @@ def _signals(found: Found) -> Markup:
     body += paragraphs(*(f'Too short for a spectrogram: {name}.' for name in short))
     for name, _, series in runs:
         body += Markup(
-            '<p><a download="signals.csv" href="{}">Signals of {} (CSV)</a></p>'
-        ).format(data_uri(_csv(series), 'text/csv'), name)
+            '<p><a download="{}.csv" href="{}">Signals of {} (CSV, with units)</a></p>'
+        ).format(found[name].name, data_uri(_csv(series), 'text/csv'), name)
     return body
 
 
@@ -175,7 +179,10 @@ def _parameters(found: Found) -> Markup:
     if not known:
         return paragraphs('Unknown: the run has no scenario file.')
     rows = []
+    shown = {'simulator', *(node for run in found.values() for node in run.parameters.nodes)}
     for node, registered in registry().items():
+        if node not in shown:
+            continue
         for key, specification in specifications(registered.spec.table).items():
             if specification.wiring:
                 continue
@@ -268,8 +275,8 @@ def _picture(title: str, figure: Figure) -> Markup:
 
 
 def _csv(series: Series) -> bytes:
-    """Return the signals as CSV, one column per number."""
-    columns = series.columns
+    """Return the signals as CSV with units, angles in deg, one column per number."""
+    columns = series.with_units
     return csv_text(columns, zip(*columns.values(), strict=True), 9).encode()
 
 

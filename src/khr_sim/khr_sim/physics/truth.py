@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import atan2, hypot
+
+import numpy as np
 
 from khr_common.block import Numbers
 from khr_common.interfaces import (
@@ -59,6 +62,28 @@ class GroundTruth:
     contact_force: Array
     sole_position: Array
     sole_orientation: Array
+
+    @classmethod
+    def of_signals(cls, step: int, stamp_ns: int, signals: Mapping[Topic, Numbers]) -> GroundTruth:
+        """Return the state that a bag holds, in the form of :meth:`signals`; NaN elsewhere."""
+        pose, soles = np.array(signals[TRUE_POSE]), np.array(signals[TRUE_SOLES]).reshape(2, 7)
+        joints = np.array(signals[JOINT_STATES])
+        return cls(
+            step,
+            stamp_ns,
+            signals[TRUE_INCLINATION][0],
+            position=pose[:3],
+            orientation=pose[3:],
+            linear_velocity=np.full(3, np.nan),
+            angular_velocity=np.full(3, np.nan),
+            joint_position=joints,
+            joint_velocity=np.full(len(joints), np.nan),
+            joint_effort=np.full(len(joints), np.nan),
+            mean_angular_velocity=np.array(signals[TRUE_RATE]),
+            contact_force=np.array([signals[topic] for topic in TRUE_FORCES]),
+            sole_position=soles[:, :3],
+            sole_orientation=soles[:, 3:],
+        )
 
     @property
     def tilt(self) -> float:

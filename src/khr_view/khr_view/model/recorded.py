@@ -19,8 +19,7 @@ from khr_bringup.recorded.events import events_of
 from khr_bringup.recorded.recorded_run import RecordedRun
 from khr_common.block import Signals
 from khr_common.errors import KhrError
-from khr_common.interfaces import GYRO, ROBOT_DESCRIPTION, STAGE, TRUE_POSE, Topic
-from khr_description.robot import Robot
+from khr_common.interfaces import GYRO, STAGE, TRUE_POSE, Topic
 from khr_sim.run_parameters import RunParameters
 from khr_view.charts.charts import BALANCE, CONSTANT, SLIP, Chart, polled_topics
 from khr_view.charts.spectrum_lines import PlacedPeak, SpectrumLines, spectrum_lines
@@ -54,14 +53,13 @@ class Timeline:
     def __init__(self, path: Path) -> None:
         topics = (*NEEDED, *polled_topics(), *OBSERVED, STAGE, *signal_topics())
         sampled = tuple(dict.fromkeys(topics))
-        run = RecordedRun(path, (*sampled, ROBOT_DESCRIPTION), salvage=True)
+        run = RecordedRun(path, sampled, salvage=True)
         messages, self.damage, self.name = run.messages, run.damage, run.name
         self._tracks = {topic: Track.of(messages[topic]) for topic in sampled if messages[topic]}
         absent = [topic.name for topic in NEEDED if topic not in self._tracks]
         if absent:
             raise KhrError(f'{path}: no {", ".join(absent)} in it; accepted: the bag of a khr run')
-        descriptions = messages[ROBOT_DESCRIPTION]
-        self.robot = Robot(descriptions[-1].data) if descriptions else Robot.load()
+        self.robot = run.robot
         scenario = run.parameters
         self.title = scenario.title or scenario.name or self.name
         self.stamps = self._tracks[TRUE_POSE].stamps

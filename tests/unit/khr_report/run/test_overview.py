@@ -7,11 +7,15 @@ import pytest
 
 from khr_balance.gaits.gait import Gait
 from khr_balance.gaits.gait_parameters import GaitParameters
+from khr_bringup.balance import BalanceSeries
+from khr_bringup.recorded.events import Event
 from khr_bringup.scenario.scenario import load_scenario
 from khr_report.plots.plot_style import panels, styled
 from khr_report.run.overview import (
+    BALANCE,
     RANGE_DB,
     SPECTRUM,
+    Timing,
     draw_spectra,
     over_time,
     overview,
@@ -109,3 +113,26 @@ def test_signals_and_spectrogram_of_two_runs_share_the_time_axis(series):
     decibel = 20.0 * np.log10(np.degrees(READ * RATE))
     assert image.get_array().max() == pytest.approx(decibel, abs=0.2)
     assert image.get_clim()[0] == pytest.approx(image.get_array().max() - RANGE_DB)
+
+
+def test_changes_falls_and_swings_are_marked_on_every_panel_over_time(series):
+    events = [Event(2.0, 'ankle_controller.gain = 40'), Event(7.0, 'fell')]
+    with styled():
+        figure = overview(series, SCENARIO, events)
+        page, _ = over_time({'': series}, {}, Timing(SCENARIO.table(GaitParameters), events))
+    for panels_over_time in (figure.axes[:-1], page.axes):
+        for axis in panels_over_time:
+            marks = [line.get_xdata()[0] for line in axis.lines if line.get_linestyle() == ':']
+            assert {2.0, 7.0} <= set(marks)
+            assert len(axis.patches) > 4, 'swings of the feet'
+        assert any('fell' in text.get_text() for text in panels_over_time[0].texts)
+    assert 'changed while it ran' in figure.get_suptitle().replace('\n', ' ')
+
+
+def test_the_balance_has_a_panel_with_the_edges_of_the_soles(series):
+    line = 0.0 * series.time
+    balance = BalanceSeries(line + 0.01, line + 0.02, line + 0.015, line + 0.05, line - 0.05)
+    with styled():
+        figure, names = over_time({'': replace(series, balance=balance)}, {})
+    axis = figure.axes[names.index(BALANCE)]
+    assert [round(float(line.get_ydata()[0])) for line in axis.lines] == [10, 20, 15, 50, -50]

@@ -1,6 +1,6 @@
 """Line 11 of the gait's cycle: walks with halves that are alike, and with one that differs."""
 
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 from math import degrees
 
 import numpy as np
@@ -26,7 +26,7 @@ def series_of(scenario, height):
     time = np.arange(round((2.0 + 5 * gait.cycle_period) / PERIOD)) * PERIOD
     phase = 2 * np.pi * (time - gait.start_delay) / gait.cycle_period
     rate = sum(size * np.cos(n * phase) for n, size in (EVEN | {11: height}).items())
-    zeros = {each.name: np.zeros(time.size) for each in fields(Series)[:-1]}  # but who took part
+    zeros = {each.name: np.zeros(time.size) for each in fields(Series) if each.default is MISSING}
     return Series(**{**zeros, 'time': time, 'pitch_rate': rate})
 
 

@@ -1,6 +1,6 @@
 """The origin of peaks: invented walks whose peaks have known origins, up to page and figure."""
 
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 
 import numpy as np
 import pytest
@@ -52,7 +52,7 @@ def series_of(scenario, seed):
         band[np.abs(np.fft.rfftfreq(time.size, PERIOD) - RINGS_HZ) > 0.8] = 0.0
         rate += 0.002 * hip.gain * np.fft.irfft(band, time.size)
     slip = np.cumsum(np.abs(draw.normal(size=time.size))) * 1e-5
-    zeros = {each.name: np.zeros(time.size) for each in fields(Series)[:-1]}  # but who took part
+    zeros = {each.name: np.zeros(time.size) for each in fields(Series) if each.default is MISSING}
     return Series(**{**zeros, 'time': time, 'pitch_rate': rate, 'slip': slip})
 
 

@@ -1,6 +1,6 @@
 """The peaks of one run are found where they were put, and named by their place in the gait."""
 
-from dataclasses import fields, replace
+from dataclasses import MISSING, fields, replace
 
 import numpy as np
 import pytest
@@ -22,7 +22,9 @@ def series(seconds, *tones, name='pitch_rate', start=0.0):
     """Signals of a run with tones of given amplitudes, rad/s, and frequencies, Hz."""
     time = np.arange(round(seconds / PERIOD)) * PERIOD
     rate = sum(size * np.cos(2 * np.pi * hz * time) for size, hz in tones)
-    none = {each.name: np.full(time.size, np.nan) for each in fields(Series)[:-1]}
+    none = {
+        each.name: np.full(time.size, np.nan) for each in fields(Series) if each.default is MISSING
+    }
     return Series(**{**none, 'time': start + time, name: rate})
 
 

@@ -1,0 +1,43 @@
+"""The controls of a scenario as text, and the title of a scenario that was changed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from typing import Any
+
+from khr_balance.ankle import AnkleControllerParameters
+from khr_balance.hip import HipControllerParameters
+from khr_bringup.node_registry import controllers
+
+STATED = re.compile(r'(ankle|hip) gain|no control|without control|K_[AH] ')  # parts of a title
+SET = re.compile(r'(\w+)\.(gain|enabled)=')  # changes that the text of the controls covers
+
+
+def control_of(scenario: Any) -> str:
+    """Return the controls of a Scenario that act, with their gains."""
+    ankle, hip = scenario.table(AnkleControllerParameters), scenario.table(HipControllerParameters)
+    words = [f'K_A {ankle.gain:g} ({ankle.source})'] if ankle.enabled else []
+    words += [f'K_H {hip.gain:g}'] if hip.enabled else []
+    others = scenario.answers[1:]
+    words += [name for name in others if name not in ('ankle_controller', 'hip_controller')]
+    return ', '.join(words) or 'without control'
+
+
+def title_with_changes(scenario: Any, texts: Iterable[str]) -> str:
+    """Return the title of a Scenario after changes, each ``node.key=value``.
+
+    Changed gains replace those of the title; other changes follow it.
+    """
+    title, rest = scenario.title or scenario.name, []
+    changed = False
+    for text in (' '.join(each.split()) for each in texts):
+        found = SET.match(text)
+        if found and found[1] in controllers():
+            changed = True
+        else:
+            rest.append(text)
+    if changed:
+        kept = [part for part in title.split(', ') if not STATED.match(part)]
+        title = ', '.join([*kept, control_of(scenario)])
+    return ', '.join([title, *rest])
