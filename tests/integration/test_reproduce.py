@@ -8,7 +8,8 @@ import pytest
 
 from khr_common import KhrError
 from khr_studies.measuring.json_file import read_json
-from khr_studies.measuring.thesis_values import LIMITS, TRENDS, WALKS
+from khr_studies.measuring.thesis_values import LIMITS
+from khr_studies.measuring.thesis_walks import TRENDS, WALKS
 from khr_studies.reproduction.experiment_plan import MAP, SCOREBOARD, parse_plan
 from khr_studies.reproduction.findings import Findings
 from khr_studies.reproduction.findings_page import findings_markdown

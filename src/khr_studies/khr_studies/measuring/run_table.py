@@ -34,6 +34,7 @@ SCHEMA = {
     'limit_deg': 'float64',
     **{name: _DTYPES[kind] for name, kind in RESULTS.items()},
     **dict.fromkeys(('slide_mm', 'before_mm', 'after_mm', 'extra_peak_hz'), 'float64'),
+    **dict.fromkeys(('amplitude_rad_s', 'early', 'late', 'lifted_load'), 'float64'),
     **dict.fromkeys(('toe_n', 'heel_n', 'difference_n', 'share', 'overshoot_rad_s'), 'float64'),
 }
 MEDIANS = ('vibration_rad_s', 'largest_slip_m')

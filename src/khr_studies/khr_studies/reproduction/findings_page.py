@@ -114,12 +114,7 @@ def _answer(findings: Findings) -> str:
     if findings.scoreboard is None:
         return 'The scoreboard was not measured, so no row of the thesis is judged.'
     judged = [row for row in findings.scoreboard.rows if row['verdict'] != 'unpublished']
-    predicted = [row for row in judged if row['kind'] == 'predicted']
-    return (
-        f'Of {len(judged)} rows of the thesis {scoreboard.count(judged)["passed"]} agree; of the '
-        f'{len(predicted)} among them that are predictions, {scoreboard.count(predicted)["passed"]}.'
-        + (f' {scoreboard.QUICK}' if findings.fast else '')
-    )
+    return f'{scoreboard.totals(judged)}.' + (f' {scoreboard.QUICK}' if findings.fast else '')
 
 
 def _rows(board: Scoreboard | None, verdict: str) -> tuple[Block, ...]:

@@ -26,21 +26,38 @@ from khr_studies.measuring.experiments import group_by
 from khr_studies.measuring.json_file import write_json
 from khr_studies.measuring.limit import RAGGED, VIBRATES
 from khr_studies.measuring.run_table import Records
-from khr_studies.measuring.thesis_values import COMMON_DEG, SHOWN, SLIPS, UNSLIPPED
+from khr_studies.measuring.thesis_values import ABOVE_LIMIT_DEG, EMPTY, SHOWN, SLIPS
 from khr_studies.scoreboard.limit_rows import TOLERANCE_DEG
 from khr_studies.scoreboard.rows import ENOUGH, VERDICTS, Scoreboard
 from khr_sweeps.trial import Row
 
-CHAPTERS = {3: 'Chapter 3: standing', 5: 'Chapter 5: walking', 6: 'Chapter 6: conclusions'}
+CHAPTERS = {
+    3: 'Chapter 3: standing',
+    4: 'Chapter 4: pushes',
+    5: 'Chapter 5: walking',
+    6: 'Chapter 6: conclusions',
+}
 # Unit, decimals and factor of the values of a trend.
-UNITS = {'vibration': ('deg/s', 2, degrees(1.0)), 'slide': ('mm', 1, 1.0), 'line': ('Hz', 3, 1.0)}
+UNITS = {
+    'vibration': ('deg/s', 2, degrees(1.0)),
+    'amplitude': ('deg/s', 2, degrees(1.0)),
+    'slide': ('mm', 1, 1.0),
+    'line': ('Hz', 3, 1.0),
+}
 DECIMALS = {'N': 1, 'deg/s': 1}  # of standing; 2 for other units
+KINDS = {
+    'predicted': 'predictions',
+    'fitted': 'fitted rows',
+    'statics': 'rows of statics',
+    'formula': 'formulas',
+}
 HEAD = """# Scoreboard
 
 The robot of Dutta (2021) against the simulated one. Written by {command}; do not edit. The same
 as data: [{json}]({json}). *Fitted* rows were used by the calibration
-([calibration.md](calibration.md)); *statics* rows hold for any body on a slope; all others are
-predictions. Rows that miss are kept.
+([calibration.md](calibration.md)); *statics* rows hold for any body on a slope, *formula* rows for
+the equations; all others are *predicted*. Criteria follow from the words of the thesis and were written
+before the results. Rows that miss are kept.
 """
 QUICK = (
     'The quick form, with one seed: rows that vary with the seeds are undecided, and a limit passes '
@@ -81,9 +98,12 @@ def _verdict(row: Row) -> Verdict:
     return Verdict(passed, verdict == 'undecided')
 
 
+PLACE: Columns[Row] = {'source': lambda row: row.get('source', '')}
+CRITERION: Columns[Row] = {'criterion': lambda row: row.get('criterion', '')}
 JUDGEMENT: Columns[Row] = {'kind': itemgetter('kind'), 'verdict': _verdict}
 LIMIT_COLUMNS: Columns[Row] = {
     'chapter': lambda row: str(row['chapter']),
+    **PLACE,
     'condition': itemgetter('condition'),
     'thesis, deg': lambda row: f'{row["thesis_deg"]:g}',
     'simulation, deg': lambda row: _within(row['deg'], row['half_width_deg']),
@@ -94,6 +114,7 @@ LIMIT_COLUMNS: Columns[Row] = {
     ),
     'slip': lambda row: _share(row['slipped']),
     'vibrate': lambda row: _share(row['vibrated']),
+    'load on the lifted foot': lambda row: _share(row.get('lifted_load')).replace('-', ''),
     'difference': lambda row: _signed(row['deg'] - row['thesis_deg']),
     'tolerance': lambda row: f'{row["tolerance_deg"]:g}',
     **JUDGEMENT,
@@ -114,6 +135,8 @@ STANDING_COLUMNS: Columns[Row] = {
     'quantity': itemgetter('name'),
     'at phi, deg': lambda row: ', '.join(f'{phi:g}' for phi in row['inclinations_deg']),
     'thesis': itemgetter('thesis'),
+    **PLACE,
+    **CRITERION,
     'simulation': lambda row: (
         f'{numbers(row["values"], DECIMALS.get(row["unit"], 2))} {row["unit"]}'.strip()
     ),
@@ -124,6 +147,8 @@ WALK_COLUMNS: Columns[Row] = {
     'phi, deg': lambda row: f'{row["inclination_deg"]:g}',
     'control': itemgetter('control'),
     'thesis': itemgetter('thesis'),
+    **PLACE,
+    **CRITERION,
     'lost': lambda row: f'{row["lost"]} of {row["runs"]}',
     'slide per step, mm': lambda row: number(row['slide_mm'], 1),
     'stance before, after, mm': lambda row: numbers(row['stance_mm'], 1),
@@ -134,13 +159,11 @@ WALK_COLUMNS: Columns[Row] = {
 }
 TREND_COLUMNS: Columns[Row] = {
     'trend': itemgetter('name'),
+    **PLACE,
+    **CRITERION,
     'at phi, deg': lambda row: f'{row["inclination_deg"]:g}',
     'simulation': _trend,
-    'difference': lambda row: (
-        ''
-        if row['inclination_deg'] == row['thesis_deg']
-        else f'not at {row["thesis_deg"]:g}: it does not stay up'
-    ),
+    'does not stay up': lambda row: '; '.join(row.get('lost', ())),
     **JUDGEMENT,
 }
 
@@ -165,9 +188,19 @@ def summary(board: Scoreboard) -> str:
     """Summarise a scoreboard in one line."""
     every = count(board.rows)
     return (
-        f'{every["passed"]} of {every["judged"]} rows pass, {every["missed"]} miss, '
-        f'{every["undecided"]} are undecided; {every["unpublished"]} have no published number'
-        + (' (one seed)' if board.seeds < ENOUGH else '')
+        f'{totals(board.rows)}; {every["undecided"]} are undecided, {every["unpublished"]} have no '
+        'published number' + (' (one seed)' if board.seeds < ENOUGH else '')
+    )
+
+
+def totals(rows: Iterable[Row]) -> str:
+    """Return in words how many rows of each kind pass."""
+    kinds = group_by(rows, itemgetter('kind'))
+    counted = {kind: count(kinds.get(kind, ())) for kind in KINDS}
+    return 'Of ' + '; of '.join(
+        f'{of["judged"]} {words} {of["passed"]} pass'
+        for (kind, words) in KINDS.items()
+        for of in [counted[kind]]
     )
 
 
@@ -181,11 +214,11 @@ def blocks(board: Scoreboard) -> list[Block]:
         quick=QUICK if board.seeds < ENOUGH else '',
         slips=board.slips_from_mm,
         ratio=SLIPS,
-        unslipped=UNSLIPPED,
+        empty=EMPTY,
+        above=ABOVE_LIMIT_DEG,
         ragged=RAGGED,
         tolerance=TOLERANCE_DEG,
         vibrates=degrees(VIBRATES),
-        common=COMMON_DEG,
         shown=SHOWN,
         limits=table(board.limits, LIMIT_COLUMNS),
         orders=table(board.orders, ORDER_COLUMNS),

@@ -11,10 +11,12 @@ from math import isfinite
 
 from khr_balance.gaits.gait_parameters import GaitParameters
 from khr_common.checks import integer
+from khr_sim.physics import engines
 from khr_studies.measuring import thesis_values as thesis
 from khr_studies.measuring.bench import Bench, lift, walk
-from khr_studies.measuring.condition import Changes, Condition, stiffer_pid
+from khr_studies.measuring.condition import Changes, Condition, stiffer_pid, with_engine
 from khr_studies.measuring.ensemble_file import read_ensemble, spread_of
+from khr_studies.measuring.thesis_walks import TRENDS, WALKS
 from khr_studies.scoreboard.limit_rows import (
     TOLERANCE_DEG,
     Limits,
@@ -23,8 +25,9 @@ from khr_studies.scoreboard.limit_rows import (
     theory_row,
     width_rows,
 )
+from khr_studies.scoreboard.push_rows import conditions, push_force, push_row
 from khr_studies.scoreboard.rows import Scoreboard
-from khr_studies.scoreboard.standing_rows import standing_rows
+from khr_studies.scoreboard.standing_rows import lifted_loads, standing_rows
 from khr_studies.scoreboard.walk_rows import slips_from_mm, trend_row, walk_row
 from khr_sweeps.pool import local_pool
 from khr_sweeps.trial import Row
@@ -87,6 +90,30 @@ def scoreboard(seeds: int, tolerance: float, jobs: int | None, explain: bool = T
         return compare(Bench(pool, seeds, tolerance, spread=spread), explain)
 
 
+def judge(
+    changes: Changes,
+    engine: str = engines.DEFAULT,
+    seeds: int = 3,
+    jobs: int | None = None,
+    tolerance: float = 0.2,
+) -> list[Row]:
+    """Compare a candidate robot with the thesis; return the records of all rows.
+
+    Args:
+        changes: parameters of the candidate by (node, key).
+        engine: of the measurements; the limits are measured on the other engine as well.
+        seeds: of each measurement.
+        jobs: processes; one per core by default.
+        tolerance: of each bisection, deg.
+
+    Raises:
+        KhrError: if an argument is not accepted.
+    """
+    with local_pool(jobs, '--jobs') as pool:
+        bench = Bench(pool, seeds, tolerance, settings=with_engine(engine, changes))
+        return [*compare(bench, explain=False).rows]
+
+
 def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     """Measure the scoreboard on a bench; see :func:`scoreboard`."""
     submit_all(bench, explain)
@@ -94,17 +121,18 @@ def compare(bench: Bench, explain: bool = True) -> Scoreboard:
     others = {
         row.condition: bench.limit(bench.on_other_engine(row.condition)) for row in thesis.LIMITS
     }
+    loads = lifted_loads(bench, limits)
     slips = slips_from_mm(bench)
     return Scoreboard(
         bench.seeds,
-        [*limit_rows(limits, others, bench.spread), theory_row()],
+        [*limit_rows(limits, others, bench.spread, loads), theory_row()],
         order_rows(limits, others),
-        standing_rows(bench, limits[thesis.STAGE_1]),
         [
-            walk_row(row, bench.walks(row.condition, row.inclination_deg), slips)
-            for row in thesis.WALKS
+            *standing_rows(bench, limits, loads),
+            *(push_row(published, bench) for published in thesis.PUSHES),
         ],
-        [trend_row(row, bench) for row in thesis.TRENDS],
+        [walk_row(row, bench.walks(row.condition, row.inclination_deg), slips) for row in WALKS],
+        [trend_row(row, bench) for row in TRENDS],
         _explanations(bench, limits) if explain else None,
         width_rows(bench, limits) if explain else (),
         slips if isfinite(slips) else None,
@@ -119,11 +147,13 @@ def submit_all(bench: Bench, explain: bool) -> None:
         bench.start_limit(bench.on_other_engine(row.condition))
     for row in thesis.LIMITS if explain else ():
         bench.start_limit(row.condition.turned())
-    for walked in thesis.WALKS:
+    for walked in WALKS:
         bench.start(walk, walked.condition, walked.inclination_deg)
-    for trend in thesis.TRENDS:
-        for condition, phi in trend.walks(trend.inclinations_deg):
-            bench.start(walk, condition, phi)
+    for condition, phi in (*thesis.UNSLIPPED, *(each for row in TRENDS for each in row.walks)):
+        bench.start(walk, condition, phi)
+    for push in thesis.PUSHES:
+        for pushed in conditions(push):
+            bench.submit(push_force, pushed)
     for condition, grid in (
         (thesis.STAGE_1, bench.curve + thesis.STAGE_1_READ),
         (thesis.STAGE_2, thesis.STAGE_2_GRID),

@@ -12,7 +12,8 @@ from khr_analysis.spectrum import FftAnalyserParameters, Spectrum, spectrum
 from khr_common.published import GAIT_PERIOD
 from khr_report.plots.plot_style import COLORS
 from khr_studies.measuring.experiments import Run, Runs
-from khr_studies.measuring.thesis_values import LINE_HZ, WALKS
+from khr_studies.measuring.thesis_values import LINE_HZ
+from khr_studies.measuring.thesis_walks import published_lines
 from khr_studies.thesis_figures.gaits import cycle_of, gait_3
 from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate, Walk, gains_label
 
@@ -91,8 +92,7 @@ def _draw_phase(axis: Axes, runs: Runs, label: str, rate: Rate, look: Look) -> N
 def _mark_peaks(axis: Axes, walk: Walk, color: str) -> None:
     """Mark the published peaks of a walk at the top, each as a bar over its range."""
     inclination, of = walk
-    published = {(row.inclination_deg, row.condition): row.lines for row in WALKS}
-    for low, high in published.get(walk, ()):
+    for low, high in published_lines().get(walk, ()):
         middle = (low + high) / 2.0
         sharp = high - low < 2.1 * LINE_HZ
         text = f'{middle:.2f} Hz' if sharp else f'{low:g} to {high:g} Hz'

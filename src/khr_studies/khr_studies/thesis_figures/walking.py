@@ -18,7 +18,7 @@ from khr_models.servo.stiffness import sweep_stiffness
 from khr_models.thesis import GAINS, identified_servo
 from khr_report.plots.plot_style import head, main_lines, panels
 from khr_studies.measuring.experiments import Runs
-from khr_studies.measuring.thesis_values import WALKS
+from khr_studies.measuring.thesis_walks import published_lines
 from khr_studies.thesis_figures.gaits import walks_of
 from khr_studies.thesis_figures.run_plots import GYRO, Look, Rate
 from khr_studies.thesis_figures.spectrum_panels import LARGEST_HZ, spectrum_of
@@ -76,10 +76,10 @@ def dominant_frequencies(runs: Mapping[str, Runs], rate: Rate = GYRO) -> Figure:
 def _mark_published(axis: Axes) -> None:
     """Mark the published peaks, each as a bar over its range."""
     bar: Look = {'color': 'C1', 'linestyle': '-', 'linewidth': 5.0, 'alpha': 0.45}
-    for row in WALKS:
-        for line in row.lines:
+    for (inclination_deg, condition), lines in published_lines().items():
+        for line in lines if condition.surface == 'smooth' else ():
             axis.plot(
-                [row.inclination_deg] * 2,
+                [inclination_deg] * 2,
                 line,
                 label='thesis, published peaks',
                 solid_capstyle='butt',
