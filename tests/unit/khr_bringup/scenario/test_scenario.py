@@ -100,7 +100,7 @@ def test_mistakes_are_named(tmp_path, text, says):
         assert word in message
 
 
-OF_888 = 'walk_8.88deg_ka12 or walk_8.88deg_ka12_rubber or walk_8.88deg_ka18'
+OF_888 = ' or '.join(f'walk_8.88deg_{of}' for of in ('ka12', 'ka12_rubber', 'ka15', 'ka18'))
 
 
 @pytest.mark.parametrize(
