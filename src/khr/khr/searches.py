@@ -35,6 +35,7 @@ def critical(
     surface: str = 'smooth',
     uphill: bool = False,
     set: Settings = None,
+    robot: str = '',
     engine: str | None = None,
     seeds: int = 5,
     tolerance: float = 0.1,
@@ -50,6 +51,7 @@ def critical(
         surface: Surface under a walk: ``smooth``, ``rubber`` or ``pads``.
         uphill: The robot faces uphill, and so falls backward.
         set: Change a parameter of the scenario: ``node.parameter=value``.
+        robot: Constants of another robot: ``feedback``, ``leaning``, or a parameter file.
         engine: Physics engine: ``bullet`` or ``mujoco``.
         seeds: Seeds of each measurement.
         tolerance: Tolerance of each bisection, in deg.
@@ -72,7 +74,7 @@ def critical(
     from khr_studies.measuring.critical import measure_limit
     from khr_sweeps.pool import local_pool
 
-    condition = condition_of(motion, ankle_gain, hip_gain, surface, uphill, set, engine)
+    condition = condition_of(motion, ankle_gain, hip_gain, surface, uphill, set, engine, robot)
     with local_pool(workers, 'workers', quiet=not progress) as pool:
         return measure_limit(condition, seeds, tolerance, pool)
 
@@ -85,16 +87,18 @@ def condition_of(
     uphill: bool,
     set: Mapping[str, Any] | None,
     engine: str | None,
+    robot: str = '',
     **_: Any,
 ) -> Condition:
     """Return the condition that :func:`critical` measures with the same arguments."""
     from khr.runs import changes_of
+    from khr_bringup.scenario.robots import constants_of
     from khr_studies.measuring.condition import Condition
 
-    changes = {**(set or {}), **({'simulator.engine': engine} if engine else {})}
-    return Condition(
-        motion, ankle_gain, hip_gain, surface, tuple(changes_of(changes).items()), uphill
-    )
+    changes = changes_of({**(set or {}), **({'simulator.engine': engine} if engine else {})})
+    if robot:
+        changes = constants_of(robot) | changes
+    return Condition(motion, ankle_gain, hip_gain, surface, tuple(changes.items()), uphill)
 
 
 @checked
@@ -138,7 +142,7 @@ def tune(
     Example:
         >>> import khr
         >>> found = khr.tune('stand_0deg', set={'simulator.duration': 0.3}, seeds=1, candidates=8)
-        >>> sorted(found.values), found.best.up
+        >>> sorted(found.values), float(found.best.up)
         (['ankle_controller.gain', 'hip_controller.gain'], 1.0)
         >>> khr.run(found.scenario).outcome.verdict
         'stood'

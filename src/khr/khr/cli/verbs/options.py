@@ -55,6 +55,14 @@ SetOption = Annotated[
     list[str] | None,
     typer.Option('--set', help='Change a parameter of the scenario: node.parameter=value.'),
 ]
+RobotOption = Annotated[
+    str,
+    typer.Option(
+        '--robot',
+        help='Constants of another robot for all that the scenario leaves out: feedback, '
+        'leaning, or a parameter file.',
+    ),
+]
 EngineOption = Annotated[str, typer.Option(help='Physics engine: bullet or mujoco.')]
 SeedsOption = Annotated[int, typer.Option(help='Seeds of each measurement.')]
 ToleranceOption = Annotated[float, typer.Option(help='Tolerance of each bisection, in deg.')]

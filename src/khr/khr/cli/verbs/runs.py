@@ -13,6 +13,7 @@ from khr.cli.verbs.options import (
     DomainOption,
     OutOption,
     RecordOption,
+    RobotOption,
     ScenarioArgument,
     SetOption,
     warn_of_switched_off,
@@ -20,6 +21,8 @@ from khr.cli.verbs.options import (
 from khr_bringup.graph.launching import parameters_of_driver, with_driver
 from khr_bringup.scenario import scenario as scenarios
 from khr_bringup.scenario.expectation import MEANING
+from khr_bringup.scenario.robots import on_robot
+from khr_bringup.scenario.scenario import Scenario
 from khr_common import KhrError
 
 
@@ -51,6 +54,7 @@ def start_run(
     ] = True,
     out: OutOption = None,
     set_: SetOption = None,
+    robot: RobotOption = '',
     expect: Annotated[str, typer.Option(help=MEANING)] = '',
     domain: DomainOption = None,
     network: Annotated[
@@ -104,7 +108,7 @@ def start_run(
             )
     if realtime:
         changes['simulator', 'sync'] = 'realtime'
-    chosen = scenarios.load_scenario(scenario).set_to(set_ or [], changes)
+    chosen = _with(scenarios.load_scenario(scenario), robot).set_to(set_ or [], changes)
     chosen = with_driver(chosen, driver, board, '--')
     way = RunOptions(
         offline,
@@ -151,6 +155,7 @@ def view(
     record: RecordOption = True,
     out: OutOption = None,
     set_: SetOption = None,
+    robot: RobotOption = '',
     domain: DomainOption = None,
 ) -> None:
     """Run a scenario, or play back a recorded run, in a browser, until Ctrl-C."""
@@ -166,9 +171,14 @@ def view(
     changes = {('simulator', 'pace'): pace, ('simulator', 'duration'): duration}
     way = RunOptions(one_process=True, record=record, domain=domain, stay=True)
     options = Options(way, out=out, view=Viewing(host, port, browser, again))
-    chosen = scenarios.load_scenario(source, 'run or scenario').set_to(set_ or [], changes)
+    chosen = _with(scenarios.load_scenario(source, 'run or scenario'), robot)
+    chosen = chosen.set_to(set_ or [], changes)
     warn_of_switched_off(chosen, set_ or [])
     raise typer.Exit(view_scenario(chosen, options))
+
+
+def _with(scenario: Scenario, robot: str) -> Scenario:
+    return on_robot(scenario, robot) if robot else scenario
 
 
 def list_scenarios() -> None:

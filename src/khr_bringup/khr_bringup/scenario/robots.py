@@ -1,0 +1,65 @@
+"""Robots: named sets of constants, which apply to all parameters that a scenario leaves out.
+
+Each is a ROS 2 parameter file in ``config/robots``; the defaults of the parameter tables are the
+robot of a run without a name.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from khr_bringup.scenario.scenario import CONFIG, Scenario, parse
+from khr_common.errors import KhrError
+from khr_common.text.quoting import LONGEST, quoted
+from khr_common.text.strict_yaml import read_file
+
+ROBOTS = CONFIG / 'robots'
+
+
+def robot_names() -> list[str]:
+    """Return the names of the robots that come with the project."""
+    return sorted(path.stem for path in ROBOTS.glob('*.yaml'))
+
+
+def constants_of(robot: str) -> dict[tuple[str, str], Any]:
+    """Return the constants of a robot, by (node, key).
+
+    Args:
+        robot: name, or path of a ROS 2 parameter file.
+
+    Raises:
+        KhrError: if there is no such robot, or its file is not accepted.
+    """
+    path = Path(robot) if robot.endswith('.yaml') else ROBOTS / f'{robot}.yaml'
+    if not path.is_file():
+        raise KhrError(
+            f'{quoted(robot)}: no such robot; accepted: {", ".join(robot_names())}, or a ROS 2 '
+            'parameter file'
+        )
+    values = parse(read_file(path), str(path), path.stem).values
+    return {(node, key): value for node, keys in values.items() for key, value in keys.items()}
+
+
+def on_robot(scenario: Scenario, robot: str) -> Scenario:
+    """Return a scenario with the constants of a robot; values of the scenario itself stay.
+
+    Raises:
+        KhrError: as :func:`constants_of`.
+    """
+    changed = scenario.changed(missing(constants_of(robot), scenario.values))
+    title = f'{scenario.title or scenario.name}, robot {Path(robot).stem}'
+    return replace(changed, title=title[:LONGEST])
+
+
+def missing(
+    constants: Mapping[tuple[str, str], Any], values: Mapping[str, Mapping[str, Any]]
+) -> dict[tuple[str, str], Any]:
+    """Return the constants that some values, by node and key, do not state."""
+    return {
+        (node, key): value
+        for (node, key), value in constants.items()
+        if key not in values.get(node, {})
+    }
